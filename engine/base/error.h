@@ -1,0 +1,40 @@
+// What a user's input can do wrong, said so that it can be mended: file, line, column, value, what is accepted.
+//
+// Three classes of errors (docs/architecture.md): `assert` for our own faults, these exceptions for input and
+// environment, `optional` for an ordinary no-sample. No library of ours ends the process.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace lucerna {
+
+// A place in an input file. Line 0 means the file as a whole.
+struct Location {
+    std::string file;
+    int line = 0;
+    int column = 0;
+};
+
+inline std::string to_string(const Location& at) {
+    if (at.line == 0) return at.file;
+    return fmt::format("{}:{}:{}", at.file, at.line, at.column);
+}
+
+// Bad input or an unfit environment: exit code 1. `what()` is one line: place, cause, what would be accepted.
+class InputError : public std::runtime_error {
+  public:
+    explicit InputError(const std::string& message) : std::runtime_error(message) {}
+    InputError(const Location& at, const std::string& message)
+        : std::runtime_error(to_string(at) + ": " + message) {}
+};
+
+template <typename... Args>
+[[noreturn]] void input_error(const Location& at, fmt::format_string<Args...> format, Args&&... args) {
+    throw InputError(at, fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace lucerna

@@ -1,0 +1,90 @@
+// The house's images in OpenEXR. The measured light field has a file of its own kind (lights/light_field_io.cpp).
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+
+namespace lucerna {
+namespace {
+
+// Viewers and people expect R, G, B first; OpenEXR sorts channels by name.
+int channel_rank(const std::string& name) {
+    if (name == "R" || name == "Y") return 0;
+    if (name == "G") return 1;
+    if (name == "B") return 2;
+    return 3;
+}
+
+Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
+    Imf::FrameBuffer buffer;
+    const std::size_t x_stride = image.channels.size() * sizeof(float);
+    const std::size_t y_stride = x_stride * static_cast<std::size_t>(image.width);
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {
+        char* base = reinterpret_cast<char*>(image.data.data() + c) -
+                     static_cast<std::ptrdiff_t>(x_stride) * origin.x -
+                     static_cast<std::ptrdiff_t>(y_stride) * origin.y;
+        buffer.insert(image.channels[c], Imf::Slice(Imf::FLOAT, base, x_stride, y_stride));
+    }
+    return buffer;
+}
+
+}  // namespace
+
+Image read_exr(const std::filesystem::path& file) {
+    require_readable(file);
+    try {
+        Imf::InputFile in(file.c_str());
+        const Imath::Box2i window = in.header().dataWindow();
+        const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+        const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+        // A lying header must not make us allocate what the machine does not have.
+        constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
+        if (width <= 0 || height <= 0 || width > kMaxPixels / height) {
+            throw InputError({file.string()}, fmt::format("image size {} × {} is not credible", width, height));
+        }
+        std::vector<std::string> names;
+        for (auto c = in.header().channels().begin(); c != in.header().channels().end(); ++c) {
+            names.emplace_back(c.name());
+        }
+        if (names.empty()) throw InputError({file.string()}, "the image has no channels");
+        std::stable_sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
+            return channel_rank(a) < channel_rank(b);
+        });
+        Image image(static_cast<int>(width), static_cast<int>(height), std::move(names));
+        in.setFrameBuffer(frame_buffer(image, window.min));
+        in.readPixels(window.min.y, window.max.y);
+        for (auto a = in.header().begin(); a != in.header().end(); ++a) {
+            if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute())) {
+                image.attributes[a.name()] = text->value();
+            }
+        }
+        return image;
+    } catch (const InputError&) {
+        throw;
+    } catch (const std::exception& error) {
+        throw InputError({file.string()}, std::string("not a readable OpenEXR image: ") + one_line(error.what()));
+    }
+}
+
+void write_exr(const std::filesystem::path& file, const Image& image) {
+    Imf::Header header(image.width, image.height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        Imf::OutputFile out(temporary.c_str(), header);
+        Image& source = const_cast<Image&>(image);  // OpenEXR's frame buffer is not const; writing only reads
+        out.setFrameBuffer(frame_buffer(source, {0, 0}));
+        out.writePixels(image.height);
+    });
+}
+
+}  // namespace lucerna

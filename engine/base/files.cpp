@@ -1,0 +1,69 @@
+#include "engine/base/files.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+
+void require_readable(const std::filesystem::path& file) {
+    std::error_code status;
+    if (!std::filesystem::exists(file, status)) throw InputError({file.string()}, "no such file");
+    if (std::filesystem::is_directory(file, status)) throw InputError({file.string()}, "is a folder, not a file");
+    if (!std::ifstream(file, std::ios::binary)) {
+        throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
+    }
+    if (std::filesystem::is_regular_file(file, status) && std::filesystem::file_size(file, status) == 0) {
+        throw InputError({file.string()}, "the file is empty");
+    }
+}
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
+    require_readable(file);
+    std::ifstream in(file, std::ios::binary | std::ios::ate);
+    const std::streamoff size = in.tellg();
+    if (size < 0) throw InputError({file.string()}, "its size cannot be told");
+    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+    in.seekg(0);
+    in.read(reinterpret_cast<char*>(bytes.data()), size);
+    if (!in) throw InputError({file.string()}, "reading stopped before the end of the file");
+    return bytes;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+    const std::vector<std::byte> bytes = read_bytes(file);
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+void replace_file(const std::filesystem::path& file,
+                  const std::function<void(const std::filesystem::path& temporary)>& write) {
+    std::filesystem::path temporary = file;
+    temporary += fmt::format(".{}.part", getpid());
+    std::error_code ignored;
+    try {
+        write(temporary);
+        std::filesystem::rename(temporary, file);
+    } catch (const std::exception& error) {
+        std::filesystem::remove(temporary, ignored);
+        throw InputError({file.string()}, std::string("cannot be written: ") + one_line(error.what()));
+    }
+}
+
+std::string one_line(std::string_view text) {
+    std::string folded;
+    for (const char c : text) {
+        if (c == '\n' || c == '\r') {
+            if (!folded.empty() && folded.back() != ' ') folded += ' ';
+        } else {
+            folded += c;
+        }
+    }
+    while (!folded.empty() && folded.back() == ' ') folded.pop_back();
+    return folded;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,28 @@
+// Files: what must be true before a read, and a write that leaves the old file or the new one, never half a file.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lucerna {
+
+// Throws InputError with the cause in words (missing, a folder, not permitted, empty) unless `file` can be read.
+void require_readable(const std::filesystem::path& file);
+
+// The whole file. Throws InputError.
+std::vector<std::byte> read_bytes(const std::filesystem::path& file);
+std::string read_text(const std::filesystem::path& file);
+
+// Calls write(temporary) for a temporary name in the same folder, then renames it over `file`. If write throws,
+// the temporary is removed and the error becomes an InputError that names `file`.
+void replace_file(const std::filesystem::path& file,
+                  const std::function<void(const std::filesystem::path& temporary)>& write);
+
+// A library's message with its line breaks folded away.
+std::string one_line(std::string_view text);
+
+}  // namespace lucerna

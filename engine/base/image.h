@@ -1,0 +1,61 @@
+// Images: named float channels over a rectangle, and the files they live in.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+// Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() + c].
+struct Image {
+    int width = 0;
+    int height = 0;
+    std::vector<std::string> channels;
+    std::vector<float> data;
+    std::map<std::string, std::string> attributes;  // text carried in the file's header
+
+    Image() = default;
+    Image(int w, int h, std::vector<std::string> names)
+        : width(w),
+          height(h),
+          channels(std::move(names)),
+          data(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * channels.size()) {}
+
+    static Image rgb(int w, int h) { return {w, h, {"R", "G", "B"}}; }
+
+    std::size_t index(int x, int y) const {
+        return (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) *
+               channels.size();
+    }
+    float& value(int x, int y, int c) { return data[index(x, y) + static_cast<std::size_t>(c)]; }
+    float value(int x, int y, int c) const { return data[index(x, y) + static_cast<std::size_t>(c)]; }
+
+    // The first three channels, or the first one three times.
+    Rgb rgb_at(int x, int y) const {
+        const float* p = &data[index(x, y)];
+        return channels.size() < 3 ? Rgb(p[0]) : Rgb(p[0], p[1], p[2]);
+    }
+    void set_rgb(int x, int y, const Rgb& c) {
+        float* p = &data[index(x, y)];
+        p[0] = c.x, p[1] = c.y, p[2] = c.z;
+    }
+};
+
+// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. Throws InputError naming file and cause.
+Image read_exr(const std::filesystem::path& file);
+// Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
+void write_exr(const std::filesystem::path& file, const Image& image);
+
+// 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright places.
+void write_png(const std::filesystem::path& file, const Image& image, float exposure);
+// The exposure at which the image's log-average luminance becomes middle grey. 1 for a black image.
+float auto_exposure(const Image& image);
+// A plain picture: values are already display-referred sRGB in [0,1].
+void write_png_display(const std::filesystem::path& file, const Image& image);
+
+}  // namespace lucerna

@@ -1,0 +1,75 @@
+// The only OpenMP in the house.
+//
+// Work is cut into chunks whose size does not depend on the number of threads; what a chunk makes lands in the
+// slot of its number, and slots are joined in order. So every result is the same, bit for bit, on any machine load.
+#pragma once
+
+#include <omp.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <utility>
+
+namespace lucerna {
+
+// How many threads may work: a value that is passed down, never a global setting.
+struct Workers {
+    int threads = std::max(1, omp_get_num_procs());
+};
+
+// Calls body(chunk) for every chunk in [0, chunks), each once, in any order. The exception of the lowest chunk
+// that threw is rethrown once all threads are done; chunks not yet begun are then skipped.
+template <typename Body>
+void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
+    std::atomic<bool> failed{false};
+    std::exception_ptr error;
+    std::int64_t error_chunk = chunks;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(workers.threads)
+    for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
+        if (failed.load(std::memory_order_relaxed)) continue;
+        try {
+            body(chunk);
+        } catch (...) {
+            failed = true;
+#pragma omp critical(lucerna_first_error)
+            if (chunk < error_chunk) {
+                error_chunk = chunk;
+                error = std::current_exception();
+            }
+        }
+    }
+    if (error) std::rethrow_exception(error);
+}
+
+// Splits [0, n) into ranges of `grain` and calls body(begin, end, chunk).
+template <typename Body>
+void parallel_ranges(const Workers& workers, std::int64_t n, std::int64_t grain, Body&& body) {
+    parallel_chunks(workers, (n + grain - 1) / grain, [&](std::int64_t chunk) {
+        body(chunk * grain, std::min(n, (chunk + 1) * grain), chunk);
+    });
+}
+
+// Counts events from many threads without making them wait for each other. For statistics only.
+class Counter {
+  public:
+    void add(std::uint64_t n = 1) const {
+        lanes_[static_cast<std::size_t>(omp_get_thread_num()) % lanes_.size()].value.fetch_add(
+            n, std::memory_order_relaxed);
+    }
+    std::uint64_t total() const {
+        std::uint64_t sum = 0;
+        for (const Lane& lane : lanes_) sum += lane.value.load(std::memory_order_relaxed);
+        return sum;
+    }
+
+  private:
+    struct alignas(64) Lane {
+        std::atomic<std::uint64_t> value{0};
+    };
+    mutable std::array<Lane, 32> lanes_{};
+};
+
+}  // namespace lucerna

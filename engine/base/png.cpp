@@ -1,0 +1,101 @@
+// Display pictures, through OpenImageIO.
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+
+namespace lucerna {
+namespace {
+
+// Luminance above this share of white is rolled off; below it the picture is exact.
+constexpr float kKnee = 0.8F;
+
+// 1 in the limit; continuous with slope 1 at the knee.
+float roll_off(float y) {
+    if (y <= kKnee) return y;
+    const float over = (y - kKnee) / (1 - kKnee);
+    return kKnee + (1 - kKnee) * (over / (1 + over));
+}
+
+// Compresses luminance and, where a saturated colour still leaves the gamut, pulls it towards grey instead of
+// clipping one channel, which would turn its hue.
+Rgb tone_map(Rgb c) {
+    c = {std::max(0.0F, c.x), std::max(0.0F, c.y), std::max(0.0F, c.z)};
+    const float y = luminance(c);
+    if (!(y > 0)) return Rgb(0);
+    const float target = roll_off(y);
+    c *= target / y;  // y > 0 was just checked
+    const float top = max_component(c);
+    if (top > 1) {
+        const float keep = (1 - target) / (top - target);  // top > 1 > target
+        c = Rgb(target) + keep * (c - Rgb(target));
+    }
+    return c;
+}
+
+float srgb_encode(float x) {
+    return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
+}
+
+void write_bytes(const std::filesystem::path& file, int width, int height, const std::vector<std::uint8_t>& rgb) {
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        // The temporary's name does not end in .png, so the format is named instead of guessed.
+        auto out = OIIO::ImageOutput::create("png");
+        if (!out) throw std::runtime_error(OIIO::geterror());
+        const OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
+        if (!out->open(temporary.string(), spec) || !out->write_image(OIIO::TypeDesc::UINT8, rgb.data()) ||
+            !out->close()) {
+            throw std::runtime_error(out->geterror());
+        }
+    });
+}
+
+template <typename Map>
+void write_mapped(const std::filesystem::path& file, const Image& image, Map&& map) {
+    std::vector<std::uint8_t> bytes;
+    bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const Rgb c = map(image.rgb_at(x, y));
+            for (const float v : {c.x, c.y, c.z}) {
+                bytes.push_back(static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F));
+            }
+        }
+    }
+    write_bytes(file, image.width, image.height, bytes);
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& file, const Image& image, float exposure) {
+    write_mapped(file, image, [&](const Rgb& radiance) {
+        const Rgb c = tone_map(radiance * exposure);
+        return Rgb(srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z));
+    });
+}
+
+void write_png_display(const std::filesystem::path& file, const Image& image) {
+    write_mapped(file, image, [](const Rgb& c) { return c; });
+}
+
+float auto_exposure(const Image& image) {
+    double log_sum = 0;
+    std::size_t lit = 0;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const float value = luminance(image.rgb_at(x, y));
+            if (!(value > 0) || !std::isfinite(value)) continue;
+            log_sum += std::log(static_cast<double>(value));
+            ++lit;
+        }
+    }
+    if (lit == 0) return 1;
+    constexpr double kMiddleGrey = 0.18;
+    return static_cast<float>(kMiddleGrey / std::exp(log_sum / static_cast<double>(lit)));
+}
+
+}  // namespace lucerna

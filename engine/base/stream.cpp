@@ -1,0 +1,82 @@
+#include "engine/base/stream.h"
+
+#include <Random123/philox.h>
+
+namespace lucerna {
+namespace {
+
+// Philox as a hash of four words under a two-word key.
+r123::Philox4x32::ctr_type hash(std::uint64_t key, std::uint64_t a, std::uint32_t b, std::uint32_t c) {
+    const r123::Philox4x32::ctr_type counter{
+        {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32), b, c}};
+    const r123::Philox4x32::key_type k{{static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)}};
+    return r123::Philox4x32()(counter, k);
+}
+
+std::uint64_t join(std::uint32_t low, std::uint32_t high) {
+    return static_cast<std::uint64_t>(high) << 32 | low;
+}
+
+// The third and fourth counter words that turn a key into another key; draws use small numbers there.
+constexpr std::uint32_t kDeriveKey = 0xffffffffU;
+constexpr std::uint32_t kSplit = 0xfffffffeU;
+
+}  // namespace
+
+Stream::Stream(std::uint64_t seed, Purpose purpose, std::uint32_t pass, std::uint64_t path) : path_(path) {
+    const auto h = hash(seed, join(static_cast<std::uint32_t>(purpose), pass), 0, kDeriveKey);
+    key_ = join(h[0], h[1]);
+}
+
+Stream Stream::stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index) {
+    Stream stream;
+    const auto h = hash(seed, family, static_cast<std::uint32_t>(purpose) + 1, kDeriveKey);
+    stream.key_ = join(h[0], h[1]);
+    stream.index_ = index;
+    stream.stratified_ = true;
+    return stream;
+}
+
+std::uint32_t Stream::word(std::uint32_t draw, std::uint32_t lane) const {
+    return hash(key_, stratified_ ? index_ : path_, draw, 0)[lane];
+}
+
+std::uint32_t Stream::bits() { return word(draw_++, 0); }
+
+float Stream::next() {
+    if (!stratified_) return to_unit(bits());
+    const auto h = hash(key_, ~std::uint64_t{0}, draw_++, 1);
+    const std::uint32_t shuffled = owen_scramble(index_, h[0]);
+    return to_unit(owen_scramble(reverse_bits(shuffled), h[1]));
+}
+
+V2f Stream::next2() {
+    const std::uint32_t draw = draw_++;
+    if (!stratified_) {
+        const auto h = hash(key_, path_, draw, 0);
+        return {to_unit(h[0]), to_unit(h[1])};
+    }
+    const auto h = hash(key_, ~std::uint64_t{0}, draw, 1);
+    const std::uint32_t shuffled = owen_scramble(index_, h[0]);
+    return {to_unit(owen_scramble(reverse_bits(shuffled), h[1])),
+            to_unit(owen_scramble(sobol_1(shuffled), h[2]))};
+}
+
+Stream Stream::split(std::uint32_t branch) const {
+    Stream child;
+    const auto h = hash(key_, stratified_ ? index_ : path_, draw_, kSplit);
+    child.key_ = join(h[0], h[1]);
+    child.path_ = branch;
+    return child;
+}
+
+Stream Stream::split_stratified(std::uint32_t branch, std::uint32_t index) const {
+    Stream child = split(branch);
+    const auto h = hash(child.key_, branch, 0, kDeriveKey);
+    child.key_ = join(h[0], h[1]);
+    child.index_ = index;
+    child.stratified_ = true;
+    return child;
+}
+
+}  // namespace lucerna

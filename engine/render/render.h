@@ -1,0 +1,39 @@
+// From a job to an image: the loop over passes, tiles and samples.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/render/job.h"
+
+namespace lucerna {
+
+struct RenderOptions {
+    std::uint64_t seed = 0;
+    Workers workers;
+};
+
+// What a render did, for --stats. Names are stable: they are the JSON's keys.
+struct RenderReport {
+    std::vector<std::pair<std::string, double>> seconds;        // per phase, in order
+    std::map<std::string, double> numbers;                      // counts and energies, by dotted name
+    std::map<std::string, std::string> notes;                   // what was built and why
+    int samples_done = 0;                                       // per pixel
+    bool complete = true;                                       // false: stopped early
+};
+
+struct RenderResult {
+    Image image;  // R G B, and variance.R variance.G variance.B of the pixel's mean
+    RenderReport report;
+};
+
+// Throws InputError for settings that cannot be met. Stops early, with what there is, when the monitor says so.
+RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor);
+
+}  // namespace lucerna

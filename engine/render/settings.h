@@ -1,0 +1,88 @@
+// Typed settings of the integrators, and the one table that names them.
+//
+// The table (fields) is what scene files, `--set`, `--help`, the EXR header and the statistics read: a parameter
+// that is not in it does not exist.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+
+// The unbiased reference.
+struct PathSettings {
+    int max_depth = 0;  // bounces; 0: no limit, roulette ends every path
+};
+
+// Direct light only; mirrors and glass are followed.
+struct DirectSettings {
+    int max_specular_depth = 16;
+};
+
+enum class DirectMethod : std::uint8_t { mc, map };
+enum class IndirectMethod : std::uint8_t { gather, map };
+enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
+enum class MetricKind : std::uint8_t { projected, euclidean };
+
+struct PhotonMapSettings {
+    std::int64_t photons = 1'000'000;  // light paths emitted
+    DirectMethod direct = DirectMethod::mc;
+    IndirectMethod indirect = IndirectMethod::gather;
+    int gather_rays = 16;     // per camera sample
+    int k = 100;              // photons in an estimate
+    float radius = 0;         // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
+    float ratio = 2;          // Euclidean ball over projected disc, >= 1
+    KernelShape kernel = KernelShape::epanechnikov;
+    MetricKind metric = MetricKind::projected;
+    int max_specular_depth = 16;
+};
+
+struct IgiSettings {
+    int nlights = 64;            // light paths per set, rounded up to a power of 2
+    int nsets = 16;              // independent sets, rounded up to a power of 2
+    float mindist = 0.1F;        // scene units
+    float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
+    float rr_continue = 0.1F;    // with this chance of going on
+    float indirect_scale = 1;
+    int max_specular_depth = 5;
+};
+
+using IntegratorSettings = std::variant<PathSettings, DirectSettings, PhotonMapSettings, IgiSettings>;
+
+// "path", "direct", "photonmap", "igi"
+std::string_view integrator_name(const IntegratorSettings& settings);
+// Default settings of the named integrator; throws InputError listing the names it knows.
+IntegratorSettings make_settings(std::string_view name, const Location& at);
+
+// A value as scene files and the command line give it.
+using SettingValue = std::variant<bool, double, std::string>;
+
+// One parameter of one integrator, bound to a settings object.
+struct Field {
+    std::string_view name;  // as in a scene file and after --set
+    std::string_view help;  // one line, with the unit
+    std::vector<std::string_view> choices;  // empty unless it is a choice
+    double least, most;                     // inclusive, for numbers
+    bool whole = false;                     // only whole numbers
+
+    std::string text() const;  // the present value
+    // Throws InputError naming the value and what is accepted.
+    void set(const SettingValue& value, const Location& at);
+
+    std::variant<bool*, int*, std::int64_t*, float*, std::uint8_t*> target;
+};
+
+std::vector<Field> fields(IntegratorSettings& settings);
+// Sets one parameter by name; throws InputError with the nearest known name and the list.
+void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
+                   const Location& at);
+// "k=100 kernel=epanechnikov …", for headers and statistics.
+std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettings& settings);
+
+}  // namespace lucerna

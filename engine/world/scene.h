@@ -1,0 +1,82 @@
+// The scene: immutable, shared by all threads, owner of what it refers to.
+//
+// Positions are relative to origin(), the centre of the world's bounds in double precision, so that a scene far
+// from (0,0,0) keeps float32's bits for its shape. Only scene.cpp names Embree.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/base/parallel.h"
+#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
+#include "engine/world/bsdf.h"
+#include "engine/world/material.h"
+#include "engine/world/mesh.h"
+#include "lights/light.h"
+#include "lights/picker.h"
+
+namespace lucerna {
+
+struct SceneParts {
+    std::vector<Mesh> meshes;
+    std::vector<Quadric> quadrics;
+    std::vector<Material> materials;
+    std::vector<std::unique_ptr<Light>> lights;
+    V3d origin{0, 0, 0};  // world position of the parts' (0,0,0)
+};
+
+// Where a ray met a surface.
+struct Hit {
+    SurfacePoint at;   // n is the shape's geometric normal: outside, or the emitting side
+    V3f ns;            // shading normal, in n's hemisphere
+    V3f dpdu;          // tangent along u, not normalised, never zero
+    V2f uv;
+    float t = 0;
+    std::uint32_t material = 0;
+    std::int32_t light = kNoLight;
+};
+
+class Scene {
+  public:
+    // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and counted.
+    explicit Scene(SceneParts parts, const Workers& workers = {});
+    ~Scene();
+    Scene(Scene&&) noexcept;
+    Scene& operator=(Scene&&) noexcept;
+
+    // The nearest surface. Interface materials are passed through.
+    std::optional<Hit> hit(const Ray& ray) const;
+    // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
+    bool visible(const SurfacePoint& x, const V3f& w, float distance) const;
+
+    Bsdf bsdf(const Hit& hit) const;
+
+    std::span<const std::unique_ptr<Light>> lights() const;
+    // Lights chosen in proportion to their power.
+    const LightPicker& picker() const;
+    // Indices of the lights for which seen() can answer.
+    std::span<const std::uint32_t> impostors() const;
+    std::span<const Material> materials() const;
+    bool has_specular() const;
+
+    const Box3f& bounds() const;  // empty for an empty scene
+    SceneSphere sphere() const;   // radius 1 for an empty scene
+    const V3d& origin() const;
+
+    struct Counts {
+        std::uint64_t triangles = 0, quadrics = 0, degenerate_triangles = 0;
+    };
+    Counts counts() const;
+    // Rays traced since construction; for statistics.
+    std::uint64_t rays() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,49 @@
+// Lights with a formula: point, spot, distant, diffuse area, constant sky. Positions are relative to the scene's
+// origin, lengths in scene units.
+#pragma once
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "engine/base/vec.h"
+#include "lights/light.h"
+
+namespace lucerna {
+
+// `intensity` in W/sr.
+std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity);
+
+// pbrt's spot: full intensity within `cone - delta`, a smooth fall to 0 at `cone` (half-angles, degrees).
+std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
+                                       float cone_degrees, float delta_degrees);
+
+// Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a disc
+// that covers the scene.
+std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance, const SceneSphere& scene);
+
+// The same radiance from every direction of the sky, W/(m² sr).
+std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene);
+
+// Surfaces that can emit. They must be the very shapes that the scene holds as geometry.
+struct TriangleEmitter {
+    std::vector<V3f> p;
+    std::vector<V3i> triangles;  // emit on the side of (p1-p0) × (p2-p0), or the other one if reversed
+    bool reverse = false;
+};
+struct SphereEmitter {
+    V3f centre;
+    float radius;
+    bool reverse = false;  // true: emits inwards
+};
+struct DiskEmitter {
+    V3f centre;
+    V3f n;  // unit, the emitting side (reversal already applied)
+    float radius, inner_radius = 0;
+};
+using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
+
+// Lambertian emission of constant radiance, W/(m² sr).
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided);
+
+}  // namespace lucerna

@@ -1,0 +1,94 @@
+// What sends photons out.
+//
+// A light answers three questions, one for each way in which light and eye can meet:
+//   emit        a particle leaves the light                       (photon maps, virtual lights)
+//   illuminate  a surface point asks the light for a direction    (Monte Carlo direct light)
+//   seen, meet  a ray, drawn without the light in mind, finds it  (the other half of MIS; the camera)
+//
+// Lights are few and long-lived, so they are virtual; they are constant after construction and safe to share
+// between threads. Units: radiance in W/(m² sr), or cd/m² where the lamp's file is photometric; lengths in scene
+// units, which stand for metres.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+// The cell of a measured light field from which a particle left; other lights have only one.
+using CellId = std::uint32_t;
+inline constexpr CellId kNoCell = 0xffffffffU;
+
+// Uniform numbers in [0,1) for one emission, in an order that keeps stratified ones stratified.
+struct EmitU {
+    V2f position;
+    V2f direction;
+    std::uint32_t salt = 0;  // starts the numbers of whoever needs more than four (rejection)
+};
+
+struct Emitted {
+    SurfacePoint from;
+    V3f d;        // unit
+    Rgb weight;   // L cosθ / pdf [W]: its mean over emit() is the light's flux
+    CellId cell = kNoCell;
+};
+
+// Light that arrives at a point x from direction `w` if nothing stands in between.
+struct Incident {
+    V3f w;           // unit, from x towards the light
+    float distance;  // how far the way must be free: ends just short of the emitter; INFINITY for the sky
+    Rgb weight;      // radiance / pdf_w; for a delta light the irradiance on a plane that faces it [W/m²]
+    float pdf_w;     // density per solid angle with which illuminate() chose w; 0 for a delta light
+    CellId cell = kNoCell;
+};
+
+// Emission met by a ray that was chosen without the light in mind.
+struct Seen {
+    Rgb radiance;
+    float pdf_w;     // density per solid angle with which illuminate() would have chosen this ray; for MIS
+    float distance;  // along the ray; INFINITY for the sky
+};
+
+// The sphere that holds the scene, for lights that have no place of their own.
+struct SceneSphere {
+    V3f centre{0, 0, 0};
+    float radius = 1;  // > 0
+};
+
+class Light {
+  public:
+    virtual ~Light() = default;
+
+    // "point", "spot", "distant", "area", "infinite", "lightfield"
+    virtual std::string_view kind() const = 0;
+
+    // Total flux, colour by colour [W]. Its luminance is what lights are chosen by.
+    virtual Rgb flux() const = 0;
+    double power() const { return static_cast<double>(luminance(flux())); }
+
+    // A particle that leaves the light. No sample: nothing leaves there (a clamped cell, a dark texel).
+    virtual std::optional<Emitted> emit(const EmitU& u) const = 0;
+
+    // A direction from x towards the light. `cell` restricts the choice to one cell of a light field (the density is
+    // then that of the restricted choice). No sample: nothing arrives at x.
+    virtual std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId> cell = {}) const = 0;
+
+    // Emission along a ray from something that is not geometry of the scene: the sky, a lamp's impostor. Does not
+    // look at what stands in between.
+    virtual std::optional<Seen> seen(const Ray& /*ray*/) const { return std::nullopt; }
+
+    // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric normal n
+    // on the shape's own (emitting) side.
+    virtual Seen meet(const Ray& /*ray*/, float t, const V3f& /*n*/) const { return {Rgb(0), 0, t}; }
+
+    // True if only illuminate() can find this light (point, spot, distant).
+    virtual bool is_delta() const { return false; }
+    // True if seen() can answer; renderers ask only these.
+    virtual bool has_impostor() const { return false; }
+};
+
+}  // namespace lucerna

@@ -1,0 +1,33 @@
+// The measured lamp as a light: its field, its cell table, its place in the scene, its impostor.
+//
+// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH 2003 [LF].
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/base/vec.h"
+#include "lights/light.h"
+
+namespace lucerna {
+
+// How a particle is placed within its cell [LF 5.1, appendix B].
+enum class EmissionMode : std::uint8_t { constant, exact, weighted };
+
+struct MeasuredSettings {
+    std::filesystem::path file;
+    M44d world_from_light;      // rotation, translation and uniform scale; relative to the scene's origin. The lamp's
+                                // file is in metres; its flux does not change with the scale
+    float power_scale = 1;      // multiplies the flux
+    float power = 0;            // if > 0: the flux the lamp is set to, in the file's flux unit
+    EmissionMode mode = EmissionMode::exact;
+};
+
+// Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale; a
+// folder that cannot be written is a warning). Throws InputError naming file and cause.
+std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, const Workers& workers,
+                                           Monitor& monitor);
+
+}  // namespace lucerna

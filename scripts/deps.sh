@@ -1,0 +1,25 @@
+#!/usr/bin/env bash
+# The one list of what Lucerna needs from Debian 12. Installs what is missing; says nothing when all is there.
+set -euo pipefail
+
+packages=(
+    # build
+    g++ clang clang-format cmake ninja-build ccache
+    # libraries the engine stands on
+    libembree-dev libflann-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev
+    libomp-14-dev libclang-rt-14-dev librandom123-dev libcli11-dev libfmt-dev libspdlog-dev nlohmann-json3-dev
+    # tests and benchmarks
+    libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
+)
+
+missing=()
+for package in "${packages[@]}"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+done
+if [ ${#missing[@]} -gt 0 ]; then
+    echo "installing: ${missing[*]}"
+    sudo=""
+    [ "$(id -u)" -eq 0 ] || sudo="sudo"
+    $sudo apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+fi
