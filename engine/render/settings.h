@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "photon/kernel.h"
+#include "photon/tangent_metric.h"
 
 namespace lucerna {
 
@@ -27,15 +29,14 @@ struct DirectSettings {
 
 enum class DirectMethod : std::uint8_t { mc, map };
 enum class IndirectMethod : std::uint8_t { gather, map };
-enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
-enum class MetricKind : std::uint8_t { projected, euclidean };
 
 struct PhotonMapSettings {
     std::int64_t photons = 1'000'000;  // light paths emitted
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;     // per camera sample
-    int k = 100;              // photons in an estimate
+    int k = 100;              // photons in an estimate seen by the camera
+    int gather_k = 50;        // photons in an estimate where a gather ray lands
     float radius = 0;         // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
     float ratio = 2;          // Euclidean ball over projected disc, >= 1
     KernelShape kernel = KernelShape::epanechnikov;
@@ -62,6 +63,7 @@ IntegratorSettings make_settings(std::string_view name, const Location& at);
 
 // A value as scene files and the command line give it.
 using SettingValue = std::variant<bool, double, std::string>;
+std::string quoted(const SettingValue& value);  // as an error message shows it
 
 // One parameter of one integrator, bound to a settings object.
 struct Field {

@@ -1,0 +1,43 @@
+// Direct light alone; mirrors and smooth glass are followed. What the other methods add is what this lacks.
+#include "engine/render/direct_light.h"
+#include "engine/render/integrator.h"
+#include "engine/render/specular_chain.h"
+
+namespace lucerna {
+namespace {
+
+class DirectEstimator final : public Estimator {
+  public:
+    DirectEstimator(const Scene& scene, const DirectSettings& settings) : scene_(scene), settings_(settings) {}
+
+    Rgb radiance(const Ray& ray, Stream& stream) const override {
+        const SpecularChain chain =
+            follow_specular(scene_, ray, EmissionRule::all(), settings_.max_specular_depth, stream);
+        if (!chain.hit) return chain.emitted;
+        const Bsdf bsdf = scene_.bsdf(*chain.hit);
+        return chain.emitted + chain.throughput * direct_light(scene_, {*chain.hit, bsdf, chain.wo}, stream);
+    }
+
+  private:
+    const Scene& scene_;
+    DirectSettings settings_;
+};
+
+class DirectIntegrator final : public Integrator {
+  public:
+    explicit DirectIntegrator(const DirectSettings& settings) : settings_(settings) {}
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        return std::make_unique<DirectEstimator>(context.scene, settings_);
+    }
+
+  private:
+    DirectSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_direct(const DirectSettings& settings) {
+    return std::make_unique<DirectIntegrator>(settings);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,77 @@
+#include "engine/render/direct_light.h"
+
+namespace lucerna {
+namespace {
+
+// The share of emission that counts, given the density with which next_event() would have drawn this direction.
+float share(const EmissionRule& rule, float light_pdf_w) {
+    switch (rule.kind) {
+        case EmissionRule::Kind::all: return 1;
+        case EmissionRule::Kind::mis: return power_heuristic(rule.pdf_w, light_pdf_w);
+        case EmissionRule::Kind::none: return 0;
+    }
+    return 0;
+}
+
+}  // namespace
+
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
+    // Draw always, so that the later draws of a path do not depend on what is found here.
+    const float u_light = stream.next();
+    const V2f u_place = stream.next2();
+    const auto pick = scene.picker().pick(u_light);
+    if (!pick) return Rgb(0);
+    const SurfacePoint& x = vertex.hit.at;
+    const Light& light = *scene.lights()[pick->light];
+    const auto incident = light.illuminate(x.p, u_place);
+    if (!incident) return Rgb(0);
+
+    const float cos_x = std::fabs(incident->w.dot(vertex.bsdf.shading_normal()));
+    const Rgb f = vertex.bsdf.f(vertex.wo, incident->w, Transport::radiance);
+    if (is_black(f) || !(cos_x > 0)) return Rgb(0);
+    Rgb result = f * incident->weight * (cos_x / pick->probability);  // a picked light has probability > 0
+    if (!light.is_delta()) {
+        const float bsdf_pdf = vertex.bsdf.pdf_w(vertex.wo, incident->w);
+        result *= power_heuristic(incident->pdf_w * pick->probability, bsdf_pdf);
+    }
+    if (is_black(result) || !scene.visible(x, incident->w, incident->distance)) return Rgb(0);
+    return result;
+}
+
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
+    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
+    Rgb result(0);
+    const float nearest = hit ? hit->t : INFINITY;
+    const auto count = [&](std::uint32_t light, const Seen& seen) {
+        result += seen.radiance * share(rule, seen.pdf_w * scene.picker().probability(light));
+    };
+    if (hit && hit->light != kNoLight) {
+        const auto light = static_cast<std::uint32_t>(hit->light);
+        count(light, scene.lights()[light]->meet(ray, hit->t, hit->at.n));
+    }
+    for (const std::uint32_t light : scene.impostors()) {
+        const auto seen = scene.lights()[light]->seen(ray);
+        if (seen && (seen->distance < nearest || (!hit && std::isinf(seen->distance)))) count(light, *seen);
+    }
+    return result;
+}
+
+bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoint& y) {
+    const V3f w = y.p - x.p;
+    const V3f begin = x.towards(w);
+    const V3f way = y.towards(-w) - begin;
+    const float distance = way.length();
+    if (!(distance > 0)) return true;  // the two ends have met: there is no room for anything between them
+    return scene.visible(SurfacePoint{begin}, way / distance, distance);
+}
+
+Rgb direct_light(const Scene& scene, const Vertex& vertex, Stream& stream) {
+    Rgb result = next_event(scene, vertex, stream);
+    const BsdfU u{stream.next(), stream.next2()};
+    const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+    if (!sample || sample->delta) return result;
+    const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
+    return result + sample->weight * emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w));
+}
+
+}  // namespace lucerna

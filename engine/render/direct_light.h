@@ -1,0 +1,56 @@
+// Direct light by Monte Carlo: both strategies of multiple importance sampling (Veach 1997, chapter 9).
+//
+// A surface asks a light for a direction (next_event); or a direction drawn from the BSDF happens to find a light
+// (emission, with the rule that says which share of it still counts). Used together, with the power heuristic, the
+// two are unbiased and neither small nor large lights are noisy.
+#pragma once
+
+#include <optional>
+
+#include "engine/base/stream.h"
+#include "engine/world/scene.h"
+
+namespace lucerna {
+
+// What emission at the end of a ray counts for.
+struct EmissionRule {
+    enum class Kind : std::uint8_t {
+        all,   // the eye's own ray, or one that only mirrors and glass have turned: nothing else finds it
+        mis,   // a ray from a surface that also asked the lights: the share of the BSDF's strategy
+        none,  // accounted for elsewhere
+    } kind = Kind::all;
+    float pdf_w = 0;  // with which the ray's direction was drawn; for `mis`
+
+    static EmissionRule all() { return {}; }
+    static EmissionRule none() { return {Kind::none, 0}; }
+    static EmissionRule mis(float pdf_w) { return {Kind::mis, pdf_w}; }
+    // After a mirror or smooth glass: next_event before it could not reach beyond.
+    EmissionRule through_specular() const { return kind == Kind::none ? none() : all(); }
+};
+
+inline float power_heuristic(float pdf, float other) {
+    // As a ratio, so that squares of extreme densities neither overflow nor vanish. pdf > 0.
+    const float ratio = other / pdf;
+    return 1 / (1 + ratio * ratio);
+}
+
+// Where a path meets a surface that scatters.
+struct Vertex {
+    const Hit& hit;
+    const Bsdf& bsdf;
+    V3f wo;  // towards the eye
+};
+
+// Radiance towards wo from one light, chosen by power and asked for a direction.
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream);
+
+// Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps' impostors.
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
+
+// True if nothing stands between two surface points; both ends are moved off their surfaces.
+bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoint& y);
+
+// Both strategies at once: all direct light at a vertex, one light sample and one BSDF sample.
+Rgb direct_light(const Scene& scene, const Vertex& vertex, Stream& stream);
+
+}  // namespace lucerna

@@ -1,0 +1,50 @@
+// Where samples become pixels. A pixel owns its sums: one thread at a time works on it, in a fixed order.
+#pragma once
+
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/base/vec.h"
+#include "engine/render/job.h"
+
+namespace lucerna {
+
+class Film {
+  public:
+    Film(int width, int height)
+        : width_(width), height_(height), pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+
+    int width() const { return width_; }
+    int height() const { return height_; }
+
+    // Finite radiance, W/(m² sr).
+    void add(int x, int y, const Rgb& radiance);
+
+    // Channels R G B (the mean times `scale`) and variance.R variance.G variance.B: the variance of that mean. Pixels
+    // without a sample are black; with one sample the variance is 0 and says nothing.
+    Image develop(float scale) const;
+
+  private:
+    struct Pixel {
+        V3f mean{0, 0, 0}, m2{0, 0, 0};  // Welford's sums
+        std::uint32_t count = 0;
+    };
+
+    int width_, height_;
+    std::vector<Pixel> pixels_;
+};
+
+// Offsets from a pixel's centre, distributed as the reconstruction filter: so every sample weighs the same and
+// belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance Sampling", 2006).
+class FilterSampler {
+  public:
+    explicit FilterSampler(const FilterSettings& settings);
+    V2f offset(const V2f& u) const;  // pixels
+
+  private:
+
+    FilterSettings settings_;
+    std::vector<float> inverse_x_, inverse_y_;  // inverse CDFs at equal steps; empty for the box
+};
+
+}  // namespace lucerna

@@ -1,0 +1,110 @@
+// Instant global illumination, as the note has it [igi 1-3]: indirect light from a set of virtual lights.
+#include <bit>
+
+#include "engine/render/direct_light.h"
+#include "engine/render/energy_report.h"
+#include "engine/render/integrator.h"
+#include "engine/render/specular_chain.h"
+#include "photon/virtual_lights.h"
+
+namespace lucerna {
+namespace {
+
+float smoothstep(float low, float high, float x) {
+    if (x <= low) return 0;
+    if (x >= high) return 1;  // also when low == high: the divisor below is never 0
+    const float t = (x - low) / (high - low);
+    return t * t * (3 - 2 * t);
+}
+
+class IgiEstimator final : public Estimator {
+  public:
+    IgiEstimator(const Scene& scene, const IgiSettings& settings, VirtualLightSets sets, std::uint32_t paths)
+        : scene_(scene), settings_(settings), sets_(std::move(sets)), paths_(static_cast<float>(paths)) {}
+
+    Rgb radiance(const Ray& ray, Stream& stream) const override {
+        // One well-distributed number chooses the set.
+        const auto count = static_cast<float>(sets_.begins.size() - 1);
+        const auto set = static_cast<std::size_t>(stream.next() * count);
+        const SpecularChain chain =
+            follow_specular(scene_, ray, EmissionRule::all(), settings_.max_specular_depth, stream);
+        if (!chain.hit) return chain.emitted;
+        const Bsdf bsdf = scene_.bsdf(*chain.hit);
+        const Vertex vertex{*chain.hit, bsdf, chain.wo};
+        const Rgb direct = direct_light(scene_, vertex, stream);
+        return chain.emitted + chain.throughput * (direct + indirect(vertex, set, stream));
+    }
+
+  private:
+    // The sum over one set is one sample per light path: it is divided by the number of paths. (The note's listing
+    // divides by the number of virtual lights, of which a path makes several; that loses their energy.)
+    Rgb indirect(const Vertex& vertex, std::size_t set, Stream& stream) const {
+        Rgb sum(0);
+        if (vertex.bsdf.is_black()) return sum;
+        Stream roulette = stream.split(1);
+        for (std::uint32_t i = sets_.begins[set]; i < sets_.begins[set + 1]; ++i) {
+            sum += shade(vertex, sets_.lights[i], roulette);
+        }
+        return sum;
+    }
+
+    Rgb shade(const Vertex& vertex, const VirtualLight& light, Stream& roulette) const {
+        const float u_shadow = roulette.next();
+        const SurfacePoint& x = vertex.hit.at;
+        const V3f way = light.at.p - x.p;
+        const float d2 = way.length2();
+        // A virtual light on the very point lights nothing: where d² cannot be told from 0, G has no value.
+        if (!(d2 > sqr(x.error + light.at.error))) return Rgb(0);
+        const float min2 = sqr(settings_.mindist);
+        const float fade = smoothstep(0.8F * min2, 1.2F * min2, d2);
+        const float d = std::sqrt(d2);
+        const V3f w = way / d;
+        const float cos_v = -w.dot(light.at.n);
+        if (!(fade > 0) || !(cos_v > 0)) return Rgb(0);  // virtual lights shine on their side only
+
+        const float cos_x = std::fabs(w.dot(vertex.bsdf.shading_normal()));
+        Rgb value = vertex.bsdf.f(vertex.wo, w, Transport::radiance) * light.contribution *
+                    (fade * settings_.indirect_scale * cos_x * cos_v / d2 / paths_);
+        if (is_black(value)) return value;
+
+        // Faint lights get their shadow ray only sometimes.
+        if (luminance(value) < settings_.rr_threshold) {
+            if (!(u_shadow < settings_.rr_continue)) return Rgb(0);
+            value /= settings_.rr_continue;  // at least 1e-6
+        }
+        return visible_between(scene_, x, light.at) ? value : Rgb(0);
+    }
+
+    const Scene& scene_;
+    IgiSettings settings_;
+    VirtualLightSets sets_;
+    float paths_;
+};
+
+class IgiIntegrator final : public Integrator {
+  public:
+    explicit IgiIntegrator(const IgiSettings& settings) : settings_(settings) {}
+
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        VirtualLightPlan plan;
+        plan.sets = std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets));
+        plan.paths = std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights));
+        plan.seed = context.seed;
+        plan.pass = context.pass;
+        VirtualLightSets sets = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
+        if (context.monitor.stopped()) return nullptr;
+        report_energy(sets.ledger, context.report);
+        context.report.numbers["virtual_lights.total"] = static_cast<double>(sets.lights.size());
+        context.report.numbers["virtual_lights.sets"] = plan.sets;
+        return std::make_unique<IgiEstimator>(context.scene, settings_, std::move(sets), plan.paths);
+    }
+
+  private:
+    IgiSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_igi(const IgiSettings& settings) { return std::make_unique<IgiIntegrator>(settings); }
+
+}  // namespace lucerna

@@ -1,0 +1,51 @@
+// The keystone: recipe → prepared pass → radiance.
+//
+// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, virtual lights;
+// the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from any thread.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/base/stream.h"
+#include "engine/render/render.h"
+#include "engine/render/settings.h"
+#include "engine/world/scene.h"
+
+namespace lucerna {
+
+class Estimator {
+  public:
+    virtual ~Estimator() = default;
+    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over streams is what the method converges to.
+    virtual Rgb radiance(const Ray& ray, Stream& stream) const = 0;
+};
+
+// What prepare() may use. The scene outlives the estimator.
+struct PassContext {
+    const Scene& scene;
+    std::uint64_t seed;
+    std::uint32_t pass;
+    const Workers& workers;
+    Monitor& monitor;
+    RenderReport& report;
+};
+
+class Integrator {
+  public:
+    virtual ~Integrator() = default;
+    // Null if the monitor stopped it.
+    virtual std::unique_ptr<const Estimator> prepare(const PassContext& context) const = 0;
+};
+
+std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings);
+
+// One for each room's file.
+std::unique_ptr<Integrator> make_path(const PathSettings& settings);
+std::unique_ptr<Integrator> make_direct(const DirectSettings& settings);
+std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings);
+std::unique_ptr<Integrator> make_igi(const IgiSettings& settings);
+
+}  // namespace lucerna

@@ -1,0 +1,75 @@
+// The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything else.
+#include "engine/render/direct_light.h"
+#include "engine/render/integrator.h"
+#include "photon/walk.h"
+
+namespace lucerna {
+namespace {
+
+// Roulette begins here: the first bounces carry most of the light and are worth their rays.
+constexpr int kRouletteFrom = 3;
+
+class PathEstimator final : public Estimator {
+  public:
+    PathEstimator(const Scene& scene, const PathSettings& settings) : scene_(scene), settings_(settings) {}
+
+    Rgb radiance(const Ray& camera_ray, Stream& stream) const override {
+        Rgb result(0);
+        Rgb throughput(1);
+        float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
+        Ray ray = camera_ray;
+        EmissionRule rule = EmissionRule::all();
+
+        for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
+            const auto hit = scene_.hit(ray);
+            result += throughput * emission(scene_, ray, hit, rule);
+            if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
+
+            // Ask the lights.
+            const Bsdf bsdf = scene_.bsdf(*hit);
+            const V3f wo = -ray.d;
+            const bool specular = bsdf.is_delta();
+            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, stream);
+
+            // Go on.
+            const BsdfU u{stream.next(), stream.next2()};
+            const float u_survive = stream.next();
+            const auto sample = bsdf.sample(wo, u, Transport::radiance);
+            if (!sample) break;
+            throughput *= sample->weight;
+            eta_scale *= sample->eta_scale;
+            rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w);
+            ray = Ray{hit->at.towards(sample->wi), sample->wi};
+
+            // Russian roulette by what the path is still worth.
+            if (bounce + 1 < kRouletteFrom) continue;
+            const float survival = std::min(kMaxSurvival, max_component(throughput) / eta_scale);
+            if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
+            throughput /= survival;
+        }
+        return result;
+    }
+
+  private:
+    const Scene& scene_;
+    PathSettings settings_;
+};
+
+class PathIntegrator final : public Integrator {
+  public:
+    explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        return std::make_unique<PathEstimator>(context.scene, settings_);
+    }
+
+  private:
+    PathSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_path(const PathSettings& settings) {
+    return std::make_unique<PathIntegrator>(settings);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,193 @@
+// Photon mapping in two passes (Jensen 2001) with separate Direct, Global and Caustic maps [photon-maps 1, 4, 5].
+//
+// Every path of light is counted once. At a Lambertian surface, what arrives is split by where it comes from:
+//   straight from a light        lights sampled, or the Direct map
+//   over mirrors and glass only  the Caustic map
+//   over a diffuse surface       final gather, or the Global map
+// Rough metal and glass carry no photons; a ray that meets them asks the lights and goes on, as a path would.
+#include "engine/render/direct_light.h"
+#include "engine/render/energy_report.h"
+#include "engine/render/integrator.h"
+#include "engine/render/specular_chain.h"
+#include "photon/build_maps.h"
+#include "photon/gather.h"
+
+namespace lucerna {
+namespace {
+
+// Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
+constexpr int kMostBounces = 64;
+
+// Which quality a surface is shaded with.
+enum class Stage : std::uint8_t {
+    eye,     // the camera sees it, straight or over shiny surfaces
+    gather,  // a gather ray landed there: blurred over a hemisphere before anyone sees it
+};
+
+struct GatherPair {
+    GatherSettings seen, landed;
+};
+
+class PhotonMapEstimator final : public Estimator {
+  public:
+    PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, const GatherPair& gather,
+                       PhotonMaps maps)
+        : scene_(scene), settings_(settings), gather_(gather), maps_(std::move(maps)) {}
+
+    Rgb radiance(const Ray& ray, Stream& stream) const override {
+        return trace(ray, EmissionRule::all(), Stage::eye, 0, stream);
+    }
+
+  private:
+    // Radiance along a ray up to and including the first Lambertian surface.
+    Rgb trace(Ray ray, EmissionRule rule, Stage stage, int depth, Stream& stream) const {
+        Rgb result(0);
+        Rgb throughput(1);
+        for (; depth < kMostBounces; ++depth) {
+            const SpecularChain chain = follow_specular(scene_, ray, rule, settings_.max_specular_depth, stream);
+            result += throughput * chain.emitted;
+            if (!chain.hit) break;
+            throughput *= chain.throughput;
+            const Bsdf bsdf = scene_.bsdf(*chain.hit);
+            const Vertex vertex{*chain.hit, bsdf, chain.wo};
+            if (stores_photons(bsdf)) {
+                return result + throughput * (stage == Stage::eye ? seen(vertex, stream)
+                                                                  : landed(vertex, chain.length, depth, stream));
+            }
+            // A rough surface: ask the lights, then follow the BSDF.
+            result += throughput * next_event(scene_, vertex, stream);
+            const BsdfU u{stream.next(), stream.next2()};
+            const float u_survive = stream.next();
+            const auto sample = bsdf.sample(chain.wo, u, Transport::radiance);
+            if (!sample) break;
+            throughput *= sample->weight;
+            const float survival = std::min(1.0F, max_component(throughput));
+            if (!(u_survive < survival)) break;
+            throughput /= survival;
+            rule = sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w);
+            ray = Ray{chain.hit->at.towards(sample->wi), sample->wi};
+        }
+        return result;
+    }
+
+    // A Lambertian surface that the camera sees.
+    Rgb seen(const Vertex& vertex, Stream& stream) const {
+        Rgb result = settings_.direct == DirectMethod::mc
+                         ? direct_light(scene_, vertex, stream)
+                         : estimate(MapKind::direct, vertex, gather_.seen).radiance;
+        result += estimate(MapKind::caustic, vertex, gather_.seen).radiance;
+        if (settings_.indirect == IndirectMethod::map) {
+            return result + estimate(MapKind::global, vertex, gather_.seen).radiance;
+        }
+        Rgb gathered(0);
+        for (int i = 0; i < settings_.gather_rays; ++i) {
+            Stream branch = stream.split_stratified(0, static_cast<std::uint32_t>(i));
+            gathered += gather_ray(vertex, 0, branch);
+        }
+        return result + gathered / static_cast<float>(settings_.gather_rays);
+    }
+
+    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose disc is
+    // wider than that would take in light from around the corner it is gathered for; then the ray goes on instead.
+    Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
+        Rgb result = estimate(MapKind::caustic, vertex, gather_.landed).radiance;
+        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed);
+        const bool near = global.radius > length && depth + 1 < kMostBounces;
+        result += settings_.direct == DirectMethod::mc || near
+                      ? direct_light(scene_, vertex, stream)
+                      : estimate(MapKind::direct, vertex, gather_.landed).radiance;
+        return result + (near ? gather_ray(vertex, depth + 1, stream) : global.radiance);
+    }
+
+    // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted elsewhere.
+    Rgb gather_ray(const Vertex& vertex, int depth, Stream& stream) const {
+        const BsdfU u{stream.next(), stream.next2()};
+        const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+        if (!sample) return Rgb(0);
+        const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
+        return sample->weight * trace(ray, EmissionRule::none(), Stage::gather, depth, stream);
+    }
+
+    GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
+        const PhotonMap* map = maps_.find(kind);
+        return map ? Gather(*map, how).radiance(vertex.hit, vertex.bsdf, vertex.wo) : GatherResult{};
+    }
+
+    const Scene& scene_;
+    PhotonMapSettings settings_;
+    GatherPair gather_;
+    PhotonMaps maps_;
+};
+
+class PhotonMapIntegrator final : public Integrator {
+  public:
+    explicit PhotonMapIntegrator(const PhotonMapSettings& settings) : settings_(settings) {}
+
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        MapPlan plan;
+        plan.paths = settings_.photons;
+        plan.wanted = wanted(context);
+        plan.seed = context.seed;
+        plan.pass = context.pass;
+        PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
+        if (context.monitor.stopped()) return nullptr;
+        report(maps, context.report);
+        return std::make_unique<PhotonMapEstimator>(context.scene, settings_, gather(context.scene), std::move(maps));
+    }
+
+  private:
+    // Only what the scene and the chosen methods need is built; the report says why.
+    std::array<bool, kMapKinds> wanted(const PassContext& context) const {
+        std::array<bool, kMapKinds> maps{};
+        const auto decide = [&](MapKind kind, bool build, std::string reason) {
+            maps[static_cast<std::size_t>(kind)] = build;
+            context.report.notes[fmt::format("map.{}", map_name(kind))] =
+                (build ? "built: " : "not built: ") + reason;
+        };
+        const bool map = settings_.direct == DirectMethod::map;
+        decide(MapKind::direct, map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)");
+        decide(MapKind::global, true,
+               settings_.indirect == IndirectMethod::map ? "indirect light is read from it"
+                                                         : "gather rays read it where they land");
+        const bool specular = context.scene.has_specular();
+        decide(MapKind::caustic, specular,
+               specular ? "the scene has mirrors or smooth glass" : "no surface of the scene is specular");
+        return maps;
+    }
+
+    GatherPair gather(const Scene& scene) const {
+        GatherSettings how;
+        const float diagonal = scene.bounds().isEmpty() ? 1.0F : scene.bounds().size().length();
+        how.radius = settings_.radius > 0 ? settings_.radius : std::max(0.05F * diagonal, 1e-30F);
+        how.ratio = settings_.ratio;
+        how.kernel = settings_.kernel;
+        how.metric = settings_.metric;
+        GatherPair pair{how, how};
+        pair.seen.k = settings_.k;
+        pair.landed.k = settings_.gather_k;
+        return pair;
+    }
+
+    static void report(const PhotonMaps& maps, RenderReport& report) {
+        report_energy(maps.ledger, report);
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            const std::string name = fmt::format("photons.{}.", map_name(static_cast<MapKind>(kind)));
+            report.numbers[name + "stored"] = static_cast<double>(maps.counts[kind].stored);
+            report.numbers[name + "dropped.map_not_wanted"] = static_cast<double>(maps.counts[kind].not_wanted);
+            report.numbers[name + "dropped.surface_not_diffuse"] =
+                static_cast<double>(maps.counts[kind].not_storable);
+        }
+        report.seconds.emplace_back("photons", maps.seconds_trace);
+        report.seconds.emplace_back("index", maps.seconds_index);
+    }
+
+    PhotonMapSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings) {
+    return std::make_unique<PhotonMapIntegrator>(settings);
+}
+
+}  // namespace lucerna

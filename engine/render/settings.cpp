@@ -1,0 +1,161 @@
+#include "engine/render/settings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/base/names.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kMost = std::numeric_limits<float>::max();
+constexpr double kMostInt = std::numeric_limits<int>::max();
+// Set sizes are rounded up to a power of 2, which must stay an int.
+constexpr double kMostPowerOf2 = 1 << 24;
+
+template <typename E>
+std::uint8_t* as_byte(E& choice) {
+    static_assert(sizeof(E) == 1);
+    return reinterpret_cast<std::uint8_t*>(&choice);  // an enum class over uint8_t
+}
+
+Field whole(std::string_view name, std::string_view help, double least, double most, int& target) {
+    return {name, help, {}, least, most, true, &target};
+}
+Field whole(std::string_view name, std::string_view help, double least, double most, std::int64_t& target) {
+    return {name, help, {}, least, most, true, &target};
+}
+Field real(std::string_view name, std::string_view help, double least, double most, float& target) {
+    return {name, help, {}, least, most, false, &target};
+}
+template <typename E>
+Field choice(std::string_view name, std::string_view help, std::vector<std::string_view> names, E& target) {
+    const double last = static_cast<double>(names.size()) - 1;
+    return {name, help, std::move(names), 0, last, true, as_byte(target)};
+}
+
+std::vector<Field> fields_of(PathSettings& s) {
+    return {whole("maxdepth", "longest path in bounces; 0: no limit, roulette ends every path", 0, kMostInt,
+                  s.max_depth)};
+}
+
+std::vector<Field> fields_of(DirectSettings& s) {
+    return {whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth)};
+}
+
+std::vector<Field> fields_of(PhotonMapSettings& s) {
+    return {
+        whole("photons", "light paths emitted", 1, 4294967296.0, s.photons),
+        choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"}, s.direct),
+        choice("indirect", "indirect light: gather (final gather) or map (the maps seen directly)",
+               {"gather", "map"}, s.indirect),
+        whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
+        whole("k", "photons in an estimate that the camera sees", 1, kMostInt, s.k),
+        whole("gatherk", "photons in an estimate where a gather ray lands", 1, kMostInt, s.gather_k),
+        real("radius", "largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal", 0, kMost,
+             s.radius),
+        real("ratio", "search ball over projected disc; larger catches more photons around corners", 1, 1000,
+             s.ratio),
+        choice("kernel", "weight over the disc: constant, cone or epanechnikov",
+               {"constant", "cone", "epanechnikov"}, s.kernel),
+        choice("metric", "photon distance: projected (tangent plane) or euclidean", {"projected", "euclidean"},
+               s.metric),
+        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+    };
+}
+
+std::vector<Field> fields_of(IgiSettings& s) {
+    return {
+        whole("nlights", "light paths per set, rounded up to a power of 2", 1, kMostPowerOf2, s.nlights),
+        whole("nsets", "independent sets, rounded up to a power of 2; best near the samples per pixel", 1,
+              kMostPowerOf2, s.nsets),
+        real("mindist", "virtual lights nearer than this fade out, scene units; 0: none does", 0, kMost, s.mindist),
+        real("rrthreshold", "luminance below which shadow rays play roulette", 0, kMost, s.rr_threshold),
+        real("rrcontinue", "chance that such a shadow ray is traced", 1e-6, 1, s.rr_continue),
+        real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
+        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+    };
+}
+
+}  // namespace
+
+std::string_view integrator_name(const IntegratorSettings& settings) {
+    constexpr std::string_view names[] = {"path", "direct", "photonmap", "igi"};
+    return names[settings.index()];
+}
+
+IntegratorSettings make_settings(std::string_view name, const Location& at) {
+    if (name == "path") return PathSettings{};
+    if (name == "direct") return DirectSettings{};
+    if (name == "photonmap") return PhotonMapSettings{};
+    if (name == "igi") return IgiSettings{};
+    input_error(at, "unknown integrator \"{}\"; known are path, direct, photonmap, igi", name);
+}
+
+std::string Field::text() const {
+    return std::visit(
+        [&](auto* value) -> std::string {
+            if (!choices.empty()) return std::string(choices[static_cast<std::size_t>(*value)]);
+            return fmt::format("{}", *value);
+        },
+        target);
+}
+
+void Field::set(const SettingValue& value, const Location& at) {
+    if (!choices.empty()) {
+        const auto* word = std::get_if<std::string>(&value);
+        const auto found = word ? std::find(choices.begin(), choices.end(), *word) : choices.end();
+        if (found == choices.end()) {
+            input_error(at, "{}: {} is not accepted; choose {}", name, quoted(value), fmt::join(choices, ", "));
+        }
+        *std::get<std::uint8_t*>(target) = static_cast<std::uint8_t>(found - choices.begin());
+        return;
+    }
+    if (auto* flag = std::get_if<bool*>(&target)) {
+        if (!std::holds_alternative<bool>(value)) {
+            input_error(at, "{}: {} is not accepted; true or false is", name, quoted(value));
+        }
+        **flag = std::get<bool>(value);
+        return;
+    }
+    const double* number = std::get_if<double>(&value);
+    const bool in_range = number && *number >= least && *number <= most;  // false for NaN
+    if (!in_range || (whole && *number != std::floor(*number))) {
+        input_error(at, "{}: {} is not accepted; a {} from {:g} to {:g} is", name, quoted(value),
+                    whole ? "whole number" : "number", least, most);
+    }
+    std::visit([&](auto* out) { *out = static_cast<std::remove_reference_t<decltype(*out)>>(*number); }, target);
+}
+
+std::string quoted(const SettingValue& value) {
+    if (const auto* word = std::get_if<std::string>(&value)) return '"' + *word + '"';
+    if (const auto* number = std::get_if<double>(&value)) return fmt::format("{:g}", *number);
+    return std::get<bool>(value) ? "true" : "false";
+}
+
+std::vector<Field> fields(IntegratorSettings& settings) {
+    return std::visit([](auto& s) { return fields_of(s); }, settings);
+}
+
+void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
+                   const Location& at) {
+    std::vector<std::string_view> names;
+    for (Field& field : fields(settings)) {
+        if (field.name == name) return field.set(value, at);
+        names.push_back(field.name);
+    }
+    input_error(at, "{} has no parameter \"{}\"; {}known are {}", integrator_name(settings), name,
+                did_you_mean(name, names), fmt::join(names, ", "));
+}
+
+std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettings& settings) {
+    IntegratorSettings copy = settings;
+    std::vector<std::pair<std::string, std::string>> result;
+    for (const Field& field : fields(copy)) result.emplace_back(field.name, field.text());
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,58 @@
+// FLANN's exact kd-tree behind our interface. The only file that names FLANN.
+//
+// FLANN reports every candidate to a result set as it finds it and asks it for the bound; ours hands both to the
+// visitor, so filtering happens during the search. FLANN allocates one small vector per query; that stays in here.
+#include <flann/flann.hpp>
+
+#include "kdtree/point_tree.h"
+
+namespace lucerna {
+namespace {
+
+class VisitorSet final : public flann::ResultSet<float> {
+  public:
+    VisitorSet(float r2, PointVisitor& visitor) : r2_(r2), visitor_(visitor) {}
+
+    bool full() const override { return true; }
+    float worstDist() const override { return r2_; }
+    void addPoint(float r2, std::size_t index) override {
+        r2_ = std::min(r2_, visitor_.visit(static_cast<std::uint32_t>(index), r2));
+    }
+
+  private:
+    float r2_;
+    PointVisitor& visitor_;
+};
+
+class FlannTree final : public PointTree {
+  public:
+    explicit FlannTree(std::span<const V3f> points)
+        // FLANN wants a mutable pointer but, with reordering into its own copy, never writes through it.
+        : index_(flann::Matrix<float>(const_cast<float*>(&points.front().x), points.size(), 3),
+                 flann::KDTreeSingleIndexParams(kLeafSize, true)),
+          size_(points.size()) {
+        index_.buildIndex();
+    }
+
+    void visit_ball(const V3f& x, float r2, PointVisitor& visitor) const override {
+        VisitorSet results(r2, visitor);
+        index_.findNeighbors(results, &x.x, flann::SearchParams());
+    }
+    std::size_t size() const override { return size_; }
+
+  private:
+    static constexpr int kLeafSize = 12;
+    flann::KDTreeSingleIndex<flann::L2_3D<float>> index_;
+    std::size_t size_;
+};
+
+}  // namespace
+
+std::unique_ptr<PointTree> make_flann_tree(std::span<const V3f> points) {
+    // FLANN cannot index nothing; the brute force over no points is the empty tree.
+    if (points.empty()) return make_brute_force(points);
+    static_assert(sizeof(V3f) == 3 * sizeof(float));
+    return std::make_unique<FlannTree>(points);
+}
+
+}  // namespace lucerna

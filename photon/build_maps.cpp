@@ -1,0 +1,117 @@
+#include "photon/build_maps.h"
+
+#include <chrono>
+#include <vector>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+namespace {
+
+struct Batch {
+    std::vector<V3f> positions;
+    std::vector<Photon> photons;
+};
+
+// What one chunk of paths makes; joined in the order of the chunks.
+struct Harvest {
+    std::array<Batch, kMapKinds> batches;
+    std::array<DepositCount, kMapKinds> counts{};
+    Ledger ledger;
+};
+
+void deposit(const WalkHit& at, const MapPlan& plan, float share, Harvest& harvest) {
+    const auto kind = static_cast<std::size_t>(map_of(at.path));
+    if (!stores_photons(at.bsdf)) {
+        ++harvest.counts[kind].not_storable;
+    } else if (!plan.wanted[kind]) {
+        ++harvest.counts[kind].not_wanted;
+    } else {
+        ++harvest.counts[kind].stored;
+        harvest.batches[kind].positions.push_back(at.hit.at.p);
+        harvest.batches[kind].photons.push_back(
+            {PackedDirection(at.d), at.power * share, at.start.light, at.start.cell});
+    }
+}
+
+Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
+    Harvest harvest;
+    const float share = 1.0F / static_cast<float>(plan.paths);  // the one place of 1/M; paths >= 1
+    for (std::int64_t path = begin; path < end; ++path) {
+        Stream stream =
+            Stream::stratified(plan.seed, Purpose::emission, plan.pass, static_cast<std::uint32_t>(path));
+        ++harvest.ledger.paths;
+        const auto start = emit_path(scene, stream);
+        if (!start) {
+            ++harvest.ledger.not_emitted;
+            continue;
+        }
+        walk(scene, *start, stream, harvest.ledger,
+             [&](const WalkHit& at) { deposit(at, plan, share, harvest); });
+    }
+    return harvest;
+}
+
+// Concatenates the chunks' photons of one class, freeing each as it goes.
+Batch join(std::vector<Harvest>& harvests, std::size_t kind) {
+    std::size_t total = 0;
+    for (const Harvest& h : harvests) total += h.batches[kind].photons.size();
+    Batch all;
+    all.positions.reserve(total);
+    all.photons.reserve(total);
+    for (Harvest& h : harvests) {
+        Batch& b = h.batches[kind];
+        all.positions.insert(all.positions.end(), b.positions.begin(), b.positions.end());
+        all.photons.insert(all.photons.end(), b.photons.begin(), b.photons.end());
+        b = {};
+    }
+    return all;
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor) {
+    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
+        throw InputError(fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
+    }
+    constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
+    PhotonMaps result;
+
+    // Emit and walk.
+    auto start = std::chrono::steady_clock::now();
+    std::vector<Harvest> harvests(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
+    {
+        Phase phase(monitor, "photons", static_cast<std::uint64_t>(plan.paths));
+        parallel_ranges(workers, plan.paths, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+            if (monitor.stopped()) return;
+            harvests[static_cast<std::size_t>(chunk)] = walk_paths(scene, plan, begin, end);
+            phase.advance(static_cast<std::uint64_t>(end - begin));
+        });
+    }
+    for (const Harvest& h : harvests) {
+        result.ledger.add(h.ledger);
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            result.counts[kind].stored += h.counts[kind].stored;
+            result.counts[kind].not_wanted += h.counts[kind].not_wanted;
+            result.counts[kind].not_storable += h.counts[kind].not_storable;
+        }
+    }
+    result.ledger.scale(1.0 / static_cast<double>(plan.paths));
+    result.seconds_trace = seconds_since(start);
+
+    // Index.
+    start = std::chrono::steady_clock::now();
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        if (!plan.wanted[kind]) continue;
+        Batch batch = join(harvests, kind);
+        result.maps[kind].emplace(std::move(batch.positions), std::move(batch.photons));
+    }
+    result.seconds_index = seconds_since(start);
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,45 @@
+// From lights to maps: emits light paths, walks them, sorts their hits into the maps that are wanted.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "photon/deposit.h"
+#include "photon/photon_map.h"
+
+namespace lucerna {
+
+struct MapPlan {
+    std::int64_t paths = 0;  // light paths to emit, at most 2^32
+    std::array<bool, kMapKinds> wanted{};
+    std::uint64_t seed = 0;
+    std::uint32_t pass = 0;
+};
+
+// What became of the hits of one class.
+struct DepositCount {
+    std::uint64_t stored = 0;
+    std::uint64_t not_wanted = 0;    // the map of their class is not built
+    std::uint64_t not_storable = 0;  // on mirrors, glass, rough or black surfaces
+};
+
+struct PhotonMaps {
+    std::array<std::optional<PhotonMap>, kMapKinds> maps;
+    std::array<DepositCount, kMapKinds> counts{};
+    Ledger ledger;  // in W: already divided by the number of paths
+    double seconds_trace = 0, seconds_index = 0;
+
+    const PhotonMap* find(MapKind kind) const {
+        const auto& map = maps[static_cast<std::size_t>(kind)];
+        return map ? &*map : nullptr;
+    }
+};
+
+// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not walked carry no
+// power: the caller must not use the result.
+PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna

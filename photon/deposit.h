@@ -1,0 +1,32 @@
+// Which hit enters which map [photon-maps 1]:
+//
+//   Direct   LD             the first impact straight from a light
+//   Caustic  LS+D           after specular bounces only
+//   Global   L(S|D)*D(S|D)*D  after at least one diffuse bounce
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "photon/walk.h"
+
+namespace lucerna {
+
+enum class MapKind : std::uint8_t { direct, global, caustic };
+inline constexpr int kMapKinds = 3;
+
+inline std::string_view map_name(MapKind kind) {
+    constexpr std::string_view names[] = {"direct", "global", "caustic"};
+    return names[static_cast<int>(kind)];
+}
+
+inline MapKind map_of(const PathClass& path) {
+    if (path.diffuse > 0) return MapKind::global;
+    return path.specular > 0 ? MapKind::caustic : MapKind::direct;
+}
+
+// Photons rest on Lambertian surfaces only. Rough metal and glass reflect too little of what an estimate would
+// gather, and renderers follow the ray there instead.
+inline bool stores_photons(const Bsdf& bsdf) { return bsdf.is_diffuse(); }
+
+}  // namespace lucerna

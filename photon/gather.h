@@ -1,0 +1,42 @@
+// Radiance from a photon map by density estimation [photon-maps 3].
+#pragma once
+
+#include "engine/world/scene.h"
+#include "photon/kernel.h"
+#include "photon/photon_map.h"
+#include "photon/tangent_metric.h"
+
+namespace lucerna {
+
+struct GatherSettings {
+    int k = 100;         // photons in an estimate, >= 1
+    float radius = 1;    // the largest radius, scene units, > 0
+    float ratio = 2;     // TangentMetric's
+    KernelShape kernel = KernelShape::epanechnikov;
+    MetricKind metric = MetricKind::projected;
+};
+
+// What an estimate rests on, beside its value.
+struct GatherResult {
+    Rgb radiance{0.0F};  // W/(m² sr)
+    float radius = 0;    // of the disc, scene units
+    int photons = 0;     // that counted
+};
+
+// Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that makes the
+// estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more than k within the
+// largest radius, that is the radius and all count. An empty map gives black. Photons that all rest at one point get
+// the radius below which float32 cannot tell points apart (the surface's own error), never 0.
+class Gather {
+  public:
+    Gather(const PhotonMap& map, const GatherSettings& settings) : map_(map), settings_(settings) {}
+
+    // Radiance that the surface sends towards `wo` because of the map's photons.
+    GatherResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
+
+  private:
+    const PhotonMap& map_;
+    GatherSettings settings_;
+};
+
+}  // namespace lucerna
