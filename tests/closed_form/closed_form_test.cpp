@@ -1,0 +1,123 @@
+// Scenes whose light has a formula [photon-maps 6].
+#include <gtest/gtest.h>
+
+#include "engine/render/render.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using testing::SceneMaker;
+
+double mean_luminance(Scene scene, const Camera& camera, const IntegratorSettings& settings, int spp) {
+    Monitor silent;
+    const Job job = testing::make_job(std::move(scene), camera, settings, spp);
+    return testing::luminance_stats(render(job, {3, Workers{}}, silent).image).mean();
+}
+
+// From off the centre, so that no symmetry hides a wrong cosine.
+Camera inside_sphere() { return testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, 16, 16, 70); }
+
+struct SphereCase {
+    const char* method;
+    float albedo;
+};
+
+class IntegratingSphere : public ::testing::TestWithParam<SphereCase> {};
+
+IntegratorSettings sphere_settings(const std::string& method) {
+    if (method == "path") return PathSettings{};
+    if (method == "igi") {
+        IgiSettings igi;
+        igi.mindist = 0;
+        igi.nlights = 256;
+        igi.nsets = 64;
+        return igi;
+    }
+    PhotonMapSettings photons;
+    photons.photons = 200'000;
+    photons.gather_rays = 4;
+    photons.indirect = method == "map" ? IndirectMethod::map : IndirectMethod::gather;
+    return photons;
+}
+
+// Radiance ρ/π · Φ/(4πr²)/(1-ρ) everywhere: direct irradiance plus the geometric series of bounces.
+TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
+    const auto [method, albedo] = GetParam();
+    constexpr float kFlux = 12;
+    const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
+    const int spp = std::string(method) == "path" ? 256 : 16;
+    const double mean =
+        mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(), sphere_settings(method), spp);
+    if (albedo == 0) {
+        EXPECT_EQ(mean, 0);
+    } else {
+        RecordProperty("ratio", fmt::format("{:.5f}", mean / expected));
+        EXPECT_NEAR(mean / expected, 1, 0.01);
+    }
+}
+
+std::vector<SphereCase> sphere_cases() {
+    std::vector<SphereCase> cases;
+    for (const char* method : {"path", "gather", "map", "igi"}) {
+        for (const float albedo : {0.0F, 0.5F, 0.9F, 0.99F}) cases.push_back({method, albedo});
+    }
+    return cases;
+}
+INSTANTIATE_TEST_SUITE_P(All, IntegratingSphere, ::testing::ValuesIn(sphere_cases()),
+                         [](const ::testing::TestParamInfo<SphereCase>& c) {
+                             return fmt::format("{}_albedo{:03.0f}", c.param.method, 100 * c.param.albedo);
+                         });
+
+// Every surface emits L_e and reflects ρ: radiance L_e/(1-ρ) in every direction.
+TEST(Furnace, Path_WithinHalfAPercent) {
+    for (const float albedo : {0.0F, 0.5F, 0.8F}) {
+        SceneMaker make;
+        Quadric& sphere = make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(albedo)));
+        sphere.traits.reverse_orientation = true;
+        sphere.traits.light = make.light(make_area_light(SphereEmitter{V3f(0.0F), 1, true}, Rgb(2.0F), false));
+        const double mean = mean_luminance(make.build(), inside_sphere(), PathSettings{}, 256);
+        EXPECT_NEAR(mean * (1 - static_cast<double>(albedo)) / 2, 1, 0.005) << "albedo " << albedo;
+    }
+}
+
+// A Lambertian disc of radius a over a patch at height h on its axis: E = π L a²/(a² + h²), so the patch shows ρ/π E.
+TEST(DiscOverPatch, EveryMethod_WithinOnePercent) {
+    constexpr float kRadius = 0.5F;
+    constexpr float kHeight = 0.8F;
+    constexpr float kAlbedo = 0.6F;
+    const double expected =
+        static_cast<double>(kAlbedo * 4 * sqr(kRadius) / (sqr(kRadius) + sqr(kHeight)));
+    PhotonMapSettings map;
+    map.photons = 4'000'000;
+    map.direct = DirectMethod::map;
+    map.indirect = IndirectMethod::map;
+    map.k = 400;
+    for (const IntegratorSettings& settings :
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}), IntegratorSettings(map)}) {
+        SceneMaker make;
+        make.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, make.diffuse(Rgb(kAlbedo)));
+        Quadric& disk = make.sphere({0, kHeight, 0}, kRadius, make.diffuse(Rgb(0)));
+        disk.kind = Quadric::Kind::disk;
+        disk.world_from_object = M44d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, kHeight, 0, 1);  // z of the disc is -y
+        disk.traits.light =
+            make.light(make_area_light(DiskEmitter{{0, kHeight, 0}, {0, -1, 0}, kRadius}, Rgb(4.0F), false));
+        // A camera below the disc's rim that sees only the patch around the axis.
+        const Camera camera = testing::camera({0.6F, 0.3F, 0}, {0, 0, 0}, 8, 8, 1.5F);
+        const double mean = mean_luminance(make.build(), camera, settings, 256);
+        EXPECT_NEAR(mean / expected, 1, 0.01) << integrator_name(settings);
+    }
+}
+
+// Two large parallel plates, one emitting: what the other receives is what it would under an infinite sky, πL.
+TEST(ParallelPlates, FormFactor_IsOne) {
+    SceneMaker make;
+    make.quad({-500, 0, -500}, {0, 0, 1000}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));
+    make.quad_light({-500, 1, -500}, {1000, 0, 0}, {0, 0, 1000}, make.diffuse(Rgb(0)), Rgb(3.0F));
+    const Camera camera = testing::camera({0, 0.5F, 0}, {0.2F, 0, 0}, 8, 8, 10);
+    EXPECT_NEAR(mean_luminance(make.build(), camera, PathSettings{}, 256) / (0.5 * 3), 1, 0.01);
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,72 @@
+#include "engine/render/film.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/stats.h"
+#include "engine/base/stream.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
+    Film film(2, 1);
+    Stream stream(1, Purpose::test, 0, 0);
+    RunningStats expected;
+    for (int i = 0; i < 100; ++i) {
+        const float value = 1000 + stream.next();
+        expected.add(static_cast<double>(value));
+        film.add(1, 0, Rgb(value));
+    }
+    const Image image = film.develop(2);
+    EXPECT_NEAR(image.value(1, 0, 0), 2 * expected.mean(), 1e-3);
+    EXPECT_NEAR(image.value(1, 0, 3), 4 * expected.variance() / 100, 0.01 * 4 * expected.variance() / 100);
+    EXPECT_EQ(image.value(0, 0, 0), 0);
+    EXPECT_EQ(image.value(0, 0, 3), 0);
+}
+
+class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
+
+// Offsets in bins against the integral of the filter over each bin.
+TEST_P(Filters, Offsets_FollowTheFilter) {
+    FilterSettings settings;
+    settings.kind = GetParam();
+    settings.radius = {1.5F, 2};
+    const FilterSampler sampler(settings);
+    constexpr int kBins = 30;
+    constexpr int kDraws = 200'000;
+    const auto filter = [&](double x) {
+        const double r = 1.5;
+        if (settings.kind == FilterSettings::Kind::box) return 1.0;
+        if (settings.kind == FilterSettings::Kind::triangle) return r - std::fabs(x);
+        return std::exp(-x * x / 0.5) - std::exp(-r * r / 0.5);
+    };
+    std::vector<double> expected(kBins, 0.0);
+    double total = 0;
+    for (int i = 0; i < kBins * 100; ++i) {
+        const double x = 1.5 * (2 * (i + 0.5) / (kBins * 100) - 1);
+        expected[static_cast<std::size_t>(i / 100)] += filter(x);
+        total += filter(x);
+    }
+    for (double& e : expected) e *= kDraws / total;
+    std::vector<std::uint64_t> observed(kBins, 0);
+    Stream stream(3, Purpose::test, 0, 0);
+    for (int i = 0; i < kDraws; ++i) {
+        const V2f offset = sampler.offset(stream.next2());
+        ASSERT_LE(std::fabs(offset.x), 1.5F);
+        ASSERT_LE(std::fabs(offset.y), 2.0F);
+        const int bin = static_cast<int>((offset.x / 1.5F + 1) / 2 * kBins);
+        ++observed[static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1))];
+    }
+    EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
+    // A filter that leans to one side by 2 % is rejected.
+    for (int i = 0; i < kBins; ++i) expected[static_cast<std::size_t>(i)] *= i < kBins / 2 ? 1.02 : 0.98;
+    EXPECT_FALSE(testing::chi_square(observed, expected).accepted());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Filters,
+                         ::testing::Values(FilterSettings::Kind::box, FilterSettings::Kind::triangle,
+                                           FilterSettings::Kind::gaussian));
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,143 @@
+// Small scenes built in memory, for tests that need light transport but no files.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <utility>
+
+#include "engine/base/stats.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
+#include "engine/world/scene.h"
+#include "lights/analytic.h"
+
+namespace lucerna::testing {
+
+class SceneMaker {
+  public:
+    std::uint32_t material(MaterialModel model) {
+        parts_.materials.push_back({"", std::move(model)});
+        return static_cast<std::uint32_t>(parts_.materials.size() - 1);
+    }
+    std::uint32_t diffuse(const Rgb& albedo) {
+        return material(DiffuseMaterial{RgbTexture::constant(albedo)});
+    }
+
+    std::int32_t light(std::unique_ptr<Light> light) {
+        parts_.lights.push_back(std::move(light));
+        return static_cast<std::int32_t>(parts_.lights.size() - 1);
+    }
+
+    // A parallelogram; its normal is a × b.
+    void quad(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material) {
+        Mesh mesh;
+        mesh.p = {corner, corner + a, corner + a + b, corner + b};
+        mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+        mesh.traits.material = material;
+        parts_.meshes.push_back(std::move(mesh));
+    }
+
+    // The same, emitting along a × b.
+    void quad_light(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material, const Rgb& radiance) {
+        quad(corner, a, b, material);
+        Mesh& mesh = parts_.meshes.back();
+        mesh.traits.light = light(make_area_light(TriangleEmitter{mesh.p, mesh.triangles}, radiance, false));
+    }
+
+    // The inside of a box from (0,0,0) to `size`; normals point inwards.
+    void room(const V3f& size, std::uint32_t material) {
+        const V3f x(size.x, 0, 0), y(0, size.y, 0), z(0, 0, size.z);
+        quad({0, 0, 0}, x, y, material);
+        quad(z, y, x, material);
+        quad({0, 0, 0}, y, z, material);
+        quad(x, z, y, material);
+        quad({0, 0, 0}, z, x, material);
+        quad(y, x, z, material);
+    }
+
+    Quadric& sphere(const V3f& centre, float radius, std::uint32_t material) {
+        Quadric sphere;
+        sphere.radius = radius;
+        sphere.world_from_object.setTranslation(V3d(centre));
+        sphere.traits.material = material;
+        parts_.quadrics.push_back(sphere);
+        return parts_.quadrics.back();
+    }
+
+    Scene build() { return Scene(std::move(parts_), Workers{2}); }
+
+  private:
+    SceneParts parts_;
+};
+
+// A camera that looks from `eye` to `target`; y is up.
+inline Camera camera(const V3f& eye, const V3f& target, int width, int height, float fov_degrees) {
+    const V3d z = V3d(target - eye).normalized();
+    const V3d up = std::fabs(z.y) < 0.99 ? V3d(0, 1, 0) : V3d(1, 0, 0);
+    const V3d x = up.cross(z).normalized();
+    const V3d y = z.cross(x);
+    Camera::Settings settings;
+    settings.world_from_camera = M44d(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0,  //
+                                      eye.x, eye.y, eye.z, 1);
+    settings.fov_degrees = fov_degrees;
+    settings.width = width;
+    settings.height = height;
+    return Camera(settings);
+}
+
+inline Job make_job(Scene scene, const Camera& camera, IntegratorSettings integrator, int spp) {
+    FilmSettings film;
+    film.width = camera.settings().width;
+    film.height = camera.settings().height;
+    return {std::move(scene), camera, film, std::move(integrator), spp};
+}
+
+// Point light of `flux` at the centre of a sphere of radius 1: direct irradiance flux/(4π), total flux/(4π)/(1-ρ).
+inline Scene integrating_sphere(float albedo, float flux) {
+    SceneMaker make;
+    make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(albedo)));
+    make.light(make_point_light(V3f(0.0F), Rgb(flux / (4 * kPi))));
+    return make.build();
+}
+
+// The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one lamp.
+inline Scene small_cornell() {
+    SceneMaker make;
+    const auto white = make.diffuse(Rgb(0.725F, 0.71F, 0.68F));
+    const auto red = make.diffuse(Rgb(0.63F, 0.065F, 0.05F));
+    const auto green = make.diffuse(Rgb(0.14F, 0.45F, 0.091F));
+    make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, white);
+    make.quad({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, white);
+    make.quad({0, 0, 1}, {0, 1, 0}, {1, 0, 0}, white);
+    make.quad({0, 0, 0}, {0, 1, 0}, {0, 0, 1}, green);
+    make.quad({1, 0, 0}, {0, 0, 1}, {0, 1, 0}, red);
+    // A block.
+    const float s = 0.3F;
+    make.quad({0.5F, s, 0.4F}, {0, 0, s}, {s, 0, 0}, white);
+    make.quad({0.5F, 0, 0.4F}, {0, s, 0}, {s, 0, 0}, white);
+    make.quad({0.5F, 0, 0.4F}, {0, 0, s}, {0, s, 0}, white);
+    make.quad({0.5F + s, 0, 0.4F}, {0, s, 0}, {0, 0, s}, white);
+    make.quad_light({0.35F, 0.998F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, make.diffuse(Rgb(0)), Rgb(17, 12, 4));
+    return make.build();
+}
+inline Camera small_cornell_camera(int size) {
+    return camera({0.5F, 0.5F, -1.4F}, {0.5F, 0.5F, 0}, size, size, 39.3F);
+}
+
+inline RunningStats luminance_stats(const Image& image) {
+    RunningStats stats;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) stats.add(luminance(image.rgb_at(x, y)));
+    }
+    return stats;
+}
+
+inline Rgb mean_rgb(const Image& image) {
+    V3d sum(0.0);
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) sum += V3d(image.rgb_at(x, y));
+    }
+    return Rgb(V3f(sum / (static_cast<double>(image.width) * image.height)));
+}
+
+}  // namespace lucerna::testing
