@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "engine/base/cdf.h"
 #include "engine/base/image.h"
 #include "engine/base/vec.h"
 #include "engine/render/job.h"
@@ -44,7 +45,7 @@ class FilterSampler {
   private:
 
     FilterSettings settings_;
-    std::vector<float> inverse_x_, inverse_y_;  // inverse CDFs at equal steps; empty for the box
+    Cdf x_, y_;  // over equal steps of [-radius, radius]; empty for the box
 };
 
 }  // namespace lucerna
