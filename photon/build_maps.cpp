@@ -1,6 +1,7 @@
 #include "photon/build_maps.h"
 
 #include <chrono>
+#include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -8,14 +9,9 @@
 namespace lucerna {
 namespace {
 
-struct Batch {
-    std::vector<V3f> positions;
-    std::vector<Photon> photons;
-};
-
 // What one chunk of paths makes; joined in the order of the chunks.
 struct Harvest {
-    std::array<Batch, kMapKinds> batches;
+    std::array<Photons, kMapKinds> batches;
     std::array<DepositCount, kMapKinds> counts{};
     Ledger ledger;
 };
@@ -28,9 +24,9 @@ void deposit(const WalkHit& at, const MapPlan& plan, float share, Harvest& harve
         ++harvest.counts[kind].not_wanted;
     } else {
         ++harvest.counts[kind].stored;
-        harvest.batches[kind].positions.push_back(at.hit.at.p);
-        harvest.batches[kind].photons.push_back(
-            {PackedDirection(at.d), at.power * share, at.start.light, at.start.cell});
+        const V3f& n = at.hit.at.n;
+        harvest.batches[kind].add(at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
+                                  {PackedDirection(at.d), at.power * share, at.start.light, at.start.cell});
     }
 }
 
@@ -53,17 +49,14 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
 }
 
 // Concatenates the chunks' photons of one class, freeing each as it goes.
-Batch join(std::vector<Harvest>& harvests, std::size_t kind) {
+Photons join(std::vector<Harvest>& harvests, std::size_t kind) {
     std::size_t total = 0;
-    for (const Harvest& h : harvests) total += h.batches[kind].photons.size();
-    Batch all;
-    all.positions.reserve(total);
-    all.photons.reserve(total);
+    for (const Harvest& h : harvests) total += h.batches[kind].size();
+    Photons all;
+    all.reserve(total);
     for (Harvest& h : harvests) {
-        Batch& b = h.batches[kind];
-        all.positions.insert(all.positions.end(), b.positions.begin(), b.positions.end());
-        all.photons.insert(all.photons.end(), b.photons.begin(), b.photons.end());
-        b = {};
+        const Photons batch = std::exchange(h.batches[kind], {});
+        for (std::size_t i = 0; i < batch.size(); ++i) all.add(batch.positions[i], batch.normals[i], batch.photons[i]);
     }
     return all;
 }
@@ -107,8 +100,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     start = std::chrono::steady_clock::now();
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!plan.wanted[kind]) continue;
-        Batch batch = join(harvests, kind);
-        result.maps[kind].emplace(std::move(batch.positions), std::move(batch.photons));
+        result.maps[kind].emplace(join(harvests, kind));
     }
     result.seconds_index = seconds_since(start);
     return result;

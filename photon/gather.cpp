@@ -29,18 +29,17 @@ class NearestPhotons final : public PointVisitor {
 
 }  // namespace
 
-GatherResult Gather::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
-    const V3f n = hit.at.n.dot(wo) < 0 ? -hit.at.n : hit.at.n;
-    const TangentMetric metric(hit.at.p, n, settings_.metric, settings_.ratio);
+template <typename Carry>
+GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const {
+    const TangentMetric metric(x, n, settings_.metric, settings_.ratio);
     const float most2 = sqr(settings_.radius);
     // One more than k: it fixes the radius.
     const std::size_t places = std::min(static_cast<std::size_t>(settings_.k), map_.size()) + 1;
     NearestPhotons nearest(map_, metric, places, most2);
-    map_.tree().visit_ball(hit.at.p, metric.ball2(most2), nearest);
+    map_.tree().visit_ball(x, metric.ball2(most2), nearest);
 
     const bool full = nearest.heap.full();
-    const float smallest2 = sqr(hit.at.error);
-    const float r2 = std::max(full ? nearest.heap.worst() : most2, smallest2);
+    const float r2 = std::max(full ? nearest.heap.worst() : most2, sqr(error));
     if (!(r2 > 0)) return {};
 
     // Sum nearest first: the order, and so the rounding, is the same however the tree was searched.
@@ -50,14 +49,22 @@ GatherResult Gather::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) c
     const std::size_t count = full ? found.size() - 1 : found.size();
     for (std::size_t i = 0; i < count; ++i) {
         const Photon& photon = map_.photons()[found[i].index];
-        const V3f wi = -photon.direction.unpack();
-        const Rgb f = bsdf.f(wo, wi, Transport::radiance);
-        const float correction = shading_cosine_ratio(bsdf, wi);
-        result.radiance += f * photon.power * (correction * kernel(settings_.kernel, found[i].key / r2));
+        result.value += carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, found[i].key / r2);
     }
-    result.radiance /= r2;
+    result.value /= r2;
     result.photons = static_cast<int>(count);
     return result;
+}
+
+GatherResult Gather::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+    const V3f n = hit.at.n.dot(wo) < 0 ? -hit.at.n : hit.at.n;
+    return estimate(hit.at.p, n, hit.at.error, [&](const Photon& photon, const V3f& wi) {
+        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi);
+    });
+}
+
+GatherResult Gather::irradiance(const SurfacePoint& at) const {
+    return estimate(at.p, at.n, at.error, [](const Photon& photon, const V3f&) { return photon.power; });
 }
 
 }  // namespace lucerna

@@ -18,7 +18,7 @@ struct GatherSettings {
 
 // What an estimate rests on, beside its value.
 struct GatherResult {
-    Rgb radiance{0.0F};  // W/(m² sr)
+    Rgb value{0.0F};     // radiance, W/(m² sr), or irradiance, W/m²
     float radius = 0;    // of the disc, scene units
     int photons = 0;     // that counted
 };
@@ -33,8 +33,14 @@ class Gather {
 
     // Radiance that the surface sends towards `wo` because of the map's photons.
     GatherResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
+    // Irradiance at a point on the side of at.n, W/m².
+    GatherResult irradiance(const SurfacePoint& at) const;
 
   private:
+    // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along its way.
+    template <typename Carry>
+    GatherResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
+
     const PhotonMap& map_;
     GatherSettings settings_;
 };

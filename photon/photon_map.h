@@ -10,20 +10,39 @@
 
 namespace lucerna {
 
+// Photons as they land: one entry each in three arrays.
+struct Photons {
+    std::vector<V3f> positions;            // finite, relative to the scene's origin
+    std::vector<PackedDirection> normals;  // geometric, on the side that was hit
+    std::vector<Photon> photons;
+
+    std::size_t size() const { return photons.size(); }
+    void reserve(std::size_t n) {
+        positions.reserve(n);
+        normals.reserve(n);
+        photons.reserve(n);
+    }
+    void add(const V3f& position, const PackedDirection& normal, const Photon& photon) {
+        positions.push_back(position);
+        normals.push_back(normal);
+        photons.push_back(photon);
+    }
+};
+
 class PhotonMap {
   public:
-    PhotonMap(std::vector<V3f> positions, std::vector<Photon> photons)
-        : positions_(std::move(positions)), photons_(std::move(photons)), tree_(make_flann_tree(positions_)) {}
+    // They are kept in an order of the map's own.
+    explicit PhotonMap(const Photons& landed);
 
-    std::span<const V3f> positions() const { return positions_; }
-    std::span<const Photon> photons() const { return photons_; }
+    std::span<const V3f> positions() const { return all_.positions; }
+    std::span<const PackedDirection> normals() const { return all_.normals; }
+    std::span<const Photon> photons() const { return all_.photons; }
     const PointTree& tree() const { return *tree_; }
-    std::size_t size() const { return photons_.size(); }
+    std::size_t size() const { return all_.size(); }
 
   private:
-    std::vector<V3f> positions_;
-    std::vector<Photon> photons_;
-    std::unique_ptr<PointTree> tree_;  // points into positions_, whose buffer moves with the map
+    Photons all_;
+    std::unique_ptr<PointTree> tree_;  // points into the positions, whose buffer moves with the map
 };
 
 }  // namespace lucerna

@@ -17,10 +17,15 @@ float smoothstep(float low, float high, float x) {
     return t * t * (3 - 2 * t);
 }
 
+// Of the scene's diagonal: wide enough to hide the bright spots of some ten virtual lights per set.
+constexpr float kDefaultMinDist = 0.02F;
+
 class IgiEstimator final : public Estimator {
   public:
     IgiEstimator(const Scene& scene, const IgiSettings& settings, VirtualLightSets sets, std::uint32_t paths)
-        : scene_(scene), settings_(settings), sets_(std::move(sets)), paths_(static_cast<float>(paths)) {}
+        : scene_(scene), settings_(settings), sets_(std::move(sets)), paths_(static_cast<float>(paths)) {
+        if (settings_.mindist < 0) settings_.mindist = kDefaultMinDist * diagonal(scene);
+    }
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         // One well-distributed number chooses the set.

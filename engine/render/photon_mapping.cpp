@@ -5,18 +5,24 @@
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
 // Rough metal and glass carry no photons; a ray that meets them asks the lights and goes on, as a path would.
+#include <chrono>
+
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
 #include "engine/render/specular_chain.h"
 #include "photon/build_maps.h"
 #include "photon/gather.h"
+#include "photon/irradiance.h"
 
 namespace lucerna {
 namespace {
 
 // Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
 constexpr int kMostBounces = 64;
+
+// The largest radius of an estimate unless it is set, as a share of the scene's diagonal.
+constexpr float kDefaultRadius = 0.05F;
 
 // Which quality a surface is shaded with.
 enum class Stage : std::uint8_t {
@@ -31,8 +37,12 @@ struct GatherPair {
 class PhotonMapEstimator final : public Estimator {
   public:
     PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, const GatherPair& gather,
-                       PhotonMaps maps)
-        : scene_(scene), settings_(settings), gather_(gather), maps_(std::move(maps)) {}
+                       PhotonMaps maps, std::optional<IrradiancePoints> irradiance)
+        : scene_(scene),
+          settings_(settings),
+          gather_(gather),
+          maps_(std::move(maps)),
+          irradiance_(std::move(irradiance)) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         return trace(ray, EmissionRule::all(), Stage::eye, 0, stream);
@@ -74,10 +84,10 @@ class PhotonMapEstimator final : public Estimator {
     Rgb seen(const Vertex& vertex, Stream& stream) const {
         Rgb result = settings_.direct == DirectMethod::mc
                          ? direct_light(scene_, vertex, stream)
-                         : estimate(MapKind::direct, vertex, gather_.seen).radiance;
-        result += estimate(MapKind::caustic, vertex, gather_.seen).radiance;
+                         : estimate(MapKind::direct, vertex, gather_.seen).value;
+        result += estimate(MapKind::caustic, vertex, gather_.seen).value;
         if (settings_.indirect == IndirectMethod::map) {
-            return result + estimate(MapKind::global, vertex, gather_.seen).radiance;
+            return result + estimate(MapKind::global, vertex, gather_.seen).value;
         }
         Rgb gathered(0);
         for (int i = 0; i < settings_.gather_rays; ++i) {
@@ -90,13 +100,25 @@ class PhotonMapEstimator final : public Estimator {
     // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose disc is
     // wider than that would take in light from around the corner it is gathered for; then the ray goes on instead.
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
-        Rgb result = estimate(MapKind::caustic, vertex, gather_.landed).radiance;
-        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed);
+        Rgb result = estimate(MapKind::caustic, vertex, gather_.landed).value;
+        const GatherResult global = global_landed(vertex);
         const bool near = global.radius > length && depth + 1 < kMostBounces;
         result += settings_.direct == DirectMethod::mc || near
                       ? direct_light(scene_, vertex, stream)
-                      : estimate(MapKind::direct, vertex, gather_.landed).radiance;
-        return result + (near ? gather_ray(vertex, depth + 1, stream) : global.radiance);
+                      : estimate(MapKind::direct, vertex, gather_.landed).value;
+        return result + (near ? gather_ray(vertex, depth + 1, stream) : global.value);
+    }
+
+    // The Global map where a gather ray landed: looked up if it was computed ahead of time, else estimated.
+    GatherResult global_landed(const Vertex& vertex) const {
+        if (irradiance_) {
+            const V3f& n = vertex.hit.at.n;
+            const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
+            if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {
+                return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius, 0};
+            }
+        }
+        return estimate(MapKind::global, vertex, gather_.landed);
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted elsewhere.
@@ -117,6 +139,7 @@ class PhotonMapEstimator final : public Estimator {
     PhotonMapSettings settings_;
     GatherPair gather_;
     PhotonMaps maps_;
+    std::optional<IrradiancePoints> irradiance_;
 };
 
 class PhotonMapIntegrator final : public Integrator {
@@ -132,7 +155,19 @@ class PhotonMapIntegrator final : public Integrator {
         PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
         report(maps, context.report);
-        return std::make_unique<PhotonMapEstimator>(context.scene, settings_, gather(context.scene), std::move(maps));
+        const GatherPair how = gather(context.scene);
+        std::optional<IrradiancePoints> irradiance;
+        if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
+            const auto start = std::chrono::steady_clock::now();
+            irradiance.emplace(*maps.find(MapKind::global), how.landed, static_cast<std::size_t>(settings_.precompute),
+                               context.workers, context.monitor);
+            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+            context.report.seconds.emplace_back("irradiance", took.count());
+            context.report.numbers["irradiance.points"] = static_cast<double>(irradiance->size());
+            if (context.monitor.stopped()) return nullptr;
+        }
+        return std::make_unique<PhotonMapEstimator>(context.scene, settings_, how, std::move(maps),
+                                                    std::move(irradiance));
     }
 
   private:
@@ -157,8 +192,7 @@ class PhotonMapIntegrator final : public Integrator {
 
     GatherPair gather(const Scene& scene) const {
         GatherSettings how;
-        const float diagonal = scene.bounds().isEmpty() ? 1.0F : scene.bounds().size().length();
-        how.radius = settings_.radius > 0 ? settings_.radius : std::max(0.05F * diagonal, 1e-30F);
+        how.radius = settings_.radius > 0 ? settings_.radius : kDefaultRadius * diagonal(scene);
         how.ratio = settings_.ratio;
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;

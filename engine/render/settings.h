@@ -35,6 +35,7 @@ struct PhotonMapSettings {
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;     // per camera sample
+    int precompute = 4;       // irradiance ahead of time at every n-th photon; 0: estimate at each gather ray's end
     int k = 100;              // photons in an estimate seen by the camera
     int gather_k = 50;        // photons in an estimate where a gather ray lands
     float radius = 0;         // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
@@ -47,7 +48,7 @@ struct PhotonMapSettings {
 struct IgiSettings {
     int nlights = 64;            // light paths per set, rounded up to a power of 2
     int nsets = 16;              // independent sets, rounded up to a power of 2
-    float mindist = 0.1F;        // scene units
+    float mindist = -1;          // scene units; negative: 2 % of the scene's diagonal
     float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
     float rr_continue = 0.1F;    // with this chance of going on
     float indirect_scale = 1;

@@ -1,7 +1,7 @@
 // The scene: immutable, shared by all threads, owner of what it refers to.
 //
-// Positions are relative to origin(), the centre of the world's bounds in double precision, so that a scene far
-// from (0,0,0) keeps float32's bits for its shape. Only scene.cpp names Embree.
+// Positions are relative to origin(), the centre of the world's bounds in double precision, so that a scene
+// far from (0,0,0) keeps float32's bits for its shape. Only scene.cpp names Embree.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +29,17 @@ struct SceneParts {
     V3d origin{0, 0, 0};  // world position of the parts' (0,0,0)
 };
 
+// The box of all surfaces, interfaces included; empty if there are none. For lights that must know the
+// scene's sphere before the Scene is made.
+Box3f surface_bounds(const SceneParts& parts);
+// A sphere around the box; the unit sphere for an empty one.
+SceneSphere enclosing_sphere(const Box3f& box);
+
 // Where a ray met a surface.
 struct Hit {
-    SurfacePoint at;   // n is the shape's geometric normal: outside, or the emitting side
-    V3f ns;            // shading normal, in n's hemisphere
-    V3f dpdu;          // tangent along u, not normalised, never zero
+    SurfacePoint at;  // n is the shape's geometric normal: outside, or the emitting side
+    V3f ns;           // shading normal, in n's hemisphere
+    V3f dpdu;         // tangent along u, not normalised, never zero
     V2f uv;
     float t = 0;
     std::uint32_t material = 0;
@@ -42,13 +48,15 @@ struct Hit {
 
 class Scene {
   public:
-    // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and counted.
+    // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and
+    // counted.
     explicit Scene(SceneParts parts, const Workers& workers = {});
     ~Scene();
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
 
-    // The nearest surface. Interface materials are passed through.
+    // The nearest surface at 0 < t <= ray.t_max. Interface materials are passed through; one that carries a
+    // light is a black surface instead.
     std::optional<Hit> hit(const Ray& ray) const;
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
     bool visible(const SurfacePoint& x, const V3f& w, float distance) const;
@@ -73,10 +81,19 @@ class Scene {
     Counts counts() const;
     // Rays traced since construction; for statistics.
     std::uint64_t rays() const;
+    // Rays that were not numbers (NaN, or beyond 1e18): they meet nothing, see nothing, and are counted.
+    // Anything but 0 is a fault of whoever made them.
+    std::uint64_t invalid_rays() const;
 
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+// Length of the bounds' diagonal, scene units; 1 where there is nothing, or only a point.
+inline float diagonal(const Scene& scene) {
+    const float length = scene.bounds().isEmpty() ? 0.0F : scene.bounds().size().length();
+    return length > 0 ? length : 1.0F;
+}
 
 }  // namespace lucerna
