@@ -1,6 +1,7 @@
 // The measured lamp as a light: its field, its cell table, its place in the scene, its impostor.
 //
-// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH 2003 [LF].
+// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
+// 2003 [LF].
 #pragma once
 
 #include <filesystem>
@@ -9,7 +10,9 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "lights/cell_table.h"
 #include "lights/light.h"
+#include "lights/light_field.h"
 
 namespace lucerna {
 
@@ -18,16 +21,27 @@ enum class EmissionMode : std::uint8_t { constant, exact, weighted };
 
 struct MeasuredSettings {
     std::filesystem::path file;
-    M44d world_from_light;      // rotation, translation and uniform scale; relative to the scene's origin. The lamp's
-                                // file is in metres; its flux does not change with the scale
-    float power_scale = 1;      // multiplies the flux
-    float power = 0;            // if > 0: the flux the lamp is set to, in the file's flux unit
+    M44d world_from_light;  // rotation, translation and uniform scale; relative to the scene's origin. The
+                            // lamp's file is in metres; its flux does not change with the scale
+    float power_scale = 1;  // multiplies the flux
+    float power = 0;        // if > 0: the flux the lamp is set to, in the file's flux unit
     EmissionMode mode = EmissionMode::exact;
 };
 
-// Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale; a
-// folder that cannot be written is a warning). Throws InputError naming file and cause.
+// Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale;
+// a folder that cannot be written is a warning). Throws InputError naming file and cause.
 std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, const Workers& workers,
                                            Monitor& monitor);
+
+// The same from a field in memory and its table; settings.file only names it in messages.
+//
+// What it emits: particles follow max(0, h), and the whole is scaled so that their flux is the *measured* one
+// (the sum of all coefficients, negative ones included) times power_scale, or `power`. Without that, clamping
+// would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that emit(),
+// illuminate() and seen() speak of one lamp. (In `constant` mode the particles follow h's mean over each cell
+// instead: the paper's approximation.) A field whose measured flux is not positive emits nothing (a warning
+// if some of it is bright).
+std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
+                                           const MeasuredSettings& settings, Monitor& monitor);
 
 }  // namespace lucerna

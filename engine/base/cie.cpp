@@ -32,7 +32,8 @@ V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
         const int steps = static_cast<int>(std::clamp(std::ceil(width), 1.0, 1000.0));
         for (int k = 0; k < steps; ++k) {
             const double x = (k + 0.5) / steps;
-            sum += (a.weight + x * (b.weight - a.weight)) * (width / steps) * cie_xyz(a.nanometres + x * width);
+            sum +=
+                (a.weight + x * (b.weight - a.weight)) * (width / steps) * cie_xyz(a.nanometres + x * width);
         }
     }
     return sum;

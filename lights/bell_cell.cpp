@@ -1,0 +1,160 @@
+#include "lights/bell_cell.h"
+
+#include <algorithm>
+#include <array>
+
+#include "engine/base/stream.h"
+#include "lights/gauss.h"
+
+namespace lucerna {
+namespace {
+
+// At one y, h is a line in a = Φ(x): h = alpha a + beta (1 - a).
+struct Line {
+    double alpha, beta;
+};
+
+Line line_at(const BellCell& c, double y) {
+    const double b = bell(y);
+    return {c.e[0][0] * b + c.e[0][1] * (1 - b), c.e[1][0] * b + c.e[1][1] * (1 - b)};
+}
+
+// ∫ h dx from 0 to x along the line.
+double line_integral(const Line& h, double x) {
+    const double f = bell_integral(x);
+    return h.alpha * f + h.beta * (x - f);
+}
+
+// Where the line is positive: a range of x that touches 0 or 1, perhaps both, perhaps empty.
+std::pair<double, double> positive_range(const Line& h) {
+    if (h.alpha >= 0 && h.beta >= 0) return {0, 1};
+    if (h.alpha <= 0 && h.beta <= 0) return {0, 0};
+    const double root = inverse_bell(h.beta / (h.beta - h.alpha));  // signs differ: the denominator is not 0
+    return h.alpha > 0 ? std::pair{0.0, root} : std::pair{root, 1.0};
+}
+
+double positive_integral(const Line& h) {
+    const auto [from, to] = positive_range(h);
+    return std::max(0.0, line_integral(h, to) - line_integral(h, from));
+}
+
+// The y at which the marginal has less than all its derivatives: where an end of the line changes sign, where
+// the root passes the bell's own joint, and that joint in y. First and last are 0 and 1.
+struct Pieces {
+    std::array<double, 6> y{};
+    int count = 0;
+
+    explicit Pieces(const BellCell& c) {
+        y[0] = 0;
+        count = 1;
+        const auto add_root = [this](double at_one, double at_zero) {  // of at_one b + at_zero (1 - b)
+            if ((at_one < 0) == (at_zero < 0) || at_one == at_zero) return;
+            y[static_cast<std::size_t>(count++)] = inverse_bell(at_zero / (at_zero - at_one));
+        };
+        const auto& e = c.e;
+        add_root(e[0][0], e[0][1]);
+        add_root(e[1][0], e[1][1]);
+        add_root(double{e[0][0]} + double{e[1][0]}, double{e[0][1]} + double{e[1][1]});
+        y[static_cast<std::size_t>(count++)] = 0.5;
+        y[static_cast<std::size_t>(count++)] = 1;
+        std::sort(y.begin(), y.begin() + count);
+    }
+};
+
+// ∫ of the marginal from y0 to y1, which lie in one piece.
+double marginal_integral(const BellCell& c, double y0, double y1) {
+    double sum = 0;
+    for (const GaussNode& node : gauss_rule(5)) {
+        sum += node.weight * positive_integral(line_at(c, y0 + (y1 - y0) * node.x));
+    }
+    return sum * (y1 - y0);
+}
+
+// Solves rising(x) = target in [from, to] by bisection: 40 halvings are below a float's resolution.
+template <typename Rising>
+double bisect(double from, double to, double target, Rising&& rising) {
+    for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (from + to);
+        (rising(middle) < target ? from : to) = middle;
+    }
+    return 0.5 * (from + to);
+}
+
+// Chooses the first of two with the given weights and leaves u uniform again. first + second > 0.
+bool choose_first(float& u, float first, float second) {
+    const float p = first / (first + second);
+    constexpr float kBelowOne = 0x1.fffffep-1F;
+    if (u < p) {
+        u = std::min(u / p, kBelowOne);
+        return true;
+    }
+    u = p < 1 ? std::min((u - p) / (1 - p), kBelowOne) : 0;
+    return p >= 1;  // rounding may leave u = p = 1 - ulp; a weight of zero is never chosen
+}
+
+// From the mixture of the positive members: a pair of half-bells, each with density 2 Φ on its side.
+V2f draw_positive(const BellCell& c, V2f u) {
+    const auto plus = [&c](int i, int j) { return std::max(0.0F, c.e[i][j]); };
+    const bool left = choose_first(u.x, plus(0, 0) + plus(0, 1), plus(1, 0) + plus(1, 1));
+    const int i = left ? 0 : 1;
+    const bool low = choose_first(u.y, plus(i, 0), plus(i, 1));
+    const float x = inverse_bell_integral(0.5F * u.x);
+    const float y = inverse_bell_integral(0.5F * u.y);
+    return {left ? x : 1 - x, low ? y : 1 - y};
+}
+
+}  // namespace
+
+double BellCell::clamped_mean() const {
+    if (!has_negative()) return signed_mean();
+    if (e[0][0] <= 0 && e[0][1] <= 0 && e[1][0] <= 0 && e[1][1] <= 0) return 0;
+    const Pieces pieces(*this);
+    double sum = 0;
+    for (int i = 1; i < pieces.count; ++i) {
+        const double from = pieces.y[static_cast<std::size_t>(i - 1)];
+        const double to = pieces.y[static_cast<std::size_t>(i)];
+        if (to > from) sum += marginal_integral(*this, from, to);
+    }
+    return sum;
+}
+
+V2f BellCell::draw(const V2f& u, std::uint32_t salt) const {
+    if (!has_negative()) return draw_positive(*this, u);
+    BellCell positive = *this;
+    for (auto& row : positive.e) {
+        for (float& member : row) member = std::max(0.0F, member);
+    }
+    Stream stream(salt, Purpose::emission, 1, 0);
+    V2f numbers = u;
+    for (int i = 0; i < kTries; ++i) {
+        const V2f at = draw_positive(*this, numbers);
+        const float bound = positive.value(at.x, at.y);
+        if (stream.next() * bound < value(at.x, at.y)) return at;
+        numbers = stream.next2();
+    }
+    return draw_by_inversion(stream.next2());
+}
+
+V2f BellCell::draw_by_inversion(const V2f& u) const {
+    const Pieces pieces(*this);
+    double target = double{u.y} * clamped_mean();
+    double y = 1;
+    for (int i = 1; i < pieces.count; ++i) {
+        const double from = pieces.y[static_cast<std::size_t>(i - 1)];
+        const double to = pieces.y[static_cast<std::size_t>(i)];
+        const double mass = to > from ? marginal_integral(*this, from, to) : 0;
+        if (target < mass) {
+            y = bisect(from, to, target, [&](double at) { return marginal_integral(*this, from, at); });
+            break;
+        }
+        target -= mass;
+    }
+    const Line h = line_at(*this, y);
+    const auto [from, to] = positive_range(h);
+    const double base = line_integral(h, from);
+    const double share = double{u.x} * (line_integral(h, to) - base);
+    const double x = bisect(from, to, share, [&](double at) { return line_integral(h, at) - base; });
+    return {static_cast<float>(x), static_cast<float>(y)};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,212 @@
+#include "lights/cell_table.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::size_t kItemsPerBucket = 4;
+constexpr std::size_t kWindow = 8;  // entries compared at once: one vector instruction
+constexpr std::size_t kBlock = 32;  // draws whose reads overlap
+constexpr float kBelowOne = 0x1.fffffep-1F;
+constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId keeps the largest number for "no cell"
+
+}  // namespace
+
+ConditionalTables::ConditionalTables(std::size_t rows, int items)
+    : items_(static_cast<std::size_t>(items)),
+      buckets_(std::bit_ceil((items_ + kItemsPerBucket - 1) / kItemsPerBucket)),
+      upto_(rows * items_ + kWindow),
+      guide_(rows * (buckets_ + 1)) {}
+
+double ConditionalTables::set(std::size_t row, const double* weights) {
+    float* upto = &upto_[row * items_];
+    std::uint16_t* guide = &guide_[row * (buckets_ + 1)];
+    double total = 0;
+    for (std::size_t i = 0; i < items_; ++i) total += weights[i];
+    double sum = 0;
+    for (std::size_t i = 0; i < items_; ++i) {
+        sum += weights[i];
+        // The same sum in the same order: after the last weight it is `total` exactly, and the quotient 1.
+        upto[i] = total > 0 ? static_cast<float>(sum / total) : 0.0F;
+    }
+    std::size_t i = 0;
+    for (std::size_t b = 0; b <= buckets_; ++b) {
+        const float threshold = static_cast<float>(b) / static_cast<float>(buckets_);
+        while (i + 1 < items_ && upto[i] <= threshold) ++i;
+        guide[b] = static_cast<std::uint16_t>(i);
+    }
+    return total;
+}
+
+ConditionalTables::Draw ConditionalTables::draw(std::size_t row, float u) const {
+    const float* upto = &upto_[row * items_];
+    const std::uint16_t* guide = &guide_[guide_at(row, u)];
+    std::size_t from = guide[0];
+    std::size_t to = guide[1];  // the answer is the first entry above u, in [from, to]
+    // Rarely more than a window: only where many improbable items share a bucket.
+    while (to - from > kWindow) {
+        const std::size_t middle = (from + to) / 2;
+        if (upto[middle] > u)
+            to = middle;
+        else
+            from = middle + 1;
+    }
+    // Count without branching: a branch that waits for memory would keep the next draw from starting.
+    const auto candidates = static_cast<std::uint32_t>(to - from);
+    std::uint32_t below = 0;
+    for (std::uint32_t k = 0; k < kWindow; ++k) {
+        below += static_cast<std::uint32_t>(upto[from + k] <= u) & static_cast<std::uint32_t>(k < candidates);
+    }
+    from += below;
+    const float before = from > 0 ? upto[from - 1] : 0.0F;
+    const float width = upto[from] - before;
+    const float remainder = width > 0 ? std::clamp((u - before) / width, 0.0F, kBelowOne) : 0.0F;
+    return {static_cast<int>(from), width, remainder};
+}
+
+bool ConditionalTables::sound() const {
+    if (items_ == 0 || upto_.size() < kWindow || (upto_.size() - kWindow) % items_ != 0) return false;
+    const std::size_t rows = (upto_.size() - kWindow) / items_;
+    if (guide_.size() != rows * (buckets_ + 1)) return false;
+    for (std::size_t row = 0; row < rows; ++row) {
+        const float* upto = &upto_[row * items_];
+        float before = 0;
+        for (std::size_t i = 0; i < items_; ++i) {
+            if (!(upto[i] >= before && upto[i] <= 1)) return false;  // also refuses NaN
+            before = upto[i];
+        }
+        if (before != 0 && before != 1) return false;
+        const std::uint16_t* guide = &guide_[row * (buckets_ + 1)];
+        for (std::size_t b = 0; b <= buckets_; ++b) {
+            if (guide[b] >= items_ || (b > 0 && guide[b] < guide[b - 1])) return false;
+        }
+    }
+    return true;
+}
+
+CellTable::CellTable(const LightField& field) {
+    const Rig& rig = field.rig();
+    size_ = {static_cast<std::size_t>(rig.intervals(0)), static_cast<std::size_t>(rig.intervals(1)),
+             static_cast<std::size_t>(rig.columns(0)), static_cast<std::size_t>(rig.columns(1))};
+    // Each size is below 65536 (Rig::fault), so the product fits 64 bits.
+    if (cells() > kMaxCells) {
+        throw InputError(fmt::format("light field: {} x {} x {} x {} cells; a cell table holds at most {}",
+                                     size_[0], size_[1], size_[2], size_[3], kMaxCells));
+    }
+    hash_ = content_hash(field);
+    u_ = ConditionalTables(1, static_cast<int>(size_[0]));
+    v_ = ConditionalTables(size_[0], static_cast<int>(size_[1]));
+    s_ = ConditionalTables(size_[0] * size_[1], static_cast<int>(size_[2]));
+    t_ = ConditionalTables(size_[0] * size_[1] * size_[2], static_cast<int>(size_[3]));
+}
+
+CellTable::CellTable(const LightField& field, const Workers& workers, Monitor& monitor) : CellTable(field) {
+    build(field, workers, monitor);
+}
+
+void CellTable::build(const LightField& field, const Workers& workers, Monitor& monitor) {
+    const std::size_t pairs = size_[0] * size_[1];
+    Phase phase(monitor, "cell table", pairs);
+    std::vector<double> pair_sum(pairs);
+    parallel_ranges(workers, static_cast<std::int64_t>(pairs), 1,
+                    [&](std::int64_t at, std::int64_t, std::int64_t) {
+                        const auto pair = static_cast<std::size_t>(at);
+                        std::vector<double> row(size_[3]);
+                        std::vector<double> row_sum(size_[2]);
+                        Cell cell{static_cast<int>(pair / size_[1]), static_cast<int>(pair % size_[1]), 0, 0};
+                        for (cell.p = 0; cell.p < static_cast<int>(size_[2]); ++cell.p) {
+                            for (cell.q = 0; cell.q < static_cast<int>(size_[3]); ++cell.q) {
+                                row[static_cast<std::size_t>(cell.q)] = field.members(cell).clamped_mean();
+                            }
+                            const auto p = static_cast<std::size_t>(cell.p);
+                            row_sum[p] = t_.set(pair * size_[2] + p, row.data());
+                        }
+                        pair_sum[pair] = s_.set(pair, row_sum.data());
+                        phase.advance(1);
+                    });
+    std::vector<double> sum(size_[0]);
+    for (std::size_t n = 0; n < size_[0]; ++n) sum[n] = v_.set(n, &pair_sum[n * size_[1]]);
+    flux_ = u_.set(0, sum.data()) * field.rig().cell_volume();
+}
+
+CellTable::Draw CellTable::draw(const std::array<float, 4>& u) const {
+    const auto n = u_.draw(0, u[0]);
+    std::size_t row = static_cast<std::size_t>(n.item);
+    const auto o = v_.draw(row, u[1]);
+    row = row * size_[1] + static_cast<std::size_t>(o.item);
+    const auto p = s_.draw(row, u[2]);
+    row = row * size_[2] + static_cast<std::size_t>(p.item);
+    const auto q = t_.draw(row, u[3]);
+    row = row * size_[3] + static_cast<std::size_t>(q.item);
+    return {{n.item, o.item, p.item, q.item},
+            static_cast<CellId>(row),
+            double{n.probability} * double{o.probability} * double{p.probability} * double{q.probability},
+            {n.remainder, o.remainder, p.remainder, q.remainder}};
+}
+
+void CellTable::draw(std::span<const std::array<float, 4>> u, std::span<Draw> out) const {
+    for (std::size_t from = 0; from < u.size(); from += kBlock) {
+        const std::size_t n = std::min(kBlock, u.size() - from);
+        draw_block(u.subspan(from, n), out.subspan(from, n));
+    }
+}
+
+void CellTable::draw_block(std::span<const std::array<float, 4>> u, std::span<Draw> out) const {
+    std::array<ConditionalTables::Draw, kBlock> n, o, p;
+    std::array<std::size_t, kBlock> row;
+    // Each loop asks for what the next one reads.
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        n[i] = u_.draw(0, u[i][0]);
+        o[i] = v_.draw(static_cast<std::size_t>(n[i].item), u[i][1]);
+        row[i] = static_cast<std::size_t>(n[i].item) * size_[1] + static_cast<std::size_t>(o[i].item);
+        s_.fetch_guide(row[i], u[i][2]);
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) s_.fetch_sums(row[i], u[i][2]);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        p[i] = s_.draw(row[i], u[i][2]);
+        row[i] = row[i] * size_[2] + static_cast<std::size_t>(p[i].item);
+        t_.fetch_guide(row[i], u[i][3]);
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) t_.fetch_sums(row[i], u[i][3]);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        const auto q = t_.draw(row[i], u[i][3]);
+        out[i] = {{n[i].item, o[i].item, p[i].item, q.item},
+                  static_cast<CellId>(row[i] * size_[3] + static_cast<std::size_t>(q.item)),
+                  double{n[i].probability} * double{o[i].probability} * double{p[i].probability} *
+                      double{q.probability},
+                  {n[i].remainder, o[i].remainder, p[i].remainder, q.remainder}};
+    }
+}
+
+CellTable::IntervalDraw CellTable::draw_interval(const V2f& u) const {
+    const auto n = u_.draw(0, u.x);
+    const auto o = v_.draw(static_cast<std::size_t>(n.item), u.y);
+    return {n.item, o.item, n.probability * o.probability, {n.remainder, o.remainder}};
+}
+
+double CellTable::probability(const Cell& c) const {
+    std::size_t row = static_cast<std::size_t>(c.n);
+    double p = double{u_.probability(0, c.n)} * double{v_.probability(row, c.o)};
+    row = row * size_[1] + static_cast<std::size_t>(c.o);
+    p *= double{s_.probability(row, c.p)};
+    row = row * size_[2] + static_cast<std::size_t>(c.p);
+    return p * double{t_.probability(row, c.q)};
+}
+
+std::optional<Cell> CellTable::cell(CellId id) const {
+    if (id >= cells()) return std::nullopt;
+    std::size_t rest = id;
+    Cell c;
+    c.q = static_cast<int>(rest % size_[3]), rest /= size_[3];
+    c.p = static_cast<int>(rest % size_[2]), rest /= size_[2];
+    c.o = static_cast<int>(rest % size_[1]);
+    c.n = static_cast<int>(rest / size_[1]);
+    return c;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,145 @@
+// Drawing cells of a light field in proportion to their flux, in constant time.
+//
+// A cell is one interval of S times one pixel of M. The flux of the cells is turned into a chain of
+// conditionals P(U_n), P(V_o | U_n), P(S_p | U_n V_o), P(T_q | U_n V_o S_p) [LF app. B], each a normalised 1D
+// table, inverted ahead of time: beside the running sums stands a guide that leads from u straight to the few
+// entries among which the answer is. A draw reads four such tables, however many cells there are; the
+// expected number of entries looked at is bounded by a constant (Chen and Asau 1974).
+//
+// The flux of a cell is the integral of max(0, h), not the plain sum of its coefficients: cells with negative
+// members emit what is left after the clamp. Memory: 4 bytes per cell for the sums, and about half a byte for
+// the guide.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "lights/light.h"
+#include "lights/light_field.h"
+
+namespace lucerna {
+
+// Many distributions over the same number of items, side by side.
+class ConditionalTables {
+  public:
+    ConditionalTables() = default;
+    // items in [1, 65535].
+    ConditionalTables(std::size_t rows, int items);
+
+    // Sets one row. Weights are finite and not negative. Returns their sum; 0 makes every item of the row
+    // impossible.
+    double set(std::size_t row, const double* weights);
+
+    struct Draw {
+        int item;
+        float probability;  // > 0 unless the row is impossible
+        float remainder;    // of u, uniform in [0,1) again
+    };
+    // u in [0,1). Items of weight 0 are never drawn. The answer is an item of the row whatever the tables
+    // hold.
+    Draw draw(std::size_t row, float u) const;
+    // Ask the memory for what draw(row, u) will read first, and for what it will read then.
+    void fetch_guide(std::size_t row, float u) const { __builtin_prefetch(&guide_[guide_at(row, u)]); }
+    void fetch_sums(std::size_t row, float u) const {
+        __builtin_prefetch(&upto_[row * items_ + guide_[guide_at(row, u)]]);
+    }
+    float probability(std::size_t row, int item) const {
+        const float* upto = &upto_[row * items_];
+        return upto[item] - (item > 0 ? upto[item - 1] : 0.0F);
+    }
+
+    std::size_t bytes() const { return upto_.size() * sizeof(float) + guide_.size() * sizeof(std::uint16_t); }
+    // Are these tables such as set() makes? For data that come from a file.
+    bool sound() const;
+    // For saving and loading.
+    std::vector<float>& upto() { return upto_; }
+    std::vector<std::uint16_t>& guide() { return guide_; }
+    const std::vector<float>& upto() const { return upto_; }
+    const std::vector<std::uint16_t>& guide() const { return guide_; }
+
+  private:
+    std::size_t guide_at(std::size_t row, float u) const {
+        return row * (buckets_ + 1) + static_cast<std::size_t>(u * static_cast<float>(buckets_));
+    }
+
+    std::size_t items_ = 0;
+    std::size_t buckets_ = 0;           // a power of 2, so that u * buckets is exact
+    std::vector<float> upto_;           // per row: upto[i] = P(item <= i); the last is 1. Padded at the end
+    std::vector<std::uint16_t> guide_;  // per row, buckets + 1: the first item with upto > bucket / buckets
+};
+
+class CellTable {
+  public:
+    // Throws InputError if there are more than 4·10⁹ cells. Stops for nothing: about a second for 10⁷ cells.
+    CellTable(const LightField& field, const Workers& workers, Monitor& monitor);
+
+    struct Draw {
+        Cell cell;
+        CellId id;
+        double probability;              // of this cell, > 0
+        std::array<float, 4> remainder;  // of u, each uniform in [0,1) again
+    };
+    // u in [0,1)⁴ for U, V, S, T. Requires flux() > 0.
+    Draw draw(const std::array<float, 4>& u) const;
+
+    // Many draws at once, the same one by one: reads of memory overlap, which is several times as fast for a
+    // table larger than the caches. The spans have the same size.
+    void draw(std::span<const std::array<float, 4>> u, std::span<Draw> out) const;
+
+    // The first two links of the chain alone: an interval of S in each direction.
+    struct IntervalDraw {
+        int n, o;
+        float probability;
+        V2f remainder;
+    };
+    IntervalDraw draw_interval(const V2f& u) const;
+    float interval_probability(int n, int o) const {
+        return u_.probability(0, n) * v_.probability(static_cast<std::size_t>(n), o);
+    }
+    double probability(const Cell& cell) const;
+
+    CellId id(const Cell& c) const {
+        return static_cast<CellId>(
+            ((static_cast<std::size_t>(c.n) * size_[1] + static_cast<std::size_t>(c.o)) * size_[2] +
+             static_cast<std::size_t>(c.p)) *
+                size_[3] +
+            static_cast<std::size_t>(c.q));
+    }
+    // None if there is no such cell.
+    std::optional<Cell> cell(CellId id) const;
+
+    double flux() const { return flux_; }  // clamped, in the field's unit
+    std::uint64_t field_hash() const { return hash_; }
+    std::uint64_t cells() const { return std::uint64_t{size_[0]} * size_[1] * size_[2] * size_[3]; }
+    std::size_t bytes() const { return u_.bytes() + v_.bytes() + s_.bytes() + t_.bytes(); }
+
+    // Throws InputError if the file cannot be written.
+    void save(const std::filesystem::path& file) const;
+    // None, with the reason, unless the file holds a sound table of this very field.
+    static std::optional<CellTable> load(const std::filesystem::path& file, const LightField& field,
+                                         std::string& reason);
+
+  private:
+    explicit CellTable(const LightField& field);  // sizes only
+    void draw_block(std::span<const std::array<float, 4>> u, std::span<Draw> out) const;
+    void build(const LightField& field, const Workers& workers, Monitor& monitor);
+
+    std::array<std::size_t, 4> size_{};
+    double flux_ = 0;
+    std::uint64_t hash_ = 0;
+    ConditionalTables u_, v_, s_, t_;
+};
+
+// The table of the lamp in `lamp` (lamp.exr), from lamp.cells beside it if that one is sound and of this
+// field; else built anew and saved there. A folder that cannot be written is a warning.
+CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
+                                   const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna

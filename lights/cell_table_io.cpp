@@ -1,0 +1,140 @@
+// The cell table's file: a cache beside the lamp, made by us, for this machine's byte order, never trusted.
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <span>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "lights/cell_table.h"
+
+namespace lucerna {
+namespace {
+
+constexpr char kMagic[8] = {'L', 'U', 'C', 'C', 'E', 'L', 'L', 'S'};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kByteOrder = 0x01020304;
+
+struct FileHeader {
+    char magic[8];
+    std::uint32_t version, byte_order;
+    std::uint64_t field_hash;
+    std::uint64_t size[4];
+    double flux;
+    std::uint64_t check;  // of the flux and of all that follows
+};
+static_assert(sizeof(FileHeader) == 72, "no padding in the file");
+
+class Check {
+  public:
+    void add(std::span<const std::byte> bytes) {
+        std::size_t i = 0;
+        for (; i + 8 <= bytes.size(); i += 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, &bytes[i], 8);
+            step(word);
+        }
+        for (; i < bytes.size(); ++i) step(static_cast<std::uint64_t>(bytes[i]));
+    }
+    std::uint64_t value() const { return value_; }
+
+  private:
+    void step(std::uint64_t word) {
+        value_ = (value_ ^ word) * 0x100000001b3U;
+        value_ ^= value_ >> 29;
+    }
+    std::uint64_t value_ = 0xcbf29ce484222325U;
+};
+
+// Calls action(bytes) for every array of the four tables, in the order in which they lie in the file.
+template <typename Action>
+void for_each_array(std::span<ConditionalTables* const> tables, Action&& action) {
+    for (ConditionalTables* table : tables) {
+        action(std::as_writable_bytes(std::span(table->upto())));
+        action(std::as_writable_bytes(std::span(table->guide())));
+    }
+}
+
+}  // namespace
+
+void CellTable::save(const std::filesystem::path& file) const {
+    CellTable& self = const_cast<CellTable&>(*this);  // only read; one list of arrays serves both ways
+    ConditionalTables* const tables[] = {&self.u_, &self.v_, &self.s_, &self.t_};
+    FileHeader header{};
+    std::memcpy(header.magic, kMagic, sizeof kMagic);
+    header.version = kVersion;
+    header.byte_order = kByteOrder;
+    header.field_hash = hash_;
+    for (std::size_t i = 0; i < 4; ++i) header.size[i] = size_[i];
+    header.flux = flux_;
+    Check check;
+    check.add(std::as_bytes(std::span(&header.flux, 1)));
+    for_each_array(tables, [&](std::span<const std::byte> bytes) { check.add(bytes); });
+    header.check = check.value();
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.exceptions(std::ios::badbit | std::ios::failbit);
+        out.write(reinterpret_cast<const char*>(&header), sizeof header);
+        for_each_array(tables, [&](std::span<const std::byte> bytes) {
+            out.write(reinterpret_cast<const char*>(bytes.data()),
+                      static_cast<std::streamsize>(bytes.size()));
+        });
+        out.flush();
+    });
+}
+
+std::optional<CellTable> CellTable::load(const std::filesystem::path& file, const LightField& field,
+                                         std::string& reason) {
+    const auto refuse = [&reason](const char* why) {
+        reason = why;
+        return std::nullopt;
+    };
+    std::error_code status;
+    const std::uintmax_t bytes_there = std::filesystem::file_size(file, status);
+    if (status) return refuse("there is none");
+    std::ifstream in(file, std::ios::binary);
+    FileHeader header{};
+    in.read(reinterpret_cast<char*>(&header), sizeof header);
+    if (!in || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return refuse("it is no cell table");
+    if (header.version != kVersion || header.byte_order != kByteOrder)
+        return refuse("it is of another version");
+
+    CellTable table(field);
+    if (header.field_hash != table.hash_) return refuse("it belongs to another light field");
+    for (std::size_t i = 0; i < 4; ++i) {
+        if (header.size[i] != table.size_[i]) return refuse("it belongs to another light field");
+    }
+    if (bytes_there != sizeof header + table.bytes()) return refuse("its length is wrong");
+    ConditionalTables* const tables[] = {&table.u_, &table.v_, &table.s_, &table.t_};
+    Check check;
+    check.add(std::as_bytes(std::span(&header.flux, 1)));
+    for_each_array(tables, [&](std::span<std::byte> bytes) {
+        in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        check.add(bytes);
+    });
+    if (!in || check.value() != header.check) return refuse("it is damaged");
+    if (!std::isfinite(header.flux) || header.flux < 0) return refuse("it is damaged");
+    for (const ConditionalTables* t : tables) {
+        if (!t->sound()) return refuse("it is damaged");
+    }
+    table.flux_ = header.flux;
+    return table;
+}
+
+CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
+                                   const Workers& workers, Monitor& monitor) {
+    std::filesystem::path file = lamp;
+    file.replace_extension(".cells");
+    std::string reason;
+    if (auto table = CellTable::load(file, field, reason)) return std::move(*table);
+    monitor.info(fmt::format("{}: building the cell table ({})", file.string(), reason));
+    CellTable table(field, workers, monitor);
+    try {
+        table.save(file);
+    } catch (const InputError& error) {
+        monitor.warn(fmt::format("the cell table is not kept: {}", error.what()));
+    }
+    return table;
+}
+
+}  // namespace lucerna

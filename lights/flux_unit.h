@@ -1,0 +1,15 @@
+// What a lamp's file counts its light in.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace lucerna {
+
+enum class FluxUnit : std::uint8_t { watt, lumen };
+
+inline std::string_view flux_unit_name(FluxUnit unit) {
+    return unit == FluxUnit::watt ? "W" : "lm";
+}
+
+}  // namespace lucerna

@@ -1,0 +1,156 @@
+// A measured light field: what a lamp sends through every point of a plane in every direction.
+//
+// Two parallel planes stand before the lamp, in the lamp's own frame (light leaves along +z):
+//
+//     S, the sampling plane, z = 0, coordinates (u, v): where the optical filter sat;
+//     M, the measurement plane, z = D, coordinates (s, t): where its image was taken.
+//
+// A ray is named by the two points it passes. For every filter position ("view") (m, n) on a grid of S there
+// is one image of pixels (k, l) on M, and its numbers E_mnkl, in W/m⁴ (or lm/m⁴), are the coefficients of the
+// flux density
+//
+//     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [LF 3.2]
+//
+// with the bell Φ (bell.h) on S and one pixel's box χ on M. Radiance is h over the geometric term of the two
+// points. Coefficients may be negative near sharp edges and from noise, and stay so in memory and on disk;
+// only a reconstructed value is clamped at 0, and flux_density() is the only place where that is done.
+//
+// In Setup A the sensor travels with the filter, so the pixel grid of view m is shifted by m·σ columns; in
+// Setup B the screen stands still and σ = 0. S is centred on the z axis; `centre` says where that is in the
+// lamp file's frame.
+//
+// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
+// 2003 [LF].
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/parallel.h"
+#include "engine/base/vec.h"
+#include "lights/bell_cell.h"
+#include "lights/flux_unit.h"
+
+namespace lucerna {
+
+using V2d = Imath::V2d;
+
+// The geometry: everything but the numbers measured. Axis 0 is u and s, axis 1 is v and t. Lengths in metres.
+struct Rig {
+    V2i views{1, 1};      // filter positions W_S, H_S
+    V2d spacing{0, 0};    // Δ between them: half the width of a bell
+    V2i pixels{1, 1};     // of one view's image, W_M, H_M
+    V2d pixel{0, 0};      // size of a pixel, w_M, h_M
+    double distance = 0;  // D, from S to M
+    V2i shift{0, 0};      // σ, τ: pixels by which the sensor moves from one view to the next (0: Setup B)
+    V3d centre{0, 0, 0};  // of S, in the frame of the lamp's file
+
+    // Why this is no geometry, in words; empty if it is one.
+    std::string fault() const;
+    std::size_t coefficients() const;  // W_S H_S W_M H_M
+
+    // Where E_mnkl lies among the coefficients.
+    std::size_t index(int m, int n, int k, int l) const {
+        const auto z = [](int i) { return static_cast<std::size_t>(i); };
+        return ((z(m) * z(views.y) + z(n)) * z(pixels.x) + z(k)) * z(pixels.y) + z(l);
+    }
+
+    int intervals(int axis) const { return views[axis] + 1; }           // of S [LF app. B: U_n, V_o]
+    int columns(int axis) const { return pixels[axis] + shift[axis]; }  // of M seen by one interval: S_p, T_q
+    double filter(int axis, int i) const { return (i - 0.5 * (views[axis] - 1)) * spacing[axis]; }
+    // The lower edge of interval n of S; intervals(axis) gives the upper edge of the last.
+    double interval_edge(int axis, int n) const { return (n - 0.5 * (views[axis] + 1)) * spacing[axis]; }
+    // The lower edge of column p of M, as interval n of S numbers them.
+    double column_edge(int axis, int n, int p) const {
+        const double sensor = shift[axis] > 0 ? filter(axis, n - 1) : 0.0;
+        return sensor + (p - 0.5 * pixels[axis]) * pixel[axis];
+    }
+    // A = Δ_u Δ_v w_M h_M [m⁴]: the volume of a cell.
+    double cell_volume() const { return spacing.x * spacing.y * pixel.x * pixel.y; }
+    // g = D² / R⁴ [1/m²] [LF 1]; D > 0, so R > 0.
+    double geometric_term(const V2d& on_s, const V2d& on_m) const {
+        const double r2 = (on_m - on_s).length2() + distance * distance;
+        return distance * distance / (r2 * r2);
+    }
+};
+
+// A cell: one interval of S times one pixel of M.
+struct Cell {
+    int n = 0, o = 0;  // along u, v
+    int p = 0, q = 0;  // along s, t, as the interval numbers them
+};
+
+struct LightFieldInfo {
+    Rgb colour{1.0F};  // of all its light, luminance 1; the coefficients are luminance
+    FluxUnit unit = FluxUnit::watt;
+    std::string basis = "piecewise quadratic bell on S, pixel box on M";
+    std::string provenance;
+    double captured = 0;  // flux that the field holds, in its unit: flux() when it was made
+    double missed = 0;    // flux of the lamp that it does not hold
+};
+
+class LightField {
+  public:
+    // Coefficients E[m][n][k][l], l fastest, in flux unit per m⁴, all finite. Throws InputError if the
+    // geometry is none, the number of coefficients is wrong or one is not finite (naming its view and pixel).
+    LightField(const Rig& rig, std::vector<float> coefficients, LightFieldInfo info = {});
+
+    // The same field under another description.
+    LightField with(LightFieldInfo info) && {
+        info_ = std::move(info);
+        return std::move(*this);
+    }
+
+    const Rig& rig() const { return rig_; }
+    const LightFieldInfo& info() const { return info_; }
+    std::span<const float> coefficients() const { return coefficients_; }
+    // 0 outside the views and outside a view's image.
+    float coefficient(int m, int n, int k, int l) const {
+        const auto in = [](int i, int size) {
+            return static_cast<unsigned>(i) < static_cast<unsigned>(size);
+        };
+        if (!in(m, rig_.views.x) || !in(n, rig_.views.y) || !in(k, rig_.pixels.x) || !in(l, rig_.pixels.y))
+            return 0;
+        return coefficients_[rig_.index(m, n, k, l)];
+    }
+
+    // A Σ E: the measured flux, negative coefficients included.
+    double flux() const;
+    // ∫ max(0, h): what particles drawn from the field carry. At least flux().
+    double clamped_flux(const Workers& workers) const;
+
+    // The four coefficients over a cell; those of missing views and pixels are 0.
+    BellCell members(const Cell& cell) const {
+        const int k[2] = {cell.p, cell.p - rig_.shift.x};
+        const int l[2] = {cell.q, cell.q - rig_.shift.y};
+        BellCell c;
+        for (int i = 0; i < 2; ++i) {
+            for (int j = 0; j < 2; ++j) c.e[i][j] = coefficient(cell.n - 1 + i, cell.o - 1 + j, k[i], l[j]);
+        }
+        return c;
+    }
+
+    // max(0, h) [flux unit / m⁴]; 0 for rays that miss S or M. The only clamp.
+    float flux_density(const V2d& on_s, const V2d& on_m) const;
+    // flux_density / g [flux unit / (m² sr)].
+    float radiance(const V2d& on_s, const V2d& on_m) const;
+
+  private:
+    Rig rig_;
+    std::vector<float> coefficients_;
+    LightFieldInfo info_;
+};
+
+// A name for the numbers and the geometry: fields that differ have different ones, for all that can be
+// expected.
+std::uint64_t content_hash(const LightField& field);
+
+// One OpenEXR image, an atlas of the views with v and t upwards: half coefficients times the attribute
+// "scale". Throws InputError naming file and cause.
+void write_light_field(const std::filesystem::path& file, const LightField& field);
+LightField read_light_field(const std::filesystem::path& file);
+
+}  // namespace lucerna

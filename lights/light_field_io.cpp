@@ -1,0 +1,239 @@
+// The light field's file: one OpenEXR image that any viewer shows.
+//
+// The image is an atlas: view (m, n) fills the W_M by H_M pixels in column m and, counted from the bottom,
+// row n; within a view t grows upwards too. The one channel Y holds E / scale in half floats, with scale a
+// power of 2 that puts the largest magnitude in (512, 1024], so that a half's 11 bits hold every coefficient
+// that matters. All else is in attributes whose names begin with "lightfield".
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfVecAttribute.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "lights/light_field.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kVersion = 1;
+constexpr int kLargestExponent = 10;  // 2^10 = 1024
+constexpr const char* kVersionName = "lightfieldVersion";
+
+// Where coefficient (m, n, k, l) lies in the atlas.
+struct Atlas {
+    const Rig& rig;
+    std::size_t width() const {
+        return static_cast<std::size_t>(rig.views.x) * static_cast<std::size_t>(rig.pixels.x);
+    }
+    std::size_t height() const {
+        return static_cast<std::size_t>(rig.views.y) * static_cast<std::size_t>(rig.pixels.y);
+    }
+
+    // Calls visit(index of the coefficient, index of the pixel) for all, coefficient by coefficient.
+    template <typename Visit>
+    void for_each(Visit&& visit) const {
+        std::size_t i = 0;
+        for (int m = 0; m < rig.views.x; ++m) {
+            for (int n = 0; n < rig.views.y; ++n) {
+                for (int k = 0; k < rig.pixels.x; ++k) {
+                    const auto x = static_cast<std::size_t>(m * rig.pixels.x + k);
+                    for (int l = 0; l < rig.pixels.y; ++l, ++i) {
+                        const std::size_t y = height() - 1 - static_cast<std::size_t>(n * rig.pixels.y + l);
+                        visit(i, y * width() + x);
+                    }
+                }
+            }
+        }
+    }
+};
+
+// The power of 2 by which the coefficients are divided.
+double storage_scale(std::span<const float> coefficients) {
+    float largest = 0;
+    for (const float e : coefficients) largest = std::fmax(largest, std::fabs(e));
+    if (largest == 0) return 1;
+    int exponent = 0;
+    std::frexp(largest, &exponent);  // largest <= 2^exponent
+    return std::ldexp(1.0, exponent - kLargestExponent);
+}
+
+Imf::Header make_header(const LightField& field, double scale) {
+    const Rig& rig = field.rig();
+    const LightFieldInfo& info = field.info();
+    const Atlas atlas{rig};
+    if (atlas.width() > 1U << 24 || atlas.height() > 1U << 24) {
+        throw InputError(
+            fmt::format("an atlas of {} x {} pixels; at most 2^24 on a side", atlas.width(), atlas.height()));
+    }
+    Imf::Header header(static_cast<int>(atlas.width()), static_cast<int>(atlas.height()));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    header.channels().insert("Y", Imf::Channel(Imf::HALF));
+    header.insert(kVersionName, Imf::IntAttribute(kVersion));
+    header.insert("lightfieldViews", Imf::V2iAttribute(rig.views));
+    header.insert("lightfieldPixels", Imf::V2iAttribute(rig.pixels));
+    header.insert("lightfieldShift", Imf::V2iAttribute(rig.shift));
+    header.insert("lightfieldSpacing", Imf::V2dAttribute(rig.spacing));
+    header.insert("lightfieldPixelSize", Imf::V2dAttribute(rig.pixel));
+    header.insert("lightfieldDistance", Imf::DoubleAttribute(rig.distance));
+    header.insert("lightfieldCentre", Imf::V3dAttribute(rig.centre));
+    header.insert("lightfieldLengthUnit", Imf::StringAttribute("m"));
+    header.insert("lightfieldFluxUnit", Imf::StringAttribute(std::string(flux_unit_name(info.unit))));
+    header.insert("lightfieldScale", Imf::DoubleAttribute(scale));
+    header.insert("lightfieldColour", Imf::V3fAttribute({info.colour.x, info.colour.y, info.colour.z}));
+    header.insert("lightfieldBasis", Imf::StringAttribute(info.basis));
+    header.insert("lightfieldProvenance", Imf::StringAttribute(info.provenance));
+    header.insert("lightfieldCapturedFlux", Imf::DoubleAttribute(info.captured));
+    header.insert("lightfieldMissedFlux", Imf::DoubleAttribute(info.missed));
+    return header;
+}
+
+// The value of an attribute that must be there, with this type.
+template <typename Attribute>
+auto required(const Imf::Header& header, const char* name) {
+    const auto* found = header.findTypedAttribute<Attribute>(name);
+    if (found == nullptr) {
+        throw InputError(
+            fmt::format("damaged light field: the attribute {} is missing or of another type", name));
+    }
+    return found->value();
+}
+
+Rig read_rig(const Imf::Header& header) {
+    Rig rig;
+    rig.views = required<Imf::V2iAttribute>(header, "lightfieldViews");
+    rig.pixels = required<Imf::V2iAttribute>(header, "lightfieldPixels");
+    rig.shift = required<Imf::V2iAttribute>(header, "lightfieldShift");
+    rig.spacing = required<Imf::V2dAttribute>(header, "lightfieldSpacing");
+    rig.pixel = required<Imf::V2dAttribute>(header, "lightfieldPixelSize");
+    rig.distance = required<Imf::DoubleAttribute>(header, "lightfieldDistance");
+    rig.centre = required<Imf::V3dAttribute>(header, "lightfieldCentre");
+    if (const std::string fault = rig.fault(); !fault.empty())
+        throw InputError("damaged light field: " + fault);
+    const auto unit = required<Imf::StringAttribute>(header, "lightfieldLengthUnit");
+    if (unit != "m") throw InputError(fmt::format("length unit \"{}\"; \"m\" is accepted", one_line(unit)));
+    return rig;
+}
+
+LightFieldInfo read_info(const Imf::Header& header) {
+    LightFieldInfo info;
+    const auto unit = required<Imf::StringAttribute>(header, "lightfieldFluxUnit");
+    if (unit != "W" && unit != "lm") {
+        throw InputError(fmt::format("flux unit \"{}\"; \"W\" and \"lm\" are accepted", one_line(unit)));
+    }
+    info.unit = unit == "W" ? FluxUnit::watt : FluxUnit::lumen;
+    const auto colour = required<Imf::V3fAttribute>(header, "lightfieldColour");
+    info.colour = {colour.x, colour.y, colour.z};
+    if (!is_finite(info.colour) || !(std::fabs(luminance(info.colour) - 1) < 1e-3F) ||
+        std::fmin(colour.x, std::fmin(colour.y, colour.z)) < 0) {
+        throw InputError(fmt::format("colour {} {} {}; it must have luminance 1 and no negative component",
+                                     colour.x, colour.y, colour.z));
+    }
+    info.basis = required<Imf::StringAttribute>(header, "lightfieldBasis");
+    const std::string ours = LightFieldInfo().basis;
+    if (info.basis != ours)
+        throw InputError(fmt::format("basis \"{}\"; \"{}\" is accepted", one_line(info.basis), ours));
+    info.provenance = one_line(required<Imf::StringAttribute>(header, "lightfieldProvenance"));
+    info.captured = required<Imf::DoubleAttribute>(header, "lightfieldCapturedFlux");
+    info.missed = required<Imf::DoubleAttribute>(header, "lightfieldMissedFlux");
+    return info;
+}
+
+// Is there an image of the atlas's size, and can the file hold it? A lying header must not make us allocate.
+void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file_bytes) {
+    const Imath::Box2i window = header.dataWindow();
+    const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
+    const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
+    const Atlas atlas{rig};
+    if (width != static_cast<std::int64_t>(atlas.width()) ||
+        height != static_cast<std::int64_t>(atlas.height())) {
+        throw InputError(
+            fmt::format("damaged light field: {} x {} views of {} x {} pixels, but an image of {} x {}",
+                        rig.views.x, rig.views.y, rig.pixels.x, rig.pixels.y, width, height));
+    }
+    constexpr std::uintmax_t kBestCompression = 1 << 16;  // far above what ZIP and PIZ reach
+    if (rig.coefficients() / kBestCompression > file_bytes) {
+        throw InputError(fmt::format("damaged light field: {} coefficients in a file of {} bytes",
+                                     rig.coefficients(), file_bytes));
+    }
+    const Imf::Channel* y = header.channels().findChannel("Y");
+    if (y == nullptr || y->xSampling != 1 || y->ySampling != 1) {
+        throw InputError("damaged light field: no full channel Y");
+    }
+}
+
+LightField read_field(const std::filesystem::path& file) {
+    Imf::InputFile in(file.c_str());
+    const Imf::Header& header = in.header();
+    if (header.findTypedAttribute<Imf::IntAttribute>(kVersionName) == nullptr) {
+        throw InputError(
+            fmt::format("an OpenEXR image, but no light field: it has no attribute {}", kVersionName));
+    }
+    const int version = required<Imf::IntAttribute>(header, kVersionName);
+    if (version != kVersion)
+        throw InputError(fmt::format("light field version {}; {} is accepted", version, kVersion));
+    const Rig rig = read_rig(header);
+    LightFieldInfo info = read_info(header);
+    const double scale = required<Imf::DoubleAttribute>(header, "lightfieldScale");
+    if (!std::isfinite(scale) || !(scale > 0)) {
+        throw InputError(fmt::format("damaged light field: scale {}; it must be finite and positive", scale));
+    }
+    check_window(header, rig, std::filesystem::file_size(file));
+
+    const Atlas atlas{rig};
+    const Imath::V2i origin = header.dataWindow().min;
+    std::vector<float> pixels(rig.coefficients());
+    const auto row = static_cast<std::ptrdiff_t>(atlas.width());
+    char* base = reinterpret_cast<char*>(pixels.data()) -
+                 static_cast<std::ptrdiff_t>(sizeof(float)) * (origin.x + row * origin.y);
+    Imf::FrameBuffer buffer;
+    buffer.insert("Y", Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * atlas.width()));
+    in.setFrameBuffer(buffer);
+    in.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
+
+    std::vector<float> coefficients(rig.coefficients());
+    atlas.for_each([&](std::size_t i, std::size_t pixel) {
+        coefficients[i] = static_cast<float>(double{pixels[pixel]} * scale);
+    });
+    return LightField(rig, std::move(coefficients), std::move(info));
+}
+
+}  // namespace
+
+void write_light_field(const std::filesystem::path& file, const LightField& field) {
+    const double scale = storage_scale(field.coefficients());
+    const Atlas atlas{field.rig()};
+    std::vector<half> pixels(field.coefficients().size());
+    atlas.for_each([&](std::size_t i, std::size_t pixel) {
+        pixels[pixel] = half(static_cast<float>(double{field.coefficients()[i]} / scale));
+    });
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        Imf::OutputFile out(temporary.c_str(), make_header(field, scale));
+        Imf::FrameBuffer buffer;
+        buffer.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()), sizeof(half),
+                                      sizeof(half) * atlas.width()));
+        out.setFrameBuffer(buffer);
+        out.writePixels(static_cast<int>(atlas.height()));
+    });
+}
+
+LightField read_light_field(const std::filesystem::path& file) {
+    require_readable(file);
+    try {
+        return read_field(file);
+    } catch (const InputError& error) {
+        throw InputError({file.string()}, error.what());
+    } catch (const std::exception& error) {
+        throw InputError({file.string()},
+                         std::string("not a readable OpenEXR file: ") + one_line(error.what()));
+    }
+}
+
+}  // namespace lucerna

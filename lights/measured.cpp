@@ -1,0 +1,247 @@
+#include "lights/measured.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+namespace {
+
+// Light frame to scene and back: an isometry times one scale. Axes have the scale's length.
+class Placement {
+  public:
+    Placement(const M44d& m, const V3d& centre, const Location& at) {
+        for (int row = 0; row < 4; ++row) {
+            for (int column = 0; column < 4; ++column) {
+                if (!std::isfinite(m[row][column]))
+                    throw InputError(at, "the lamp's placement is not finite");
+            }
+        }
+        if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
+            throw InputError(
+                at,
+                "the lamp's placement is projective; rotation, translation and uniform scale are accepted");
+        }
+        for (int axis = 0; axis < 3; ++axis) axis_[axis] = V3d(m[axis][0], m[axis][1], m[axis][2]);
+        scale2_ = (axis_[0].length2() + axis_[1].length2() + axis_[2].length2()) / 3;
+        if (!(scale2_ > 0) || !std::isfinite(scale2_) || !std::isfinite(1 / scale2_)) {
+            throw InputError(
+                at, "the lamp's placement is singular; rotation, translation and uniform scale are accepted");
+        }
+        // Each entry of A Aᵀ against that of scale² times the identity. Mirror images are isometries too.
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                if (std::fabs(axis_[i].dot(axis_[j]) / scale2_ - (i == j ? 1 : 0)) > 1e-4) {
+                    input_error(
+                        at,
+                        "the lamp's placement shears or scales unevenly (axes of length {:g}, {:g}, {:g}); "
+                        "rotation, translation and uniform scale are accepted",
+                        axis_[0].length(), axis_[1].length(), axis_[2].length());
+                }
+            }
+        }
+        m.multVecMatrix(centre, origin_);
+    }
+
+    double scale2() const { return scale2_; }
+    V3d point(const V2d& on_s) const { return origin_ + on_s.x * axis_[0] + on_s.y * axis_[1]; }
+    V3d vector(const V3d& v) const { return v.x * axis_[0] + v.y * axis_[1] + v.z * axis_[2]; }
+    V3d to_local_vector(const V3d& v) const {
+        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) / scale2_;  // > 0: checked above
+    }
+    V3d to_local_point(const V3d& p) const { return to_local_vector(p - origin_); }
+    V3d normal() const { return axis_[2] / std::sqrt(scale2_); }
+
+  private:
+    V3d axis_[3];
+    V3d origin_;  // of S's centre
+    double scale2_ = 1;
+};
+
+V3f to_float(const V3d& v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+
+class MeasuredLight final : public Light {
+  public:
+    MeasuredLight(LightField field, CellTable table, const MeasuredSettings& settings, double flux)
+        : field_(std::move(field)),
+          table_(std::move(table)),
+          placement_(settings.world_from_light, field_.rig().centre, {settings.file.string()}),
+          mode_(settings.mode),
+          flux_(flux),
+          gain_(flux > 0 ? flux / table_.flux()
+                         : 0.0),  // the caller saw to it: a positive flux has a table of some
+          normal_(to_float(placement_.normal())),
+          extent_(static_cast<float>(std::sqrt(placement_.scale2()) *
+                                     std::max(field_.rig().spacing.x * field_.rig().intervals(0),
+                                              field_.rig().spacing.y * field_.rig().intervals(1)))) {}
+
+    std::string_view kind() const override { return "lightfield"; }
+    Rgb flux() const override { return static_cast<float>(flux_) * field_.info().colour; }
+    bool has_impostor() const override { return true; }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        if (!(flux_ > 0)) return std::nullopt;
+        const Rig& rig = field_.rig();
+        const CellTable::Draw draw = table_.draw({u.position.x, u.position.y, u.direction.x, u.direction.y});
+        V2f within(draw.remainder[0], draw.remainder[1]);
+        double weight = flux_;
+        if (mode_ != EmissionMode::constant) {
+            const BellCell members = field_.members(draw.cell);
+            if (mode_ == EmissionMode::exact) {
+                within = members.draw(within, salt_of(u));
+            } else {
+                // h over the density of the draw: the cell's probability spread over its volume [LF 4].
+                const double h = std::max(0.0, double{members.value(within.x, within.y)});
+                weight = gain_ * h * rig.cell_volume() / draw.probability;
+                if (!(weight > 0)) return std::nullopt;
+            }
+        }
+        const V2d on_s(rig.interval_edge(0, draw.cell.n) + double{within.x} * rig.spacing.x,
+                       rig.interval_edge(1, draw.cell.o) + double{within.y} * rig.spacing.y);
+        const V2d on_m(
+            rig.column_edge(0, draw.cell.n, draw.cell.p) + double{draw.remainder[2]} * rig.pixel.x,
+            rig.column_edge(1, draw.cell.o, draw.cell.q) + double{draw.remainder[3]} * rig.pixel.y);
+        const V3d d = placement_.vector({on_m.x - on_s.x, on_m.y - on_s.y, rig.distance}).normalized();
+        const V3f p = to_float(placement_.point(on_s));
+        return Emitted{{p, normal_, surface_error(p, extent_)},
+                       to_float(d),
+                       static_cast<float>(weight) * field_.info().colour,
+                       draw.id};
+    }
+
+    std::optional<Incident> illuminate(const V3f& x, const V2f& u,
+                                       std::optional<CellId> from) const override {
+        if (!(flux_ > 0)) return std::nullopt;
+        const Rig& rig = field_.rig();
+        const V3d local = placement_.to_local_point(V3d(x));
+        if (!(local.z > 0)) return std::nullopt;
+        // Choose an interval of S by its share of the flux, or take the one asked for; then a point of it.
+        CellTable::IntervalDraw at{0, 0, 1, u};
+        if (from) {
+            const std::optional<Cell> cell = table_.cell(*from);
+            if (!cell) return std::nullopt;
+            at.n = cell->n, at.o = cell->o;
+        } else {
+            at = table_.draw_interval(u);
+        }
+        const V2d on_s(rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
+                       rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y);
+        const V3d way(local.x - on_s.x, local.y - on_s.y, local.z);
+        const V2d on_m = extend(on_s, way);
+        const double radiance = radiance_along(on_s, on_m);
+        if (!(radiance > 0)) return std::nullopt;
+        const double distance = way.length() * std::sqrt(placement_.scale2());
+        const double pdf_w = density(at.probability, way);
+        const V3f w = to_float(-placement_.vector(way).normalized());
+        const float margin = surface_error(x, extent_);
+        return Incident{w, std::max(0.0F, static_cast<float>(distance) - margin),
+                        static_cast<float>(radiance / pdf_w) * field_.info().colour,
+                        static_cast<float>(pdf_w), cell_at(at.n, at.o, on_m)};
+    }
+
+    std::optional<Seen> seen(const Ray& ray) const override {
+        if (!(flux_ > 0)) return std::nullopt;
+        const Rig& rig = field_.rig();
+        const V3d o = placement_.to_local_point(V3d(ray.o));
+        const V3d d = placement_.to_local_vector(V3d(ray.d));
+        if (!(o.z > 0 && d.z < 0)) return std::nullopt;
+        const double t = -o.z / d.z;  // d is scaled as o is: t counts scene units
+        if (!(t <= double{ray.t_max})) return std::nullopt;
+        const V2d on_s(o.x + t * d.x, o.y + t * d.y);
+        int interval[2];
+        for (int a = 0; a < 2; ++a) {
+            const double x = (on_s[a] - rig.interval_edge(a, 0)) / rig.spacing[a];
+            if (!(x >= 0 && x < rig.intervals(a))) return std::nullopt;
+            interval[a] = static_cast<int>(x);
+        }
+        const V3d way = -t * d;
+        const double radiance = radiance_along(on_s, extend(on_s, way));
+        if (!(radiance > 0)) return std::nullopt;
+        const double pdf_w = density(double{table_.interval_probability(interval[0], interval[1])}, way);
+        return Seen{static_cast<float>(radiance) * field_.info().colour, static_cast<float>(pdf_w),
+                    static_cast<float>(t)};
+    }
+
+  private:
+    // The ray from a point of S along `way` (way.z > 0), where it passes M. Beyond all bounds for grazing
+    // ways.
+    V2d extend(const V2d& on_s, const V3d& way) const {
+        const double stretch = field_.rig().distance / way.z;
+        return {on_s.x + way.x * stretch, on_s.y + way.y * stretch};
+    }
+    // In the scene: the same flux through lengths that are `scale` times as long.
+    double radiance_along(const V2d& on_s, const V2d& on_m) const {
+        return gain_ * double{field_.radiance(on_s, on_m)} / placement_.scale2();
+    }
+    // Per solid angle at the far end of `way` [light frame], for a point uniform in an interval of this
+    // probability: pdf_a R² / cosθ; scale² cancels between area and R².
+    double density(double probability, const V3d& way) const {
+        const Rig& rig = field_.rig();
+        const double r2 = way.length2();
+        return probability / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) / way.z;  // way.z > 0
+    }
+    CellId cell_at(int n, int o, const V2d& on_m) const {
+        const Rig& rig = field_.rig();
+        const auto column = [&](int axis, int interval) {
+            const double x = (on_m[axis] - rig.column_edge(axis, interval, 0)) / rig.pixel[axis];
+            return std::clamp(static_cast<int>(x), 0, rig.columns(axis) - 1);
+        };
+        return table_.id({n, o, column(0, n), column(1, o)});
+    }
+    // Rejection's own numbers: the salt, stirred with the draw so that callers without one still get
+    // different ones.
+    static std::uint32_t salt_of(const EmitU& u) {
+        const auto stir = [](std::uint32_t h, float x) {
+            return (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b1U;
+        };
+        return stir(stir(stir(stir(u.salt, u.position.x), u.position.y), u.direction.x), u.direction.y);
+    }
+
+    LightField field_;
+    CellTable table_;
+    Placement placement_;
+    EmissionMode mode_;
+    double flux_;  // of all that leaves [field's unit]
+    double gain_;  // flux_ over the clamped field's
+    V3f normal_;
+    float extent_;  // the larger side of S, scene units
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
+                                           const MeasuredSettings& settings, Monitor& monitor) {
+    const Location at{settings.file.string()};
+    if (!std::isfinite(settings.power_scale) || settings.power_scale < 0) {
+        input_error(at, "power scale {}; finite and not negative", settings.power_scale);
+    }
+    if (!std::isfinite(settings.power) || settings.power < 0) {
+        input_error(at, "power {}; finite and not negative (0: as measured)", settings.power);
+    }
+    assert(table.field_hash() == content_hash(field));
+    const double measured = field.flux();
+    double flux = settings.power > 0 ? double{settings.power} : measured * double{settings.power_scale};
+    if (!(table.flux() > 0)) {
+        if (settings.power > 0) input_error(at, "power {}: the light field is black", settings.power);
+        flux = 0;
+    } else if (!(measured > 0) && !(settings.power > 0)) {
+        monitor.warn(fmt::format("{}: the light field's measured flux is {:.4g} {}; the lamp stays dark",
+                                 to_string(at), measured, flux_unit_name(field.info().unit)));
+        flux = 0;
+    }
+    return std::make_unique<MeasuredLight>(std::move(field), std::move(table), settings, flux);
+}
+
+std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, const Workers& workers,
+                                           Monitor& monitor) {
+    LightField field = read_light_field(settings.file);
+    CellTable table = load_or_build_cell_table(settings.file, field, workers, monitor);
+    return make_measured_light(std::move(field), std::move(table), settings, monitor);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,334 @@
+#include "lights/measured.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/base/cie.h"
+#include "engine/base/error.h"
+#include "engine/base/frame.h"
+#include "engine/base/warp.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/statistics.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::random_field;
+using testing::rig_a;
+using testing::rig_b;
+
+std::unique_ptr<Light> make(const LightField& field, const MeasuredSettings& settings = {}) {
+    Monitor silent;
+    return make_measured_light(field, CellTable(field, Workers{1}, silent), settings, silent);
+}
+
+EmitU emit_numbers(std::uint64_t seed, int i) {
+    Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+    EmitU u;
+    u.position = stream.next2();
+    u.direction = stream.next2();
+    u.salt = stream.bits();
+    return u;
+}
+
+// Where a particle of a light under identity placement passed S and M.
+struct Passed {
+    V2d on_s, on_m;
+    Passed(const Emitted& e, const Rig& rig) {
+        on_s = V2d(double{e.from.p.x}, double{e.from.p.y}) - V2d(rig.centre.x, rig.centre.y);
+        on_m = on_s + V2d(double{e.d.x}, double{e.d.y}) * (rig.distance / double{e.d.z});
+    }
+};
+
+// Test functions of the four coordinates, none of them even.
+double probe(int i, const Rig& rig, const V2d& s, const V2d& m) {
+    const double u = s.x / rig.spacing.x;
+    const double v = s.y / rig.spacing.y;
+    const double p = m.x / rig.pixel.x;
+    const double q = m.y / rig.pixel.y;
+    switch (i) {
+        case 0:
+            return 1;
+        case 1:
+            return u;
+        case 2:
+            return v * q;
+        case 3:
+            return std::cos(2 * u + p);
+        case 4:
+            return u * u * v * v;
+        default:
+            return std::sin(3 * u * v) + p;
+    }
+}
+
+void expect_moments(const LightField& field, EmissionMode mode, bool expected_to_hold) {
+    MeasuredSettings settings;
+    settings.mode = mode;
+    const auto light = make(field, settings);
+    RunningStats stats[6];
+    for (int i = 0; i < 300000; ++i) {
+        const auto e = light->emit(emit_numbers(21, i));
+        if (!e) {
+            for (RunningStats& s : stats) s.add(0);
+            continue;
+        }
+        EXPECT_EQ(e->from.n, V3f(0, 0, 1));
+        const Passed at(*e, field.rig());
+        for (int k = 0; k < 6; ++k)
+            stats[k].add(double{luminance(e->weight)} * probe(k, field.rig(), at.on_s, at.on_m));
+    }
+    const double gain = field.flux() / field.clamped_flux({});
+    bool all = true;
+    for (int k = 0; k < 6; ++k) {
+        const double truth = gain * testing::integrate(field, 20, 4, [&](const V2d& s, const V2d& m) {
+                                 return probe(k, field.rig(), s, m);
+                             });
+        // The midpoint rule itself is good to a thousandth or so of the flux.
+        const bool agrees =
+            std::fabs(stats[k].mean() - truth) <= 4 * stats[k].standard_error() + 1e-3 * field.flux();
+        all = all && agrees;
+        EXPECT_TRUE(agrees || !expected_to_hold) << k << ": " << stats[k].mean() << " for " << truth;
+    }
+    EXPECT_EQ(all, expected_to_hold);
+}
+
+TEST(MeasuredLight, ExactEmission_OfASignedField_MeetsItsMoments) {
+    for (const Rig& rig : {rig_a(), rig_b()})
+        expect_moments(random_field(rig, -1, 2, 31), EmissionMode::exact, true);
+}
+
+TEST(MeasuredLight, WeightedEmission_OfASignedField_MeetsItsMoments) {
+    for (const Rig& rig : {rig_a(), rig_b()})
+        expect_moments(random_field(rig, -1, 2, 31), EmissionMode::weighted, true);
+}
+
+TEST(MeasuredLight, ConstantEmission_IsAnApproximationThatTheSameTestSees) {
+    expect_moments(random_field(rig_b(), -1, 2, 31), EmissionMode::constant, false);
+}
+
+TEST(MeasuredLight, Particles_FallIntoTheirCellsByClampedFlux) {
+    const LightField field = random_field(rig_a(), -1, 1.5F, 32);
+    Monitor silent;
+    const CellTable table(field, {}, silent);
+    const auto light = make(field);
+    std::vector<std::uint64_t> observed(table.cells());
+    constexpr int kDraws = 300000;
+    for (int i = 0; i < kDraws; ++i) ++observed[light->emit(emit_numbers(22, i))->cell];
+    std::vector<double> expected;
+    for (CellId id = 0; id < table.cells(); ++id) {
+        expected.push_back(std::max(1e-9, field.members(*table.cell(id)).clamped_mean() / table.flux() *
+                                              field.rig().cell_volume() * kDraws));
+    }
+    EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
+    for (double& e : expected) e = std::max(1e-9, 2.0 * kDraws / static_cast<double>(table.cells()) - e);
+    EXPECT_FALSE(testing::chi_square(observed, expected).accepted());
+}
+
+TEST(MeasuredLight, Flux_IsTheMeanOfEmission_WhateverThePlacement) {
+    LightFieldInfo info;
+    info.colour = colour_of_luminance_one(Rgb(1, 0.5F, 0.25F));
+    const LightField field = random_field(rig_b(), -1, 2, 33, info);
+    for (const double scale : {0.01, 1.0, 250.0}) {
+        for (const EmissionMode mode :
+             {EmissionMode::constant, EmissionMode::exact, EmissionMode::weighted}) {
+            MeasuredSettings settings;
+            settings.mode = mode;
+            settings.power_scale = 3;
+            settings.world_from_light.rotate(V3d(0.3, -1.0, 0.5));
+            settings.world_from_light.scale(V3d(scale));
+            settings.world_from_light[3][0] = 5;
+            const auto light = make(field, settings);
+            EXPECT_NEAR(light->power(), 3 * field.flux(), 1e-5 * field.flux());
+            EXPECT_NEAR(light->flux().x / light->flux().z, info.colour.x / info.colour.z, 1e-4F);
+            RunningStats stats;
+            for (int i = 0; i < 40000; ++i) {
+                const auto e = light->emit(emit_numbers(23, i));
+                stats.add(e ? double{luminance(e->weight)} : 0.0);
+            }
+            EXPECT_NEAR(stats.mean(), light->power(), 4 * stats.standard_error() + 1e-4 * light->power());
+        }
+    }
+    MeasuredSettings set;
+    set.power = 7;
+    EXPECT_NEAR(make(field, set)->power(), 7, 1e-5);
+}
+
+// Irradiance in a small square about `x` on the plane z = x.z facing the lamp, three ways.
+struct Irradiance {
+    RunningStats emitted, illuminated, seen;
+};
+
+Irradiance irradiance_three_ways(const Light& light, const V3f& x, const V3f& n, float side, int samples) {
+    Irradiance result;
+    const Frame frame(n);
+    for (int i = 0; i < samples; ++i) {
+        Stream stream(24, Purpose::test, 1, static_cast<std::uint64_t>(i));
+        const auto e = light.emit(emit_numbers(25, i));
+        double hit = 0;
+        if (e) {
+            const float facing = -e->d.dot(n);
+            const float t = (x - e->from.p).dot(n) / e->d.dot(n);
+            const V3f local = frame.to_local(e->from.p + t * e->d - x);
+            if (facing > 0 && t > 0 && std::fabs(local.x) < side / 2 && std::fabs(local.y) < side / 2) {
+                hit = double{luminance(e->weight)} / double{side * side};
+            }
+        }
+        result.emitted.add(hit);
+        const V2f offset = stream.next2() - V2f(0.5F, 0.5F);
+        const V3f at = x + frame.to_world({offset.x * side, offset.y * side, 0});
+        const auto in = light.illuminate(at, stream.next2());
+        result.illuminated.add(in ? double{luminance(in->weight)} * std::max(0.0, double{in->w.dot(n)})
+                                  : 0.0);
+        const V3f w = frame.to_world(square_to_cosine_hemisphere(stream.next2()));
+        const auto seen = light.seen(Ray{at, w});
+        result.seen.add(seen ? double{luminance(seen->radiance)} * double{kPi} : 0.0);  // L cosθ / (cosθ / π)
+        if (in) {
+            // The same ray, found the other way round, has the same radiance and density.
+            const auto back = light.seen(Ray{at, in->w});
+            EXPECT_TRUE(back.has_value());
+            if (back) {
+                EXPECT_NEAR(back->pdf_w, in->pdf_w, 2e-3F * in->pdf_w);
+                EXPECT_NEAR(back->distance, in->distance, 2e-3F * in->distance);
+            }
+        }
+    }
+    return result;
+}
+
+void expect_same(const RunningStats& a, const RunningStats& b) {
+    const double sigma = std::sqrt(sqr(a.standard_error()) + sqr(b.standard_error()));
+    EXPECT_GT(a.mean(), 0);
+    EXPECT_NEAR(a.mean(), b.mean(), 4 * sigma);
+    EXPECT_LT(sigma, 0.05 * a.mean());
+}
+
+TEST(MeasuredLight, Irradiance_EmittedIlluminatedAndSeen_IsOne) {
+    for (const Rig& rig : {rig_a(), rig_b()}) {
+        const LightField field = random_field(rig, -1, 2, 34);
+        for (const double scale : {1.0, 20.0}) {
+            MeasuredSettings settings;
+            settings.world_from_light.rotate(V3d(0.4, 0.2, 1));
+            settings.world_from_light.scale(V3d(scale));
+            settings.world_from_light[3][1] = 2;
+            const auto light = make(field, settings);
+            for (const double z : {0.03, 0.2}) {  // between S and M, and beyond M
+                V3d x;
+                V3d n;
+                settings.world_from_light.multVecMatrix(V3d(0.004, 0.002, z), x);
+                settings.world_from_light.multDirMatrix(V3d(0.1, 0.2, -1), n);
+                const auto e = irradiance_three_ways(*light, V3f(x), V3f(n.normalized()),
+                                                     static_cast<float>(0.2 * z * scale), 200000);
+                expect_same(e.illuminated, e.emitted);
+                expect_same(e.illuminated, e.seen);
+            }
+        }
+    }
+}
+
+TEST(MeasuredLight, Illuminate_RestrictedToOneCell_AddsUpToTheWhole) {
+    const LightField field = random_field(rig_b(), 0, 1, 35);
+    Monitor silent;
+    const CellTable table(field, {}, silent);
+    const auto light = make(field);
+    const V3f x(0.01F, 0, 0.15F);
+    RunningStats whole;
+    RunningStats parts;
+    for (int i = 0; i < 40000; ++i) {
+        Stream stream(26, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f u = stream.next2();
+        const auto all = light->illuminate(x, u);
+        whole.add(all ? double{luminance(all->weight)} : 0.0);
+        double sum = 0;
+        for (int n = 0; n < 4; ++n) {
+            for (int o = 0; o < 3; ++o) {
+                const auto part = light->illuminate(x, u, table.id({n, o, 0, 0}));
+                if (!part) continue;
+                sum += double{luminance(part->weight)};
+                EXPECT_EQ(table.cell(part->cell)->n, n);
+                EXPECT_EQ(table.cell(part->cell)->o, o);
+            }
+        }
+        parts.add(sum);
+    }
+    expect_same(whole, parts);
+    EXPECT_FALSE(light->illuminate(x, {0.5F, 0.5F}, static_cast<CellId>(table.cells())));
+}
+
+TEST(MeasuredLight, FromBehindOrBeside_NothingIsSeen) {
+    const auto light = make(random_field(rig_b(), 1, 2, 36));
+    EXPECT_FALSE(light->illuminate({0, 0, -1}, {0.5F, 0.5F}));
+    EXPECT_FALSE(light->illuminate({0, 0, 0.003F}, {0.5F, 0.5F}));
+    EXPECT_FALSE(light->illuminate({100, 0, 1}, {0.5F, 0.5F}));  // beyond M's edge
+    EXPECT_FALSE(light->seen({{0, 0, -1}, {0, 0, 1}}));
+    EXPECT_FALSE(light->seen({{0, 0, 1}, {0, 0, 1}}));
+    EXPECT_FALSE(light->seen({{1, 0, 1}, {0, 0, -1}}));
+    EXPECT_TRUE(light->seen({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_FALSE(light->seen({{0, 0, 1}, {0, 0, -1}, 0.5F}));
+    EXPECT_FALSE(light->seen({{0, 0, 1}, {1, 0, 0}}));
+    EXPECT_TRUE(light->has_impostor());
+    EXPECT_FALSE(light->is_delta());
+    EXPECT_EQ(light->kind(), "lightfield");
+}
+
+TEST(MeasuredLight, FieldWithoutLight_IsDark) {
+    const auto dark = make({rig_b(), std::vector<float>(rig_b().coefficients())});
+    EXPECT_EQ(dark->power(), 0);
+    EXPECT_FALSE(dark->emit(emit_numbers(1, 1)));
+    EXPECT_FALSE(dark->illuminate({0, 0, 1}, {0.5F, 0.5F}));
+    EXPECT_FALSE(dark->seen({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_EQ(make({rig_b(), std::vector<float>(rig_b().coefficients(), -1.0F)})->power(), 0);
+
+    // Bright in places, but the measurement as a whole is negative: noise, not a lamp.
+    std::vector<float> e(rig_b().coefficients(), -1.0F);
+    e[0] = 1;
+    const LightField noise(rig_b(), e);
+    testing::ListeningMonitor monitor;
+    const auto light = make_measured_light(noise, CellTable(noise, {}, monitor), {}, monitor);
+    EXPECT_EQ(light->power(), 0);
+    EXPECT_EQ(monitor.warnings.size(), 1U);
+}
+
+TEST(MeasuredLight, Settings_OutOfRange_AreRefused) {
+    const LightField field = random_field(rig_b(), 0, 1, 37);
+    const auto refused = [&](const std::function<void(MeasuredSettings&)>& spoil, const char* word) {
+        MeasuredSettings settings;
+        settings.file = "lamp.exr";
+        spoil(settings);
+        try {
+            make(field, settings);
+            ADD_FAILURE() << word;
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("lamp.exr"));
+            EXPECT_THAT(error.what(), HasSubstr(word));
+        }
+    };
+    refused([](MeasuredSettings& s) { s.world_from_light.scale(V3d(1, 1, 1.01)); }, "unevenly");
+    refused([](MeasuredSettings& s) { s.world_from_light.scale(V3d(0, 0, 0)); }, "singular");
+    refused([](MeasuredSettings& s) { s.world_from_light.shear(V3d(0.1, 0, 0)); }, "shears");
+    refused([](MeasuredSettings& s) { s.world_from_light[0][0] = NAN; }, "finite");
+    refused([](MeasuredSettings& s) { s.world_from_light[0][3] = 1; }, "projective");
+    refused([](MeasuredSettings& s) { s.power_scale = -1; }, "power scale");
+    refused([](MeasuredSettings& s) { s.power = NAN; }, "power");
+    MeasuredSettings mirrored;
+    mirrored.world_from_light.scale(V3d(-1, 1, 1));
+    EXPECT_GT(make(field, mirrored)->power(), 0);
+}
+
+TEST(MeasuredLight, FromAFile_KeepsItsTableBesideIt) {
+    const testing::TemporaryFolder folder;
+    write_light_field(folder / "lamp.exr", random_field(rig_a(), -1, 2, 38));
+    MeasuredSettings settings;
+    settings.file = folder / "lamp.exr";
+    Monitor silent;
+    const auto light = make_measured_light(settings, {}, silent);
+    EXPECT_NEAR(light->power(), read_light_field(settings.file).flux(), 1e-6 * light->power());
+    EXPECT_TRUE(std::filesystem::exists(folder / "lamp.cells"));
+    settings.file = folder / "none.exr";
+    EXPECT_THROW(make_measured_light(settings, {}, silent), InputError);
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,310 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/cie.h"
+#include "engine/base/error.h"
+#include "lights/ray_set.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/shared_data.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A TM-25 file, field by field.
+struct File {
+    float lumens = NAN, watts = NAN;
+    std::uint64_t rays = 0;
+    std::int32_t version = 2013, spectral = 0, tables = 0, extras = 0, text_bytes = 0;
+    float wavelength = NAN;
+    std::array<std::int32_t, 8> flags{1, 1, 0, 0, 1, 0, 0, 0};
+    std::string body;  // tables, padding, names, text, rays
+
+    template <typename T>
+    void put(const T& value) {
+        body.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    void row(std::initializer_list<float> values) {
+        for (const float v : values) put(v);
+        ++rays;
+    }
+    void table(std::initializer_list<std::pair<float, float>> pairs) {
+        put(static_cast<std::int32_t>(pairs.size()));
+        for (const auto& [nm, weight] : pairs) put(nm), put(weight);
+        ++tables;
+    }
+    void pad() {
+        while ((36288 + body.size()) % 32 != 0) body += '\0';
+    }
+    std::string bytes() const {
+        std::string b(36288, '\0');
+        const auto set = [&b](std::size_t at, const auto& value) {
+            std::memcpy(&b[at], &value, sizeof value);
+        };
+        std::memcpy(b.data(), "TM25", 4);
+        set(4, version), set(12, lumens), set(16, watts), set(20, rays);
+        std::memcpy(&b[28], "2024-02-29", 10);
+        set(60, spectral), set(64, wavelength), set(76, tables), set(80, extras), set(84, text_bytes);
+        set(256, flags);
+        const char32_t name[] = U"Lämpchen\n9";
+        std::memcpy(&b[288], name, sizeof name);
+        return b + body;
+    }
+};
+
+class Tm25 : public ::testing::Test {
+  protected:
+    RaySet read(const std::string& bytes) {
+        std::ofstream(folder_ / "rays.tm25ray", std::ios::binary) << bytes;
+        return read_tm25(folder_ / "rays.tm25ray", monitor_);
+    }
+    std::string complaint(const std::string& bytes) {
+        try {
+            read(bytes);
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("rays.tm25ray"));
+            EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+            return error.what();
+        }
+        return "";
+    }
+    testing::TemporaryFolder folder_;
+    testing::ListeningMonitor monitor_;
+};
+
+File two_rays() {
+    File file;
+    file.row({1, 2, 3, 0, 0, 1, 5});
+    file.row({-1, 0, 0, 0, 3, 4, 15});
+    return file;
+}
+
+TEST_F(Tm25, Rays_AreInMetresAndUnitDirections) {
+    const RaySet set = read(two_rays().bytes());
+    ASSERT_EQ(set.rays.size(), 2U);
+    EXPECT_NEAR(set.rays[0].o.y, 0.002F, 1e-9F);
+    EXPECT_NEAR(set.rays[1].d.y, 0.6F, 1e-6F);
+    EXPECT_NEAR(set.rays[1].d.z, 0.8F, 1e-6F);
+    EXPECT_EQ(set.unit, FluxUnit::lumen);
+    EXPECT_NEAR(set.flux, 20, 1e-9);
+    EXPECT_EQ(set.colour, Rgb(1));
+    EXPECT_THAT(set.provenance, HasSubstr("Lämpchen 9"));
+    EXPECT_THAT(set.provenance, HasSubstr("2024-02-29"));
+    EXPECT_TRUE(monitor_.warnings.empty());
+}
+
+TEST_F(Tm25, HeaderFlux_FiniteAndPositive_WinsWithAWarning) {
+    File file = two_rays();
+    file.lumens = 40;
+    const RaySet set = read(file.bytes());
+    EXPECT_EQ(set.flux, 40);
+    EXPECT_NEAR(set.rays[0].flux, 10, 1e-5F);
+    ASSERT_EQ(monitor_.warnings.size(), 1U);
+    EXPECT_THAT(monitor_.warnings[0], HasSubstr("40"));
+    for (const float nonsense : {0.0F, -3.0F, INFINITY, NAN}) {
+        file.lumens = nonsense;
+        EXPECT_NEAR(read(file.bytes()).flux, 20, 1e-9);
+    }
+}
+
+TEST_F(Tm25, UnusableRays_AreCountedWithTheirFlux) {
+    File file = two_rays();
+    file.row({0, NAN, 0, 0, 0, 1, 5});
+    file.row({0, 0, 0, 0, 0, 0, 7});
+    file.row({0, 0, 0, 0, 0, 1, -7});
+    file.row({0, 0, 0, 0, 0, INFINITY, NAN});
+    file.row({0, 0, 0, 1e30F, 0, 1e30F, 1});
+    const RaySet set = read(file.bytes());
+    EXPECT_EQ(set.rays.size(), 3U);
+    EXPECT_EQ(set.skipped_nan, 3U);
+    EXPECT_EQ(set.skipped_zero_direction, 1U);
+    EXPECT_NEAR(set.skipped_flux, 12, 1e-9);
+    EXPECT_NEAR(set.flux, 33, 1e-9);
+    EXPECT_EQ(monitor_.warnings.size(), 1U);
+}
+
+TEST_F(Tm25, Columns_OfEveryKind_AreFound) {
+    File file;
+    file.flags = {1, 1, 1, 1, 1, 1, 1, 1};
+    file.extras = 2;
+    file.text_bytes = 32;
+    file.table({{500, 1}, {600, 1}});
+    file.table({{400, 1}, {500, 1}, {600, 2}});
+    file.pad();
+    file.body.append(2 * 512 + 32, 'x');
+    for (int i = 0; i < 3; ++i) {
+        // x y z, direction, W, nm, lm, Stokes 6, X Z, index, extras
+        file.row({0, 0, 0, 0, 0, 1, 2, 550, 900, 0, 0, 0, 0, 0, 0, 800, 100, 1, 7, 7});
+    }
+    const RaySet set = read(file.bytes());
+    EXPECT_EQ(set.unit, FluxUnit::watt);
+    EXPECT_NEAR(set.flux, 6, 1e-9);
+    const Rgb truth = colour_of_luminance_one(xyz_to_rgb({800, 900, 100}));
+    EXPECT_NEAR(set.colour.x, truth.x, 1e-5F);
+    EXPECT_NEAR(set.colour.z, truth.z, 1e-5F);
+}
+
+TEST_F(Tm25, Spectra_OfEveryKind_GiveTheColour) {
+    const auto expect_colour = [](const RaySet& set, const V3d& xyz) {
+        const Rgb truth = colour_of_luminance_one(xyz_to_rgb(xyz));
+        EXPECT_NEAR(set.colour.x, truth.x, 1e-4F);
+        EXPECT_NEAR(set.colour.y, truth.y, 1e-4F);
+        EXPECT_NEAR(set.colour.z, truth.z, 1e-4F);
+        EXPECT_NEAR(luminance(set.colour), 1, 1e-6F);
+    };
+    File single = two_rays();
+    single.spectral = 1;
+    single.wavelength = 600;
+    expect_colour(read(single.bytes()), cie_xyz(600));
+
+    File per_ray;
+    per_ray.spectral = 2;
+    per_ray.flags[3] = 1;
+    per_ray.row({0, 0, 0, 0, 0, 1, 480, 1});
+    per_ray.row({0, 0, 0, 0, 0, 1, 620, 3});
+    expect_colour(read(per_ray.bytes()), cie_xyz(480) / cie_xyz(480).y + cie_xyz(620) * 3 / cie_xyz(620).y);
+
+    File table;
+    table.spectral = 3;
+    table.table({{450, 1}, {650, 1}});
+    table.pad();
+    table.row({0, 0, 0, 0, 0, 1, 1});
+    const std::array<SpectralSample, 2> flat{{{450, 1}, {650, 1}}};
+    expect_colour(read(table.bytes()), spectrum_to_xyz(flat));
+
+    File index;
+    index.spectral = 4;
+    index.flags = {1, 1, 1, 0, 0, 0, 0, 1};
+    index.table({{480, 1}});
+    index.table({{620, 1}});
+    index.pad();
+    index.row({0, 0, 0, 0, 0, 1, 2, 0});
+    index.row({0, 0, 0, 0, 0, 1, 1, 1});
+    expect_colour(read(index.bytes()), 2.0 * cie_xyz(480) + cie_xyz(620));
+}
+
+TEST_F(Tm25, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
+    const auto with = [](const std::function<void(File&)>& spoil) {
+        File file = two_rays();
+        spoil(file);
+        return file.bytes();
+    };
+    EXPECT_THAT(complaint(with([](File& f) { f.rays = ~std::uint64_t{0}; })),
+                HasSubstr("truncated in the rays"));
+    EXPECT_THAT(complaint(with([](File& f) { f.rays = 3; })), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(complaint(with([](File& f) { f.rays = 0; })), HasSubstr("0 rays"));
+    EXPECT_THAT(complaint(with([](File& f) { f.version = 1; })), HasSubstr("2013"));
+    EXPECT_THAT(complaint(with([](File& f) { f.spectral = 9; })), HasSubstr("spectral"));
+    EXPECT_THAT(complaint(with([](File& f) { f.tables = 2147483647; })), HasSubstr("spectral table"));
+    EXPECT_THAT(complaint(with([](File& f) { f.tables = -1; })), HasSubstr("tables"));
+    EXPECT_THAT(complaint(with([](File& f) { f.extras = 100000; })), HasSubstr("column names"));
+    EXPECT_THAT(complaint(with([](File& f) { f.extras = -5; })), HasSubstr("additional items"));
+    EXPECT_THAT(complaint(with([](File& f) { f.text_bytes = 1 << 30; })), HasSubstr("text"));
+    EXPECT_THAT(complaint(with([](File& f) { f.flags[1] = 0; })), HasSubstr("direction"));
+    EXPECT_THAT(complaint(with([](File& f) { f.flags[4] = 0; })), HasSubstr("flux"));
+    EXPECT_THAT(complaint(with([](File& f) { f.flags[6] = 77; })), HasSubstr("tristimulus"));
+    EXPECT_THAT(complaint("IESNA:LM-63-2002"), HasSubstr("TM25"));
+    EXPECT_THAT(complaint("TM25"), HasSubstr("truncated in the header"));
+    EXPECT_THAT(complaint("T"), HasSubstr("truncated"));
+    File blind;
+    blind.row({NAN, 0, 0, 0, 0, 1, 1});
+    EXPECT_THAT(complaint(blind.bytes()), HasSubstr("no ray is usable"));
+    EXPECT_THROW(read_tm25(folder_ / "none", monitor_), InputError);
+}
+
+TEST_F(Tm25, Damage_AnyByteOrLength_NeverCrashes) {
+    File file = two_rays();
+    file.lumens = 20;
+    const std::string good = file.bytes();
+    const auto survives = [&](const std::string& bytes) {
+        try {
+            for (const LampRay& ray : read(bytes).rays) EXPECT_NEAR(ray.d.length(), 1, 1e-5F);
+        } catch (const InputError&) {
+        }
+    };
+    Stream stream(3, Purpose::test, 0, 0);
+    for (int i = 0; i < 400; ++i) {
+        std::string bad = good;
+        const std::size_t where = i % 3 == 0 ? 36288 + stream.bits() % 56 : stream.bits() % 288;
+        bad[where] = static_cast<char>(stream.bits());
+        survives(bad);
+    }
+    for (std::size_t cut = 0; cut < 60; ++cut) survives(good.substr(0, good.size() - cut));
+}
+
+TEST(Tm25Data, OsramGreen_MatchesItsCheckValues) {
+    LUCERNA_NEED_DATA(path, "osram-ostar-green-100k.tm25ray");
+    testing::ListeningMonitor monitor;
+    const RaySet set = read_tm25(path, monitor);
+    EXPECT_TRUE(monitor.warnings.empty());
+    ASSERT_EQ(set.rays.size(), 100000U);
+    EXPECT_EQ(set.unit, FluxUnit::lumen);
+    EXPECT_EQ(set.flux, 337);
+    EXPECT_NEAR(set.header_watts, 0.69379, 1e-5);
+    V3d mean(0, 0, 0);
+    double sum = 0;
+    int down = 0;
+    for (const LampRay& ray : set.rays) {
+        mean += V3d(ray.d) / 1e5;
+        sum += double{ray.flux};
+        down += ray.d.z < 0;
+        EXPECT_LE(std::fabs(ray.o.x), 0.002933F);
+        EXPECT_TRUE(ray.o.z >= -0.001181F && ray.o.z <= 0.0000201F);
+    }
+    EXPECT_NEAR(sum, 337, 1e-3);
+    EXPECT_NEAR(mean.x, 0.00036, 1e-5);
+    EXPECT_NEAR(mean.y, -0.00491, 1e-5);
+    EXPECT_NEAR(mean.z, 0.69570, 1e-5);
+    EXPECT_EQ(down, 56);
+    // A green beyond the gamut of sRGB: mixed with grey until red is just not negative.
+    EXPECT_NEAR(luminance(set.colour), 1, 1e-6F);
+    EXPECT_EQ(set.colour.x, 0);
+    EXPECT_GT(set.colour.y, 1.3F);
+    EXPECT_GT(set.colour.z, 0);
+}
+
+TEST(Tm25Data, Cylinder_HeaderThatDisagrees_WinsWithAWarning) {
+    LUCERNA_NEED_DATA(path, "cylinder-10k.tm25ray");
+    testing::ListeningMonitor monitor;
+    const RaySet set = read_tm25(path, monitor);
+    EXPECT_EQ(set.flux, 1);
+    ASSERT_FALSE(monitor.warnings.empty());
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("the header is believed"));
+}
+
+TEST(Cie, EqualEnergy_IsWhiteAndPeaksStandWhereTheyShould) {
+    const std::array<SpectralSample, 2> flat{{{360, 1}, {830, 1}}};
+    const V3d xyz = spectrum_to_xyz(flat);
+    EXPECT_NEAR(xyz.x, 106.9, 1.0);
+    EXPECT_NEAR(xyz.y, 106.9, 1.0);
+    EXPECT_NEAR(xyz.z, 106.9, 1.5);
+    EXPECT_NEAR(cie_xyz(555).y, 1.0, 0.01);
+    EXPECT_NEAR(cie_xyz(507).y, 0.4364, 0.01);  // 0.4364 at 507 nm in the CIE's table
+    EXPECT_NEAR(cie_xyz(700).y, 0.0041, 0.002);
+}
+
+TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
+    for (double nm = 400; nm <= 700; nm += 5) {
+        const Rgb full = xyz_to_rgb(cie_xyz(nm));
+        const Rgb colour = colour_of_luminance_one(full);
+        EXPECT_NEAR(luminance(colour), 1, 1e-6F) << nm;
+        EXPECT_GE(std::min({colour.x, colour.y, colour.z}), 0) << nm;
+        // On the line between grey and the full colour: (c - 1) parallel to (full / y - 1).
+        const Rgb a = colour - Rgb(1);
+        const Rgb b = full / luminance(full) - Rgb(1);
+        const V3f across = V3f(a.x, a.y, a.z).cross(V3f(b.x, b.y, b.z));
+        EXPECT_NEAR(across.length(), 0, 1e-3F * V3f(b.x, b.y, b.z).length()) << nm;
+    }
+    EXPECT_EQ(colour_of_luminance_one(Rgb(0)), Rgb(1));
+    EXPECT_EQ(colour_of_luminance_one(Rgb(NAN)), Rgb(1));
+    const Rgb inside = colour_of_luminance_one(Rgb(0.2F, 0.4F, 0.6F));
+    EXPECT_NEAR(inside.z / inside.x, 3, 1e-5F);
+}
+
+}  // namespace
+}  // namespace lucerna
