@@ -1,8 +1,9 @@
-// Lights with a formula: point, spot, distant, diffuse area, constant sky. Positions are relative to the scene's
-// origin, lengths in scene units.
+// Lights with a formula: point, spot, distant, diffuse area, constant sky. Positions are relative to the
+// scene's origin, lengths in scene units.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -14,13 +15,18 @@ namespace lucerna {
 // `intensity` in W/sr.
 std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity);
 
+// What a point source of `intensity` towards x [W/sr] sends to x; shared by the lights that are points. No
+// sample: it is dark, or x is the light itself.
+std::optional<Incident> illuminate_from_point(const V3f& position, const V3f& x, const Rgb& intensity);
+
 // pbrt's spot: full intensity within `cone - delta`, a smooth fall to 0 at `cone` (half-angles, degrees).
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
                                        float cone_degrees, float delta_degrees);
 
-// Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a disc
-// that covers the scene.
-std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance, const SceneSphere& scene);
+// Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a
+// disc that covers the scene.
+std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
+                                          const SceneSphere& scene);
 
 // The same radiance from every direction of the sky, W/(m² sr).
 std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene);

@@ -124,6 +124,10 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
         }
     }
     report.complete = report.samples_done == job.spp;
+    if (job.scene.invalid_rays() > 0) {
+        monitor.warn(fmt::format("{} rays were not finite and met nothing", job.scene.invalid_rays()));
+    }
+    report.numbers["rays.invalid"] = static_cast<double>(job.scene.invalid_rays());
     report.numbers["rays.total"] = static_cast<double>(job.scene.rays());
     result.image = film.develop(job.film.scale);
     return result;

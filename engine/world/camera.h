@@ -7,31 +7,38 @@
 
 namespace lucerna {
 
-// Perspective (a pinhole, or a thin lens) or orthographic. Film coordinates are pixels: (0,0) is the upper left
-// corner of the upper left pixel.
+// Perspective (a pinhole, or a thin lens) or orthographic. Film coordinates are pixels: (0,0) is the upper
+// left corner of the upper left pixel.
 class Camera {
   public:
     struct Settings {
         enum class Kind : std::uint8_t { perspective, orthographic } kind = Kind::perspective;
-        M44d world_from_camera;       // Imath convention; camera looks along +z, y up; relative to the scene's origin
-        float fov_degrees = 90;       // of the shorter image side, as pbrt has it
+        M44d world_from_camera;  // Imath convention; camera looks along +z, y up; relative to the scene's
+                                 // origin
+        float fov_degrees = 90;  // of the shorter image side, as pbrt has it
         float screen[4] = {0, 0, 0, 0};  // x0 x1 y0 y1 of the screen window; all 0: from the aspect ratio
-        float lens_radius = 0;        // scene units
-        float focal_distance = 1e6F;  // scene units
+        // Both in camera space: scene units, unless world_from_camera scales.
+        float lens_radius = 0;          // 0: a pinhole
+        float focal_distance = 1e6F;    // along z
         int width = 640, height = 480;  // pixels
     };
 
+    // Throws InputError naming the setting that makes no picture and what is accepted.
     explicit Camera(const Settings& settings);
 
-    // `film` in pixels, `lens` uniform in [0,1)².
+    // `film` in pixels, `lens` uniform in [0,1)² (not looked at by a pinhole).
     Ray ray(const V2f& film, const V2f& lens) const;
 
     const Settings& settings() const { return settings_; }
 
   private:
     Settings settings_;
-    V3f origin_, x_, y_, z_;  // camera frame in the scene; x_, y_ per pixel step on the plane z = 1
-    V3f corner_;              // film (0,0) on the plane z = 1
+    // In the scene, scene units. The image plane is z = 1 for a perspective, z = 0 for an orthographic
+    // camera.
+    V3f origin_, z_;       // camera position, its viewing direction (not normalised)
+    V3f x_, y_;            // one pixel to the right and one down on the image plane
+    V3f corner_;           // film (0,0) on the image plane, from origin_
+    V3f lens_x_, lens_y_;  // the lens' two radii
 };
 
 }  // namespace lucerna

@@ -13,7 +13,7 @@ inline std::filesystem::path shared_data() {
 
 }  // namespace lucerna::testing
 
-// Ends the test as skipped, with a message, unless the file is there. Defines `path`.
-#define LUCERNA_NEED_DATA(path, name)                                           \
-    const std::filesystem::path path = lucerna::testing::shared_data() / (name); \
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here"
+// Ends the test as skipped, with a message, unless the file is there. Defines `variable`.
+#define LUCERNA_NEED_DATA(variable, name)                                           \
+    const std::filesystem::path variable = lucerna::testing::shared_data() / (name); \
+    if (!std::filesystem::exists(variable)) GTEST_SKIP() << variable << " is not here"

@@ -1,0 +1,57 @@
+// Fresnel reflectance of unpolarised light at a smooth boundary (Born and Wolf, Principles of Optics, 1.5
+// and 14.2).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+struct FresnelRefraction {
+    float reflectance;  // [0,1]
+    float cos_t;        // cosine of the refracted direction, >= 0; 0 under total reflection
+};
+
+// Between two dielectrics. `cos_o` in [0,1] on the known side, `eta` > 0: the far side's index over the known
+// side's.
+inline FresnelRefraction fresnel_dielectric(float cos_o, float eta) {
+    const float c = std::clamp(cos_o, 0.0F, 1.0F);
+    const float sin2_t = (1 - c) * (1 + c) / (eta * eta);
+    if (c == 0 || sin2_t >= 1) return {1, 0};
+    const float cos_t = std::sqrt(1 - sin2_t);
+    // Both denominators are positive: c, eta and cos_t are.
+    const float p = (eta * c - cos_t) / (eta * c + cos_t);
+    const float s = (c - eta * cos_t) / (c + eta * cos_t);
+    return {std::min(1.0F, 0.5F * (p * p + s * s)), cos_t};
+}
+
+// From a dielectric onto a conductor of index eta + i k relative to it, one channel; eta, k >= 0. In double,
+// so that neither the squares of a large k overflow nor the differences of a small one cancel.
+inline float fresnel_conductor(float cos_o, float eta, float k) {
+    const double c = std::clamp(cos_o, 0.0F, 1.0F);
+    if (c == 0) return 1;
+    const double c2 = c * c;
+    const double s2 = 1 - c2;
+    const double e2 = sqr(static_cast<double>(eta));
+    const double k2 = sqr(static_cast<double>(k));
+    const double t0 = e2 - k2 - s2;
+    const double a2b2 = std::sqrt(t0 * t0 + 4 * e2 * k2);  // a² + b²
+    const double a = std::sqrt(std::max(0.0, 0.5 * (a2b2 + t0)));
+    const double t1 = a2b2 + c2;  // > 0: c is
+    const double t2 = 2 * c * a;
+    const double s = (t1 - t2) / (t1 + t2);
+    const double t3 = c2 * a2b2 + s2 * s2;
+    const double t4 = t2 * s2;
+    // t3 is 0 only at normal incidence on eta = k = 0, where both polarisations are alike.
+    const double p = t3 > 0 ? s * (t3 - t4) / (t3 + t4) : s;
+    return static_cast<float>(std::clamp(0.5 * (p + s), 0.0, 1.0));
+}
+
+inline Rgb fresnel_conductor(float cos_o, const Rgb& eta, const Rgb& k) {
+    return {fresnel_conductor(cos_o, eta.x, k.x), fresnel_conductor(cos_o, eta.y, k.y),
+            fresnel_conductor(cos_o, eta.z, k.z)};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,75 @@
+// The GGX distribution of facets with Smith's masking, anisotropic, sampled by visible normals.
+//
+// Sources: Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007;
+// Heitz, "Understanding the Masking-Shadowing Function", 2014, and "Sampling the GGX Distribution of Visible
+// Normals", 2018.
+//
+// All vectors are local and unit, z is the shading normal. Where the sources write Smith's Λ = (s/cosθ -
+// 1)/2, this file keeps s = |(αx x, αy y, z)|: every quotient of the model is then finite up to and at
+// grazing, because s is at least the smaller alpha.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+class Ggx {
+  public:
+    // Both alphas > 0.
+    Ggx(float alpha_x, float alpha_y) : ax_(alpha_x), ay_(alpha_y) {}
+
+    // D(m): facet area per solid angle of m and area of surface, 1/sr.
+    float density(const V3f& m) const {
+        const float e = sqr(m.x / ax_) + sqr(m.y / ay_) + m.z * m.z;  // >= min(1, 1/α²) for a unit m
+        return 1 / (kPi * ax_ * ay_ * e * e);
+    }
+
+    // s of the preface.
+    float stretch(const V3f& w) const { return std::sqrt(sqr(ax_ * w.x) + sqr(ay_ * w.y) + w.z * w.z); }
+
+    // G1(w) / |cosθ_w| [Heitz 2014 (43)]; either side's direction.
+    float masking_over_cos(const V3f& w) const { return 2 / (std::fabs(w.z) + stretch(w)); }
+    // G1(w) = 1 / (1 + Λ).
+    float masking(const V3f& w) const { return masking_over_cos(w) * std::fabs(w.z); }
+    // G2(o, i) / (cos_o cos_i), both on the upper side: height-correlated, 1 / (1 + Λ_o + Λ_i) [Heitz 2014
+    // (99)]. Not both cosines may be 0.
+    float masking_shadowing_over_cos2(const V3f& o, const V3f& i) const {
+        return 2 / (stretch(o) * i.z + stretch(i) * o.z);
+    }
+    // G2(o, i) / G1(o), both on the upper side: what shadowing leaves of a sampled visible facet. In [0,1].
+    float shadowing_if_visible(const V3f& o, const V3f& i) const {
+        const float so = stretch(o);
+        return i.z * (o.z + so) / (so * i.z + stretch(i) * o.z);
+    }
+
+    // Density per solid angle of m among the facets seen from wo (wo.z >= 0): G1(wo) max(0, wo·m) D(m) /
+    // wo.z.
+    float visible_density(const V3f& wo, const V3f& m) const {
+        return masking_over_cos(wo) * std::max(0.0F, wo.dot(m)) * density(m);
+    }
+    // Draws m with visible_density [Heitz 2018, appendix A].
+    V3f sample_visible(const V3f& wo, const V2f& u) const {
+        // Stretch the surface until the facets are those of a hemisphere.
+        const V3f v = V3f(ax_ * wo.x, ay_ * wo.y, wo.z).normalized();
+        const float across2 = v.x * v.x + v.y * v.y;
+        const V3f t1 = across2 > 0 ? V3f(-v.y, v.x, 0) / std::sqrt(across2) : V3f(1, 0, 0);
+        const V3f t2 = v.cross(t1);
+        // Draw a point of the hemisphere's projection along v: half a disc and half an ellipse.
+        const float r = std::sqrt(u.x);
+        const float phi = 2 * kPi * u.y;
+        const float p1 = r * std::cos(phi);
+        const float half = 0.5F * (1 + v.z);
+        const float p2 = (1 - half) * std::sqrt(std::max(0.0F, 1 - p1 * p1)) + half * r * std::sin(phi);
+        const V3f h = p1 * t1 + p2 * t2 + std::sqrt(std::max(0.0F, 1 - p1 * p1 - p2 * p2)) * v;
+        // Stretch back; normals go by the inverse transpose.
+        return V3f(ax_ * h.x, ay_ * h.y, std::max(0.0F, h.z)).normalized();
+    }
+
+  private:
+    float ax_, ay_;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,290 @@
+// Diffuse area lights: constant radiance over triangles, a disk or a sphere.
+//
+// Emission is uniform in area and cosine-weighted, so every particle weighs the same. Towards a point x,
+// triangles and disks are sampled uniformly in area: pdf_w = d² / (A cosθ). A sphere is sampled uniformly in
+// the cone it fills as seen from outside (Shirley, Wang and Zimmerman 1996, "Monte Carlo Techniques for
+// Direct Lighting Calculations", section 3.2), and uniformly in area from inside.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "engine/base/cdf.h"
+#include "engine/base/frame.h"
+#include "engine/base/warp.h"
+#include "lights/analytic.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kTwoPi = 6.28318530717958647692;
+
+// A point of an emitter, with its unit normal on the emitting side and the size of the piece it lies on.
+struct Place {
+    V3d p, n;
+    float extent;  // scene units
+
+    SurfacePoint surface() const {
+        const V3f q(p);
+        return {q, V3f(n), surface_error(q, extent)};
+    }
+};
+
+// How far off the emitter a shadow ray from a distance d has to end: what both ends may have rounded away.
+double end_gap(const Place& y, double d) {
+    return static_cast<double>(surface_error(V3f(y.p), y.extent + static_cast<float>(d)));
+}
+
+// What is the same for every shape: constant radiance, one side or both.
+class Lambertian {
+  public:
+    Lambertian(const Rgb& radiance, bool two_sided) : radiance_(radiance), two_sided_(two_sided) {}
+
+    const Rgb& radiance() const { return radiance_; }
+    bool two_sided() const { return two_sided_; }
+    Rgb flux(double area) const {
+        return radiance_ * static_cast<float>((two_sided_ ? 1 : 0.5) * kTwoPi * area);
+    }
+
+    // L cosθ / (pdf_a pdf_w) is the flux, whatever the place and direction.
+    std::optional<Emitted> emit(const Place& place, V2f u, double area) const {
+        const Rgb weight = flux(area);
+        if (is_black(weight) || !is_finite(weight)) return std::nullopt;
+        bool back = false;
+        if (two_sided_) {
+            back = u.x >= 0.5F;
+            u.x = std::min(2 * u.x - (back ? 1.0F : 0.0F), 0x1.fffffep-1F);
+        }
+        const SurfacePoint from = place.surface();
+        V3f local = square_to_cosine_hemisphere(u);
+        if (back) local.z = -local.z;
+        return Emitted{from, Frame(from.n).to_world(local).normalized(), weight};
+    }
+
+    // From x to a place chosen uniformly in area.
+    std::optional<Incident> towards(const Place& y, const V3f& x, double area) const {
+        const V3d way = y.p - V3d(x);
+        const double d2 = way.length2();
+        if (!(d2 > 0)) return std::nullopt;
+        const double d = std::sqrt(d2);
+        const double facing = -y.n.dot(way) / d;
+        const double cos_y = two_sided_ ? std::fabs(facing) : facing;
+        // The ray ends where it is `gap` in front of the emitter's plane; nearer points lie in the plane
+        // themselves.
+        const double distance = d - end_gap(y, d) / cos_y;  // cos_y = 0 gives -inf: no sample
+        if (!(cos_y > 0) || !(distance > 0)) return std::nullopt;
+        return incident(way / d, distance, d2 / (area * cos_y));
+    }
+
+    std::optional<Incident> incident(const V3d& w, double distance, double pdf_w) const {
+        const auto pdf = static_cast<float>(pdf_w);
+        const Rgb weight = radiance_ * static_cast<float>(1 / pdf_w);
+        if (is_black(weight) || !is_finite(weight) || !(pdf > 0) || !std::isfinite(pdf)) return std::nullopt;
+        return Incident{V3f(w), static_cast<float>(distance), weight, pdf};
+    }
+
+    // The density of towards() for a ray that met the emitter at distance t.
+    Seen meet_by_area(const Ray& ray, float t, const V3f& n, double area) const {
+        const auto facing = static_cast<double>(-n.dot(ray.d));
+        const double cos_y = two_sided_ ? std::fabs(facing) : facing;
+        if (!(cos_y > 0)) return {Rgb(0.0F), 0, t};
+        return {radiance_, static_cast<float>(sqr(static_cast<double>(t)) / (area * cos_y)), t};
+    }
+
+  private:
+    Rgb radiance_;  // W/(m² sr)
+    bool two_sided_;
+};
+
+class Triangles {
+  public:
+    explicit Triangles(TriangleEmitter shape) : shape_(std::move(shape)) {
+        std::vector<double> areas;
+        areas.reserve(shape_.triangles.size());
+        for (const V3i& triangle : shape_.triangles) {
+            const double area = 0.5 * cross(triangle).length();
+            areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out
+        }
+        by_area_ = Cdf(areas);
+    }
+
+    double area() const { return by_area_.total(); }
+
+    Place at(const V2f& u) const {
+        const Cdf::Draw draw = by_area_.draw(u.x);
+        const V3i& triangle = shape_.triangles[draw.item];
+        const V3d p0(vertex(triangle, 0));
+        const V3d e1 = V3d(vertex(triangle, 1)) - p0;
+        const V3d e2 = V3d(vertex(triangle, 2)) - p0;
+        const V2f b = square_to_triangle({draw.remainder, u.y});
+        V3d n = e1.cross(e2).normalized();  // area > 0: the Cdf never draws others
+        if (shape_.reverse) n.negate();
+        float extent = 0;
+        for (int i = 0; i < 3; ++i) {
+            const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
+            extent = std::max(extent, static_cast<float>(side));
+        }
+        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent};
+    }
+
+  private:
+    const V3f& vertex(const V3i& triangle, int corner) const {
+        const auto index = static_cast<std::size_t>(triangle[corner]);
+        assert(index < shape_.p.size());
+        return shape_.p[index];
+    }
+    V3d cross(const V3i& triangle) const {
+        const V3d p0(vertex(triangle, 0));
+        return (V3d(vertex(triangle, 1)) - p0).cross(V3d(vertex(triangle, 2)) - p0);
+    }
+
+    TriangleEmitter shape_;
+    Cdf by_area_;
+};
+
+class Disk {
+  public:
+    explicit Disk(const DiskEmitter& shape)
+        : centre_(shape.centre),
+          frame_(shape.n.normalized()),
+          outer2_(sqr(static_cast<double>(shape.radius))),
+          inner2_(sqr(static_cast<double>(shape.inner_radius))),
+          extent_(2 * shape.radius) {}
+
+    double area() const { return kTwoPi / 2 * std::max(0.0, outer2_ - inner2_); }
+
+    Place at(const V2f& u) const {
+        const double r = std::sqrt(inner2_ + static_cast<double>(u.x) * (outer2_ - inner2_));
+        const double phi = kTwoPi * static_cast<double>(u.y);
+        const V3d p = V3d(centre_) + r * std::cos(phi) * V3d(frame_.s) + r * std::sin(phi) * V3d(frame_.t);
+        return {p, V3d(frame_.n), extent_};
+    }
+
+  private:
+    V3f centre_;
+    Frame frame_;
+    double outer2_, inner2_;  // squared radii
+    float extent_;
+};
+
+// Triangles or a disk: a shape made of flat pieces.
+template <typename Shape>
+class FlatLight final : public Light {
+  public:
+    FlatLight(Shape shape, const Lambertian& emission) : shape_(std::move(shape)), emission_(emission) {}
+
+    std::string_view kind() const override { return "area"; }
+    Rgb flux() const override { return emission_.flux(shape_.area()); }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        if (!(shape_.area() > 0)) return std::nullopt;
+        return emission_.emit(shape_.at(u.position), u.direction, shape_.area());
+    }
+    std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId>) const override {
+        if (!(shape_.area() > 0)) return std::nullopt;
+        return emission_.towards(shape_.at(u), x, shape_.area());
+    }
+    Seen meet(const Ray& ray, float t, const V3f& n) const override {
+        return emission_.meet_by_area(ray, t, n, shape_.area());
+    }
+
+  private:
+    Shape shape_;
+    Lambertian emission_;
+};
+
+class SphereLight final : public Light {
+  public:
+    SphereLight(const SphereEmitter& shape, const Lambertian& emission)
+        : centre_(shape.centre),
+          radius_(static_cast<double>(shape.radius)),
+          reverse_(shape.reverse),
+          shell_(static_cast<double>(surface_error(shape.centre, 2 * shape.radius))),
+          emission_(emission) {}
+
+    std::string_view kind() const override { return "area"; }
+    Rgb flux() const override { return emission_.flux(area()); }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        if (!(radius_ > 0)) return std::nullopt;
+        return emission_.emit(at(u.position), u.direction, area());
+    }
+
+    std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId>) const override {
+        if (!(radius_ > 0)) return std::nullopt;
+        if (!outside(x)) {
+            if (!shines_in()) return std::nullopt;
+            return emission_.towards(at(u), x, area());
+        }
+        if (!shines_out()) return std::nullopt;
+        const V3d way = V3d(centre_) - V3d(x);
+        const double d = way.length();
+        const double h_max = cone(d);
+        // Uniform in the cone; h = 1 - cosθ. The line passes the centre at d sinθ.
+        const double h = static_cast<double>(u.x) * h_max;
+        const double sin2 = h * (2 - h);
+        const double phi = kTwoPi * static_cast<double>(u.y);
+        const V3d axis = way / d;  // d > radius > 0
+        const Frame frame{V3f(axis)};
+        const double sine = std::sqrt(sin2);
+        V3d w = sine * std::cos(phi) * V3d(frame.s) + sine * std::sin(phi) * V3d(frame.t) + (1 - h) * axis;
+        // The shadow ray ends on a slightly larger sphere, so it never touches this one, at grazing angles
+        // either.
+        const double gap = end_gap({V3d(centre_), axis, static_cast<float>(2 * radius_)}, d);
+        const double half = std::sqrt(std::max(0.0, sqr(radius_ + gap) - d * d * sin2));
+        return emission_.incident(w.normalize(), std::max(0.0, d * (1 - h) - half), 1 / (kTwoPi * h_max));
+    }
+
+    Seen meet(const Ray& ray, float t, const V3f& n) const override {
+        if (!outside(ray.o)) return emission_.meet_by_area(ray, t, n, area());
+        const bool front = n.dot(ray.d) < 0;
+        if (!shines_out() || !(front || emission_.two_sided())) return {Rgb(0.0F), 0, t};
+        const double d = (V3d(centre_) - V3d(ray.o)).length();
+        return {emission_.radiance(), static_cast<float>(1 / (kTwoPi * cone(d))), t};
+    }
+
+  private:
+    double area() const { return 2 * kTwoPi * radius_ * radius_; }
+    bool shines_in() const { return reverse_ || emission_.two_sided(); }
+    bool shines_out() const { return !reverse_ || emission_.two_sided(); }
+
+    // A point of the wall counts as inside if there is light inside: rounding must not put half of a lit wall
+    // in the dark. Where light goes out only, the wall sees none of it, whatever this says.
+    bool outside(const V3f& x) const {
+        const double d2 = (V3d(x) - V3d(centre_)).length2();
+        return d2 > sqr(radius_ + (shines_in() ? shell_ : 0.0));
+    }
+
+    // 1 - cosine of the half-angle that the sphere fills from a distance d > radius; sin²/(1 + cos) is exact
+    // for a far sphere too.
+    double cone(double d) const {
+        const double sin2 = sqr(radius_ / d);
+        return sin2 / (1 + std::sqrt(std::max(0.0, 1 - sin2)));
+    }
+
+    Place at(const V2f& u) const {
+        const V3d n = V3d(square_to_sphere(u)).normalized();
+        return {V3d(centre_) + radius_ * n, reverse_ ? -n : n, static_cast<float>(2 * radius_)};
+    }
+
+    V3f centre_;
+    double radius_;  // scene units
+    bool reverse_;
+    double shell_;  // how far off the sphere a point on it may be rounded, scene units
+    Lambertian emission_;
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided) {
+    const Lambertian emission(radiance, two_sided);
+    if (const auto* sphere = std::get_if<SphereEmitter>(&shape)) {
+        return std::make_unique<SphereLight>(*sphere, emission);
+    }
+    if (const auto* disk = std::get_if<DiskEmitter>(&shape)) {
+        return std::make_unique<FlatLight<Disk>>(Disk(*disk), emission);
+    }
+    return std::make_unique<FlatLight<Triangles>>(Triangles(std::get<TriangleEmitter>(std::move(shape))),
+                                                  emission);
+}
+
+}  // namespace lucerna

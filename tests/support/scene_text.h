@@ -1,0 +1,62 @@
+// Reading scene text in tests: what it became, what was warned of, what was refused.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/pbrt/draft.h"
+#include "engine/pbrt/read_scene.h"
+
+namespace lucerna::testing {
+
+class RecordingMonitor : public Monitor {
+  public:
+    void info(std::string_view line) override { infos.emplace_back(line); }
+    void warn(std::string_view line) override { warnings.emplace_back(line); }
+
+    std::vector<std::string> infos, warnings;
+};
+
+inline constexpr std::string_view kHead = "Camera \"perspective\" Film \"rgb\" WorldBegin\n";
+
+struct Read {
+    Draft draft;
+    std::vector<std::string> warnings, infos;
+};
+
+// All of a scene file, named "scene.pbrt".
+inline Read read_file_text(std::string text, const SceneOverrides& overrides = {}) {
+    RecordingMonitor monitor;
+    Read read{read_draft(std::move(text), "scene.pbrt", overrides, monitor), {}, {}};
+    read.warnings = monitor.warnings;
+    read.infos = monitor.infos;
+    return read;
+}
+
+// What stands in the world, from line 2 on.
+inline Read read_world(std::string_view world) {
+    return read_file_text(std::string(kHead) + std::string(world));
+}
+
+// The message with which the text is refused, or "" if it is read.
+inline std::string refusal_of_file(std::string text, const SceneOverrides& overrides = {}) {
+    try {
+        read_file_text(std::move(text), overrides);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+inline std::string refusal_of_world(std::string_view world) {
+    return refusal_of_file(std::string(kHead) + std::string(world));
+}
+
+inline SceneParts parts_of_world(std::string_view world) {
+    RecordingMonitor monitor;
+    const Draft draft = read_draft(std::string(kHead) + std::string(world), "scene.pbrt", {}, monitor);
+    return assemble(draft, {1}, monitor).parts;
+}
+
+}  // namespace lucerna::testing
