@@ -1,7 +1,8 @@
 // FLANN's exact kd-tree behind our interface. The only file that names FLANN.
 //
-// FLANN reports every candidate to a result set as it finds it and asks it for the bound; ours hands both to the
-// visitor, so filtering happens during the search. FLANN allocates one small vector per query; that stays in here.
+// FLANN reports every candidate to a result set as it finds it and asks it for the bound; ours hands both to
+// the visitor, so filtering happens during the search. FLANN allocates one small vector per query; that stays
+// in here.
 #include <flann/flann.hpp>
 
 #include "kdtree/point_tree.h"

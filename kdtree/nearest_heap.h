@@ -1,4 +1,5 @@
-// The k smallest keys seen so far, ties broken by index, so that the outcome does not depend on the order of visits.
+// The k smallest keys seen so far, ties broken by index, so that the outcome does not depend on the order of
+// visits.
 #pragma once
 
 #include <algorithm>

@@ -1,8 +1,9 @@
 // Points in space and the one question asked of them: which lie near x?
 //
-// Knows nothing of light. A tree indexes a span it does not own and never changes; queries are const, safe from any
-// thread. The visitor sees each point inside the ball once, in no promised order, and may shrink the ball as it
-// learns: so one query serves the k nearest by any distance that the Euclidean one bounds, and all within a radius.
+// Knows nothing of light. A tree indexes a span it does not own and never changes; queries are const, safe
+// from any thread. The visitor sees each point inside the ball once, in no promised order, and may shrink the
+// ball as it learns: so one query serves the k nearest by any distance that the Euclidean one bounds, and all
+// within a radius.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,8 @@ namespace lucerna {
 class PointVisitor {
   public:
     virtual ~PointVisitor() = default;
-    // A point at squared Euclidean distance r2. Returns the squared radius that still matters (never larger than
-    // what it returned before); points beyond it need not be visited, but may be.
+    // A point at squared Euclidean distance r2. Returns the squared radius that still matters (never larger
+    // than what it returned before); points beyond it need not be visited, but may be.
     virtual float visit(std::uint32_t index, float r2) = 0;
 };
 

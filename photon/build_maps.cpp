@@ -56,7 +56,8 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind) {
     all.reserve(total);
     for (Harvest& h : harvests) {
         const Photons batch = std::exchange(h.batches[kind], {});
-        for (std::size_t i = 0; i < batch.size(); ++i) all.add(batch.positions[i], batch.normals[i], batch.photons[i]);
+        for (std::size_t i = 0; i < batch.size(); ++i)
+            all.add(batch.positions[i], batch.normals[i], batch.photons[i]);
     }
     return all;
 }
@@ -67,9 +68,11 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor) {
+PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
+                             Monitor& monitor) {
     if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
-        throw InputError(fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
+        throw InputError(
+            fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
     }
     constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
     PhotonMaps result;
@@ -79,11 +82,12 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     std::vector<Harvest> harvests(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
     {
         Phase phase(monitor, "photons", static_cast<std::uint64_t>(plan.paths));
-        parallel_ranges(workers, plan.paths, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-            if (monitor.stopped()) return;
-            harvests[static_cast<std::size_t>(chunk)] = walk_paths(scene, plan, begin, end);
-            phase.advance(static_cast<std::uint64_t>(end - begin));
-        });
+        parallel_ranges(workers, plan.paths, kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                            if (monitor.stopped()) return;
+                            harvests[static_cast<std::size_t>(chunk)] = walk_paths(scene, plan, begin, end);
+                            phase.advance(static_cast<std::uint64_t>(end - begin));
+                        });
     }
     for (const Harvest& h : harvests) {
         result.ledger.add(h.ledger);

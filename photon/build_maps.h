@@ -38,8 +38,9 @@ struct PhotonMaps {
     }
 };
 
-// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not walked carry no
-// power: the caller must not use the result.
-PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor);
+// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not walked
+// carry no power: the caller must not use the result.
+PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
+                             Monitor& monitor);
 
 }  // namespace lucerna

@@ -25,8 +25,10 @@ inline MapKind map_of(const PathClass& path) {
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons rest on Lambertian surfaces only. Rough metal and glass reflect too little of what an estimate would
-// gather, and renderers follow the ray there instead.
-inline bool stores_photons(const Bsdf& bsdf) { return bsdf.is_diffuse(); }
+// Photons rest on Lambertian surfaces only. Rough metal and glass reflect too little of what an estimate
+// would gather, and renderers follow the ray there instead.
+inline bool stores_photons(const Bsdf& bsdf) {
+    return bsdf.is_diffuse();
+}
 
 }  // namespace lucerna

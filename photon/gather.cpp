@@ -15,7 +15,8 @@ class NearestPhotons final : public PointVisitor {
     float visit(std::uint32_t index, float r2) override {
         const float d2 = metric_(map_.positions()[index], map_.photons()[index].direction.unpack(), r2);
         if (d2 < radius2_) heap.offer(d2, index);
-        // A hair beyond the worst, so that ties are seen and decided by index, not by the order of the search.
+        // A hair beyond the worst, so that ties are seen and decided by index, not by the order of the
+        // search.
         return std::nextafter(metric_.ball2(std::min(radius2_, heap.worst())), INFINITY);
     }
 
@@ -49,7 +50,8 @@ GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& c
     const std::size_t count = full ? found.size() - 1 : found.size();
     for (std::size_t i = 0; i < count; ++i) {
         const Photon& photon = map_.photons()[found[i].index];
-        result.value += carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, found[i].key / r2);
+        result.value +=
+            carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, found[i].key / r2);
     }
     result.value /= r2;
     result.photons = static_cast<int>(count);

@@ -9,24 +9,25 @@
 namespace lucerna {
 
 struct GatherSettings {
-    int k = 100;         // photons in an estimate, >= 1
-    float radius = 1;    // the largest radius, scene units, > 0
-    float ratio = 2;     // TangentMetric's
+    int k = 100;       // photons in an estimate, >= 1
+    float radius = 1;  // the largest radius, scene units, > 0
+    float ratio = 2;   // TangentMetric's
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
 };
 
 // What an estimate rests on, beside its value.
 struct GatherResult {
-    Rgb value{0.0F};     // radiance, W/(m² sr), or irradiance, W/m²
-    float radius = 0;    // of the disc, scene units
-    int photons = 0;     // that counted
+    Rgb value{0.0F};   // radiance, W/(m² sr), or irradiance, W/m²
+    float radius = 0;  // of the disc, scene units
+    int photons = 0;   // that counted
 };
 
-// Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that makes the
-// estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more than k within the
-// largest radius, that is the radius and all count. An empty map gives black. Photons that all rest at one point get
-// the radius below which float32 cannot tell points apart (the surface's own error), never 0.
+// Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
+// makes the estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more
+// than k within the largest radius, that is the radius and all count. An empty map gives black. Photons that
+// all rest at one point get the radius below which float32 cannot tell points apart (the surface's own
+// error), never 0.
 class Gather {
   public:
     Gather(const PhotonMap& map, const GatherSettings& settings) : map_(map), settings_(settings) {}
@@ -37,7 +38,8 @@ class Gather {
     GatherResult irradiance(const SurfacePoint& at) const;
 
   private:
-    // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along its way.
+    // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along
+    // its way.
     template <typename Carry>
     GatherResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
 

@@ -29,7 +29,8 @@ IrradiancePoints::IrradiancePoints(const PhotonMap& map, const GatherSettings& s
     tree_ = make_flann_tree(positions_);
 }
 
-std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n, float radius) const {
+std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n,
+                                                                 float radius) const {
     class Nearest final : public PointVisitor {
       public:
         Nearest(const std::vector<Value>& values, const V3f& normal, float most2)

@@ -1,8 +1,9 @@
-// Irradiance computed ahead of time where photons lie, so that a gather ray needs one look-up instead of an estimate.
+// Irradiance computed ahead of time where photons lie, so that a gather ray needs one look-up instead of an
+// estimate.
 //
-// Source: Christensen, "Faster Photon Map Global Illumination", 1999. Radiosity changes slowly, and what a gather ray
-// meets is averaged over a hemisphere: the value at the nearest of these points, on the same side of a surface of
-// about the same normal, is as good as an estimate of its own.
+// Source: Christensen, "Faster Photon Map Global Illumination", 1999. Radiosity changes slowly, and what a
+// gather ray meets is averaged over a hemisphere: the value at the nearest of these points, on the same side
+// of a surface of about the same normal, is as good as an estimate of its own.
 #pragma once
 
 #include <memory>
@@ -17,9 +18,10 @@ namespace lucerna {
 
 class IrradiancePoints {
   public:
-    // Estimates at every `stride`-th photon of the map (>= 1), spread evenly since the map is ordered in space.
-    IrradiancePoints(const PhotonMap& map, const GatherSettings& settings, std::size_t stride, const Workers& workers,
-                     Monitor& monitor);
+    // Estimates at every `stride`-th photon of the map (>= 1), spread evenly since the map is ordered in
+    // space.
+    IrradiancePoints(const PhotonMap& map, const GatherSettings& settings, std::size_t stride,
+                     const Workers& workers, Monitor& monitor);
 
     struct Found {
         Rgb irradiance;  // W/m²

@@ -1,4 +1,5 @@
-// Density kernels on the unit disc, each with integral 1 over the disc [photon-maps 3]. `x2` is (d/r)², in [0,1].
+// Density kernels on the unit disc, each with integral 1 over the disc [photon-maps 3]. `x2` is (d/r)², in
+// [0,1].
 #pragma once
 
 #include <cmath>
@@ -12,9 +13,12 @@ enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
 
 inline float kernel(KernelShape shape, float x2) {
     switch (shape) {
-        case KernelShape::constant: return kInvPi;
-        case KernelShape::cone: return 3 * kInvPi * (1 - std::sqrt(x2));
-        case KernelShape::epanechnikov: return 2 * kInvPi * (1 - x2);
+        case KernelShape::constant:
+            return kInvPi;
+        case KernelShape::cone:
+            return 3 * kInvPi * (1 - std::sqrt(x2));
+        case KernelShape::epanechnikov:
+            return 2 * kInvPi * (1 - x2);
     }
     return 0;
 }

@@ -18,7 +18,7 @@ struct Ledger {
     V3d escaped{0, 0, 0};   // left the scene
     V3d cut{0, 0, 0};       // still carried when a path reached the length limit
     V3d roulette{0, 0, 0};
-    std::uint64_t paths = 0;       // asked for
+    std::uint64_t paths = 0;        // asked for
     std::uint64_t not_emitted = 0;  // of these, paths for which the light had no sample
     std::uint64_t hits = 0;
 

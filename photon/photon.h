@@ -9,13 +9,15 @@
 
 namespace lucerna {
 
-// A unit vector in 32 bits: the octahedral map (Meyer et al., "On Floating-Point Normal Vectors", 2010), 16 bits a
-// side. The angle is off by less than 1e-4 rad, which moves a photon by less than 1e-4 of the search radius.
+// A unit vector in 32 bits: the octahedral map (Meyer et al., "On Floating-Point Normal Vectors", 2010), 16
+// bits a side. The angle is off by less than 1e-4 rad, which moves a photon by less than 1e-4 of the search
+// radius.
 class PackedDirection {
   public:
     PackedDirection() = default;
     explicit PackedDirection(const V3f& d) {
-        const float scale = 1.0F / (std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z));  // |d| = 1: at least 1/sqrt 3
+        const float scale =
+            1.0F / (std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z));  // |d| = 1: at least 1/sqrt 3
         V2f p(d.x * scale, d.y * scale);
         if (d.z < 0) p = fold(p);
         bits_ = quantise(p.x) | quantise(p.y) << 16;

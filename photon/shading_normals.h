@@ -11,10 +11,12 @@ namespace lucerna {
 inline constexpr float kMostShadingRatio = 8;
 
 inline float bounded_ratio(float above, float below) {
-    return above < kMostShadingRatio * below ? above / below : kMostShadingRatio;  // below > 0 in the first branch
+    return above < kMostShadingRatio * below ? above / below
+                                             : kMostShadingRatio;  // below > 0 in the first branch
 }
 
-// A photon lands in proportion to the geometric cosine, a shading point reflects in proportion to the shading one.
+// A photon lands in proportion to the geometric cosine, a shading point reflects in proportion to the shading
+// one.
 inline float shading_cosine_ratio(const Bsdf& bsdf, const V3f& wi) {
     const V3f& ns = bsdf.shading_normal();
     const V3f& ng = bsdf.geometric_normal();

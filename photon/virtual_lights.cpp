@@ -34,8 +34,8 @@ OneSet walk_set(const Scene& scene, const VirtualLightPlan& plan, std::uint32_t 
 
 }  // namespace
 
-VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan, const Workers& workers,
-                                      Monitor& monitor) {
+VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan,
+                                      const Workers& workers, Monitor& monitor) {
     std::vector<OneSet> sets(plan.sets);
     {
         Phase phase(monitor, "virtual lights", plan.sets);

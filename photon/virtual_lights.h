@@ -12,8 +12,8 @@ namespace lucerna {
 
 // A Lambertian point of light on a surface.
 struct VirtualLight {
-    SurfacePoint at;      // n on the side that shines
-    Rgb contribution;     // α ρ_hd / π, W/sr towards the normal, for one path
+    SurfacePoint at;   // n on the side that shines
+    Rgb contribution;  // α ρ_hd / π, W/sr towards the normal, for one path
 };
 
 struct VirtualLightPlan {
@@ -30,7 +30,7 @@ struct VirtualLightSets {
     Ledger ledger;                      // divided by the number of paths
 };
 
-VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan, const Workers& workers,
-                                      Monitor& monitor);
+VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan,
+                                      const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

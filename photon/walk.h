@@ -1,7 +1,7 @@
 // One light path: from the light, from surface to surface, until it is absorbed or leaves.
 //
-// The walk knows nothing of maps. It shows each hit to a visitor, which may store a photon or make a virtual light
-// of it; photon mapping and instant global illumination are the same walk with another end.
+// The walk knows nothing of maps. It shows each hit to a visitor, which may store a photon or make a virtual
+// light of it; photon mapping and instant global illumination are the same walk with another end.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,9 @@ inline constexpr float kMaxSurvival = 0.999F;
 // Against endless loops only; roulette ends paths long before (0.999^100000 is 1e-44).
 inline constexpr std::uint32_t kMaxBounces = 100'000;
 
-// Follows the path; calls visit(WalkHit) at every surface. Source of the roulette: [igi.md 2], with the luminance of
-// the power in place of that of the scale alone, so that every survivor carries the luminance its parent had.
+// Follows the path; calls visit(WalkHit) at every surface. Source of the roulette: [igi.md 2], with the
+// luminance of the power in place of that of the scale alone, so that every survivor carries the luminance
+// its parent had.
 template <typename Visit>
 void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit) {
     ledger.emitted += V3d(start.power);

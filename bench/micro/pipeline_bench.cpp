@@ -1,7 +1,7 @@
 // What the engine does per second on one core: rays, photon paths, gathers; and a whole image.
 //
-// Every figure is on the Cornell box of scenes/cornell. Items per second are per core: each benchmark but the last
-// uses one thread. The glass box stands beside it where specular surfaces matter.
+// Every figure is on the Cornell box of scenes/cornell. Items per second are per core: each benchmark but the
+// last uses one thread. The glass box stands beside it where specular surfaces matter.
 #include <benchmark/benchmark.h>
 
 #include <filesystem>
@@ -18,7 +18,8 @@ using namespace lucerna;  // a program of its own, not a header
 
 Job cornell() {
     Monitor silent;
-    return read_scene(std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes/cornell/cornell.pbrt", {}, Workers{}, silent);
+    return read_scene(std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes/cornell/cornell.pbrt", {},
+                      Workers{}, silent);
 }
 
 // Rays that a path tracer would ask: from random points of the box in random directions.
@@ -67,14 +68,16 @@ void photon_paths(benchmark::State& state) {
         benchmark::DoNotOptimize(maps.ledger.hits);
     }
     state.SetItemsProcessed(state.iterations() * kPaths);
-    state.counters["deposits/s"] = benchmark::Counter(static_cast<double>(deposits), benchmark::Counter::kIsRate);
+    state.counters["deposits/s"] =
+        benchmark::Counter(static_cast<double>(deposits), benchmark::Counter::kIsRate);
 }
 BENCHMARK(photon_paths)->Name("photons/paths_and_index")->Unit(benchmark::kMillisecond);
 
 void gathers(benchmark::State& state) {
     const Job job = cornell();
     Monitor silent;
-    const PhotonMaps maps = build_photon_maps(job.scene, {500'000, {false, true, false}, 1, 0}, Workers{}, silent);
+    const PhotonMaps maps =
+        build_photon_maps(job.scene, {500'000, {false, true, false}, 1, 0}, Workers{}, silent);
     const GatherSettings settings{static_cast<int>(state.range(0)), 50, 2, KernelShape::epanechnikov,
                                   MetricKind::projected};
     const Gather gather(*maps.find(MapKind::global), settings);
@@ -106,7 +109,10 @@ void whole_image(benchmark::State& state, const char* integrator) {
 }
 BENCHMARK_CAPTURE(whole_image, path, "path")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 BENCHMARK_CAPTURE(whole_image, direct, "direct")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
-BENCHMARK_CAPTURE(whole_image, photonmap, "photonmap")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
+BENCHMARK_CAPTURE(whole_image, photonmap, "photonmap")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->Iterations(1);
 BENCHMARK_CAPTURE(whole_image, igi, "igi")->Unit(benchmark::kMillisecond)->UseRealTime()->Iterations(1);
 
 }  // namespace

@@ -1,4 +1,5 @@
-// What a user's input can do wrong, said so that it can be mended: file, line, column, value, what is accepted.
+// What a user's input can do wrong, said so that it can be mended: file, line, column, value, what is
+// accepted.
 //
 // Three classes of errors (docs/architecture.md): `assert` for our own faults, these exceptions for input and
 // environment, `optional` for an ordinary no-sample. No library of ours ends the process.

@@ -1,4 +1,5 @@
-// The house's images in OpenEXR. The measured light field has a file of its own kind (lights/light_field_io.cpp).
+// The house's images in OpenEXR. The measured light field has a file of its own kind
+// (lights/light_field_io.cpp).
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -48,7 +49,8 @@ Image read_exr(const std::filesystem::path& file) {
         // A lying header must not make us allocate what the machine does not have.
         constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
         if (width <= 0 || height <= 0 || width > kMaxPixels / height) {
-            throw InputError({file.string()}, fmt::format("image size {} × {} is not credible", width, height));
+            throw InputError({file.string()},
+                             fmt::format("image size {} × {} is not credible", width, height));
         }
         std::vector<std::string> names;
         for (auto c = in.header().channels().begin(); c != in.header().channels().end(); ++c) {
@@ -70,16 +72,19 @@ Image read_exr(const std::filesystem::path& file) {
     } catch (const InputError&) {
         throw;
     } catch (const std::exception& error) {
-        throw InputError({file.string()}, std::string("not a readable OpenEXR image: ") + one_line(error.what()));
+        throw InputError({file.string()},
+                         std::string("not a readable OpenEXR image: ") + one_line(error.what()));
     }
 }
 
 void write_exr(const std::filesystem::path& file, const Image& image) {
-    Imf::Header header(image.width, image.height);
-    header.compression() = Imf::ZIP_COMPRESSION;
-    for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-    for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
     replace_file(file, [&](const std::filesystem::path& temporary) {
+        // OpenEXR refuses some names of channels and attributes: that is a failed write like any other.
+        Imf::Header header(image.width, image.height);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        for (const std::string& name : image.channels)
+            header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
         Imf::OutputFile out(temporary.c_str(), header);
         Image& source = const_cast<Image&>(image);  // OpenEXR's frame buffer is not const; writing only reads
         out.setFrameBuffer(frame_buffer(source, {0, 0}));

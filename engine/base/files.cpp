@@ -13,7 +13,8 @@ namespace lucerna {
 void require_readable(const std::filesystem::path& file) {
     std::error_code status;
     if (!std::filesystem::exists(file, status)) throw InputError({file.string()}, "no such file");
-    if (std::filesystem::is_directory(file, status)) throw InputError({file.string()}, "is a folder, not a file");
+    if (std::filesystem::is_directory(file, status))
+        throw InputError({file.string()}, "is a folder, not a file");
     if (!std::ifstream(file, std::ios::binary)) {
         throw InputError({file.string()}, std::string("cannot be opened: ") + std::strerror(errno));
     }

@@ -1,4 +1,5 @@
-// Files: what must be true before a read, and a write that leaves the old file or the new one, never half a file.
+// Files: what must be true before a read, and a write that leaves the old file or the new one, never half a
+// file.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +11,16 @@
 
 namespace lucerna {
 
-// Throws InputError with the cause in words (missing, a folder, not permitted, empty) unless `file` can be read.
+// Throws InputError with the cause in words (missing, a folder, not permitted, empty) unless `file` can be
+// read.
 void require_readable(const std::filesystem::path& file);
 
 // The whole file. Throws InputError.
 std::vector<std::byte> read_bytes(const std::filesystem::path& file);
 std::string read_text(const std::filesystem::path& file);
 
-// Calls write(temporary) for a temporary name in the same folder, then renames it over `file`. If write throws,
-// the temporary is removed and the error becomes an InputError that names `file`.
+// Calls write(temporary) for a temporary name in the same folder, then renames it over `file`. If write
+// throws, the temporary is removed and the error becomes an InputError that names `file`.
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 

@@ -10,7 +10,8 @@ struct Frame {
 
     Frame() : s(1, 0, 0), t(0, 1, 0), n(0, 0, 1) {}
 
-    // Duff et al., "Building an Orthonormal Basis, Revisited", 2017: no branch but the sign, good for every n.
+    // Duff et al., "Building an Orthonormal Basis, Revisited", 2017: no branch but the sign, good for every
+    // n.
     explicit Frame(const V3f& normal) : n(normal) {
         const float sign = std::copysign(1.0F, n.z);
         const float a = -1.0F / (sign + n.z);  // |sign + n.z| >= 1

@@ -11,7 +11,8 @@
 
 namespace lucerna {
 
-// Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() + c].
+// Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() +
+// c].
 struct Image {
     int width = 0;
     int height = 0;
@@ -46,12 +47,14 @@ struct Image {
     }
 };
 
-// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. Throws InputError naming file and cause.
+// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. Throws InputError naming file and
+// cause.
 Image read_exr(const std::filesystem::path& file);
 // Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
 void write_exr(const std::filesystem::path& file, const Image& image);
 
-// 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright places.
+// 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright
+// places.
 void write_png(const std::filesystem::path& file, const Image& image, float exposure);
 // The exposure at which the image's log-average luminance becomes middle grey. 1 for a black image.
 float auto_exposure(const Image& image);

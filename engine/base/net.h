@@ -1,9 +1,9 @@
 // Scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform scrambling.
 //
-// Sources: Sobol 1967; Owen 1998; Kollig and Keller, "Efficient Multidimensional Sampling", 2002; the hash that
-// stands for the scrambling tree is of the form of Laine and Karras, "Stratified Sampling for Stochastic
-// Transparency", 2011: every step of it carries bits upwards only, which is what makes it a nested permutation
-// when it works on the reversed word.
+// Sources: Sobol 1967; Owen 1998; Kollig and Keller, "Efficient Multidimensional Sampling", 2002; the hash
+// that stands for the scrambling tree is of the form of Laine and Karras, "Stratified Sampling for Stochastic
+// Transparency", 2011: every step of it carries bits upwards only, which is what makes it a nested
+// permutation when it works on the reversed word.
 #pragma once
 
 #include <cstdint>
@@ -40,6 +40,8 @@ inline std::uint32_t sobol_1(std::uint32_t index) {
 }
 
 // [0,1) from the upper 24 bits: every value is exact in a float and 1 is never reached.
-inline float to_unit(std::uint32_t x) { return static_cast<float>(x >> 8) * 0x1p-24F; }
+inline float to_unit(std::uint32_t x) {
+    return static_cast<float>(x >> 8) * 0x1p-24F;
+}
 
 }  // namespace lucerna

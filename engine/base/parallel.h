@@ -1,7 +1,8 @@
 // The only OpenMP in the house.
 //
-// Work is cut into chunks whose size does not depend on the number of threads; what a chunk makes lands in the
-// slot of its number, and slots are joined in order. So every result is the same, bit for bit, on any machine load.
+// Work is cut into chunks whose size does not depend on the number of threads; what a chunk makes lands in
+// the slot of its number, and slots are joined in order. So every result is the same, bit for bit, on any
+// machine load.
 #pragma once
 
 #include <omp.h>
@@ -20,23 +21,22 @@ struct Workers {
     int threads = std::max(1, omp_get_num_procs());
 };
 
-// Calls body(chunk) for every chunk in [0, chunks), each once, in any order. The exception of the lowest chunk
-// that threw is rethrown once all threads are done; chunks not yet begun are then skipped.
+// Calls body(chunk) for every chunk in [0, chunks), each once, in any order. If any throws, the exception of
+// the lowest chunk that would throw is rethrown once all threads are done: all chunks below it are run, those
+// above it are skipped unless they had begun. So the error, too, is the same on any number of threads.
 template <typename Body>
 void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
-    std::atomic<bool> failed{false};
+    std::atomic<std::int64_t> error_chunk{chunks};
     std::exception_ptr error;
-    std::int64_t error_chunk = chunks;
 #pragma omp parallel for schedule(dynamic, 1) num_threads(workers.threads)
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
-        if (failed.load(std::memory_order_relaxed)) continue;
+        if (chunk > error_chunk.load(std::memory_order_relaxed)) continue;
         try {
             body(chunk);
         } catch (...) {
-            failed = true;
 #pragma omp critical(lucerna_first_error)
-            if (chunk < error_chunk) {
-                error_chunk = chunk;
+            if (chunk < error_chunk.load(std::memory_order_relaxed)) {
+                error_chunk.store(chunk, std::memory_order_relaxed);
                 error = std::current_exception();
             }
         }

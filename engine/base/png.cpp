@@ -41,7 +41,8 @@ float srgb_encode(float x) {
     return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
 }
 
-void write_bytes(const std::filesystem::path& file, int width, int height, const std::vector<std::uint8_t>& rgb) {
+void write_bytes(const std::filesystem::path& file, int width, int height,
+                 const std::vector<std::uint8_t>& rgb) {
     replace_file(file, [&](const std::filesystem::path& temporary) {
         // The temporary's name does not end in .png, so the format is named instead of guessed.
         auto out = OIIO::ImageOutput::create("png");

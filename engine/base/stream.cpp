@@ -9,7 +9,8 @@ namespace {
 r123::Philox4x32::ctr_type hash(std::uint64_t key, std::uint64_t a, std::uint32_t b, std::uint32_t c) {
     const r123::Philox4x32::ctr_type counter{
         {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32), b, c}};
-    const r123::Philox4x32::key_type k{{static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)}};
+    const r123::Philox4x32::key_type k{
+        {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)}};
     return r123::Philox4x32()(counter, k);
 }
 
@@ -41,7 +42,9 @@ std::uint32_t Stream::word(std::uint32_t draw, std::uint32_t lane) const {
     return hash(key_, stratified_ ? index_ : path_, draw, 0)[lane];
 }
 
-std::uint32_t Stream::bits() { return word(draw_++, 0); }
+std::uint32_t Stream::bits() {
+    return word(draw_++, 0);
+}
 
 float Stream::next() {
     if (!stratified_) return to_unit(bits());

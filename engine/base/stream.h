@@ -1,11 +1,12 @@
 // Random numbers as a pure function of a key and the draw number (no state but the counter).
 //
-// A stream belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whoever asks first and on
-// whatever thread, and so an image does not depend on the number of threads.
+// A stream belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whoever asks first
+// and on whatever thread, and so an image does not depend on the number of threads.
 //
 // `Stream` draws independent numbers (Philox, Salmon et al. 2011). `Stream::stratified` draws, for the paths
-// 0, 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an Owen-scrambled
-// (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so any 2^k consecutive paths are a net.
+// 0, 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an
+// Owen-scrambled (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so any 2^k
+// consecutive paths are a net.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +17,16 @@
 namespace lucerna {
 
 // What random numbers are for. A purpose of its own keeps two uses of the same pass and path apart.
-enum class Purpose : std::uint32_t { camera, emission, virtual_light, gather, acquisition, bench, test, tile };
+enum class Purpose : std::uint32_t {
+    camera,
+    emission,
+    virtual_light,
+    gather,
+    acquisition,
+    bench,
+    test,
+    tile
+};
 
 class Stream {
   public:
@@ -25,8 +35,8 @@ class Stream {
     // Path `index` of a family of paths (a pixel's samples, a map's photons) that share `family`.
     static Stream stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index);
 
-    float next();        // [0, 1)
-    V2f next2();         // [0, 1)²
+    float next();          // [0, 1)
+    V2f next2();           // [0, 1)²
     std::uint32_t bits();  // 32 independent bits (never stratified)
 
     // An independent stream for a branch of this path (a gather ray, a light loop), by its number.

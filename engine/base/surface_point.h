@@ -10,8 +10,8 @@ namespace lucerna {
 // A float has 24 bits; eight of its last units cover what one intersection and one transform round away.
 inline constexpr float kSurfaceUlps = 8 * 0x1p-23F;
 
-// `error` bounds how far `p` may lie off the true surface: proportional to the largest coordinate and to the size
-// of the primitive, because both are what the intersection subtracts.
+// `error` bounds how far `p` may lie off the true surface: proportional to the largest coordinate and to the
+// size of the primitive, because both are what the intersection subtracts.
 inline float surface_error(const V3f& p, float primitive_extent) {
     const float largest = std::fmax(std::fabs(p.x), std::fmax(std::fabs(p.y), std::fabs(p.z)));
     return kSurfaceUlps * (largest + primitive_extent);

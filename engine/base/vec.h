@@ -26,15 +26,29 @@ inline constexpr float kPi = 3.14159265358979323846F;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 
 // The measure by which photons are counted, lights chosen and roulette played: Rec. 709 luminance.
-inline float luminance(const Rgb& c) { return 0.212671F * c.x + 0.715160F * c.y + 0.072169F * c.z; }
+inline float luminance(const Rgb& c) {
+    return 0.212671F * c.x + 0.715160F * c.y + 0.072169F * c.z;
+}
 
-inline float max_component(const Rgb& c) { return std::fmax(c.x, std::fmax(c.y, c.z)); }
-inline bool is_black(const Rgb& c) { return c.x == 0 && c.y == 0 && c.z == 0; }
-inline bool is_finite(const Rgb& c) { return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z); }
-inline bool is_finite(const V3f& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+inline float max_component(const Rgb& c) {
+    return std::fmax(c.x, std::fmax(c.y, c.z));
+}
+inline bool is_black(const Rgb& c) {
+    return c.x == 0 && c.y == 0 && c.z == 0;
+}
+inline bool is_finite(const Rgb& c) {
+    return std::isfinite(c.x) && std::isfinite(c.y) && std::isfinite(c.z);
+}
+inline bool is_finite(const V3f& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
-inline float sqr(float x) { return x * x; }
-inline double sqr(double x) { return x * x; }
+inline float sqr(float x) {
+    return x * x;
+}
+inline double sqr(double x) {
+    return x * x;
+}
 
 // A half-line. `d` has unit length; what lies beyond `t_max` (scene units) is not met.
 struct Ray {

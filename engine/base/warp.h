@@ -1,4 +1,5 @@
-// Warps of the unit square, each with its density and its inverse, so that a test can hold the three together.
+// Warps of the unit square, each with its density and its inverse, so that a test can hold the three
+// together.
 #pragma once
 
 #include <algorithm>
@@ -41,7 +42,8 @@ inline V3f square_to_sphere(const V2f& u) {
 }
 inline constexpr float kSpherePdfW = 0.25F * kInvPi;
 
-// Cone about +z with half-angle of cosine `cos_max`; uniform in solid angle. `one_minus_cos` keeps thin cones exact.
+// Cone about +z with half-angle of cosine `cos_max`; uniform in solid angle. `one_minus_cos` keeps thin cones
+// exact.
 inline V3f square_to_cone(const V2f& u, float one_minus_cos_max) {
     const float h = u.x * one_minus_cos_max;  // 1 - cos
     const float r = std::sqrt(std::max(0.0F, h * (2 - h)));

@@ -8,7 +8,8 @@ namespace {
 
 class DirectEstimator final : public Estimator {
   public:
-    DirectEstimator(const Scene& scene, const DirectSettings& settings) : scene_(scene), settings_(settings) {}
+    DirectEstimator(const Scene& scene, const DirectSettings& settings)
+        : scene_(scene), settings_(settings) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         const SpecularChain chain =

@@ -3,12 +3,16 @@
 namespace lucerna {
 namespace {
 
-// The share of emission that counts, given the density with which next_event() would have drawn this direction.
+// The share of emission that counts, given the density with which next_event() would have drawn this
+// direction.
 float share(const EmissionRule& rule, float light_pdf_w) {
     switch (rule.kind) {
-        case EmissionRule::Kind::all: return 1;
-        case EmissionRule::Kind::mis: return power_heuristic(rule.pdf_w, light_pdf_w);
-        case EmissionRule::Kind::none: return 0;
+        case EmissionRule::Kind::all:
+            return 1;
+        case EmissionRule::Kind::mis:
+            return power_heuristic(rule.pdf_w, light_pdf_w);
+        case EmissionRule::Kind::none:
+            return 0;
     }
     return 0;
 }

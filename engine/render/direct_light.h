@@ -1,8 +1,8 @@
 // Direct light by Monte Carlo: both strategies of multiple importance sampling (Veach 1997, chapter 9).
 //
-// A surface asks a light for a direction (next_event); or a direction drawn from the BSDF happens to find a light
-// (emission, with the rule that says which share of it still counts). Used together, with the power heuristic, the
-// two are unbiased and neither small nor large lights are noisy.
+// A surface asks a light for a direction (next_event); or a direction drawn from the BSDF happens to find a
+// light (emission, with the rule that says which share of it still counts). Used together, with the power
+// heuristic, the two are unbiased and neither small nor large lights are noisy.
 #pragma once
 
 #include <optional>
@@ -44,7 +44,8 @@ struct Vertex {
 // Radiance towards wo from one light, chosen by power and asked for a direction.
 Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream);
 
-// Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps' impostors.
+// Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
+// impostors.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
 
 // True if nothing stands between two surface points; both ends are moved off their surfaces.

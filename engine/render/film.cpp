@@ -25,7 +25,8 @@ float draw(const Cdf& cdf, float u, float radius) {
 }  // namespace
 
 void Film::add(int x, int y, const Rgb& radiance) {
-    Pixel& pixel = pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+    Pixel& pixel =
+        pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
     ++pixel.count;
     const V3f delta = radiance - pixel.mean;
     pixel.mean += delta / static_cast<float>(pixel.count);

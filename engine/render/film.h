@@ -13,7 +13,9 @@ namespace lucerna {
 class Film {
   public:
     Film(int width, int height)
-        : width_(width), height_(height), pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+        : width_(width),
+          height_(height),
+          pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
@@ -21,8 +23,8 @@ class Film {
     // Finite radiance, W/(m² sr).
     void add(int x, int y, const Rgb& radiance);
 
-    // Channels R G B (the mean times `scale`) and variance.R variance.G variance.B: the variance of that mean. Pixels
-    // without a sample are black; with one sample the variance is 0 and says nothing.
+    // Channels R G B (the mean times `scale`) and variance.R variance.G variance.B: the variance of that
+    // mean. Pixels without a sample are black; with one sample the variance is 0 and says nothing.
     Image develop(float scale) const;
 
   private:
@@ -35,15 +37,14 @@ class Film {
     std::vector<Pixel> pixels_;
 };
 
-// Offsets from a pixel's centre, distributed as the reconstruction filter: so every sample weighs the same and
-// belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance Sampling", 2006).
+// Offsets from a pixel's centre, distributed as the reconstruction filter: so every sample weighs the same
+// and belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance Sampling", 2006).
 class FilterSampler {
   public:
     explicit FilterSampler(const FilterSettings& settings);
     V2f offset(const V2f& u) const;  // pixels
 
   private:
-
     FilterSettings settings_;
     Cdf x_, y_;  // over equal steps of [-radius, radius]; empty for the box
 };

@@ -41,8 +41,9 @@ class IgiEstimator final : public Estimator {
     }
 
   private:
-    // The sum over one set is one sample per light path: it is divided by the number of paths. (The note's listing
-    // divides by the number of virtual lights, of which a path makes several; that loses their energy.)
+    // The sum over one set is one sample per light path: it is divided by the number of paths. (The note's
+    // listing divides by the number of virtual lights, of which a path makes several; that loses their
+    // energy.)
     Rgb indirect(const Vertex& vertex, std::size_t set, Stream& stream) const {
         Rgb sum(0);
         if (vertex.bsdf.is_black()) return sum;
@@ -110,6 +111,8 @@ class IgiIntegrator final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_igi(const IgiSettings& settings) { return std::make_unique<IgiIntegrator>(settings); }
+std::unique_ptr<Integrator> make_igi(const IgiSettings& settings) {
+    return std::make_unique<IgiIntegrator>(settings);
+}
 
 }  // namespace lucerna

@@ -6,7 +6,9 @@ namespace {
 struct Make {
     std::unique_ptr<Integrator> operator()(const PathSettings& s) const { return make_path(s); }
     std::unique_ptr<Integrator> operator()(const DirectSettings& s) const { return make_direct(s); }
-    std::unique_ptr<Integrator> operator()(const PhotonMapSettings& s) const { return make_photon_mapping(s); }
+    std::unique_ptr<Integrator> operator()(const PhotonMapSettings& s) const {
+        return make_photon_mapping(s);
+    }
     std::unique_ptr<Integrator> operator()(const IgiSettings& s) const { return make_igi(s); }
 };
 

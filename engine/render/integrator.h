@@ -1,7 +1,8 @@
 // The keystone: recipe → prepared pass → radiance.
 //
-// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, virtual lights;
-// the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from any thread.
+// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, virtual
+// lights; the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from
+// any thread.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,8 @@ namespace lucerna {
 class Estimator {
   public:
     virtual ~Estimator() = default;
-    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over streams is what the method converges to.
+    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over streams is what the method converges
+    // to.
     virtual Rgb radiance(const Ray& ray, Stream& stream) const = 0;
 };
 

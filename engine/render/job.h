@@ -19,7 +19,7 @@ struct FilterSettings {
 };
 
 struct FilmSettings {
-    int width = 640, height = 480;        // pixels
+    int width = 640, height = 480;  // pixels
     std::filesystem::path filename = "lucerna.exr";
     FilterSettings filter;
     float scale = 1;  // multiplies the stored radiance

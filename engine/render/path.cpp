@@ -1,4 +1,5 @@
-// The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything else.
+// The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
+// else.
 #include "engine/render/direct_light.h"
 #include "engine/render/integrator.h"
 #include "photon/walk.h"

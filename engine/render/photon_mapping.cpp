@@ -1,4 +1,5 @@
-// Photon mapping in two passes (Jensen 2001) with separate Direct, Global and Caustic maps [photon-maps 1, 4, 5].
+// Photon mapping in two passes (Jensen 2001) with separate Direct, Global and Caustic maps [photon-maps 1, 4,
+// 5].
 //
 // Every path of light is counted once. At a Lambertian surface, what arrives is split by where it comes from:
 //   straight from a light        lights sampled, or the Direct map
@@ -54,15 +55,17 @@ class PhotonMapEstimator final : public Estimator {
         Rgb result(0);
         Rgb throughput(1);
         for (; depth < kMostBounces; ++depth) {
-            const SpecularChain chain = follow_specular(scene_, ray, rule, settings_.max_specular_depth, stream);
+            const SpecularChain chain =
+                follow_specular(scene_, ray, rule, settings_.max_specular_depth, stream);
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const Vertex vertex{*chain.hit, bsdf, chain.wo};
             if (stores_photons(bsdf)) {
-                return result + throughput * (stage == Stage::eye ? seen(vertex, stream)
-                                                                  : landed(vertex, chain.length, depth, stream));
+                return result + throughput * (stage == Stage::eye
+                                                  ? seen(vertex, stream)
+                                                  : landed(vertex, chain.length, depth, stream));
             }
             // A rough surface: ask the lights, then follow the BSDF.
             result += throughput * next_event(scene_, vertex, stream);
@@ -97,8 +100,9 @@ class PhotonMapEstimator final : public Estimator {
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
-    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose disc is
-    // wider than that would take in light from around the corner it is gathered for; then the ray goes on instead.
+    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose
+    // disc is wider than that would take in light from around the corner it is gathered for; then the ray
+    // goes on instead.
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         Rgb result = estimate(MapKind::caustic, vertex, gather_.landed).value;
         const GatherResult global = global_landed(vertex);
@@ -121,7 +125,8 @@ class PhotonMapEstimator final : public Estimator {
         return estimate(MapKind::global, vertex, gather_.landed);
     }
 
-    // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted elsewhere.
+    // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
+    // elsewhere.
     Rgb gather_ray(const Vertex& vertex, int depth, Stream& stream) const {
         const BsdfU u{stream.next(), stream.next2()};
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
@@ -159,8 +164,9 @@ class PhotonMapIntegrator final : public Integrator {
         std::optional<IrradiancePoints> irradiance;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             const auto start = std::chrono::steady_clock::now();
-            irradiance.emplace(*maps.find(MapKind::global), how.landed, static_cast<std::size_t>(settings_.precompute),
-                               context.workers, context.monitor);
+            irradiance.emplace(*maps.find(MapKind::global), how.landed,
+                               static_cast<std::size_t>(settings_.precompute), context.workers,
+                               context.monitor);
             const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
             context.report.seconds.emplace_back("irradiance", took.count());
             context.report.numbers["irradiance.points"] = static_cast<double>(irradiance->size());
@@ -180,7 +186,8 @@ class PhotonMapIntegrator final : public Integrator {
                 (build ? "built: " : "not built: ") + reason;
         };
         const bool map = settings_.direct == DirectMethod::map;
-        decide(MapKind::direct, map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)");
+        decide(MapKind::direct, map,
+               map ? "direct light is read from it" : "direct light is sampled (direct = mc)");
         decide(MapKind::global, true,
                settings_.indirect == IndirectMethod::map ? "indirect light is read from it"
                                                          : "gather rays read it where they land");
@@ -207,7 +214,8 @@ class PhotonMapIntegrator final : public Integrator {
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             const std::string name = fmt::format("photons.{}.", map_name(static_cast<MapKind>(kind)));
             report.numbers[name + "stored"] = static_cast<double>(maps.counts[kind].stored);
-            report.numbers[name + "dropped.map_not_wanted"] = static_cast<double>(maps.counts[kind].not_wanted);
+            report.numbers[name + "dropped.map_not_wanted"] =
+                static_cast<double>(maps.counts[kind].not_wanted);
             report.numbers[name + "dropped.surface_not_diffuse"] =
                 static_cast<double>(maps.counts[kind].not_storable);
         }

@@ -18,7 +18,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 // Samples per pixel are taken in rounds that grow, so that a run that is stopped early has a whole image.
-int next_round(int done, int spp) { return std::min(std::max(1, std::min(done, 16)), spp - done); }
+int next_round(int done, int spp) {
+    return std::min(std::max(1, std::min(done, 16)), spp - done);
+}
 
 // One finished set-up of the loop: everything a tile needs.
 class TileRenderer {
@@ -47,7 +49,8 @@ class TileRenderer {
         const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(film_.width()) +
                            static_cast<std::uint64_t>(x);
         Stream stream = Stream::stratified(seed_, Purpose::camera, pixel, static_cast<std::uint32_t>(sample));
-        const V2f at = V2f(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F) + filter_.offset(stream.next2());
+        const V2f at =
+            V2f(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F) + filter_.offset(stream.next2());
         const V2f lens = stream.next2();
         const Rgb radiance = estimator_.radiance(job_.camera.ray(at, lens), stream);
         if (is_finite(radiance)) {
@@ -61,8 +64,8 @@ class TileRenderer {
     void report_bad(int x, int y, int sample, const Rgb& value) {
         const std::lock_guard lock(mutex_);
         if (bad_samples_++ == 0) {
-            first_bad_ = fmt::format("pixel ({}, {}) sample {} seed {}: {} {} {}", x, y, sample, seed_, value.x,
-                                     value.y, value.z);
+            first_bad_ = fmt::format("pixel ({}, {}) sample {} seed {}: {} {} {}", x, y, sample, seed_,
+                                     value.x, value.y, value.z);
         }
     }
 
@@ -78,7 +81,8 @@ class TileRenderer {
 
 // Renders all rounds, or as many as there is time for. Returns the samples per pixel that are complete.
 int render_rounds(TileRenderer& tiles, int spp, const Workers& workers, Monitor& monitor) {
-    Phase phase(monitor, "image", static_cast<std::uint64_t>(tiles.tiles()) * static_cast<std::uint64_t>(spp));
+    Phase phase(monitor, "image",
+                static_cast<std::uint64_t>(tiles.tiles()) * static_cast<std::uint64_t>(spp));
     int done = 0;
     while (done < spp) {
         const int round = next_round(done, spp);
@@ -107,7 +111,8 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     // Prepare.
     auto start = std::chrono::steady_clock::now();
     const auto integrator = make_integrator(job.integrator);
-    const auto estimator = integrator->prepare({job.scene, options.seed, 0, options.workers, monitor, report});
+    const auto estimator =
+        integrator->prepare({job.scene, options.seed, 0, options.workers, monitor, report});
     report.seconds.emplace_back("prepare", seconds_since(start));
     report.numbers["rays.prepare"] = static_cast<double>(job.scene.rays());
 

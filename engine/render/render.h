@@ -21,11 +21,11 @@ struct RenderOptions {
 
 // What a render did, for --stats. Names are stable: they are the JSON's keys.
 struct RenderReport {
-    std::vector<std::pair<std::string, double>> seconds;        // per phase, in order
-    std::map<std::string, double> numbers;                      // counts and energies, by dotted name
-    std::map<std::string, std::string> notes;                   // what was built and why
-    int samples_done = 0;                                       // per pixel
-    bool complete = true;                                       // false: stopped early
+    std::vector<std::pair<std::string, double>> seconds;  // per phase, in order
+    std::map<std::string, double> numbers;                // counts and energies, by dotted name
+    std::map<std::string, std::string> notes;             // what was built and why
+    int samples_done = 0;                                 // per pixel
+    bool complete = true;                                 // false: stopped early
 };
 
 struct RenderResult {
@@ -33,7 +33,8 @@ struct RenderResult {
     RenderReport report;
 };
 
-// Throws InputError for settings that cannot be met. Stops early, with what there is, when the monitor says so.
+// Throws InputError for settings that cannot be met. Stops early, with what there is, when the monitor says
+// so.
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor);
 
 }  // namespace lucerna

@@ -43,18 +43,20 @@ std::vector<Field> fields_of(PathSettings& s) {
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
-    return {whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth)};
+    return {
+        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth)};
 }
 
 std::vector<Field> fields_of(PhotonMapSettings& s) {
     return {
         whole("photons", "light paths emitted", 1, 4294967296.0, s.photons),
-        choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"}, s.direct),
+        choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
+               s.direct),
         choice("indirect", "indirect light: gather (final gather) or map (the maps seen directly)",
                {"gather", "map"}, s.indirect),
         whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
-        whole("precompute", "irradiance ahead of time at every n-th photon, for gather rays; 0: off", 0, 1'000'000,
-              s.precompute),
+        whole("precompute", "irradiance ahead of time at every n-th photon, for gather rays; 0: off", 0,
+              1'000'000, s.precompute),
         whole("k", "photons in an estimate that the camera sees", 1, kMostInt, s.k),
         whole("gatherk", "photons in an estimate where a gather ray lands", 1, kMostInt, s.gather_k),
         real("radius", "largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal", 0, kMost,
@@ -63,8 +65,8 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
              s.ratio),
         choice("kernel", "weight over the disc: constant, cone or epanechnikov",
                {"constant", "cone", "epanechnikov"}, s.kernel),
-        choice("metric", "photon distance: projected (tangent plane) or euclidean", {"projected", "euclidean"},
-               s.metric),
+        choice("metric", "photon distance: projected (tangent plane) or euclidean",
+               {"projected", "euclidean"}, s.metric),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
     };
 }
@@ -74,7 +76,8 @@ std::vector<Field> fields_of(IgiSettings& s) {
         whole("nlights", "light paths per set, rounded up to a power of 2", 1, kMostPowerOf2, s.nlights),
         whole("nsets", "independent sets, rounded up to a power of 2; best near the samples per pixel", 1,
               kMostPowerOf2, s.nsets),
-        real("mindist", "virtual lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the diagonal",
+        real("mindist",
+             "virtual lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the diagonal",
              -1, kMost, s.mindist),
         real("rrthreshold", "luminance below which shadow rays play roulette", 0, kMost, s.rr_threshold),
         real("rrcontinue", "chance that such a shadow ray is traced", 1e-6, 1, s.rr_continue),
@@ -112,7 +115,8 @@ void Field::set(const SettingValue& value, const Location& at) {
         const auto* word = std::get_if<std::string>(&value);
         const auto found = word ? std::find(choices.begin(), choices.end(), *word) : choices.end();
         if (found == choices.end()) {
-            input_error(at, "{}: {} is not accepted; choose {}", name, quoted(value), fmt::join(choices, ", "));
+            input_error(at, "{}: {} is not accepted; choose {}", name, quoted(value),
+                        fmt::join(choices, ", "));
         }
         *std::get<std::uint8_t*>(target) = static_cast<std::uint8_t>(found - choices.begin());
         return;
@@ -130,7 +134,8 @@ void Field::set(const SettingValue& value, const Location& at) {
         input_error(at, "{}: {} is not accepted; a {} from {:g} to {:g} is", name, quoted(value),
                     whole ? "whole number" : "number", least, most);
     }
-    std::visit([&](auto* out) { *out = static_cast<std::remove_reference_t<decltype(*out)>>(*number); }, target);
+    std::visit([&](auto* out) { *out = static_cast<std::remove_reference_t<decltype(*out)>>(*number); },
+               target);
 }
 
 std::string quoted(const SettingValue& value) {

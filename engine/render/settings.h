@@ -1,7 +1,7 @@
 // Typed settings of the integrators, and the one table that names them.
 //
-// The table (fields) is what scene files, `--set`, `--help`, the EXR header and the statistics read: a parameter
-// that is not in it does not exist.
+// The table (fields) is what scene files, `--set`, `--help`, the EXR header and the statistics read: a
+// parameter that is not in it does not exist.
 #pragma once
 
 #include <cstdint>
@@ -34,23 +34,24 @@ struct PhotonMapSettings {
     std::int64_t photons = 1'000'000;  // light paths emitted
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
-    int gather_rays = 16;     // per camera sample
-    int precompute = 4;       // irradiance ahead of time at every n-th photon; 0: estimate at each gather ray's end
-    int k = 100;              // photons in an estimate seen by the camera
-    int gather_k = 50;        // photons in an estimate where a gather ray lands
-    float radius = 0;         // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
-    float ratio = 2;          // Euclidean ball over projected disc, >= 1
+    int gather_rays = 16;  // per camera sample
+    int precompute =
+        4;              // irradiance ahead of time at every n-th photon; 0: estimate at each gather ray's end
+    int k = 100;        // photons in an estimate seen by the camera
+    int gather_k = 50;  // photons in an estimate where a gather ray lands
+    float radius = 0;   // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
+    float ratio = 2;    // Euclidean ball over projected disc, >= 1
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     int max_specular_depth = 16;
 };
 
 struct IgiSettings {
-    int nlights = 64;            // light paths per set, rounded up to a power of 2
-    int nsets = 16;              // independent sets, rounded up to a power of 2
-    float mindist = -1;          // scene units; negative: 2 % of the scene's diagonal
+    int nlights = 64;              // light paths per set, rounded up to a power of 2
+    int nsets = 16;                // independent sets, rounded up to a power of 2
+    float mindist = -1;            // scene units; negative: 2 % of the scene's diagonal
     float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
-    float rr_continue = 0.1F;    // with this chance of going on
+    float rr_continue = 0.1F;      // with this chance of going on
     float indirect_scale = 1;
     int max_specular_depth = 5;
 };
@@ -68,8 +69,8 @@ std::string quoted(const SettingValue& value);  // as an error message shows it
 
 // One parameter of one integrator, bound to a settings object.
 struct Field {
-    std::string_view name;  // as in a scene file and after --set
-    std::string_view help;  // one line, with the unit
+    std::string_view name;                  // as in a scene file and after --set
+    std::string_view help;                  // one line, with the unit
     std::vector<std::string_view> choices;  // empty unless it is a choice
     double least, most;                     // inclusive, for numbers
     bool whole = false;                     // only whole numbers

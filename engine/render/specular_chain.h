@@ -10,15 +10,17 @@
 namespace lucerna {
 
 struct SpecularChain {
-    std::optional<Hit> hit;   // the first surface that is not purely specular; none if the ray escaped or ended
-    V3f wo{0, 0, 0};          // from there back along the ray
+    std::optional<Hit>
+        hit;          // the first surface that is not purely specular; none if the ray escaped or ended
+    V3f wo{0, 0, 0};  // from there back along the ray
     Rgb throughput{1.0F};
-    Rgb emitted{0.0F};        // met on the way and at the end, throughput included
-    float length = 0;         // of the first segment, scene units
+    Rgb emitted{0.0F};  // met on the way and at the end, throughput included
+    float length = 0;   // of the first segment, scene units
 };
 
 // Glass is followed one way, chosen by its reflectance; a chain longer than max_depth ends black.
-inline SpecularChain follow_specular(const Scene& scene, Ray ray, EmissionRule rule, int max_depth, Stream& stream) {
+inline SpecularChain follow_specular(const Scene& scene, Ray ray, EmissionRule rule, int max_depth,
+                                     Stream& stream) {
     SpecularChain chain;
     for (int depth = 0;; ++depth) {
         auto hit = scene.hit(ray);

@@ -1,4 +1,5 @@
-// The house's walls: which room may include which, where packages may be named, and what every header begins with.
+// The house's walls: which room may include which, where packages may be named, and what every header begins
+// with.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +27,8 @@ const std::map<std::string, std::set<std::string>> kEdges = {
     {"photon", {"engine/base", "lights", "engine/world", "kdtree"}},
     {"engine/render", {"engine/base", "lights", "engine/world", "kdtree", "photon"}},
     {"engine/pbrt", {"engine/base", "lights", "engine/world", "kdtree", "photon", "engine/render"}},
-    {"engine/app", {"engine/base", "lights", "engine/world", "kdtree", "photon", "engine/render", "engine/pbrt"}},
+    {"engine/app",
+     {"engine/base", "lights", "engine/world", "kdtree", "photon", "engine/render", "engine/pbrt"}},
 };
 
 // Where a package's headers may be named, by the beginning of the include.
@@ -55,7 +57,8 @@ std::vector<std::string> violations(const std::string& path, const std::string& 
         const bool ours = (*i)[1] == "\"";
         const std::string target = (*i)[2];
         const std::string target_room = room_of(target);
-        if (ours && target_room.empty()) found.push_back(path + " includes \"" + target + "\", which is in no room");
+        if (ours && target_room.empty())
+            found.push_back(path + " includes \"" + target + "\", which is in no room");
         if (ours && !target_room.empty() && target_room != room && !kEdges.at(room).contains(target_room)) {
             found.push_back(path + " includes " + target + " against the graph");
         }
@@ -96,7 +99,8 @@ TEST(Architecture, EverySource_KeepsToTheRooms) {
     const std::vector<std::string> files = sources();
     ASSERT_GT(files.size(), 50U);
     for (const std::string& file : files) {
-        for (const std::string& violation : violations(file, read_text(fs::path(LUCERNA_SOURCE_DIR) / file))) {
+        for (const std::string& violation :
+             violations(file, read_text(fs::path(LUCERNA_SOURCE_DIR) / file))) {
             ADD_FAILURE() << violation;
         }
     }
@@ -112,7 +116,8 @@ TEST(Architecture, PlantedViolations_AreFound) {
     EXPECT_THAT(violations("photon/x.cpp", "#pragma omp parallel for\n"), Not(IsEmpty()));
     EXPECT_THAT(violations("photon/x.h", "#pragma once\n"), Not(IsEmpty()));
     EXPECT_THAT(violations("photon/x.h", "// Says what it is.\n#pragma once\n"), IsEmpty());
-    EXPECT_THAT(violations("photon/x.cpp", "#include \"engine/world/scene.h\"\n#include <vector>\n"), IsEmpty());
+    EXPECT_THAT(violations("photon/x.cpp", "#include \"engine/world/scene.h\"\n#include <vector>\n"),
+                IsEmpty());
 }
 
 }  // namespace

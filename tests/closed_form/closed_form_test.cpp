@@ -17,7 +17,9 @@ double mean_luminance(Scene scene, const Camera& camera, const IntegratorSetting
 }
 
 // From off the centre, so that no symmetry hides a wrong cosine.
-Camera inside_sphere() { return testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, 16, 16, 70); }
+Camera inside_sphere() {
+    return testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, 16, 16, 70);
+}
 
 struct SphereCase {
     const char* method;
@@ -48,8 +50,8 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     constexpr float kFlux = 12;
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
     const int spp = std::string(method) == "path" ? 256 : 16;
-    const double mean =
-        mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(), sphere_settings(method), spp);
+    const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),
+                                       sphere_settings(method), spp);
     if (albedo == 0) {
         EXPECT_EQ(mean, 0);
     } else {
@@ -76,19 +78,20 @@ TEST(Furnace, Path_WithinHalfAPercent) {
         SceneMaker make;
         Quadric& sphere = make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(albedo)));
         sphere.traits.reverse_orientation = true;
-        sphere.traits.light = make.light(make_area_light(SphereEmitter{V3f(0.0F), 1, true}, Rgb(2.0F), false));
+        sphere.traits.light =
+            make.light(make_area_light(SphereEmitter{V3f(0.0F), 1, true}, Rgb(2.0F), false));
         const double mean = mean_luminance(make.build(), inside_sphere(), PathSettings{}, 256);
         EXPECT_NEAR(mean * (1 - static_cast<double>(albedo)) / 2, 1, 0.005) << "albedo " << albedo;
     }
 }
 
-// A Lambertian disc of radius a over a patch at height h on its axis: E = π L a²/(a² + h²), so the patch shows ρ/π E.
+// A Lambertian disc of radius a over a patch at height h on its axis: E = π L a²/(a² + h²), so the patch
+// shows ρ/π E.
 TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     constexpr float kRadius = 0.5F;
     constexpr float kHeight = 0.8F;
     constexpr float kAlbedo = 0.6F;
-    const double expected =
-        static_cast<double>(kAlbedo * 4 * sqr(kRadius) / (sqr(kRadius) + sqr(kHeight)));
+    const double expected = static_cast<double>(kAlbedo * 4 * sqr(kRadius) / (sqr(kRadius) + sqr(kHeight)));
     PhotonMapSettings map;
     map.photons = 8'000'000;
     map.direct = DirectMethod::map;
@@ -96,12 +99,14 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     map.k = 200;
     map.radius = 0.05F;
     for (const IntegratorSettings& settings :
-         {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}), IntegratorSettings(map)}) {
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}),
+          IntegratorSettings(map)}) {
         SceneMaker make;
         make.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, make.diffuse(Rgb(kAlbedo)));
         Quadric& disk = make.sphere({0, kHeight, 0}, kRadius, make.diffuse(Rgb(0)));
         disk.kind = Quadric::Kind::disk;
-        disk.world_from_object = M44d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, kHeight, 0, 1);  // z of the disc is -y
+        disk.world_from_object =
+            M44d(1, 0, 0, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, kHeight, 0, 1);  // z of the disc is -y
         disk.traits.light =
             make.light(make_area_light(DiskEmitter{{0, kHeight, 0}, {0, -1, 0}, kRadius}, Rgb(4.0F), false));
         // A camera below the disc's rim that sees only the patch around the axis.
@@ -113,7 +118,8 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     }
 }
 
-// Two large parallel plates, one emitting: what the other receives is what it would under an infinite sky, πL.
+// Two large parallel plates, one emitting: what the other receives is what it would under an infinite sky,
+// πL.
 TEST(ParallelPlates, FormFactor_IsOne) {
     SceneMaker make;
     make.quad({-500, 0, -500}, {0, 0, 1000}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));

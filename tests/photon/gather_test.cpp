@@ -21,9 +21,13 @@ Hit floor_hit(const V3f& p) {
     return hit;
 }
 
-Bsdf white() { return Bsdf(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, V3f(1, 0, 0)); }
+Bsdf white() {
+    return Bsdf(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, V3f(1, 0, 0));
+}
 
-Photon photon(const V3f& d, float power) { return {PackedDirection(d), Rgb(power), 0, kNoCell}; }
+Photon photon(const V3f& d, float power) {
+    return {PackedDirection(d), Rgb(power), 0, kNoCell};
+}
 
 // n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky.
 PhotonMap uniform_map(int n, std::uint64_t seed) {
@@ -46,7 +50,8 @@ struct Convention {
 
 class KnownDensity : public ::testing::TestWithParam<Convention> {};
 
-// White Lambertian floor under irradiance 1: radiance 1/π. The estimate must be unbiased under every convention.
+// White Lambertian floor under irradiance 1: radiance 1/π. The estimate must be unbiased under every
+// convention.
 TEST_P(KnownDensity, Mean_WithinFourSigma) {
     const Convention c = GetParam();
     const GatherSettings settings{c.k, c.radius, 2, c.kernel, c.metric};

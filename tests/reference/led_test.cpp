@@ -38,7 +38,7 @@ Image render_plane(const LightField& field, double height, double half) {
     const auto size = static_cast<float>(half);
     const auto z = static_cast<float>(height);
     make.quad({-2 * size, -2 * size, z}, {0, 4 * size, 0}, {4 * size, 0, 0}, make.diffuse(Rgb(1.0F)));
-    make.light(make_measured_light(field, CellTable(field, Workers{}), {}, silent));
+    make.light(make_measured_light(field, CellTable(field, Workers{}, silent), {}, silent));
     Camera::Settings camera;
     camera.kind = Camera::Settings::Kind::orthographic;
     // Image columns run with x, rows against y; the camera stands behind everything.
@@ -87,17 +87,19 @@ TEST(MeasuredLed, NearThePlaneShowsTheChip_FarItShowsTheLobe) {
     for (const Case& c : {Case{0.0001, 0.003, 1e-4, 2e-4}, Case{1, 1.5, 0.03, 0.03}}) {
         const Image binned = bin_rays(rays, c.height, c.half);
         const Image rendered = render_plane(projection.field, c.height, c.half);
-        const Pattern expected = measure(c.half, [&](int x, int y) { return static_cast<double>(binned.value(x, y, 0)); });
-        const Pattern seen = measure(
-            c.half, [&](int x, int y) { return static_cast<double>(kPi * luminance(rendered.rgb_at(x, y))); });
+        const Pattern expected =
+            measure(c.half, [&](int x, int y) { return static_cast<double>(binned.value(x, y, 0)); });
+        const Pattern seen = measure(c.half, [&](int x, int y) {
+            return static_cast<double>(kPi * luminance(rendered.rgb_at(x, y)));
+        });
         EXPECT_NEAR(seen.centroid.x, expected.centroid.x, c.centroid) << "at " << c.height << " m";
         EXPECT_NEAR(seen.centroid.y, expected.centroid.y, c.centroid) << "at " << c.height << " m";
         EXPECT_NEAR(seen.width, expected.width, c.width) << "at " << c.height << " m";
         EXPECT_NEAR(seen.flux / expected.flux, 1, 0.03) << "at " << c.height << " m";
-        std::cout << "at " << c.height << " m: centroid " << 1e3 * seen.centroid.x << " " << 1e3 * seen.centroid.y
-                  << " mm (rays " << 1e3 * expected.centroid.x << " " << 1e3 * expected.centroid.y << "), width "
-                  << 1e3 * seen.width << " mm (rays " << 1e3 * expected.width << "), flux ratio "
-                  << seen.flux / expected.flux << "\n";
+        std::cout << "at " << c.height << " m: centroid " << 1e3 * seen.centroid.x << " "
+                  << 1e3 * seen.centroid.y << " mm (rays " << 1e3 * expected.centroid.x << " "
+                  << 1e3 * expected.centroid.y << "), width " << 1e3 * seen.width << " mm (rays "
+                  << 1e3 * expected.width << "), flux ratio " << seen.flux / expected.flux << "\n";
     }
 }
 

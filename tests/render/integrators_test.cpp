@@ -32,10 +32,11 @@ std::vector<IntegratorSettings> every_integrator() {
 
 TEST(Render, AnyNumberOfThreads_SameImageBitForBit) {
     for (const IntegratorSettings& settings : every_integrator()) {
-        const auto one = render_with(testing::small_cornell(), testing::small_cornell_camera(24), settings, 3, 1);
+        const auto one =
+            render_with(testing::small_cornell(), testing::small_cornell_camera(24), settings, 3, 1);
         for (const int threads : {2, 5, 16}) {
-            const auto many =
-                render_with(testing::small_cornell(), testing::small_cornell_camera(24), settings, 3, threads);
+            const auto many = render_with(testing::small_cornell(), testing::small_cornell_camera(24),
+                                          settings, 3, threads);
             EXPECT_EQ(one.image.data, many.image.data) << integrator_name(settings);
         }
     }
@@ -45,7 +46,8 @@ TEST(Render, AnotherSeed_AnotherImage) {
     Monitor silent;
     const Job job =
         testing::make_job(testing::small_cornell(), testing::small_cornell_camera(8), PathSettings{}, 2);
-    EXPECT_NE(render(job, {1, Workers{2}}, silent).image.data, render(job, {2, Workers{2}}, silent).image.data);
+    EXPECT_NE(render(job, {1, Workers{2}}, silent).image.data,
+              render(job, {2, Workers{2}}, silent).image.data);
 }
 
 TEST(Render, NoLights_IsBlackForEveryIntegrator) {
@@ -61,8 +63,8 @@ TEST(Render, NoLights_IsBlackForEveryIntegrator) {
 
 TEST(Render, EmptyScene_IsBlackForEveryIntegrator) {
     for (const IntegratorSettings& settings : every_integrator()) {
-        const auto result = render_with(SceneMaker().build(), testing::camera(V3f(0.0F), {0, 0, 1}, 4, 4, 60),
-                                        settings, 2);
+        const auto result =
+            render_with(SceneMaker().build(), testing::camera(V3f(0.0F), {0, 0, 1}, 4, 4, 60), settings, 2);
         EXPECT_EQ(testing::luminance_stats(result.image).mean(), 0) << integrator_name(settings);
     }
 }
@@ -72,7 +74,8 @@ TEST(Render, StoppedAtOnce_GivesAnImageAndSaysSo) {
         bool stopped() const override { return true; }
     } stop;
     for (const IntegratorSettings& settings : every_integrator()) {
-        const Job job = testing::make_job(testing::small_cornell(), testing::small_cornell_camera(8), settings, 4);
+        const Job job =
+            testing::make_job(testing::small_cornell(), testing::small_cornell_camera(8), settings, 4);
         const RenderResult result = render(job, {1, Workers{2}}, stop);
         EXPECT_FALSE(result.report.complete);
         EXPECT_EQ(result.report.samples_done, 0);
@@ -80,7 +83,8 @@ TEST(Render, StoppedAtOnce_GivesAnImageAndSaysSo) {
     }
 }
 
-// The mean colour of each method over the box, against the path tracer: 1 %, wider than four sigma of either mean.
+// The mean colour of each method over the box, against the path tracer: 1 %, wider than four sigma of either
+// mean.
 TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
     const auto reference =
         render_with(testing::small_cornell(), testing::small_cornell_camera(48), PathSettings{}, 256);
@@ -96,7 +100,8 @@ TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
     igi.mindist = 0;
     igi.nsets = 64;
     igi.nlights = 32;
-    const std::pair<const char*, IntegratorSettings> methods[] = {{"gather", gather}, {"map", map}, {"igi", igi}};
+    const std::pair<const char*, IntegratorSettings> methods[] = {
+        {"gather", gather}, {"map", map}, {"igi", igi}};
     for (const auto& [name, settings] : methods) {
         const auto result =
             render_with(testing::small_cornell(), testing::small_cornell_camera(48), settings, 16);

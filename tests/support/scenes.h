@@ -38,7 +38,8 @@ class SceneMaker {
     }
 
     // The same, emitting along a × b.
-    void quad_light(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material, const Rgb& radiance) {
+    void quad_light(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material,
+                    const Rgb& radiance) {
         quad(corner, a, b, material);
         Mesh& mesh = parts_.meshes.back();
         mesh.traits.light = light(make_area_light(TriangleEmitter{mesh.p, mesh.triangles}, radiance, false));
@@ -92,7 +93,8 @@ inline Job make_job(Scene scene, const Camera& camera, IntegratorSettings integr
     return {std::move(scene), camera, film, std::move(integrator), spp};
 }
 
-// Point light of `flux` at the centre of a sphere of radius 1: direct irradiance flux/(4π), total flux/(4π)/(1-ρ).
+// Point light of `flux` at the centre of a sphere of radius 1: direct irradiance flux/(4π), total
+// flux/(4π)/(1-ρ).
 inline Scene integrating_sphere(float albedo, float flux) {
     SceneMaker make;
     make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(albedo)));
@@ -100,7 +102,8 @@ inline Scene integrating_sphere(float albedo, float flux) {
     return make.build();
 }
 
-// The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one lamp.
+// The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one
+// lamp.
 inline Scene small_cornell() {
     SceneMaker make;
     const auto white = make.diffuse(Rgb(0.725F, 0.71F, 0.68F));

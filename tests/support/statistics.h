@@ -1,7 +1,7 @@
 // Statistical decisions for tests: fixed seeds, one stated error rate.
 //
-// A correct program fails a test of this kind with probability kFalseAlarm at most, over the choice of the seed; the
-// seeds are fixed, so a run that passes once always passes.
+// A correct program fails a test of this kind with probability kFalseAlarm at most, over the choice of the
+// seed; the seeds are fixed, so a run that passes once always passes.
 #pragma once
 
 #include <boost/math/distributions/chi_squared.hpp>
@@ -24,8 +24,8 @@ struct ChiSquare {
     bool accepted() const { return p_value >= kFalseAlarm; }
 };
 
-// Observed counts against expected ones (same total). Bins that expect fewer than 5 are pooled; a count in a bin
-// that expects exactly nothing rejects outright.
+// Observed counts against expected ones (same total). Bins that expect fewer than 5 are pooled; a count in a
+// bin that expects exactly nothing rejects outright.
 inline ChiSquare chi_square(std::span<const std::uint64_t> observed, std::span<const double> expected) {
     ChiSquare result;
     double pooled_expected = 0;

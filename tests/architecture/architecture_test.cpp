@@ -1,0 +1,224 @@
+// The walls of the house: who may include whom, which file may name which package, and a few habits that a
+// reader relies on. Reads the repository's sources; breaks when a wall is moved without saying so here.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace lucerna {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// Each room and the rooms it stands on; a room may include itself and everything reachable from it.
+const std::map<std::string, std::set<std::string>> kRooms{
+    {"engine/base", {}},
+    {"kdtree", {"engine/base"}},
+    {"lights", {"engine/base"}},
+    {"engine/world", {"lights"}},
+    {"photon", {"engine/world", "kdtree"}},
+    {"engine/render", {"photon"}},
+    {"engine/pbrt", {"engine/render"}},
+    {"engine/app", {"engine/pbrt"}},
+};
+
+// Headers of packages, by their beginning, and the only files that may name them.
+const std::map<std::string, std::set<std::string>> kPackages{
+    {"<embree", {"engine/world/scene.cpp"}},
+    {"<flann/", {"kdtree/flann_tree.cpp"}},
+    {"<omp.h>", {"engine/base/parallel.h"}},
+    {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
+    {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
+    {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture.cpp"}},
+};
+
+// The room whose folder holds the path; empty for what belongs to none (tests, bench).
+std::string room_of(const std::string& path) {
+    for (const auto& [room, below] : kRooms) {
+        if (path.starts_with(room + "/")) return room;
+    }
+    return {};
+}
+
+bool may_include(const std::string& from, const std::string& to) {
+    if (from == to) return true;
+    for (const std::string& below : kRooms.at(from)) {
+        if (may_include(below, to)) return true;
+    }
+    return false;
+}
+
+std::string_view trimmed(std::string_view line) {
+    const std::size_t first = line.find_first_not_of(" \t");
+    return first == std::string_view::npos ? std::string_view() : line.substr(first);
+}
+
+// What follows #include on the line, quotes or brackets kept; empty if the line includes nothing.
+std::string included(std::string_view line) {
+    line = trimmed(line);
+    if (!line.starts_with('#')) return {};
+    line = trimmed(line.substr(1));
+    if (!line.starts_with("include")) return {};
+    line = trimmed(line.substr(7));
+    const std::size_t end = line.find_first_of("\">", 1);
+    return std::string(line.substr(0, end == std::string_view::npos ? end : end + 1));
+}
+
+class Checker {
+  public:
+    void check(const std::string& path, const std::string& text) {
+        std::istringstream lines(text);
+        std::string line;
+        bool once = false;
+        for (int number = 1; std::getline(lines, line); ++number) {
+            if (number == 1 && is_header(path) && !line.starts_with("//")) {
+                report(path, number, "a header starts with a comment that says what it is");
+            }
+            once = once || line == "#pragma once";
+            check_line(path, number, line);
+        }
+        if (is_header(path) && !once) report(path, 1, "a header has #pragma once");
+    }
+
+    const std::vector<std::string>& complaints() const { return complaints_; }
+
+  private:
+    static bool is_header(const std::string& path) { return path.ends_with(".h"); }
+
+    void report(const std::string& path, int line, const std::string& what) {
+        complaints_.push_back(fmt::format("{}:{}: {}", path, line, what));
+    }
+
+    void check_line(const std::string& path, int number, const std::string& line) {
+        const std::string_view code = trimmed(line);
+        if (code.starts_with("using namespace")) report(path, number, "no using namespace");
+        if (code.starts_with("#pragma omp") && path != "engine/base/parallel.h") {
+            report(path, number, "only engine/base/parallel.h writes #pragma omp");
+        }
+        const std::string header = included(line);
+        if (header.starts_with('"')) check_room(path, number, header.substr(1, header.size() - 2));
+        if (!room_of(path).empty()) check_package(path, number, header);
+    }
+
+    void check_room(const std::string& path, int number, const std::string& header) {
+        const std::string from = room_of(path);
+        const std::string to = room_of(header);
+        if (from.empty()) return;  // tests and benchmarks may include any room
+        if (to.empty()) {
+            report(path, number, fmt::format("\"{}\" is in no room that {} may include", header, from));
+        } else if (!may_include(from, to)) {
+            report(path, number, fmt::format("{} may not include {} (\"{}\")", from, to, header));
+        }
+    }
+
+    void check_package(const std::string& path, int number, const std::string& header) {
+        for (const auto& [package, files] : kPackages) {
+            if (header.starts_with(package) && !files.contains(path)) {
+                report(path, number, fmt::format("{} is not to be named here", header));
+            }
+        }
+    }
+
+    std::vector<std::string> complaints_;
+};
+
+std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
+    Checker checker;
+    checker.check(path, text);
+    return checker.complaints();
+}
+
+bool is_source(const std::filesystem::path& path) {
+    return path.extension() == ".h" || path.extension() == ".cpp";
+}
+
+TEST(Architecture, Sources_OfTheRepository_KeepTheirRooms) {
+    const std::filesystem::path root = LUCERNA_SOURCE_DIR;
+    Checker checker;
+    std::map<std::string, int> files;
+    for (const char* top : {"engine", "kdtree", "lights", "photon", "tests", "bench"}) {
+        if (!std::filesystem::exists(root / top)) continue;
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
+            if (!entry.is_regular_file() || !is_source(entry.path())) continue;
+            const std::string path = std::filesystem::relative(entry.path(), root).generic_string();
+            std::ostringstream text;
+            text << std::ifstream(entry.path()).rdbuf();
+            checker.check(path, text.str());
+            ++files[room_of(path)];
+        }
+    }
+    for (const std::string& complaint : checker.complaints()) ADD_FAILURE() << complaint;
+    // The test must have found what it is to judge.
+    for (const char* room : {"engine/base", "engine/world", "engine/render", "photon", "lights", "kdtree"}) {
+        EXPECT_GT(files[room], 3) << room;
+    }
+}
+
+TEST(Architecture, Sources_OutsideARoom_HaveNoFolderOfTheirOwnInTheEngine) {
+    const std::filesystem::path engine = std::filesystem::path(LUCERNA_SOURCE_DIR) / "engine";
+    for (const auto& entry : std::filesystem::directory_iterator(engine)) {
+        const std::string room = "engine/" + entry.path().filename().string();
+        EXPECT_TRUE(kRooms.contains(room)) << room << " is no room of the plan";
+    }
+}
+
+TEST(ArchitectureChecker, AllowedLines_AreSilent) {
+    EXPECT_THAT(complaints_about("photon/a.cpp",
+                                 "#include <vector>\n#include \"kdtree/point_tree.h\"\n"
+                                 "#include \"engine/base/vec.h\"\n#include \"photon/photon.h\"\n"),
+                IsEmpty());
+    EXPECT_THAT(complaints_about("engine/app/a.cpp", "#include \"engine/base/vec.h\"\n"), IsEmpty());
+    EXPECT_THAT(complaints_about("engine/world/scene.cpp", "#include <embree3/rtcore.h>\n"), IsEmpty());
+    EXPECT_THAT(
+        complaints_about("tests/a.cpp", "#include \"tests/support/x.h\"\n#include \"photon/walk.h\"\n"),
+        IsEmpty());
+    EXPECT_THAT(complaints_about("engine/base/a.h", "// What it is.\n#pragma once\n"), IsEmpty());
+}
+
+TEST(ArchitectureChecker, ForbiddenEdges_AreReportedWithTheirLine) {
+    const auto complaint = [](const std::string& path, const std::string& text) {
+        const auto all = complaints_about(path, text);
+        return all.size() == 1 ? all.front() : fmt::format("{} complaints", all.size());
+    };
+    EXPECT_EQ(complaint("lights/a.cpp", "\n#include \"engine/world/scene.h\"\n"),
+              "lights/a.cpp:2: lights may not include engine/world (\"engine/world/scene.h\")");
+    EXPECT_THAT(complaint("kdtree/a.cpp", "#include \"lights/light.h\""),
+                HasSubstr("kdtree may not include lights"));
+    EXPECT_THAT(complaint("lights/a.cpp", "#include \"kdtree/point_tree.h\""),
+                HasSubstr("may not include kdtree"));
+    EXPECT_THAT(complaint("engine/world/a.cpp", "  #  include \"kdtree/point_tree.h\""),
+                HasSubstr("may not include"));
+    EXPECT_THAT(complaint("engine/base/a.cpp", "#include \"photon/walk.h\""),
+                HasSubstr("may not include photon"));
+    EXPECT_THAT(complaint("photon/a.cpp", "#include \"engine/render/film.h\""), HasSubstr("may not include"));
+    EXPECT_THAT(complaint("photon/a.cpp", "#include \"tests/support/scenes.h\""), HasSubstr("in no room"));
+    EXPECT_THAT(complaint("photon/a.cpp", "#include \"walk.h\""), HasSubstr("in no room"));
+}
+
+TEST(ArchitectureChecker, PackagesOutsideTheirFile_AreReported) {
+    for (const char* line : {"#include <embree3/rtcore.h>", "#include <flann/flann.hpp>", "#include <omp.h>",
+                             "#pragma omp parallel for", "#include <OpenEXR/ImfHeader.h>",
+                             "#include <ImfHeader.h>", "#include <OpenImageIO/imageio.h>"}) {
+        EXPECT_THAT(complaints_about("engine/render/a.cpp", line), ::testing::SizeIs(1)) << line;
+    }
+    EXPECT_THAT(complaints_about("tests/a.cpp", "#pragma omp parallel"), ::testing::SizeIs(1));
+    EXPECT_THAT(complaints_about("engine/world/scene.h", "// x\n#pragma once\n#include <embree3/rtcore.h>"),
+                ::testing::SizeIs(1));
+}
+
+TEST(ArchitectureChecker, HeadersWithoutTheirHabits_AreReported) {
+    EXPECT_THAT(complaints_about("photon/a.h", "#pragma once\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(complaints_about("photon/a.h", "// A comment.\nint x;\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(complaints_about("photon/a.cpp", "  using namespace std;\n"), ::testing::SizeIs(1));
+}
+
+}  // namespace
+}  // namespace lucerna
