@@ -8,6 +8,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/base/monitor.h"
@@ -18,9 +19,9 @@ namespace lucerna {
 
 class IrradiancePoints {
   public:
-    // Estimates at every `stride`-th photon of the map (>= 1), spread evenly since the map is ordered in
-    // space.
-    IrradiancePoints(const PhotonMap& map, const GatherSettings& settings, std::size_t stride,
+    // Estimates at every `stride`-th photon (>= 1) of the first map, spread evenly since a map is ordered in space.
+    // The irradiance is that of all maps together (one at least); the radius is that of the first one's estimate.
+    IrradiancePoints(std::span<const PhotonMap* const> maps, const GatherSettings& settings, std::size_t stride,
                      const Workers& workers, Monitor& monitor);
 
     struct Found {

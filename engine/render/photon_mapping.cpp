@@ -100,21 +100,24 @@ class PhotonMapEstimator final : public Estimator {
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
-    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose
-    // disc is wider than that would take in light from around the corner it is gathered for; then the ray
-    // goes on instead.
+    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose disc
+    // is wider than that would take in light from around the corner it is gathered for; then the ray goes on.
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
-        Rgb result = estimate(MapKind::caustic, vertex, gather_.landed).value;
-        const GatherResult global = global_landed(vertex);
-        const bool near = global.radius > length && depth + 1 < kMostBounces;
-        result += settings_.direct == DirectMethod::mc || near
-                      ? direct_light(scene_, vertex, stream)
-                      : estimate(MapKind::direct, vertex, gather_.landed).value;
-        return result + (near ? gather_ray(vertex, depth + 1, stream) : global.value);
+        const GatherResult indirect = indirect_landed(vertex);
+        if (indirect.radius > length && depth + 1 < kMostBounces) {
+            return direct_light(scene_, vertex, stream) +
+                   estimate(MapKind::caustic, vertex, gather_.landed).value +
+                   gather_ray(vertex, depth + 1, stream);
+        }
+        const Rgb direct = settings_.direct == DirectMethod::mc
+                               ? direct_light(scene_, vertex, stream)
+                               : estimate(MapKind::direct, vertex, gather_.landed).value;
+        return direct + indirect.value;
     }
 
-    // The Global map where a gather ray landed: looked up if it was computed ahead of time, else estimated.
-    GatherResult global_landed(const Vertex& vertex) const {
+    // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of time,
+    // else estimated. The radius is the Global map's.
+    GatherResult indirect_landed(const Vertex& vertex) const {
         if (irradiance_) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
@@ -122,7 +125,9 @@ class PhotonMapEstimator final : public Estimator {
                 return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius, 0};
             }
         }
-        return estimate(MapKind::global, vertex, gather_.landed);
+        GatherResult result = estimate(MapKind::global, vertex, gather_.landed);
+        result.value += estimate(MapKind::caustic, vertex, gather_.landed).value;
+        return result;
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
@@ -164,8 +169,9 @@ class PhotonMapIntegrator final : public Integrator {
         std::optional<IrradiancePoints> irradiance;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             const auto start = std::chrono::steady_clock::now();
-            irradiance.emplace(*maps.find(MapKind::global), how.landed,
-                               static_cast<std::size_t>(settings_.precompute), context.workers,
+            std::vector<const PhotonMap*> read = {maps.find(MapKind::global)};
+            if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
+            irradiance.emplace(read, how.landed, static_cast<std::size_t>(settings_.precompute), context.workers,
                                context.monitor);
             const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
             context.report.seconds.emplace_back("irradiance", took.count());

@@ -128,7 +128,8 @@ TEST(IrradiancePoints, UniformFloor_SameMeanAsTheMap_AndOnlyOnItsSide) {
     Monitor silent;
     const PhotonMap map = uniform_map(20'000, 1);
     const GatherSettings settings{100, 0.3F, 2, KernelShape::epanechnikov, MetricKind::projected};
-    const IrradiancePoints points(map, settings, 4, Workers{2}, silent);
+    const PhotonMap* maps[] = {&map};
+    const IrradiancePoints points(maps, settings, 4, Workers{2}, silent);
     EXPECT_EQ(points.size(), 5000U);
     RunningStats stats;
     Stream stream(2, Purpose::test, 0, 0);

@@ -67,8 +67,8 @@ TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
     const Case cases[] = {
         {"photonmap", {{"gatherrays", "16"}}, 5e-3},
         {"photonmap", {{"indirect", "map"}}, 2e-2},
-        {"photonmap", {{"indirect", "map"}, {"direct", "map"}, {"k", "200"}}, 6e-2},
-        {"igi", {{"nlights", "64"}, {"nsets", "256"}, {"mindist", "0"}}, 4e-2},
+        {"photonmap", {{"indirect", "map"}, {"direct", "map"}, {"k", "50"}}, 4e-2},
+        {"igi", {{"nlights", "128"}, {"nsets", "128"}, {"mindist", "0"}}, 5e-2},
     };
     for (const Case& c : cases) {
         const Image image = render_scene("cornell", c.integrator, c.parameters, 16, 96);

@@ -76,7 +76,8 @@ TEST(BsdfValue, RoughGlass_AgainstTextbook_IsEqual) {
                 book.d(m) / sqr(n * im + om);
         }
         const float ours = flat(glass(eta_i, alpha, alpha)).f(o, w, Transport::radiance).x;
-        if (std::min({std::fabs(om), std::fabs(im), std::fabs(m.z)}) < 1e-4) continue;  // on the edge of visibility
+        if (std::min({std::fabs(om), std::fabs(im), std::fabs(m.z)}) < 1e-4)
+            continue;  // on the edge of visibility
         ASSERT_NEAR(ours, f, 5e-3 * f + 1e-7) << o << w;
     }
 }

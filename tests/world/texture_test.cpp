@@ -94,7 +94,7 @@ TEST(TextureFile, EightBit_IsDecodedFromSrgb) {
     const auto image = read_texture_image(folder / "a.png");
     ASSERT_EQ(image->width, 3);
     ASSERT_EQ(image->height, 2);
-    expect_rgb(image->rgb_at(0, 0), Rgb(0.2158605F, 0, 1));               // 128/255
+    expect_rgb(image->rgb_at(0, 0), Rgb(0.2158605F, 0, 1));                    // 128/255
     expect_rgb(image->rgb_at(2, 1), Rgb(0.0015176F, 0.0512695F, 0.5209956F));  // 5, 64, 191 of 255
 }
 
@@ -126,7 +126,8 @@ TEST(TextureFile, BadInput_IsOneLineNamingTheFile) {
     write_exr(folder / "negative.exr", dark);
     dark.set_rgb(1, 0, Rgb(0, std::numeric_limits<float>::quiet_NaN(), 0));
     write_exr(folder / "nan.exr", dark);
-    for (const char* name : {"missing.png", "garbage.png", "empty.png", "cut.png", "negative.exr", "nan.exr"}) {
+    for (const char* name :
+         {"missing.png", "garbage.png", "empty.png", "cut.png", "negative.exr", "nan.exr"}) {
         const std::string message = message_of(folder / name);
         EXPECT_NE(message.find(name), std::string::npos) << message;
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;

@@ -1,0 +1,60 @@
+#include "engine/app/outputs.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+
+namespace lucerna {
+namespace {
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return text;
+}
+
+}  // namespace
+
+void require_writable(const std::filesystem::path& file, std::string_view suffix) {
+    const Location at{file.string()};
+    if (file.empty()) throw InputError("the output needs a file name");
+    if (!suffix.empty() && lower(file.extension().string()) != suffix) {
+        input_error(at, "the output's name must end in {}", suffix);
+    }
+    std::error_code status;
+    if (std::filesystem::is_directory(file, status))
+        throw InputError(at, "is a folder; a file name is needed");
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    if (!std::filesystem::exists(folder, status)) {
+        input_error(at, "cannot be written: there is no folder {}", folder.string());
+    }
+    if (!std::filesystem::is_directory(folder, status)) {
+        input_error(at, "cannot be written: {} is not a folder", folder.string());
+    }
+    // Permissions say less than a try: quotas, read-only mounts, a superuser.
+    std::filesystem::path probe = file;
+    probe += fmt::format(".{}.try", getpid());
+    errno = 0;
+    const bool opened = std::ofstream(probe).is_open();
+    const int cause = errno;
+    if (!opened) input_error(at, "cannot be written: {}", std::strerror(cause));
+    std::filesystem::remove(probe, status);
+}
+
+void write_text(const std::filesystem::path& file, std::string_view text) {
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream stream(temporary, std::ios::binary);
+        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+        stream.close();
+        if (!stream) throw std::runtime_error(std::strerror(errno));
+    });
+}
+
+}  // namespace lucerna

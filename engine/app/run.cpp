@@ -1,0 +1,111 @@
+#include "engine/app/run.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <new>
+
+#include "engine/app/commands.h"
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/names.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kDone = 0;
+constexpr int kBadInput = 1;
+constexpr int kOurFault = 2;
+
+constexpr const char* kFooter = R"(Examples:
+  lucerna render scenes/room/room.pbrt -o room.exr --png
+  lucerna light import lamp.tm25ray -o lamp.exr
+  lucerna compare room.exr reference.exr
+  lucerna info --integrators
+
+Every command says more with --help: lucerna render --help)";
+
+int fail(std::ostream& err, int code, std::string_view message) {
+    fmt::print(err, "lucerna: {}\n", one_line(message));
+    return code;
+}
+
+// A first word that is no command; CLI11 would only call it unexpected.
+bool is_unknown_command(const CLI::App& program, std::string_view word) {
+    if (word.starts_with('-')) return false;
+    const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
+    return std::none_of(commands.begin(), commands.end(),
+                        [&](const CLI::App* command) { return command->get_name() == word; });
+}
+
+// What CLI11 has to say in one line, with a hint at the command's help.
+int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseError& error) {
+    std::string command = "lucerna";
+    for (const CLI::App* app = &program; !app->get_subcommands().empty();) {
+        app = app->get_subcommands().front();
+        command += " " + app->get_name();
+    }
+    return fail(err, kBadInput, fmt::format("{}; see {} --help", one_line(error.what()), command));
+}
+
+int parse_and_act(CLI::App& program, int argc, const char* const* argv, std::ostream& out,
+                  std::ostream& err) {
+    try {
+        program.parse(argc, argv);
+        // A full disk or a closed pipe must not look like success.
+        if (!out.flush()) return fail(err, kBadInput, "standard output: cannot be written");
+        return kDone;
+    } catch (const CLI::Success& success) {  // --help, --version
+        program.exit(success, out, err);
+        return kDone;
+    } catch (const CLI::ParseError& error) {
+        return fail_parsing(err, program, error);
+    }
+}
+
+}  // namespace
+
+std::string_view program_version() {
+    return LUCERNA_VERSION;
+}
+
+int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err, const Surroundings& around) {
+    try {
+        CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
+        program.footer(kFooter);
+        program.set_version_flag("--version", fmt::format("lucerna {}", program_version()));
+        program.require_subcommand(0, 1);
+        const CommandContext context{out, err, around};
+        add_render_command(program, context);
+        add_light_command(program, context);
+        add_compare_command(program, context);
+        add_info_command(program, context);
+        if (argc < 2) {
+            out << program.help();
+            return fail(err, kBadInput, "a command is missing: render, light, compare or info");
+        }
+        if (is_unknown_command(program, argv[1])) {
+            constexpr std::string_view known[] = {"render", "light", "compare", "info"};
+            return fail(err, kBadInput,
+                        fmt::format("unknown command \"{}\"; {}known are {}", argv[1],
+                                    did_you_mean(argv[1], known), fmt::join(known, ", ")));
+        }
+        return parse_and_act(program, argc, argv, out, err);
+    } catch (const InputError& error) {
+        return fail(err, kBadInput, error.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+        return fail(err, kBadInput, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(err, kBadInput,
+                    "not enough memory; fewer photons, a smaller image or a smaller lamp need less");
+    } catch (const std::exception& error) {
+        return fail(
+            err, kOurFault,
+            fmt::format("a fault of lucerna's own; please report it, with the command: {}", error.what()));
+    }
+}
+
+}  // namespace lucerna

@@ -1,0 +1,207 @@
+// From a draft in world space and double precision to the parts of a Scene around its own origin.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/pbrt/draft.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/pbrt/transforms.h"
+#include "lights/analytic.h"
+
+namespace lucerna {
+namespace {
+
+// Squared distances must stay well within a float.
+constexpr double kLargestScene = 1e15;
+
+// Half sides of the box around an affine image of the unit ball's section by the first `axes` axes: row
+// vectors, so coordinate k of a point is Σ_i p_i M[i][k], at most the length of that column (Cauchy and
+// Schwarz).
+V3d half_box(const M44d& m, double radius, int axes) {
+    V3d half(0);
+    for (int k = 0; k < 3; ++k) {
+        double sum = 0;
+        for (int i = 0; i < axes; ++i) sum += sqr(m[i][k]);
+        half[k] = radius * std::sqrt(sum);
+    }
+    return half;
+}
+
+Box3d bounds_of(const Quadric& quadric) {
+    const bool sphere = quadric.kind == Quadric::Kind::sphere;
+    const V3d centre = transform_point(quadric.world_from_object,
+                                       V3d(0, 0, sphere ? 0 : static_cast<double>(quadric.height)));
+    const V3d half = half_box(quadric.world_from_object, static_cast<double>(quadric.radius), sphere ? 3 : 2);
+    return {centre - half, centre + half};
+}
+
+struct PositionOf {
+    V3d operator()(const PointSpec& s) const { return s.position; }
+    V3d operator()(const SpotSpec& s) const { return s.position; }
+    V3d operator()(const MeasuredSpec& s) const { return s.settings.world_from_light.translation(); }
+    template <typename Other>
+    std::optional<V3d> operator()(const Other&) const {
+        return std::nullopt;
+    }
+};
+
+Box3d world_bounds(const Draft& draft) {
+    Box3d bounds;
+    for (const DraftMesh& mesh : draft.meshes) {
+        for (const V3i& t : mesh.triangles) {
+            for (const int vertex : {t.x, t.y, t.z}) bounds.extendBy(mesh.p[vertex]);
+        }
+    }
+    for (const Quadric& quadric : draft.quadrics) bounds.extendBy(bounds_of(quadric));
+    if (!bounds.isEmpty()) return bounds;
+    for (const DraftLight& light : draft.lights) {
+        const auto position =
+            std::visit([](const auto& s) { return std::optional<V3d>(PositionOf()(s)); }, light.spec);
+        if (position) bounds.extendBy(*position);
+    }
+    return bounds;
+}
+
+V3f to_scene(const V3d& p, const V3d& origin) {
+    return V3f(p - origin);
+}
+
+Mesh build_mesh(const DraftMesh& draft, const V3d& origin) {
+    Mesh mesh;
+    mesh.p.resize(draft.p.size());
+    std::transform(draft.p.begin(), draft.p.end(), mesh.p.begin(),
+                   [&](const V3d& p) { return to_scene(p, origin); });
+    mesh.triangles = draft.triangles;
+    mesh.n = draft.n;
+    mesh.uv = draft.uv;
+    mesh.traits = draft.traits;
+    return mesh;
+}
+
+// The surface of a quadric that emits: complete and under one scale, as the reader made sure.
+EmitterShape quadric_emitter(const Quadric& quadric) {
+    const M44d& m = quadric.world_from_object;
+    const double scale = uniform_scale(m).value();
+    const bool reverse = quadric.traits.reverse_orientation;
+    const auto radius = static_cast<float>(static_cast<double>(quadric.radius) * scale);
+    if (quadric.kind == Quadric::Kind::sphere) {
+        return SphereEmitter{V3f(transform_point(m, V3d(0))), radius, reverse};
+    }
+    const V3d n = transform_normal(inverse(m).value(), V3d(0, 0, 1)).normalized();
+    const auto inner = static_cast<float>(static_cast<double>(quadric.inner_radius) * scale);
+    return DiskEmitter{V3f(transform_point(m, V3d(0, 0, static_cast<double>(quadric.height)))),
+                       V3f(reverse ? -n : n), radius, inner};
+}
+
+// The very floats that the scene's geometry has.
+EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts) {
+    if (area.surface == AreaSpec::Surface::quadric) return quadric_emitter(parts.quadrics[area.index]);
+    const Mesh& mesh = parts.meshes[area.index];
+    return TriangleEmitter{mesh.p, mesh.triangles, mesh.traits.reverse_orientation};
+}
+
+// Makes the light of a spec, its colour times `factor`.
+struct LightMaker {
+    const SceneParts& parts;
+    const SceneSphere& sphere;
+    const Workers& workers;
+    Monitor& monitor;
+    float factor = 1;
+
+    std::unique_ptr<Light> operator()(const PointSpec& s) const {
+        return make_point_light(to_scene(s.position, parts.origin), s.intensity * factor);
+    }
+    std::unique_ptr<Light> operator()(const SpotSpec& s) const {
+        return make_spot_light(to_scene(s.position, parts.origin), V3f(s.axis), s.intensity * factor,
+                               static_cast<float>(s.cone_degrees), static_cast<float>(s.delta_degrees));
+    }
+    std::unique_ptr<Light> operator()(const DistantSpec& s) const {
+        return make_distant_light(V3f(s.direction), s.irradiance * factor, sphere);
+    }
+    std::unique_ptr<Light> operator()(const InfiniteSpec& s) const {
+        return make_infinite_light(s.radiance * factor, sphere);
+    }
+    std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
+        MeasuredSettings settings = s.settings;
+        settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
+        return make_measured_light(settings, workers, monitor);
+    }
+    std::unique_ptr<Light> operator()(const AreaSpec& s) const {
+        return make_area_light(emitter_of(s, parts), s.radiance * factor, s.two_sided);
+    }
+};
+
+std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
+    std::unique_ptr<Light> light;
+    try {
+        light = std::visit(maker, draft.spec);
+    } catch (const InputError& error) {
+        fail(draft.place, "{}", printable(error.what()));
+    }
+    if (draft.power > 0) {
+        const double now = light->power();
+        if (!(now > 0))
+            fail(draft.place, "\"power\" {:g}: the light is black, it cannot be scaled", draft.power);
+        maker.factor = static_cast<float>(draft.power / now);
+        light = std::visit(maker, draft.spec);
+    }
+    const double power = light->power();
+    if (!std::isfinite(power) || power < 0) {
+        fail(draft.place, "the light's power is {:g} W; finite power is accepted", power);
+    }
+    if (power == 0) {
+        maker.monitor.warn(
+            fmt::format("{}: this {} light has no power", to_string(draft.place.location()), light->kind()));
+    }
+    return light;
+}
+
+Camera::Settings build_camera(const Draft& draft, const V3d& origin) {
+    Camera::Settings camera = draft.camera;
+    camera.world_from_camera = relative_to(camera.world_from_camera, origin);
+    camera.width = draft.film.width;
+    camera.height = draft.film.height;
+    const bool window_given = std::any_of(camera.screen, camera.screen + 4, [](float x) { return x != 0; });
+    if (draft.frame_aspect_ratio > 0 && !window_given) {
+        // As pbrt has it: the shorter side of the frame spans [-1, 1].
+        const auto aspect = static_cast<float>(draft.frame_aspect_ratio);
+        const float x = std::max(1.0F, aspect), y = std::max(1.0F, 1 / aspect);
+        const float window[4] = {-x, x, -y, y};
+        std::copy_n(window, 4, camera.screen);
+    }
+    return camera;
+}
+
+}  // namespace
+
+Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor) {
+    Assembled result;
+    SceneParts& parts = result.parts;
+
+    // The origin: the middle of everything, so that float32 keeps the shape of a scene wherever it lies.
+    const Box3d bounds = world_bounds(draft);
+    parts.origin = bounds.isEmpty() ? V3d(0) : bounds.center();
+    SceneSphere sphere;
+    const double radius = bounds.isEmpty() ? 0 : bounds.size().length() / 2;
+    if (!(radius <= kLargestScene && parts.origin.length() <= 1e30)) {
+        throw InputError(
+            draft.sources.front()->location(0),
+            fmt::format("the scene's radius is {:g}; at most {:g} is accepted", radius, kLargestScene));
+    }
+    // A little more than the bounds, which the float32 vertices may exceed by their rounding.
+    if (radius > 0) sphere.radius = static_cast<float>(radius * (1 + 1e-6)) * (1 + 1e-6F);
+
+    parts.materials = draft.materials;
+    for (const DraftMesh& mesh : draft.meshes) parts.meshes.push_back(build_mesh(mesh, parts.origin));
+    parts.quadrics = draft.quadrics;
+    for (Quadric& quadric : parts.quadrics) {
+        quadric.world_from_object = relative_to(quadric.world_from_object, parts.origin);
+    }
+    for (const DraftLight& light : draft.lights) {
+        parts.lights.push_back(build_light(light, LightMaker{parts, sphere, workers, monitor}));
+    }
+    if (draft.lights.empty()) monitor.warn(draft.sources.front()->name() + ": the scene has no light");
+    result.camera = build_camera(draft, parts.origin);
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,304 @@
+// What each directive does: the other half of DirectiveReader.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/base/names.h"
+#include "engine/pbrt/directives.h"
+
+namespace lucerna {
+namespace {
+
+std::string listed(const std::vector<double>& values) {
+    return fmt::format("{:g}", fmt::join(values, " "));
+}
+V3d vector_at(const std::vector<double>& v, std::size_t first) {
+    return {v[first], v[first + 1], v[first + 2]};
+}
+
+}  // namespace
+
+// ---- transformations
+
+void DirectiveReader::identity() {
+    reading_.state.ctm = M44d();
+}
+
+void DirectiveReader::translate() {
+    const auto v = numbers(3, "x y z");
+    concatenate(translation(vector_at(v, 0)), listed(v));
+}
+
+void DirectiveReader::scale() {
+    const auto v = numbers(3, "x y z");
+    concatenate(scaling(vector_at(v, 0)), listed(v));
+}
+
+void DirectiveReader::rotate() {
+    const auto v = numbers(4, "degrees and the axis x y z");
+    const V3d axis = vector_at(v, 1);
+    if (axis.length2() == 0) fail(place_, "Rotate {}: the axis has no length", listed(v));
+    concatenate(rotation(v[0], axis), listed(v));
+}
+
+void DirectiveReader::look_at_directive() {
+    const auto v = numbers(9, "eye, target and up, x y z each");
+    const std::optional<M44d> view = look_at(vector_at(v, 0), vector_at(v, 3), vector_at(v, 6));
+    if (!view) fail(place_, "LookAt {}: eye and target coincide, or up points along the view", listed(v));
+    concatenate(view, listed(v));
+}
+
+void DirectiveReader::transform() {
+    const auto v = numbers(16, "the columns of a matrix");
+    reading_.state.ctm = M44d();
+    concatenate(matrix_of(v), listed(v));
+}
+
+void DirectiveReader::concat_transform() {
+    const auto v = numbers(16, "the columns of a matrix");
+    concatenate(matrix_of(v), listed(v));
+}
+
+void DirectiveReader::coordinate_system() {
+    coordinate_systems_[quoted("a name")] = reading_.state.ctm;
+}
+
+void DirectiveReader::coord_sys_transform() {
+    const std::string name = quoted("a name");
+    const auto found = coordinate_systems_.find(name);
+    if (found == coordinate_systems_.end()) {
+        std::vector<std::string_view> names;
+        for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
+        fail(place_, "no coordinate system \"{}\" was named; there are {}", shown(name),
+             fmt::join(names, ", "));
+    }
+    reading_.state.ctm = found->second;
+}
+
+void DirectiveReader::reverse_orientation() {
+    reading_.state.reverse_orientation = !reading_.state.reverse_orientation;
+}
+
+// ---- blocks
+
+void DirectiveReader::attribute_begin() {
+    begin_block();
+}
+void DirectiveReader::attribute_end() {
+    end_block("AttributeBegin");
+}
+void DirectiveReader::transform_begin() {
+    begin_block();
+}
+void DirectiveReader::transform_end() {
+    end_block("TransformBegin");
+}
+
+void DirectiveReader::attribute() {
+    const std::string target = quoted("a target");
+    constexpr std::string_view targets[] = {"shape", "light", "material", "medium", "texture"};
+    if (std::ranges::find(targets, target) == std::ranges::end(targets)) {
+        fail(place_, "Attribute \"{}\" is unknown; shape, light, material, medium and texture are accepted",
+             shown(target));
+    }
+    const Params params = Params::read(tokens(), fmt::format("Attribute \"{}\"", target), place_);
+    for (const Param& param : params.all()) {
+        auto& known = reading_.state.attributes[target];
+        std::erase_if(known, [&](const Param& p) { return p.name == param.name; });
+        known.push_back(param);
+    }
+}
+
+void DirectiveReader::world_begin() {
+    if (!saved_.empty())
+        fail(saved_.back().place, "this {} is not ended before WorldBegin", saved_.back().directive);
+    stage_ = Stage::world;
+    reading_.state.ctm = M44d();
+    coordinate_systems_["world"] = M44d();
+}
+
+void DirectiveReader::world_end() {
+    if (!saved_.empty())
+        fail(saved_.back().place, "this {} is not ended before WorldEnd", saved_.back().directive);
+    stage_ = Stage::ended;
+}
+
+void DirectiveReader::include() {
+    open_file(quoted("a file"), false);
+}
+void DirectiveReader::import() {
+    open_file(quoted("a file"), true);
+}
+
+// ---- options
+
+void DirectiveReader::once() {
+    if (std::ranges::find(seen_once_, name_) != seen_once_.end()) {
+        reading_.warn(place_, fmt::format("a second {}: it takes the place of the first", name_));
+    }
+    seen_once_.push_back(name_);
+}
+
+void DirectiveReader::camera() {
+    once();
+    const std::string kind = quoted("a kind of camera");
+    Params params = parameters(kind, "");
+    const std::optional<M44d> world_from_camera = inverse(reading_.state.ctm);
+    if (!world_from_camera)
+        fail(place_, "Camera: its transformation cannot be undone");  // concatenate() saw to it
+    reading_.draft.camera = {};
+    reading_.draft.camera.world_from_camera = *world_from_camera;
+    coordinate_systems_["camera"] = *world_from_camera;
+    read_camera(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::film() {
+    option_of_kind("a kind of film", &read_film);
+}
+void DirectiveReader::sampler() {
+    option_of_kind("a kind of sampler", &read_sampler);
+}
+void DirectiveReader::pixel_filter() {
+    option_of_kind("a kind of filter", &read_filter);
+}
+
+void DirectiveReader::option_of_kind(std::string_view what, OptionReader reader) {
+    once();
+    const std::string kind = quoted(what);
+    Params params = parameters(kind, "");
+    reader(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::integrator() {
+    once();
+    const std::string kind = quoted("the name of an integrator");
+    Params params = parameters(kind, "");
+    reading_.draft.integrator = read_integrator(kind, params, overrides_.integrator);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::accelerator() {
+    // Embree is the only one here, and what it is told changes no image.
+    parameters(quoted("a kind of accelerator"), "");
+}
+
+void DirectiveReader::color_space() {
+    const std::string name = quoted("a colour space");
+    if (name != "srgb")
+        refuse_kind(place_, "ColorSpace", name, {"srgb"}, {"aces2065-1", "rec2020", "dci-p3"});
+}
+
+void DirectiveReader::option() {
+    const Place at = tokens().place();
+    const Params params = Params::read(tokens(), "Option", place_);
+    if (params.all().size() != 1) fail(at, "Option wants one parameter, {} are given", params.all().size());
+    constexpr std::string_view known[] = {"disablepixeljitter",
+                                          "disabletexturefiltering",
+                                          "disablewavelengthjitter",
+                                          "displacementedgescale",
+                                          "forcediffuse",
+                                          "msereferenceimage",
+                                          "msereferenceout",
+                                          "pixelstats",
+                                          "rendercoordsys",
+                                          "seed",
+                                          "wavefront"};
+    const std::string& name = params.all().front().name;
+    if (std::ranges::find(known, name) == std::ranges::end(known)) {
+        fail(at, "unknown Option \"{}\"; known are {}", shown(name), fmt::join(known, ", "));
+    }
+    reading_.warn(at, fmt::format("Option \"{}\" has no effect", name));
+}
+
+void DirectiveReader::medium_interface() {
+    const std::string inside = quoted("a medium");
+    const std::string outside = tokens().peek().kind == Token::Kind::string ? quoted("a medium") : inside;
+    if (!inside.empty() || !outside.empty()) {
+        fail(place_, "MediumInterface \"{}\" \"{}\": media are not supported yet; \"\" is accepted",
+             shown(inside), shown(outside));
+    }
+}
+
+// ---- the world
+
+void DirectiveReader::material() {
+    const std::string kind = quoted("a kind of material");
+    Params params = parameters(kind, "material");
+    auto entry = std::make_shared<MaterialEntry>();
+    entry->material = {kind, read_material(reading_, kind, params)};
+    params.warn_unused(reading_.monitor);
+    reading_.state.material = std::move(entry);
+}
+
+void DirectiveReader::make_named_material() {
+    const std::string name = quoted("a name");
+    Params params = parameters(name, "material");
+    const std::string kind = params.string("type", "");
+    if (!params.has("type")) {
+        fail(place_, "MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name));
+    }
+    auto entry = std::make_shared<MaterialEntry>();
+    entry->material = {name, read_material(reading_, kind, params)};
+    params.warn_unused(reading_.monitor);
+    if (reading_.materials.contains(name)) {
+        reading_.warn(
+            place_, fmt::format("material \"{}\" was made before; the new one holds from here", shown(name)));
+    }
+    reading_.materials[name] = std::move(entry);
+}
+
+void DirectiveReader::named_material() {
+    const std::string name = quoted("a name");
+    const auto found = reading_.materials.find(name);
+    if (found == reading_.materials.end()) {
+        std::vector<std::string_view> names;
+        for (const auto& [known, entry] : reading_.materials) names.push_back(known);
+        fail(place_, "no material \"{}\" was made before; {}there are {}", shown(name),
+             did_you_mean(name, names), names.size());
+    }
+    reading_.state.material = found->second;
+}
+
+void DirectiveReader::texture() {
+    const std::string name = quoted("a name");
+    const std::string type = quoted("a type");
+    const std::string kind = quoted("a kind of texture");
+    if (type == "float")
+        fail(place_, "Texture \"{}\": textures of floats are not supported yet", shown(name));
+    if (type != "spectrum" && type != "color") {
+        fail(place_, "Texture \"{}\": unknown type \"{}\"; spectrum is accepted", shown(name), shown(type));
+    }
+    Params params = parameters(kind, "texture");
+    if (reading_.textures.contains(name)) {
+        reading_.warn(
+            place_, fmt::format("texture \"{}\" was made before; the new one holds from here", shown(name)));
+    }
+    const NamedTexture made = read_texture(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+    reading_.textures[name] = made;
+}
+
+void DirectiveReader::shape() {
+    const std::string kind = quoted("a kind of shape");
+    Params params = parameters(kind, "shape");
+    read_shape(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::light_source() {
+    const std::string kind = quoted("a kind of light");
+    Params params = parameters(kind, "light");
+    read_light(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::area_light_source() {
+    const std::string kind = quoted("a kind of light");
+    Params params = parameters(kind, "light");
+    reading_.state.area_light = read_area_light(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,99 @@
+// A scene as its text describes it: in world space and double precision, before anything is built.
+//
+// The reader fills a Draft line by line; assemble() then finds the scene's origin, moves everything there and
+// makes the float32 geometry, the lights and the camera. Between the two nothing has been rounded.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/base/vec.h"
+#include "engine/pbrt/params.h"
+#include "engine/pbrt/tokens.h"
+#include "engine/render/job.h"
+#include "engine/world/material.h"
+#include "engine/world/mesh.h"
+#include "lights/measured.h"
+
+namespace lucerna {
+
+struct SceneOverrides;
+
+// World space; `n` unit. Traits as Mesh has them.
+struct DraftMesh {
+    std::vector<V3d> p;
+    std::vector<V3i> triangles;
+    std::vector<V3f> n;
+    std::vector<V2f> uv;
+    SurfaceTraits traits;
+};
+
+// Lights, before the origin is known. Positions in world space.
+struct PointSpec {
+    V3d position;
+    Rgb intensity;  // W/sr
+};
+struct SpotSpec {
+    V3d position, axis;
+    Rgb intensity;  // W/sr
+    double cone_degrees, delta_degrees;
+};
+struct DistantSpec {
+    V3d direction;  // of travel
+    Rgb irradiance;
+};
+struct InfiniteSpec {
+    Rgb radiance;
+};
+struct MeasuredSpec {
+    MeasuredSettings settings;  // world_from_light not yet relative to the origin
+};
+// Emits from a surface of the draft.
+struct AreaSpec {
+    enum class Surface : std::uint8_t { mesh, quadric } surface;
+    std::size_t index;
+    Rgb radiance;
+    bool two_sided;
+};
+
+struct DraftLight {
+    Place place;
+    std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, MeasuredSpec, AreaSpec> spec;
+    double power = 0;  // W; if > 0 the light is scaled to this luminous power
+};
+
+struct Draft {
+    // Places point into these.
+    std::vector<std::unique_ptr<Source>> sources;
+
+    std::vector<DraftMesh> meshes;
+    std::vector<Quadric> quadrics;  // world_from_object in world space
+    std::vector<Material> materials;
+    std::vector<DraftLight> lights;
+
+    Camera::Settings camera;        // world_from_camera in world space; no size yet
+    double frame_aspect_ratio = 0;  // 0: that of the film
+    FilmSettings film;
+    int spp = 16;
+    IntegratorSettings integrator;
+};
+
+// Reads the text and all it includes. Throws InputError.
+Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
+                 const SceneOverrides& overrides, Monitor& monitor);
+
+// The parts that a Scene is made of, relative to parts.origin.
+struct Assembled {
+    SceneParts parts;
+    Camera::Settings camera;
+};
+Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna

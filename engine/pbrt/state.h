@@ -1,0 +1,87 @@
+// What holds at a point of the scene text, and what the readers of single directives share.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/pbrt/draft.h"
+#include "engine/pbrt/params.h"
+#include "engine/pbrt/transforms.h"
+
+namespace lucerna {
+
+// AreaLightSource, until a shape takes it up.
+struct AreaLight {
+    Place place;
+    Rgb radiance{1.0F};  // scale applied
+    double power = 0;    // W; 0: as the radiance says
+    bool two_sided = false;
+};
+
+// A material, and where in the draft it stands once a surface uses it.
+struct MaterialEntry {
+    Material material;
+    std::optional<std::uint32_t> index;
+};
+
+// A texture, and its value if it is the same everywhere (what textures of textures need).
+struct NamedTexture {
+    RgbTexture texture = RgbTexture::constant(Rgb(0.0F));
+    std::optional<Rgb> constant;
+    float largest = 0;  // of all channels, everywhere
+};
+
+// Saved by AttributeBegin.
+struct GraphicsState {
+    M44d ctm;  // world from object
+    bool reverse_orientation = false;
+    std::shared_ptr<MaterialEntry> material;
+    std::shared_ptr<const AreaLight> area_light;
+    // Defaults that the Attribute directive gave, by target.
+    std::map<std::string, std::vector<Param>, std::less<>> attributes;
+};
+
+struct Reading {
+    Draft& draft;
+    Monitor& monitor;
+    std::filesystem::path folder;  // of the main scene file: what relative names start from
+
+    std::map<std::string, NamedTexture, std::less<>> textures;
+    std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials;
+    std::map<std::string, std::shared_ptr<const Image>, std::less<>> images;
+    GraphicsState state;
+
+    std::filesystem::path resolve(const std::string& name) const {
+        return std::filesystem::path(name).is_absolute() ? std::filesystem::path(name) : folder / name;
+    }
+    void warn(const Place& at, std::string_view message) const {
+        monitor.warn(fmt::format("{}: {}", to_string(at.location()), message));
+    }
+};
+
+// One reader per kind of directive; each in the file of its name. `kind` is the quoted word after the
+// directive.
+void read_shape(Reading& reading, const std::string& kind, Params& params);
+MaterialModel read_material(Reading& reading, const std::string& kind, Params& params);
+NamedTexture read_texture(Reading& reading, const std::string& kind, Params& params);
+void read_light(Reading& reading, const std::string& kind, Params& params);
+std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params);
+void read_camera(Reading& reading, const std::string& kind, Params& params);
+void read_film(Reading& reading, const std::string& kind, Params& params);
+void read_filter(Reading& reading, const std::string& kind, Params& params);
+void read_sampler(Reading& reading, const std::string& kind, Params& params);
+// Settings of the integrator that the scene names, or of the one that `name` puts in its place.
+IntegratorSettings read_integrator(const std::string& kind, Params& params, const std::string& override_name);
+void apply_settings(IntegratorSettings& settings, const SceneOverrides& overrides);
+
+// A reflectance: rgb, or the name of a texture; at most 1 in every channel.
+RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback);
+void require_reflectance(const Params& params, std::string_view name, const Rgb& value);
+
+}  // namespace lucerna

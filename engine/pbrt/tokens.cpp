@@ -1,0 +1,191 @@
+#include "engine/pbrt/tokens.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+namespace lucerna {
+namespace {
+
+bool is_space(char c) {
+    return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == '\f' || c == '\v';
+}
+bool is_letter(char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+}
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+bool starts_number(char c) {
+    return is_digit(c) || c == '-' || c == '+' || c == '.';
+}
+// What may stand next to a number or word without a blank.
+bool ends_token(char c) {
+    return is_space(c) || c == '[' || c == ']' || c == '"' || c == '#';
+}
+
+const char* token_end(const char* at, const char* end) {
+    while (at != end && !ends_token(*at)) ++at;
+    return at;
+}
+
+// The common case of number_value: no leading '+', in range. Null: look closer.
+const char* parse_plain(const char* at, const char* end, double& value) {
+    const auto [rest, error] = std::from_chars(at, end, value);
+    const bool whole = error == std::errc() && (rest == end || ends_token(*rest));
+    return whole && std::isfinite(value) ? rest : nullptr;
+}
+
+}  // namespace
+
+Location Source::location(std::size_t offset) const {
+    offset = std::min(offset, text_.size());
+    if (offset < known_offset_) {
+        known_offset_ = known_line_start_ = 0;
+        known_line_ = 1;
+    }
+    for (; known_offset_ < offset; ++known_offset_) {
+        if (text_[known_offset_] == '\n') {
+            ++known_line_;
+            known_line_start_ = known_offset_ + 1;
+        }
+    }
+    return {name_, known_line_, static_cast<int>(offset - known_line_start_) + 1};
+}
+
+Tokens::Tokens(const Source& source, std::size_t offset)
+    : source_(&source),
+      begin_(source.text().data()),
+      at_(begin_ + offset),
+      end_(begin_ + source.text().size()) {
+    constexpr std::string_view mark = "\xEF\xBB\xBF";  // UTF-8's byte order mark, which some editors write
+    if (offset == 0 && source.text().starts_with(mark)) at_ += mark.size();
+    advance();
+}
+
+void Tokens::skip_space() {
+    while (at_ != end_) {
+        if (is_space(*at_)) {
+            ++at_;
+        } else if (*at_ == '#') {
+            const void* newline = std::memchr(at_, '\n', static_cast<std::size_t>(end_ - at_));
+            at_ = newline ? static_cast<const char*>(newline) : end_;
+        } else {
+            return;
+        }
+    }
+}
+
+void Tokens::advance() {
+    skip_space();
+    const auto offset = static_cast<std::size_t>(at_ - begin_);
+    if (at_ == end_) {
+        token_ = {Token::Kind::end, {}, offset};
+    } else if (*at_ == '"') {
+        token_ = scan_string();
+    } else if (*at_ == '[' || *at_ == ']') {
+        token_ = {*at_ == '[' ? Token::Kind::open : Token::Kind::close, {at_, 1}, offset};
+        ++at_;
+    } else if (starts_number(*at_) || is_letter(*at_)) {
+        const char* rest = token_end(at_, end_);
+        const auto kind = is_letter(*at_) ? Token::Kind::word : Token::Kind::number;
+        token_ = {kind, {at_, static_cast<std::size_t>(rest - at_)}, offset};
+        at_ = rest;
+    } else {
+        fail({source_, offset},
+             "unexpected character '{}'; a directive, string, number or bracket is expected",
+             shown({at_, 1}));
+    }
+}
+
+Token Tokens::scan_string() {
+    const auto offset = static_cast<std::size_t>(at_ - begin_);
+    const char* first = ++at_;
+    for (; at_ != end_ && *at_ != '"' && *at_ != '\n'; ++at_) {
+        if (*at_ == '\\' && at_ + 1 != end_ && at_[1] != '\n') ++at_;
+    }
+    const std::string_view text(first, static_cast<std::size_t>(at_ - first));
+    if (at_ == end_ || *at_ == '\n') {
+        fail({source_, offset}, "the string \"{}\" has no closing quote in its line", shown(text));
+    }
+    ++at_;
+    return {Token::Kind::string, text, offset};
+}
+
+void Tokens::read_numbers(std::vector<double>& out) {
+    // Invariant: token_ is the number to take next, at_ stands behind it.
+    if (token_.kind != Token::Kind::number) return;
+    out.push_back(number_value(token_.text, place()));
+    for (;;) {
+        skip_space();
+        double value = 0;
+        const char* rest = at_ != end_ && starts_number(*at_) ? parse_plain(at_, end_, value) : nullptr;
+        if (rest) {
+            at_ = rest;
+        } else {
+            advance();
+            if (token_.kind != Token::Kind::number) return;
+            value = number_value(token_.text, place());
+        }
+        out.push_back(value);
+    }
+}
+
+double number_value(std::string_view text, const Place& at) {
+    double value = 0;
+    const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
+    const char* end = digits.data() + digits.size();
+    const auto [rest, error] = std::from_chars(digits.data(), end, value);
+    if (error == std::errc::result_out_of_range && rest == end) {
+        value = std::strtod(std::string(digits).c_str(), nullptr);
+        if (std::fabs(value) < 1) return value;  // too small for a double: the nearest one, be it 0
+        fail(at, "the number {} is too large; at most 1.8e308 is accepted", shown(text));
+    }
+    const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars knows no '+'
+    if (error != std::errc() || rest != end || two_signs) fail(at, "{} is not a number", shown(text));
+    if (!std::isfinite(value)) fail(at, "{} is not a finite number", shown(text));
+    return value;
+}
+
+std::string string_value(const Token& token, const Place& at) {
+    std::string value;
+    value.reserve(token.text.size());
+    for (std::size_t i = 0; i < token.text.size(); ++i) {
+        if (token.text[i] != '\\') {
+            value += token.text[i];
+            continue;
+        }
+        constexpr std::string_view from = "\"\\ntr", to = "\"\\\n\t\r";
+        ++i;  // in range: the scanner takes a backslash only together with what follows it
+        const std::size_t which = i < token.text.size() ? from.find(token.text[i]) : from.npos;
+        if (which == from.npos) {
+            fail({at.source, at.offset + i}, "\\{} is no escape; known are \\\" \\\\ \\n \\t \\r",
+                 shown(token.text.substr(i, 1)));
+        }
+        value += to[which];
+    }
+    return value;
+}
+
+std::string shown(std::string_view text) {
+    constexpr std::size_t kMost = 40;
+    std::string result;
+    for (const char c : text.substr(0, kMost)) {
+        result += c >= 0x20 && c < 0x7f ? std::string(1, c)
+                                        : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    }
+    return result + (text.size() > kMost ? "..." : "");
+}
+
+std::string printable(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        result += byte >= 0x20 && byte != 0x7f ? std::string(1, c) : fmt::format("\\x{:02x}", byte);
+    }
+    return result;
+}
+
+}  // namespace lucerna

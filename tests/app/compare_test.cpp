@@ -1,0 +1,182 @@
+#include "engine/render/compare.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/math/distributions/normal.hpp>
+#include <cmath>
+#include <random>
+
+#include "engine/base/error.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+// Two pixels, one channel: every number below can be had by hand.
+Image pair_of(float a, float b) {
+    Image image(2, 1, {"Y"});
+    image.data = {a, b};
+    return image;
+}
+
+TEST(Compare, TwoPixels_EqualsHandNumbers) {
+    const Comparison c = compare(pair_of(1, 5), pair_of(2, 3));
+    EXPECT_NEAR(c.mse, (1 + 4) / 2.0, 1e-12);
+    EXPECT_NEAR(c.relative_mse, (1 / 4.0001 + 4 / 9.0001) / 2, 1e-12);
+    EXPECT_NEAR(c.mape, (1 / 2.01 + 2 / 3.01) / 2, 1e-12);
+    ASSERT_EQ(c.channels.size(), 1U);
+    EXPECT_NEAR(c.channels[0].mean, 3, 1e-12);
+    EXPECT_NEAR(*c.channels[0].ratio, 3 / 2.5, 1e-12);
+    EXPECT_EQ(c.largest.value, 2);
+    EXPECT_EQ(c.largest.x, 1);
+    EXPECT_EQ(c.largest.y, 0);
+    EXPECT_EQ(c.largest.channel, "Y");
+    EXPECT_EQ(c.pixels, 2U);
+    EXPECT_FALSE(c.z_test);
+}
+
+TEST(Compare, BlackReference_HasNoRatioAndFiniteErrors) {
+    const Comparison c = compare(pair_of(0.01F, 0), pair_of(0, 0));
+    EXPECT_FALSE(c.channels[0].ratio);
+    EXPECT_NEAR(c.relative_mse, 0.5, 1e-6);  // 0.01² / 1e-4 = 1 in one of two pixels
+    EXPECT_NEAR(c.mape, 0.5, 1e-6);
+}
+
+TEST(Compare, ImageWithItself_DiffersByNothing) {
+    Image image = Image::rgb(3, 2);
+    for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i);
+    const Comparison c = compare(image, image);
+    EXPECT_EQ(c.mse, 0);
+    EXPECT_EQ(c.relative_mse, 0);
+    EXPECT_EQ(c.mape, 0);
+    EXPECT_EQ(c.largest.channel, "");
+    for (const ChannelComparison& channel : c.channels) EXPECT_EQ(channel.ratio, 1);
+}
+
+TEST(Compare, NotFinitePixels_AreCountedAndLeftOut) {
+    Image image = Image::rgb(2, 2);
+    Image reference = Image::rgb(2, 2);
+    for (float& v : image.data) v = 1;
+    for (float& v : reference.data) v = 1;
+    image.value(0, 0, 0) = NAN;
+    image.value(0, 0, 1) = INFINITY;  // the same pixel: counts once
+    reference.value(1, 1, 2) = -INFINITY;
+    const Comparison c = compare(image, reference);
+    EXPECT_EQ(c.bad_pixels, 1U);
+    EXPECT_EQ(c.bad_reference_pixels, 1U);
+    EXPECT_EQ(c.pixels, 2U);
+    EXPECT_EQ(c.mse, 0);
+    EXPECT_EQ(c.channels[0].mean, 1);
+}
+
+TEST(Compare, NothingFinite_GivesNoNumbersButCounts) {
+    const Comparison c = compare(pair_of(NAN, NAN), pair_of(1, 1));
+    EXPECT_EQ(c.bad_pixels, 2U);
+    EXPECT_EQ(c.pixels, 0U);
+    EXPECT_TRUE(std::isfinite(c.mse));
+}
+
+TEST(Compare, DifferentSizes_IsRefusedWithBoth) {
+    try {
+        compare(Image::rgb(2, 1), Image::rgb(1, 2), "a.exr", "b.exr");
+        FAIL() << "no error";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(error.what(),
+                     "a.exr: 2 x 1 pixels, but b.exr has 1 x 2; only images of one size compare");
+    }
+    EXPECT_THROW(compare(Image(1, 1, {"R"}), Image(1, 1, {"Y"})), InputError);
+}
+
+TEST(Compare, ChannelsOfOneImageOnly_AreNamed) {
+    const Comparison c = compare(Image(1, 1, {"R", "Z", "A"}), Image(1, 1, {"R", "Q", "variance.R"}));
+    EXPECT_EQ(c.left_out, (std::vector<std::string>{"Z", "Q"}));
+    EXPECT_EQ(c.channels.size(), 1U);
+}
+
+TEST(Compare, ChannelOrder_DoesNotMatter) {
+    Image a(1, 1, {"R", "G"});
+    Image b(1, 1, {"G", "R"});
+    a.data = {1, 2};
+    b.data = {2, 1};
+    EXPECT_EQ(compare(a, b).mse, 0);
+}
+
+TEST(Sidak, HandNumbers_Hold) {
+    EXPECT_NEAR(sidak_level(0.05, 1), 0.05, 1e-15);
+    EXPECT_NEAR(sidak_level(0.05, 2), 1 - std::sqrt(0.95), 1e-15);
+    EXPECT_NEAR(sidak_p_value(0.5, 2), 0.75, 1e-15);
+    EXPECT_NEAR(sidak_p_value(sidak_level(0.01, 1'000'000), 1'000'000), 0.01, 1e-12);
+    EXPECT_GT(sidak_p_value(1e-20, 1'000'000), 0);  // no cancellation to 0
+    EXPECT_EQ(sidak_p_value(1, 5), 1);
+    EXPECT_EQ(sidak_p_value(0.3, 0), 1);
+}
+
+// A render of the constant image `truth` with known Gaussian noise in every pixel.
+Image noisy(int size, double truth, double sigma, std::mt19937_64& generator) {
+    Image image(size, size, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
+    std::normal_distribution<double> noise(truth, sigma);
+    for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < size; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                image.value(x, y, c) = static_cast<float>(noise(generator));
+                image.value(x, y, c + 3) = static_cast<float>(sigma * sigma);
+            }
+        }
+    }
+    return image;
+}
+
+TEST(ZTest, OneValue_EqualsTheNormalTail) {
+    Image a(1, 1, {"R", "variance.R"});
+    Image b = a;
+    a.data = {3, 0.5F};
+    b.data = {1, 0.5F};  // z = 2 / sqrt(0.5 + 0.5)
+    const Comparison c = compare(a, b);
+    ASSERT_TRUE(c.z_test);
+    const double p = 2 * boost::math::cdf(boost::math::complement(boost::math::normal(), 2.0));
+    EXPECT_NEAR(c.z_test->smallest_p, p, 1e-12);
+    EXPECT_NEAR(c.z_test->p_value, p, 1e-12);
+    EXPECT_EQ(c.z_test->rejected, 0U);
+}
+
+TEST(ZTest, EqualImages_AreFalselyRejectedAsOftenAsItSays) {
+    std::mt19937_64 generator(2003);
+    constexpr int kRuns = 2000;
+    std::uint64_t rejected = 0;
+    for (int i = 0; i < kRuns; ++i) {
+        const Comparison c = compare(noisy(8, 1, 0.1, generator), noisy(8, 1, 0.2, generator));
+        rejected += c.z_test->p_value < 0.1;
+    }
+    // 10 % of the runs, as a binomial: chi-square against {200, 1800}.
+    const std::uint64_t observed[] = {rejected, kRuns - rejected};
+    const double expected[] = {0.1 * kRuns, 0.9 * kRuns};
+    EXPECT_TRUE(testing::chi_square(observed, expected).accepted()) << rejected;
+}
+
+TEST(ZTest, OnePixelWrong_IsFound) {
+    std::mt19937_64 generator(2004);
+    Image a = noisy(64, 1, 0.1, generator);
+    const Image b = noisy(64, 1, 0.1, generator);
+    EXPECT_EQ(compare(a, b).z_test->rejected, 0U);
+    a.value(17, 42, 1) += 1.5F;  // ten sigma of the difference
+    const ZTest z = *compare(a, b).z_test;
+    EXPECT_EQ(z.rejected, 1U);
+    EXPECT_EQ(z.x, 17);
+    EXPECT_EQ(z.y, 42);
+    EXPECT_EQ(z.channel, "G");
+    EXPECT_LT(z.p_value, 1e-6);
+}
+
+TEST(ZTest, DifferentWithoutVariance_IsCountedAsUntestable) {
+    Image a(2, 1, {"R", "variance.R"});
+    Image b = a;
+    a.data = {1, 0, 1, 0};
+    b.data = {1, 0, 2, 0};
+    const ZTest z = *compare(a, b).z_test;
+    EXPECT_EQ(z.tests, 0U);
+    EXPECT_EQ(z.untestable, 1U);
+    EXPECT_EQ(z.p_value, 1);
+}
+
+}  // namespace
+}  // namespace lucerna

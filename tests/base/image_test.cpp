@@ -1,0 +1,207 @@
+// Images on disk: OpenEXR both ways, PNG out.
+#include "engine/base/image.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/stream.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+template <typename Action>
+std::string error_of(Action&& action) {
+    try {
+        action();
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+Image noise(int width, int height, std::vector<std::string> channels) {
+    Image image(width, height, std::move(channels));
+    Stream stream(51, Purpose::test, 0, 0);
+    for (float& value : image.data) value = 1e3F * (stream.next() - 0.5F);
+    return image;
+}
+
+struct Picture {
+    int width = 0, height = 0, channels = 0;
+    std::vector<std::uint8_t> bytes;
+};
+Picture read_picture(const std::filesystem::path& file) {
+    const auto in = OIIO::ImageInput::open(file.string());
+    if (!in) return {};
+    Picture picture{in->spec().width, in->spec().height, in->spec().nchannels, {}};
+    picture.bytes.resize(static_cast<std::size_t>(picture.width * picture.height * picture.channels));
+    in->read_image(0, 0, 0, picture.channels, OIIO::TypeDesc::UINT8, picture.bytes.data());
+    return picture;
+}
+
+TEST(Exr, AnyImage_WrittenAndRead_IsTheSameBitForBit) {
+    const testing::TemporaryFolder folder;
+    for (const auto& [width, height] : {std::pair{1, 1}, {7, 3}, {64, 33}}) {
+        Image image = noise(width, height, {"R", "G", "B"});
+        image.data[0] = std::numeric_limits<float>::infinity();
+        image.attributes = {{"scene", "a lamp\nand a wall"}, {"empty", ""}, {"unicode", "µ×η"}};
+        write_exr(folder / "a.exr", image);
+        const Image back = read_exr(folder / "a.exr");
+        EXPECT_EQ(back.width, width);
+        EXPECT_EQ(back.height, height);
+        EXPECT_EQ(back.channels, image.channels);
+        EXPECT_EQ(back.data, image.data);
+        for (const auto& [name, text] : image.attributes) EXPECT_EQ(back.attributes.at(name), text);
+    }
+}
+
+TEST(Exr, ManyChannels_ComeBackColourFirst) {
+    const testing::TemporaryFolder folder;
+    const Image image = noise(5, 4, {"variance", "B", "A", "G", "R", "depth"});
+    write_exr(folder / "a.exr", image);
+    const Image back = read_exr(folder / "a.exr");
+    EXPECT_EQ(back.channels, (std::vector<std::string>{"R", "G", "B", "A", "depth", "variance"}));
+    EXPECT_EQ(back.value(3, 2, 0), image.value(3, 2, 4));
+    EXPECT_EQ(back.value(3, 2, 5), image.value(3, 2, 0));
+}
+
+TEST(Exr, NaN_IsKept) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(2, 2);
+    image.data[5] = std::numeric_limits<float>::quiet_NaN();
+    write_exr(folder / "a.exr", image);
+    EXPECT_TRUE(std::isnan(read_exr(folder / "a.exr").data[5]));
+}
+
+TEST(Exr, BadInput_IsOneLineNamingTheFile) {
+    const testing::TemporaryFolder folder;
+    write_exr(folder / "whole.exr", noise(64, 64, {"R", "G", "B"}));
+    const std::string whole = read_text(folder / "whole.exr");
+    const auto put = [&](const char* name, const std::string& text) {
+        std::ofstream(folder / name, std::ios::binary) << text;
+    };
+    put("garbage.exr", "not\nan image");
+    put("empty.exr", "");
+    for (const std::size_t length : {1UL, 4UL, 40UL, 300UL, whole.size() / 2, whole.size() - 1}) {
+        put("cut.exr", whole.substr(0, length));
+        const std::string message = error_of([&] { read_exr(folder / "cut.exr"); });
+        EXPECT_NE(message.find("cut.exr: "), std::string::npos) << length << " bytes: " << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+    for (const char* name : {"garbage.exr", "empty.exr", "missing.exr", ""}) {
+        const std::string message = error_of([&] { read_exr(folder / name); });
+        EXPECT_NE(message.find(name), std::string::npos) << message;
+        EXPECT_NE(message, "no error") << name;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    }
+}
+
+TEST(Exr, LyingHeader_AllocatesNothing) {
+    const testing::TemporaryFolder folder;
+    write_exr(folder / "a.exr", noise(4, 4, {"R"}));
+    std::string text = read_text(folder / "a.exr");
+    // The data window's maximum: name, type, size, then four 32-bit numbers.
+    const std::size_t at =
+        text.find("dataWindow") + std::strlen("dataWindow") + 1 + std::strlen("box2i") + 1 + 4 + 8;
+    const std::int32_t huge = 0x3fffffff;
+    std::memcpy(text.data() + at, &huge, 4);
+    std::memcpy(text.data() + at + 4, &huge, 4);
+    std::ofstream(folder / "b.exr", std::ios::binary) << text;
+    EXPECT_NE(error_of([&] { read_exr(folder / "b.exr"); }).find("b.exr: "), std::string::npos);
+}
+
+TEST(Exr, FailedWrite_LeavesTheOldFile) {
+    const testing::TemporaryFolder folder;
+    write_exr(folder / "a.exr", noise(3, 3, {"R"}));
+    const std::string before = read_text(folder / "a.exr");
+    // OpenEXR takes no two channels of one name and no channel without one.
+    EXPECT_NE(error_of([&] { write_exr(folder / "a.exr", noise(3, 3, {""})); }), "no error");
+    EXPECT_EQ(read_text(folder / "a.exr"), before);
+    EXPECT_NE(error_of([&] { write_exr(folder / "no" / "a.exr", noise(3, 3, {"R"})); }), "no error");
+}
+
+TEST(Png, Grey_HasTheRightSizeAndValue) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(5, 3);
+    for (int y = 0; y < 3; ++y) {
+        for (int x = 0; x < 5; ++x) image.set_rgb(x, y, Rgb(0.09F));
+    }
+    image.set_rgb(4, 0, Rgb(0.0F));
+    write_png(folder / "a.png", image, 2);
+    const Picture picture = read_picture(folder / "a.png");
+    ASSERT_EQ(picture.width, 5);
+    ASSERT_EQ(picture.height, 3);
+    ASSERT_EQ(picture.channels, 3);
+    EXPECT_EQ(picture.bytes[0], 118);    // middle grey, 0.18 linear, is 117.6 in sRGB
+    EXPECT_EQ(picture.bytes[3 * 4], 0);  // the upper right pixel: rows run down
+    EXPECT_EQ(picture.bytes[3 * 14], 118);
+}
+
+TEST(Png, BrightColours_KeepTheirHueWithinRange) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(4, 1);
+    image.set_rgb(0, 0, Rgb(2, 1, 0.4F));
+    image.set_rgb(1, 0, Rgb(-1, 0.5F, 0.5F));
+    image.set_rgb(2, 0, Rgb(0, 0, 30));
+    image.set_rgb(3, 0, Rgb(1e30F));
+    write_png(folder / "a.png", image, 1);
+    const Picture picture = read_picture(folder / "a.png");
+    ASSERT_EQ(picture.bytes.size(), 12U);
+    EXPECT_GT(picture.bytes[0], picture.bytes[1]);
+    EXPECT_GT(picture.bytes[1], picture.bytes[2]);
+    EXPECT_EQ(picture.bytes[3], 0);
+    EXPECT_GT(picture.bytes[8], picture.bytes[6]);
+    EXPECT_EQ(picture.bytes[9], 255);
+}
+
+TEST(Png, Display_WritesValuesAsTheyAre) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(2, 1);
+    image.set_rgb(0, 0, Rgb(0.5F, 1, 0));
+    image.set_rgb(1, 0, Rgb(7, -7, 0.2F));
+    write_png_display(folder / "a.png", image);
+    const Picture picture = read_picture(folder / "a.png");
+    EXPECT_EQ(picture.bytes, (std::vector<std::uint8_t>{128, 255, 0, 255, 0, 51}));
+}
+
+TEST(Png, Unwritable_IsAnInputErrorNamingTheFile) {
+    const testing::TemporaryFolder folder;
+    const std::string message = error_of([&] { write_png(folder / "no" / "a.png", Image::rgb(2, 2), 1); });
+    EXPECT_NE(message.find("a.png"), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+}
+
+TEST(Png, NaN_BecomesAValidByte) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(2, 1);
+    image.set_rgb(0, 0, Rgb(NAN, 0.5F, 0.5F));
+    image.set_rgb(1, 0, Rgb(INFINITY, 0.5F, 0.5F));
+    write_png(folder / "a.png", image, 1);
+    EXPECT_EQ(read_picture(folder / "a.png").bytes.size(), 6U);
+}
+
+TEST(AutoExposure, Greys_BecomeMiddleGrey) {
+    Image image = Image::rgb(2, 1);
+    image.set_rgb(0, 0, Rgb(4.0F));
+    image.set_rgb(1, 0, Rgb(1.0F));
+    EXPECT_NEAR(auto_exposure(image), 0.09F, 1e-4F);  // the geometric mean is 2
+    EXPECT_EQ(auto_exposure(Image::rgb(3, 3)), 1);
+    image.set_rgb(0, 0, Rgb(NAN));
+    EXPECT_NEAR(auto_exposure(image), 0.18F, 1e-4F);
+}
+
+TEST(ImageRgb, OneChannel_IsGrey) {
+    Image image(2, 1, {"Y"});
+    image.data = {0.25F, 0.75F};
+    EXPECT_EQ(image.rgb_at(1, 0), Rgb(0.75F));
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,95 @@
+#include "engine/base/stats.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <vector>
+
+#include "engine/base/stream.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+TEST(RunningStats, LargeOffset_EqualsTwoPasses) {
+    for (const double offset : {0.0, 1e6, 1e12}) {
+        std::vector<double> values;
+        Stream stream(41, Purpose::test, 0, 0);
+        for (int i = 0; i < 10'000; ++i) values.push_back(offset + static_cast<double>(stream.next()));
+        RunningStats stats;
+        for (const double x : values) stats.add(x);
+        // Two passes, in long double.
+        long double sum = 0;
+        for (const double x : values) sum += static_cast<long double>(x);
+        const long double mean = sum / static_cast<long double>(values.size());
+        long double squares = 0;
+        for (const double x : values)
+            squares += (static_cast<long double>(x) - mean) * (static_cast<long double>(x) - mean);
+        const auto variance = static_cast<double>(squares / static_cast<long double>(values.size() - 1));
+        EXPECT_EQ(stats.count(), values.size());
+        EXPECT_NEAR(stats.mean(), static_cast<double>(mean), 1e-14 * offset + 1e-12);
+        // At 1e12 a double's last unit is 1e-4: what the values themselves are rounded to.
+        EXPECT_NEAR(stats.variance(), variance, offset > 1e9 ? 1e-3 * variance : 1e-8 * variance);
+        EXPECT_NEAR(stats.standard_error(), std::sqrt(variance / 10'000), 1e-5);
+    }
+}
+
+TEST(RunningStats, TextbookFormula_WouldFailTheTestAbove) {
+    // mean(x²) - mean(x)²: at an offset of 1e9 nothing of a variance of 1/12 is left.
+    double sum = 0;
+    double squares = 0;
+    Stream stream(41, Purpose::test, 0, 0);
+    constexpr int kValues = 10'000;
+    for (int i = 0; i < kValues; ++i) {
+        const double x = 1e9 + static_cast<double>(stream.next());
+        sum += x;
+        squares += x * x;
+    }
+    const double variance = squares / kValues - sqr(sum / kValues);
+    EXPECT_GT(std::fabs(variance - 1.0 / 12), 1e-3);
+}
+
+TEST(RunningStats, FewValues_AreDefined) {
+    RunningStats stats;
+    EXPECT_EQ(stats.variance(), 0);
+    EXPECT_EQ(stats.standard_error(), 0);
+    stats.add(5);
+    EXPECT_EQ(stats.mean(), 5);
+    EXPECT_EQ(stats.variance(), 0);
+    stats.add(7);
+    EXPECT_EQ(stats.mean(), 6);
+    EXPECT_EQ(stats.variance(), 2);
+}
+
+TEST(RunningStats, NaN_IsNotSwallowed) {
+    RunningStats stats;
+    stats.add(1);
+    stats.add(NAN);
+    stats.add(1);
+    EXPECT_TRUE(std::isnan(stats.mean()));
+}
+
+// The statistical helpers decide for all other tests: they must accept the right and reject the wrong.
+TEST(TestStatistics, ChiSquareAndAgrees_RightAndWrong_AreToldApart) {
+    std::vector<std::uint64_t> counts(10);
+    RunningStats stats;
+    Stream stream(42, Purpose::test, 0, 0);
+    for (int i = 0; i < 100'000; ++i) {
+        const float u = stream.next();
+        ++counts[static_cast<std::size_t>(u * 10)];
+        stats.add(static_cast<double>(u));
+    }
+    EXPECT_TRUE(testing::chi_square(counts, std::vector<double>(10, 10'000)).accepted());
+    std::vector<double> wrong(10, 10'000);
+    wrong[0] += 500;
+    wrong[1] -= 500;
+    EXPECT_FALSE(testing::chi_square(counts, wrong).accepted());
+    wrong.assign(10, 100'000.0 / 9);
+    wrong[9] = 0;
+    EXPECT_FALSE(testing::chi_square(counts, wrong).accepted());
+    EXPECT_TRUE(testing::agrees(stats, 0.5));
+    EXPECT_FALSE(testing::agrees(stats, 0.505));
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,194 @@
+// Camera, film, filter, sampler, integrator, and what the command line puts over them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/scene_text.h"
+
+namespace lucerna {
+namespace {
+
+using namespace lucerna::testing;
+using ::testing::HasSubstr;
+
+Draft options(const std::string& text, const SceneOverrides& overrides = {}) {
+    return read_file_text(text + " WorldBegin", overrides).draft;
+}
+std::string refused(const std::string& text, const SceneOverrides& overrides = {}) {
+    return refusal_of_file(text + " WorldBegin", overrides);
+}
+Camera::Settings built(const std::string& text) {
+    Monitor monitor;
+    return assemble(options(text), {1}, monitor).camera;
+}
+
+TEST(Options, Camera_TakesPbrtsParameters) {
+    const Draft draft =
+        options("Camera \"perspective\" \"float fov\" 35 \"float lensradius\" .1 \"float focaldistance\" 4");
+    EXPECT_EQ(draft.camera.kind, Camera::Settings::Kind::perspective);
+    EXPECT_EQ(draft.camera.fov_degrees, 35);
+    EXPECT_EQ(draft.camera.lens_radius, 0.1F);
+    EXPECT_EQ(draft.camera.focal_distance, 4);
+    EXPECT_EQ(options("Camera \"perspective\"").camera.fov_degrees, 90);
+    EXPECT_EQ(options("Camera \"perspective\" \"float halffov\" 20").camera.fov_degrees, 40);
+    EXPECT_EQ(options("Camera \"orthographic\"").camera.kind, Camera::Settings::Kind::orthographic);
+    EXPECT_THAT(refused("Camera \"realistic\""), HasSubstr("Camera \"realistic\" is not supported yet"));
+    EXPECT_THAT(refused("Camera \"perspective\" \"float fov\" 180"),
+                HasSubstr("fov of Camera \"perspective\": 180"));
+    EXPECT_THAT(refused("Camera \"perspective\" \"float lensradius\" -1"), HasSubstr("-1 is not accepted"));
+}
+
+TEST(Options, ScreenWindow_IsGivenOrFollowsFromTheFrame) {
+    const Camera::Settings given =
+        built("Camera \"perspective\" \"float screenwindow\" [-2 1 -1 .5] Film \"rgb\"");
+    EXPECT_THAT(given.screen, ::testing::ElementsAre(-2, 1, -1, 0.5F));
+    const Camera::Settings wide = built("Camera \"perspective\" \"float frameaspectratio\" 2 Film \"rgb\"");
+    EXPECT_THAT(wide.screen, ::testing::ElementsAre(-2, 2, -1, 1));
+    const Camera::Settings tall = built("Camera \"perspective\" \"float frameaspectratio\" .5 Film \"rgb\"");
+    EXPECT_THAT(tall.screen, ::testing::ElementsAre(-1, 1, -2, 2));
+    EXPECT_THAT(built("Camera \"perspective\" Film \"rgb\"").screen, ::testing::ElementsAre(0, 0, 0, 0));
+    EXPECT_THAT(refused("Camera \"perspective\" \"float screenwindow\" [1 2 3]"),
+                HasSubstr("has 3 numbers; 4 are"));
+    EXPECT_THAT(refused("Camera \"perspective\" \"float screenwindow\" [1 1 0 2]"), HasSubstr("x0 < x1"));
+}
+
+TEST(Options, Film_TakesSizeNameAndExposure) {
+    const Draft v3 =
+        options("Film \"image\" \"integer xresolution\" 300 \"string filename\" \"a.exr\" \"float scale\" 2");
+    EXPECT_EQ(v3.film.width, 300);
+    EXPECT_EQ(v3.film.height, 480) << "version 3's default";
+    EXPECT_EQ(v3.film.filename, "a.exr");
+    EXPECT_EQ(v3.film.scale, 2);
+    const Draft v4 = options("Film \"rgb\" \"float iso\" 200 \"float exposuretime\" 2");
+    EXPECT_EQ(v4.film.width, 1280);
+    EXPECT_EQ(v4.film.height, 720);
+    EXPECT_EQ(v4.film.scale, 4);
+    EXPECT_THAT(refused("Film \"gbuffer\""), HasSubstr("not supported yet"));
+    EXPECT_THAT(refused("Film \"rgb\" \"string sensor\" \"canon_eos_100d\""),
+                HasSubstr("sensor \"canon_eos_100d\""));
+    EXPECT_THAT(refused("Film \"rgb\" \"float cropwindow\" [0 .5 0 1]"),
+                HasSubstr("cropwindow 0 0.5 0 1 is not supported"));
+    EXPECT_EQ(refused("Film \"rgb\" \"float cropwindow\" [0 1 0 1]"), "");
+    EXPECT_THAT(refused("Film \"rgb\" \"integer xresolution\" 0"),
+                HasSubstr("xresolution: 0 is not accepted; 1 to 65536"));
+    EXPECT_THAT(refused("Film \"rgb\" \"string filename\" \"\""), HasSubstr("is empty"));
+}
+
+TEST(Options, Filter_IsBoxUnlessTheSceneSays) {
+    EXPECT_EQ(options("").film.filter.kind, FilterSettings::Kind::box);
+    const FilterSettings box =
+        options("PixelFilter \"box\" \"float xwidth\" 1 \"float ywidth\" 2").film.filter;
+    EXPECT_EQ(box.radius, V2f(1, 2));
+    EXPECT_EQ(options("PixelFilter \"triangle\"").film.filter.radius, V2f(2, 2));
+    const FilterSettings v4 = options("PixelFilter \"gaussian\" \"float xradius\" 3").film.filter;
+    EXPECT_EQ(v4.radius, V2f(3, 1.5F));
+    EXPECT_EQ(v4.sigma, 0.5F);
+    const FilterSettings v3 = options("PixelFilter \"gaussian\" \"float alpha\" 0.5").film.filter;
+    EXPECT_EQ(v3.radius, V2f(2, 2));
+    EXPECT_FLOAT_EQ(v3.sigma, 1);
+    EXPECT_THAT(refused("PixelFilter \"mitchell\""),
+                HasSubstr("PixelFilter \"mitchell\" is not supported yet"));
+    EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 0"), HasSubstr("0 is not accepted"));
+    EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 1 \"float xradius\" 1"),
+                HasSubstr("two names for one"));
+}
+
+TEST(Options, Sampler_GivesTheSamplesOfAPixel) {
+    EXPECT_EQ(options("").spp, 16);
+    EXPECT_EQ(options("Sampler \"halton\" \"integer pixelsamples\" 64").spp, 64);
+    EXPECT_EQ(options("Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5").spp, 15);
+    EXPECT_TRUE(read_file_text("Sampler \"sobol\" WorldBegin").infos.empty());
+    EXPECT_EQ(read_file_text("Sampler \"mine\" WorldBegin").infos.size(), 1U);
+    EXPECT_THAT(refused("Sampler \"halton\" \"integer pixelsamples\" 0"),
+                HasSubstr("pixelsamples: 0 is not accepted"));
+}
+
+TEST(Options, Integrator_TakesItsParametersByTable) {
+    EXPECT_TRUE(std::holds_alternative<PathSettings>(options("").integrator));
+    EXPECT_EQ(
+        std::get<PathSettings>(options("Integrator \"path\" \"integer maxdepth\" 7").integrator).max_depth,
+        7);
+    const auto photon =
+        std::get<PhotonMapSettings>(options("Integrator \"photonmap\" \"integer photons\" 5000 \"string "
+                                            "kernel\" \"cone\" \"float radius\" .5")
+                                        .integrator);
+    EXPECT_EQ(photon.photons, 5000);
+    EXPECT_EQ(photon.kernel, KernelShape::cone);
+    EXPECT_EQ(photon.radius, 0.5F);
+    EXPECT_EQ(std::get<IgiSettings>(options("Integrator \"igi\" \"integer nlights\" 128").integrator).nlights,
+              128);
+    EXPECT_TRUE(std::holds_alternative<DirectSettings>(options("Integrator \"directlighting\"").integrator));
+    EXPECT_THAT(
+        refused("Integrator \"photonmap\" \"integer photnos\" 1"),
+        HasSubstr("scene.pbrt:1:24: photonmap has no parameter \"photnos\"; did you mean \"photons\"?"));
+    EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" -1"), HasSubstr("-1 is not accepted"));
+    EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" [1 2]"), HasSubstr("has 2 values"));
+    EXPECT_THAT(refused("Integrator \"volpath\""),
+                HasSubstr("Integrator \"volpath\" is not supported yet; supported are"));
+    EXPECT_THAT(refused("Integrator \"photomap\""), HasSubstr("did you mean \"photonmap\"?"));
+}
+
+TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
+    const Read read = read_file_text(
+        "SurfaceIntegrator \"photonmap\" \"integer nused\" 75 \"integer finalgathersamples\" 64 \"float "
+        "maxdist\" 1.5 "
+        "\"bool finalgather\" \"false\" \"integer causticphotons\" 0 WorldBegin");
+    const auto photon = std::get<PhotonMapSettings>(read.draft.integrator);
+    EXPECT_EQ(photon.k, 75);
+    EXPECT_EQ(photon.gather_rays, 64);
+    EXPECT_EQ(photon.radius, 1.5F);
+    EXPECT_EQ(photon.indirect, IndirectMethod::map);
+    EXPECT_THAT(read.warnings,
+                ::testing::Contains(HasSubstr("\"integer causticphotons\" of SurfaceIntegrator")));
+}
+
+TEST(Options, CommandLine_OverridesTheScene) {
+    SceneOverrides over;
+    over.spp = 3;
+    over.output = "b.exr";
+    over.resolution = {7, 9};
+    over.set = {{"k", "33"}, {"metric", "euclidean"}};
+    const Draft draft = options(
+        "Film \"rgb\" \"string filename\" \"a.exr\" Sampler \"halton\" "
+        "Integrator \"photonmap\" \"integer k\" 50 \"integer gatherrays\" 4",
+        over);
+    EXPECT_EQ(draft.spp, 3);
+    EXPECT_EQ(draft.film.filename, "b.exr");
+    EXPECT_EQ(draft.film.width, 7);
+    EXPECT_EQ(draft.film.height, 9);
+    const auto photon = std::get<PhotonMapSettings>(draft.integrator);
+    EXPECT_EQ(photon.k, 33);
+    EXPECT_EQ(photon.gather_rays, 4);
+    EXPECT_EQ(photon.metric, MetricKind::euclidean);
+}
+
+TEST(Options, OtherIntegratorOfTheCommandLine_LeavesTheScenesParametersBehind) {
+    SceneOverrides over;
+    over.integrator = "igi";
+    over.set = {{"nsets", "2"}};
+    const Read read = read_file_text("Integrator \"photonmap\" \"integer k\" 50 WorldBegin", over);
+    EXPECT_EQ(std::get<IgiSettings>(read.draft.integrator).nsets, 2);
+    EXPECT_THAT(read.warnings, ::testing::Not(::testing::Contains(HasSubstr("\"integer k\""))));
+    over.set = {{"nsets", "two"}};
+    EXPECT_THAT(refused("", over), HasSubstr("--set nsets=two: nsets: \"two\" is not accepted"));
+    over.integrator = "sppm";
+    EXPECT_THAT(refused("", over), HasSubstr("--integrator: unknown integrator \"sppm\""));
+}
+
+TEST(Options, WhatIsMissing_IsWarnedOf) {
+    const Read read = read_file_text("WorldBegin");
+    EXPECT_THAT(read.warnings,
+                ::testing::ElementsAre(HasSubstr("no Camera"), HasSubstr("no Film: 640 x 480")));
+    EXPECT_THAT(read_file_text("Film \"rgb\" Film \"rgb\" WorldBegin").warnings,
+                ::testing::Contains(HasSubstr("a second Film: it takes the place of the first")));
+}
+
+TEST(Options, OtherOptions_AreKnownOrRefused) {
+    EXPECT_THAT(read_file_text("Option \"bool disablepixeljitter\" true WorldBegin").warnings,
+                ::testing::Contains(HasSubstr("Option \"disablepixeljitter\" has no effect")));
+    EXPECT_THAT(refused("Option \"integer nonsense\" 1"), HasSubstr("unknown Option \"nonsense\""));
+    EXPECT_THAT(refused("ColorSpace \"rec2020\""), HasSubstr("ColorSpace \"rec2020\" is not supported yet"));
+    EXPECT_EQ(refused("Accelerator \"bvh\" \"string splitmethod\" \"sah\""), "");
+}
+
+}  // namespace
+}  // namespace lucerna

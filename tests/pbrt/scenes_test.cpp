@@ -1,0 +1,100 @@
+// The scenes that come with the project, read and built; those with a closed form have theirs tested in
+// closed_form/.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "tests/support/scene_text.h"
+#include "tests/support/shared_data.h"
+
+namespace lucerna {
+namespace {
+
+using namespace lucerna::testing;
+using ::testing::HasSubstr;
+
+const std::filesystem::path kScenes = std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
+std::vector<std::filesystem::path> main_files() {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(kScenes)) {
+        if (entry.path().extension() != ".pbrt") continue;
+        // The others are included by these.
+        if (text_of(entry.path()).find("WorldBegin") != std::string::npos) files.push_back(entry.path());
+    }
+    return files;
+}
+
+TEST(Scenes, All_AreReadWithoutAWarning) {
+    const auto files = main_files();
+    EXPECT_GE(files.size(), 6U);
+    for (const auto& file : files) {
+        RecordingMonitor monitor;
+        Draft draft;
+        ASSERT_NO_THROW(draft = read_draft(text_of(file), file, {}, monitor)) << file;
+        EXPECT_TRUE(monitor.warnings.empty()) << file << ": " << monitor.warnings.front();
+        EXPECT_FALSE(draft.lights.empty()) << file;
+        EXPECT_TRUE(std::filesystem::exists(file.parent_path() / "README.md")) << file;
+    }
+}
+
+TEST(Scenes, Cornell_HasTheLampsFluxAndFacesIt) {
+    Monitor monitor;
+    const Job job = read_scene(kScenes / "cornell/cornell.pbrt", {}, {1}, monitor);
+    EXPECT_NEAR(job.scene.lights()[0]->power(), 535'434, 5);
+    EXPECT_EQ(job.scene.counts().triangles, 32U);
+    EXPECT_EQ(job.scene.counts().degenerate_triangles, 0U);
+    const auto floor = job.scene.hit({V3f(V3d(278, 100, 400) - job.scene.origin()), V3f(0, -1, 0)});
+    ASSERT_TRUE(floor.has_value());
+    EXPECT_NEAR(floor->t, 100, 1e-3);
+    EXPECT_GT(floor->at.n.y, 0.999F);
+    const auto seen_at = [&](float x) {
+        return job.scene.materials()[job.scene.hit(job.camera.ray({x, 128}, {0.5F, 0.5F}))->material].name;
+    };
+    EXPECT_EQ(seen_at(8), "red");
+    EXPECT_EQ(seen_at(248), "green");
+}
+
+TEST(Scenes, OfOtherPeople_AreReadOrRefusedForWhatIsMissing) {
+    LUCERNA_NEED_DATA(path, "pbrt");
+    int read = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) {
+        if (entry.path().extension() != ".pbrt" ||
+            text_of(entry.path()).find("WorldBegin") == std::string::npos)
+            continue;
+        RecordingMonitor monitor;
+        try {
+            read_draft(text_of(entry.path()), entry.path(), {}, monitor);
+            ++read;
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("not supported yet")) << entry.path();
+        }
+    }
+    EXPECT_GE(read, 1);
+}
+
+TEST(Scenes, ReferencesScene_IsOurCornell) {
+    LUCERNA_NEED_DATA(path, "references/cornell.pbrt");
+    Monitor monitor;
+    const auto ours = kScenes / "cornell/cornell.pbrt";
+    const Draft a = read_draft(text_of(path), path, {}, monitor),
+                b = read_draft(text_of(ours), ours, {}, monitor);
+    ASSERT_EQ(a.meshes.size(), b.meshes.size());
+    for (const DraftMesh& mesh : a.meshes) {  // in whatever order
+        EXPECT_TRUE(std::ranges::any_of(b.meshes, [&](const DraftMesh& other) { return other.p == mesh.p; }));
+    }
+    EXPECT_EQ(a.camera.world_from_camera, b.camera.world_from_camera);
+    EXPECT_EQ(a.camera.fov_degrees, b.camera.fov_degrees);
+}
+
+}  // namespace
+}  // namespace lucerna

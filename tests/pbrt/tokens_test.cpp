@@ -1,0 +1,126 @@
+#include "engine/pbrt/tokens.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+using Kind = Token::Kind;
+using ::testing::HasSubstr;
+
+std::vector<std::pair<Kind, std::string>> all(const std::string& text) {
+    const Source source("s", text);
+    Tokens tokens(source);
+    std::vector<std::pair<Kind, std::string>> result;
+    while (tokens.peek().kind != Kind::end) {
+        const Token token = tokens.next();
+        result.emplace_back(token.kind, token.text);
+    }
+    return result;
+}
+
+std::string refusal(const std::string& text) {
+    try {
+        const Source source("s", text);
+        Tokens tokens(source);
+        std::vector<double> numbers;
+        while (tokens.peek().kind != Kind::end) {
+            tokens.read_numbers(numbers);
+            const Token token = tokens.next();
+            if (token.kind == Kind::string) string_value(token, tokens.place(token));
+        }
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+double number(const std::string& text) {
+    const Source source("s", text);
+    return number_value(text, {&source, 0});
+}
+
+TEST(Tokens, EveryKind_IsTold) {
+    const std::vector<std::pair<Kind, std::string>> expected = {
+        {Kind::word, "Shape"},  {Kind::string, "sphere"}, {Kind::string, "float radius"}, {Kind::open, "["},
+        {Kind::number, "-1.5"}, {Kind::close, "]"},       {Kind::word, "true"},
+    };
+    EXPECT_EQ(all("Shape\"sphere\" \"float radius\"[-1.5]# comment [ \" 3\n\ttrue"), expected);
+}
+
+TEST(Tokens, EmptyTextAndCommentsOnly_HaveNoToken) {
+    EXPECT_TRUE(all("").empty());
+    EXPECT_TRUE(all(" \r\n\t# nothing\n#").empty());
+    EXPECT_TRUE(all("\xEF\xBB\xBF").empty()) << "a byte order mark";
+}
+
+TEST(Tokens, Places_CountLinesAndBytesFromOne) {
+    const Source source("a.pbrt", "Shape \"x\"\r\n  # c\n\n\t[ 1");
+    Tokens tokens(source);
+    std::vector<std::pair<int, int>> places;
+    for (; tokens.peek().kind != Kind::end; tokens.next()) {
+        const Location at = tokens.place().location();
+        places.emplace_back(at.line, at.column);
+    }
+    const std::vector<std::pair<int, int>> expected = {{1, 1}, {1, 7}, {4, 2}, {4, 4}};
+    EXPECT_EQ(places, expected);
+    EXPECT_EQ(to_string(tokens.place().location()), "a.pbrt:4:5") << "the end";
+    EXPECT_EQ(to_string(source.location(6)), "a.pbrt:1:7") << "asked backwards";
+}
+
+TEST(Tokens, NumberList_IsReadAsSingleNumbersAre) {
+    const std::string text = "1 -2 +3 .5 5. 1e3 -1.25E-2 # note\n 00 7]";
+    const Source source("s", text);
+    Tokens tokens(source);
+    std::vector<double> numbers;
+    tokens.read_numbers(numbers);
+    EXPECT_EQ(numbers, (std::vector<double>{1, -2, 3, .5, 5, 1000, -0.0125, 0, 7}));
+    EXPECT_EQ(tokens.peek().kind, Kind::close);
+}
+
+TEST(Tokens, Numbers_AreExact) {
+    EXPECT_EQ(number("0.1"), 0.1);
+    EXPECT_EQ(number("1e308"), 1e308);
+    EXPECT_EQ(number("123456789.123456789"), 123456789.123456789);
+    EXPECT_EQ(number("1e-400"), 0.0) << "the nearest double";
+    EXPECT_EQ(number("4.9406564584124654e-324"), 4.9406564584124654e-324);
+    EXPECT_TRUE(std::signbit(number("-0")));
+}
+
+TEST(Tokens, BadNumbers_AreRefusedWithPlaceAndText) {
+    EXPECT_EQ(refusal("[ 1 2x ]"), "s:1:5: 2x is not a number");
+    EXPECT_EQ(refusal("[ 1\n1e999 ]"), "s:2:1: the number 1e999 is too large; at most 1.8e308 is accepted");
+    for (const std::string bad :
+         {"1.2.3", "--1", "+-1", "++1", "-", ".", "1e", "0x10", "1,2", "-nan", "-inf", "+inf"}) {
+        EXPECT_THAT(refusal(bad), HasSubstr("not a")) << bad;
+        EXPECT_THAT(refusal("0 " + bad), HasSubstr("s:1:3: ")) << bad;
+    }
+}
+
+TEST(Tokens, Strings_ResolveEscapesAndRefuseOpenOnes) {
+    const Source source("s", R"("a\"b\\c\n")");
+    Tokens tokens(source);
+    EXPECT_EQ(string_value(tokens.peek(), tokens.place()), "a\"b\\c\n");
+    EXPECT_EQ(refusal("x \"abc"), "s:1:3: the string \"abc\" has no closing quote in its line");
+    EXPECT_EQ(refusal("\"abc\ndef\""), "s:1:1: the string \"abc\" has no closing quote in its line");
+    EXPECT_EQ(refusal("\"abc\\"), "s:1:1: the string \"abc\\\" has no closing quote in its line");
+    EXPECT_THAT(refusal(R"("a\qb")"), HasSubstr("s:1:3: \\q is no escape"));
+}
+
+TEST(Tokens, OtherCharacters_AreRefusedInOnePrintableLine) {
+    EXPECT_THAT(refusal("Shape ;"), HasSubstr("s:1:7: unexpected character ';'"));
+    EXPECT_THAT(refusal(std::string("\x80", 1)), HasSubstr("'\\x80'"));
+    EXPECT_THAT(refusal(std::string("\0", 1)), HasSubstr("'\\x00'"));
+}
+
+TEST(Tokens, ShownText_IsShortAndPrintable) {
+    EXPECT_EQ(shown("abc"), "abc");
+    EXPECT_EQ(shown("a\nb"), "a\\x0ab");
+    EXPECT_EQ(shown(std::string(100, 'x')), std::string(40, 'x') + "...");
+}
+
+}  // namespace
+}  // namespace lucerna
