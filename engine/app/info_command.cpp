@@ -32,8 +32,7 @@ struct InfoOptions {
     bool integrators = false;
 };
 
-// --- integrators
-// --------------------------------------------------------------------------------------------------
+// --- integrators ---
 
 std::string accepted(const Field& field) {
     if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, " | "));
@@ -63,8 +62,7 @@ void print_integrators(std::ostream& out) {
     }
 }
 
-// --- scenes
-// -------------------------------------------------------------------------------------------------------
+// --- scenes ---
 
 std::string_view model_name(const Material& material) {
     constexpr std::string_view names[] = {"diffuse", "mirror", "conductor", "dielectric", "interface"};
@@ -151,8 +149,7 @@ void print_scene(const std::string& file, const CommandContext& context) {
     print_parameters(out, job.integrator);
 }
 
-// --- images
-// -------------------------------------------------------------------------------------------------------
+// --- images ---
 
 struct ChannelSummary {
     double sum = 0;

@@ -88,8 +88,7 @@ void finish(const LightField& made, const Common& common, ConsoleMonitor& monito
                unknown ? std::string("size unknown") : bytes_text(static_cast<double>(size)));
 }
 
-// --- import
-// -------------------------------------------------------------------------------------------------------
+// --- import ---
 
 struct ImportOptions {
     std::string rays;
@@ -135,8 +134,7 @@ void add_import(CLI::App& light, const CommandContext& context) {
     app.callback([options, &context] { act_import(*options, context); });
 }
 
-// --- acquire
-// ------------------------------------------------------------------------------------------------------
+// --- acquire ---
 
 struct AcquireCommand {
     std::string emitter = "disc";
@@ -259,8 +257,7 @@ void add_acquire(CLI::App& light, const CommandContext& context) {
     app.callback([command, &context] { act_acquire(*command, context); });
 }
 
-// --- info
-// ---------------------------------------------------------------------------------------------------------
+// --- info ---
 
 void act_info(const std::string& file, const CommandContext& context) {
     require_readable(file);

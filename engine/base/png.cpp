@@ -26,7 +26,8 @@ float roll_off(float y) {
 Rgb tone_map(Rgb c) {
     c = {std::max(0.0F, c.x), std::max(0.0F, c.y), std::max(0.0F, c.z)};
     const float y = luminance(c);
-    if (!(y > 0)) return Rgb(0);
+    if (!(y > 0)) return Rgb(0);  // NaN components are 0 by now
+    if (!std::isfinite(y)) return Rgb(1);
     const float target = roll_off(y);
     c *= target / y;  // y > 0 was just checked
     const float top = max_component(c);
@@ -63,7 +64,8 @@ void write_mapped(const std::filesystem::path& file, const Image& image, Map&& m
         for (int x = 0; x < image.width; ++x) {
             const Rgb c = map(image.rgb_at(x, y));
             for (const float v : {c.x, c.y, c.z}) {
-                bytes.push_back(static_cast<std::uint8_t>(std::clamp(v, 0.0F, 1.0F) * 255 + 0.5F));
+                const float shown = v > 0 ? std::min(v, 1.0F) : 0.0F;  // NaN is black, not undefined
+                bytes.push_back(static_cast<std::uint8_t>(shown * 255 + 0.5F));
             }
         }
     }

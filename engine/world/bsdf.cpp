@@ -29,6 +29,10 @@ struct LocalSample {
 };
 using Draw = std::optional<LocalSample>;
 
+// A rough lobe is not asked about directions closer to the horizon: the value of a pair of them grows as
+// 1/cos and would leave float32's range. They carry next to nothing.
+constexpr float kGrazing = 1e-12F;
+
 bool is_smooth(float alpha_x, float alpha_y) {
     return std::max(alpha_x, alpha_y) < kSmoothAlpha;
 }
@@ -43,25 +47,6 @@ V3f mirrored(const V3f& w) {
 }
 V3f reflected(const V3f& w, const V3f& m) {
     return 2 * w.dot(m) * m - w;
-}
-
-// Mean of weight(m) over facets seen from wo, which stands for a rough lobe's albedo. The points are a golden
-// spiral: GGX's long tail puts the facets that reflect into the surface near the rim of the disc that
-// sample_visible maps, at a radius that depends on alpha, and the spiral has every radius once. 64 points err
-// by up to 0.021, 128 by 0.016, 256 by 0.009 (the worst of both lobes over angles and alphas).
-constexpr std::uint32_t kFacets = 256;
-
-template <typename Weight>
-Rgb mean_over_facets(const Ggx& facets, const V3f& wo, Weight&& weight) {
-    constexpr float kGolden = 0.61803399F;
-    Rgb sum(0.0F);
-    for (std::uint32_t i = 0; i < kFacets; ++i) {
-        const float k = static_cast<float>(i) + 0.5F;
-        const float turn = k * kGolden;
-        sum += weight(facets.sample_visible(wo, {k / kFacets, turn - std::floor(turn)}));
-    }
-    sum /= static_cast<float>(kFacets);  // every weight is at most 1, the mean is up to rounding
-    return {std::min(sum.x, 1.0F), std::min(sum.y, 1.0F), std::min(sum.z, 1.0F)};
 }
 
 // --- Black
@@ -140,7 +125,7 @@ bool is_delta_lobe(const ConductorLobe& lobe) {
     return is_smooth(lobe.alpha_x, lobe.alpha_y);
 }
 bool reflects_at_facets(const Local& at) {
-    return !at.transmission && at.wo.z > 0 && at.wi.z > 0;
+    return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
 }
 
 // F D G2 / (4 cos_o cos_i) [Walter 2007 (20)].
@@ -176,7 +161,7 @@ Rgb albedo_of(const ConductorLobe& lobe, const Local& at) {
     if (!(at.wo.z > 0)) return Rgb(0.0F);
     if (is_delta_lobe(lobe)) return reflectance(lobe, at.wo.z);
     const Ggx facets = facets_of(lobe);
-    return mean_over_facets(facets, at.wo, [&](const V3f& m) {
+    return mean_over_visible(facets, at.wo, [&](const V3f& m) {
         const V3f wi = reflected(at.wo, m);
         if (!(wi.z > 0)) return Rgb(0.0F);
         return reflectance(lobe, at.wo.dot(m)) * facets.shadowing_if_visible(at.wo, wi);
@@ -198,13 +183,18 @@ float relative_eta(const DielectricLobe& lobe, const Local& at) {
     return at.entering ? lobe.eta : 1 / lobe.eta;
 }
 
-// How likely a facet of Fresnel reflectance F reflects rather than transmits: in proportion to what either
-// carries. Empty if neither carries anything.
-std::optional<float> reflect_chance(const DielectricLobe& lobe, float fresnel) {
+// What a facet of Fresnel reflectance F does: it reflects or transmits in proportion to what either carries
+// at most.
+struct Choice {
+    float reflect, transmit;  // chances, of sum 1
+    float carried;            // what both carry together, in (0,1]: the divisor of either
+};
+// Empty if neither carries anything.
+std::optional<Choice> choice_of(const DielectricLobe& lobe, float fresnel) {
     const float r = fresnel * max_component(lobe.reflect);
     const float t = (1 - fresnel) * max_component(lobe.transmit);
     if (!(r + t > 0)) return std::nullopt;
-    return r / (r + t);
+    return Choice{r / (r + t), t / (r + t), r + t};
 }
 
 // The facet that turns wo into wi.
@@ -214,7 +204,8 @@ struct Facet {
     float bend;          // (wo·m + η wi·m)², transmission only
 };
 std::optional<Facet> facet_between(const Local& at, float eta) {
-    if (!(at.wo.z > 0) || at.wi.z == 0 || at.transmission != (at.wi.z < 0)) return std::nullopt;
+    if (!(at.wo.z > kGrazing) || !(std::fabs(at.wi.z) > kGrazing)) return std::nullopt;
+    if (at.transmission != (at.wi.z < 0)) return std::nullopt;
     // [Walter 2007 (13), (16)]. The length of the sum is at least |1 - η|, far from 0 (kLeastBend).
     V3f m = at.transmission ? at.wo + eta * at.wi : at.wo + at.wi;
     const float bend = m.length2();
@@ -248,12 +239,14 @@ float density(const DielectricLobe& lobe, const Local& at) {
     const float eta = relative_eta(lobe, at);
     const auto facet = facet_between(at, eta);
     if (!facet) return 0;
-    const auto chance = reflect_chance(lobe, fresnel_dielectric(facet->cos_o, eta).reflectance);
-    if (!chance) return 0;
+    const auto choice = choice_of(lobe, fresnel_dielectric(facet->cos_o, eta).reflectance);
+    if (!choice) return 0;
     const Ggx facets = facets_of(lobe);
-    if (!at.transmission) return *chance * facets.masking_over_cos(at.wo) * facets.density(facet->m) / 4;
+    if (!at.transmission)
+        return choice->reflect * facets.masking_over_cos(at.wo) * facets.density(facet->m) / 4;
     // dω_m = η² |wi·m| / bend dω_i [Walter 2007 (17)].
-    return (1 - *chance) * facets.visible_density(at.wo, facet->m) * eta * eta * -facet->cos_i / facet->bend;
+    return choice->transmit * facets.visible_density(at.wo, facet->m) * eta * eta * -facet->cos_i /
+           facet->bend;
 }
 
 // What a facet does to the light, shadowing aside. `cos_o` = wo·m > 0.
@@ -261,14 +254,17 @@ Draw draw_at_facet(const DielectricLobe& lobe, const Local& at, const V3f& m, fl
     const float eta = relative_eta(lobe, at);
     const float cos_o = at.wo.dot(m);
     const auto [fresnel, cos_t] = fresnel_dielectric(cos_o, eta);
-    const auto chance = reflect_chance(lobe, fresnel);
-    if (!chance) return std::nullopt;
-    if (u < *chance) {  // then chance > 0
-        return LocalSample{.wi = reflected(at.wo, m), .weight = lobe.reflect * (fresnel / *chance)};
+    const auto choice = choice_of(lobe, fresnel);
+    if (!choice) return std::nullopt;
+    // F / chance and (1 - F) / chance, without the cancellation of 1 - F. Where a chance is not 0, neither is
+    // its colour's largest component.
+    if (u < choice->reflect) {
+        const Rgb weight = lobe.reflect * (choice->carried / max_component(lobe.reflect));
+        return LocalSample{.wi = reflected(at.wo, m), .weight = weight};
     }
-    // u < 1 makes chance < 1 here, and so fresnel < 1: total reflection never comes this far.
+    if (!(choice->transmit > 0)) return std::nullopt;  // u rounded to 1
     LocalSample sample{.wi = (cos_o * m - at.wo) / eta - cos_t * m,
-                       .weight = lobe.transmit * ((1 - fresnel) / (1 - *chance)),
+                       .weight = lobe.transmit * (choice->carried / max_component(lobe.transmit)),
                        .transmission = true};
     if (transport == Transport::radiance) sample.eta_scale = 1 / (eta * eta);
     sample.weight *= sample.eta_scale;
@@ -309,7 +305,7 @@ Rgb albedo_of(const DielectricLobe& lobe, const Local& at) {
         return lobe.reflect * fresnel + lobe.transmit * (1 - fresnel);
     }
     const Ggx facets = facets_of(lobe);
-    return mean_over_facets(facets, at.wo, [&](const V3f& m) {
+    return mean_over_visible(facets, at.wo, [&](const V3f& m) {
         const float cos_o = at.wo.dot(m);
         if (!(cos_o > 0)) return Rgb(0.0F);
         const auto [fresnel, cos_t] = fresnel_dielectric(cos_o, eta);

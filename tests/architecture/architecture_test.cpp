@@ -38,6 +38,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture.cpp"}},
+    {"<Random123/", {"engine/base/stream.cpp"}},
 };
 
 // The room whose folder holds the path; empty for what belongs to none (tests, bench).
@@ -99,13 +100,20 @@ class Checker {
 
     void check_line(const std::string& path, int number, const std::string& line) {
         const std::string_view code = trimmed(line);
-        if (code.starts_with("using namespace")) report(path, number, "no using namespace");
+        const bool in_room = !room_of(path).empty();
+        // A test or a benchmark is a program of its own: it may open a namespace, its headers may not.
+        if (code.starts_with("using namespace") && (in_room || is_header(path))) {
+            report(path, number, "no using namespace");
+        }
+        if (in_room && room_of(path) != "engine/app" && line.find("std::exit") != std::string::npos) {
+            report(path, number, "no library ends the process");
+        }
         if (code.starts_with("#pragma omp") && path != "engine/base/parallel.h") {
             report(path, number, "only engine/base/parallel.h writes #pragma omp");
         }
         const std::string header = included(line);
         if (header.starts_with('"')) check_room(path, number, header.substr(1, header.size() - 2));
-        if (!room_of(path).empty()) check_package(path, number, header);
+        if (in_room) check_package(path, number, header);
     }
 
     void check_room(const std::string& path, int number, const std::string& header) {
@@ -218,6 +226,10 @@ TEST(ArchitectureChecker, HeadersWithoutTheirHabits_AreReported) {
     EXPECT_THAT(complaints_about("photon/a.h", "#pragma once\n"), ::testing::SizeIs(1));
     EXPECT_THAT(complaints_about("photon/a.h", "// A comment.\nint x;\n"), ::testing::SizeIs(1));
     EXPECT_THAT(complaints_about("photon/a.cpp", "  using namespace std;\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(complaints_about("tests/a.h", "// X.\n#pragma once\nusing namespace std;"),
+                ::testing::SizeIs(1));
+    EXPECT_THAT(complaints_about("tests/a_test.cpp", "using namespace std;"), IsEmpty());
+    EXPECT_THAT(complaints_about("photon/a.cpp", "    std::exit(1);\n"), ::testing::SizeIs(1));
 }
 
 }  // namespace

@@ -178,13 +178,18 @@ TEST(Png, Unwritable_IsAnInputErrorNamingTheFile) {
     EXPECT_EQ(message.find('\n'), std::string::npos);
 }
 
-TEST(Png, NaN_BecomesAValidByte) {
+TEST(Png, NotFinite_IsShownAsBlackOrWhite) {
     const testing::TemporaryFolder folder;
-    Image image = Image::rgb(2, 1);
-    image.set_rgb(0, 0, Rgb(NAN, 0.5F, 0.5F));
+    Image image = Image::rgb(3, 1);
+    image.set_rgb(0, 0, Rgb(NAN));
     image.set_rgb(1, 0, Rgb(INFINITY, 0.5F, 0.5F));
+    image.set_rgb(2, 0, Rgb(-INFINITY));
+    const std::vector<std::uint8_t> shown{0, 0, 0, 255, 255, 255, 0, 0, 0};
     write_png(folder / "a.png", image, 1);
-    EXPECT_EQ(read_picture(folder / "a.png").bytes.size(), 6U);
+    EXPECT_EQ(read_picture(folder / "a.png").bytes, shown);
+    image.set_rgb(1, 0, Rgb(INFINITY));
+    write_png_display(folder / "b.png", image);
+    EXPECT_EQ(read_picture(folder / "b.png").bytes, shown);
 }
 
 TEST(AutoExposure, Greys_BecomeMiddleGrey) {

@@ -97,13 +97,13 @@ RC_GTEST_PROP(NetProperties, OwenScramble_AnySeed_KeepsPrefixesTogether,
     const std::uint32_t x = owen_scramble(a, seed);
     for (int bit = 0; bit < 32; ++bit) {
         const std::uint32_t y = owen_scramble(a ^ (1U << bit), seed);
-        RC_ASSERT((x ^ y) >> bit == 1U);
+        RC_ASSERT(((x ^ y) >> bit) == 1U);
     }
 }
 
 RC_GTEST_PROP(NetProperties, ReverseBits_Twice_IsNothing, (std::uint32_t a)) {
     RC_ASSERT(reverse_bits(reverse_bits(a)) == a);
-    RC_ASSERT(reverse_bits(a) >> 31 == (a & 1U));
+    RC_ASSERT((reverse_bits(a) >> 31) == (a & 1U));
 }
 
 TEST(Net, ToUnit_Largest_IsBelowOne) {

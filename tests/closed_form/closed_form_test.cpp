@@ -26,6 +26,8 @@ struct SphereCase {
     float albedo;
 };
 
+std::ostream& operator<<(std::ostream& out, const SphereCase& c) { return out << c.method << " " << c.albedo; }
+
 class IntegratingSphere : public ::testing::TestWithParam<SphereCase> {};
 
 IntegratorSettings sphere_settings(const std::string& method) {
@@ -34,7 +36,7 @@ IntegratorSettings sphere_settings(const std::string& method) {
         IgiSettings igi;
         igi.mindist = 0;
         igi.nlights = 256;
-        igi.nsets = 64;
+        igi.nsets = 256;
         return igi;
     }
     PhotonMapSettings photons;
@@ -49,7 +51,9 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     const auto [method, albedo] = GetParam();
     constexpr float kFlux = 12;
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
-    const int spp = std::string(method) == "path" ? 256 : 16;
+    // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000 photon
+    // paths, 0.4 % of the 65,536 paths of the virtual lights.
+    const int spp = std::string(method) == "path" ? 256 : std::string(method) == "igi" ? 2 : 16;
     const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),
                                        sphere_settings(method), spp);
     if (albedo == 0) {

@@ -83,7 +83,7 @@ class PeakHistogram {
 
     // Probability of every bin, by midpoints.
     std::vector<double> integrate(const std::function<double(const V3f&)>& pdf) const {
-        constexpr int kSteps = 40;
+        constexpr int kSteps = 32;
         std::vector<double> bins;
         for (std::size_t ring = 0; ring + 1 < edges_.size(); ++ring) {
             const double d_theta = (edges_[ring + 1] - edges_[ring]) / kSteps;
