@@ -73,6 +73,32 @@ TEST(BsdfEdges, CosineExactlyZero_AnyLobe_IsFinite) {
     }
 }
 
+TEST(BsdfEdges, BothDirectionsAlmostWithinTheSurface_ValueIsFinite) {
+    for (const float z : {1e-45F, 1e-40F, 1e-20F, 1e-13F, 1e-10F}) {
+        const V3f wo(1, 0, z);
+        for (const Lobe& lobe : {Lobe(metal(1e-4F, 0.5F)), Lobe(glass(1.5F, 1e-4F, 0.5F))}) {
+            for (const V3f& wi : {V3f(-1, 0, z), V3f(1, 0, z), V3f(-1, 0, -z)}) {
+                EXPECT_TRUE(is_finite(flat(lobe).f(wo, wi, Transport::radiance))) << z;
+                EXPECT_TRUE(std::isfinite(flat(lobe).pdf_w(wo, wi))) << z;
+            }
+        }
+    }
+}
+
+TEST(BsdfEdges, AlmostTotalReflection_RareTransmission_WeighsNoMoreThanOne) {
+    // The chance of transmission is of the order of u's last bit.
+    for (float eta = 1.0001F; eta < 1e7F; eta *= 1.7F) {
+        for (const float z : {1.0F, 1e-2F, 1e-5F, 1e-7F}) {
+            const V3f wo(std::sqrt(1 - z * z), 0, z);
+            for (const V3f& from : {wo, -wo}) {
+                const auto sample =
+                    flat(glass(eta, 0, 0)).sample(from, {1 - 0x1p-24F, {0, 0}}, Transport::particles);
+                EXPECT_LE(sample ? max_component(sample->weight) : 0, 1.00001F) << eta << " " << z;
+            }
+        }
+    }
+}
+
 TEST(BsdfEdges, Black_Anything_ScattersNothing) {
     const Bsdf bsdf = flat(BlackLobe{});
     EXPECT_TRUE(bsdf.is_black());
