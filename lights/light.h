@@ -6,8 +6,8 @@
 //   seen, meet  a ray, drawn without the light in mind, finds it  (the other half of MIS; the camera)
 //
 // Lights are few and long-lived, so they are virtual; they are constant after construction and safe to share
-// between threads. Units: radiance in W/(m² sr), or cd/m² where the lamp's file is photometric; lengths in scene
-// units, which stand for metres.
+// between threads. Units: radiance in W/(m² sr), or cd/m² where the lamp's file is photometric; lengths in
+// scene units, which stand for metres.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +32,8 @@ struct EmitU {
 
 struct Emitted {
     SurfacePoint from;
-    V3f d;        // unit
-    Rgb weight;   // L cosθ / pdf [W]: its mean over emit() is the light's flux
+    V3f d;       // unit
+    Rgb weight;  // L cosθ / pdf [W]: its mean over emit() is the light's flux
     CellId cell = kNoCell;
 };
 
@@ -73,16 +73,17 @@ class Light {
     // A particle that leaves the light. No sample: nothing leaves there (a clamped cell, a dark texel).
     virtual std::optional<Emitted> emit(const EmitU& u) const = 0;
 
-    // A direction from x towards the light. `cell` restricts the choice to one cell of a light field (the density is
-    // then that of the restricted choice). No sample: nothing arrives at x.
-    virtual std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId> cell = {}) const = 0;
+    // A direction from x towards the light. `cell` restricts the choice to one cell of a light field (the
+    // density is then that of the restricted choice). No sample: nothing arrives at x.
+    virtual std::optional<Incident> illuminate(const V3f& x, const V2f& u,
+                                               std::optional<CellId> cell = {}) const = 0;
 
-    // Emission along a ray from something that is not geometry of the scene: the sky, a lamp's impostor. Does not
-    // look at what stands in between.
+    // Emission along a ray from something that is not geometry of the scene: the sky, a lamp's impostor. Does
+    // not look at what stands in between.
     virtual std::optional<Seen> seen(const Ray& /*ray*/) const { return std::nullopt; }
 
-    // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric normal n
-    // on the shape's own (emitting) side.
+    // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric
+    // normal n on the shape's own (emitting) side.
     virtual Seen meet(const Ray& /*ray*/, float t, const V3f& /*n*/) const { return {Rgb(0), 0, t}; }
 
     // True if only illuminate() can find this light (point, spot, distant).

@@ -19,10 +19,11 @@ namespace lucerna {
 
 class IrradiancePoints {
   public:
-    // Estimates at every `stride`-th photon (>= 1) of the first map, spread evenly since a map is ordered in space.
-    // The irradiance is that of all maps together (one at least); the radius is that of the first one's estimate.
-    IrradiancePoints(std::span<const PhotonMap* const> maps, const GatherSettings& settings, std::size_t stride,
-                     const Workers& workers, Monitor& monitor);
+    // Estimates at every `stride`-th photon (>= 1) of the first map, spread evenly since a map is ordered in
+    // space. The irradiance is that of all maps together (one at least); the radius is that of the first
+    // one's estimate.
+    IrradiancePoints(std::span<const PhotonMap* const> maps, const GatherSettings& settings,
+                     std::size_t stride, const Workers& workers, Monitor& monitor);
 
     struct Found {
         Rgb irradiance;  // W/m²

@@ -100,8 +100,9 @@ class PhotonMapEstimator final : public Estimator {
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
-    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose disc
-    // is wider than that would take in light from around the corner it is gathered for; then the ray goes on.
+    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose
+    // disc is wider than that would take in light from around the corner it is gathered for; then the ray
+    // goes on.
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         const GatherResult indirect = indirect_landed(vertex);
         if (indirect.radius > length && depth + 1 < kMostBounces) {
@@ -115,8 +116,8 @@ class PhotonMapEstimator final : public Estimator {
         return direct + indirect.value;
     }
 
-    // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of time,
-    // else estimated. The radius is the Global map's.
+    // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of
+    // time, else estimated. The radius is the Global map's.
     GatherResult indirect_landed(const Vertex& vertex) const {
         if (irradiance_) {
             const V3f& n = vertex.hit.at.n;
@@ -171,8 +172,8 @@ class PhotonMapIntegrator final : public Integrator {
             const auto start = std::chrono::steady_clock::now();
             std::vector<const PhotonMap*> read = {maps.find(MapKind::global)};
             if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
-            irradiance.emplace(read, how.landed, static_cast<std::size_t>(settings_.precompute), context.workers,
-                               context.monitor);
+            irradiance.emplace(read, how.landed, static_cast<std::size_t>(settings_.precompute),
+                               context.workers, context.monitor);
             const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
             context.report.seconds.emplace_back("irradiance", took.count());
             context.report.numbers["irradiance.points"] = static_cast<double>(irradiance->size());

@@ -26,7 +26,9 @@ struct SphereCase {
     float albedo;
 };
 
-std::ostream& operator<<(std::ostream& out, const SphereCase& c) { return out << c.method << " " << c.albedo; }
+std::ostream& operator<<(std::ostream& out, const SphereCase& c) {
+    return out << c.method << " " << c.albedo;
+}
 
 class IntegratingSphere : public ::testing::TestWithParam<SphereCase> {};
 
@@ -51,8 +53,8 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     const auto [method, albedo] = GetParam();
     constexpr float kFlux = 12;
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
-    // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000 photon
-    // paths, 0.4 % of the 65,536 paths of the virtual lights.
+    // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000
+    // photon paths, 0.4 % of the 65,536 paths of the virtual lights.
     const int spp = std::string(method) == "path" ? 256 : std::string(method) == "igi" ? 2 : 16;
     const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),
                                        sphere_settings(method), spp);
