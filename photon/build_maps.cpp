@@ -1,10 +1,10 @@
 #include "photon/build_maps.h"
 
-#include <chrono>
 #include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/stopwatch.h"
 
 namespace lucerna {
 namespace {
@@ -62,10 +62,6 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind) {
     return all;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
 
 PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
@@ -78,7 +74,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     PhotonMaps result;
 
     // Emit and walk.
-    auto start = std::chrono::steady_clock::now();
+    const Stopwatch tracing;
     std::vector<Harvest> harvests(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
     {
         Phase phase(monitor, "photons", static_cast<std::uint64_t>(plan.paths));
@@ -98,15 +94,15 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
         }
     }
     result.ledger.scale(1.0 / static_cast<double>(plan.paths));
-    result.seconds_trace = seconds_since(start);
+    result.seconds_trace = tracing.seconds();
 
     // Index.
-    start = std::chrono::steady_clock::now();
+    const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!plan.wanted[kind]) continue;
         result.maps[kind].emplace(join(harvests, kind));
     }
-    result.seconds_index = seconds_since(start);
+    result.seconds_index = indexing.seconds();
     return result;
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
 
 namespace lucerna {
@@ -40,10 +40,6 @@ struct RenderCommand {
     std::string stats;
     bool quiet = false;
 };
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // The scene's own name for the image, in the current folder: a scene file does not choose where we write.
 std::filesystem::path default_output(const FilmSettings& film) {
@@ -83,17 +79,17 @@ void act(const RenderCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads, 0, 0, 0};
-    auto start = std::chrono::steady_clock::now();
+    const Stopwatch reading;
     const Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
-    facts.read_seconds = seconds_since(start);
+    facts.read_seconds = reading.seconds();
 
     const std::filesystem::path output =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     if (command.output.empty()) check_outputs(command, output);
 
-    start = std::chrono::steady_clock::now();
+    const Stopwatch rendering;
     RenderResult result = render(job, command.options, monitor);
-    facts.render_seconds = seconds_since(start);
+    facts.render_seconds = rendering.seconds();
     facts.warnings = monitor.warnings();
 
     const RenderReport& report = result.report;

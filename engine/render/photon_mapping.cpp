@@ -6,8 +6,7 @@
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
 // Rough metal and glass carry no photons; a ray that meets them asks the lights and goes on, as a path would.
-#include <chrono>
-
+#include "engine/base/stopwatch.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
@@ -169,13 +168,12 @@ class PhotonMapIntegrator final : public Integrator {
         const GatherPair how = gather(context.scene);
         std::optional<IrradiancePoints> irradiance;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
-            const auto start = std::chrono::steady_clock::now();
+            const Stopwatch computing;
             std::vector<const PhotonMap*> read = {maps.find(MapKind::global)};
             if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
             irradiance.emplace(read, how.landed, static_cast<std::size_t>(settings_.precompute),
                                context.workers, context.monitor);
-            const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-            context.report.seconds.emplace_back("irradiance", took.count());
+            context.report.seconds.emplace_back("irradiance", computing.seconds());
             context.report.numbers["irradiance.points"] = static_cast<double>(irradiance->size());
             if (context.monitor.stopped()) return nullptr;
         }

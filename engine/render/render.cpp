@@ -1,9 +1,9 @@
 #include "engine/render/render.h"
 
 #include <atomic>
-#include <chrono>
 #include <mutex>
 
+#include "engine/base/stopwatch.h"
 #include "engine/base/stream.h"
 #include "engine/render/film.h"
 #include "engine/render/integrator.h"
@@ -12,10 +12,6 @@ namespace lucerna {
 namespace {
 
 constexpr int kTile = 16;  // pixels; the unit of work and of progress
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Samples per pixel are taken in rounds that grow, so that a run that is stopped early has a whole image.
 int next_round(int done, int spp) {
@@ -109,19 +105,19 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     Film film(job.film.width, job.film.height);
 
     // Prepare.
-    auto start = std::chrono::steady_clock::now();
+    const Stopwatch preparing;
     const auto integrator = make_integrator(job.integrator);
     const auto estimator =
         integrator->prepare({job.scene, options.seed, 0, options.workers, monitor, report});
-    report.seconds.emplace_back("prepare", seconds_since(start));
+    report.seconds.emplace_back("prepare", preparing.seconds());
     report.numbers["rays.prepare"] = static_cast<double>(job.scene.rays());
 
     // Render.
     if (estimator) {
-        start = std::chrono::steady_clock::now();
+        const Stopwatch rendering;
         TileRenderer tiles(job, options.seed, *estimator, film);
         report.samples_done = render_rounds(tiles, job.spp, options.workers, monitor);
-        report.seconds.emplace_back("image", seconds_since(start));
+        report.seconds.emplace_back("image", rendering.seconds());
         report.numbers["samples.not_finite"] = static_cast<double>(tiles.bad_samples());
         if (tiles.bad_samples() > 0) {
             monitor.warn(fmt::format("{} samples were not finite and were left out; the first: {}",

@@ -11,20 +11,13 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/stream.h"
+#include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace {
 
-template <typename Action>
-std::string error_of(Action&& action) {
-    try {
-        action();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "no error";
-}
+using testing::error_of;
 
 Image noise(int width, int height, std::vector<std::string> channels) {
     Image image(width, height, std::move(channels));

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/error_of.h"
+
 namespace lucerna {
 namespace {
 
@@ -11,15 +13,7 @@ using ::testing::HasSubstr;
 
 const Location kHere{"scene.pbrt", 3, 14};
 
-template <typename F>
-std::string message_of(F&& f) {
-    try {
-        f();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "no error";
-}
+using testing::error_of;
 
 TEST(Settings, EveryIntegrator_HasANameAndDescribesItself) {
     for (const char* name : {"path", "direct", "photonmap", "igi"}) {
@@ -59,16 +53,16 @@ TEST(Settings, SetParameter_ChangesTheTypedValue) {
 
 TEST(Settings, WrongInputs_NamePlaceValueAndWhatIsAccepted) {
     IntegratorSettings s = make_settings("photonmap", kHere);
-    EXPECT_THAT(message_of([&] { set_parameter(s, "photon", 1.0, kHere); }),
+    EXPECT_THAT(error_of([&] { set_parameter(s, "photon", 1.0, kHere); }),
                 AllOf(HasSubstr("scene.pbrt:3:14"), HasSubstr("did you mean \"photons\"")));
-    EXPECT_THAT(message_of([&] { set_parameter(s, "photons", 0.0, kHere); }), HasSubstr("0 is not accepted"));
-    EXPECT_THAT(message_of([&] { set_parameter(s, "photons", 1.5, kHere); }), HasSubstr("whole number"));
-    EXPECT_THAT(message_of([&] { set_parameter(s, "photons", std::nan(""), kHere); }), HasSubstr("nan"));
-    EXPECT_THAT(message_of([&] { set_parameter(s, "photons", std::string("many"), kHere); }),
+    EXPECT_THAT(error_of([&] { set_parameter(s, "photons", 0.0, kHere); }), HasSubstr("0 is not accepted"));
+    EXPECT_THAT(error_of([&] { set_parameter(s, "photons", 1.5, kHere); }), HasSubstr("whole number"));
+    EXPECT_THAT(error_of([&] { set_parameter(s, "photons", std::nan(""), kHere); }), HasSubstr("nan"));
+    EXPECT_THAT(error_of([&] { set_parameter(s, "photons", std::string("many"), kHere); }),
                 HasSubstr("\"many\" is not accepted"));
-    EXPECT_THAT(message_of([&] { set_parameter(s, "direct", std::string("maps"), kHere); }),
+    EXPECT_THAT(error_of([&] { set_parameter(s, "direct", std::string("maps"), kHere); }),
                 HasSubstr("choose mc, map"));
-    EXPECT_THAT(message_of([&] { make_settings("bdpt", kHere); }), HasSubstr("known are path"));
+    EXPECT_THAT(error_of([&] { make_settings("bdpt", kHere); }), HasSubstr("known are path"));
 }
 
 }  // namespace
