@@ -265,19 +265,23 @@ void DirectiveReader::texture() {
     const std::string name = quoted("a name");
     const std::string type = quoted("a type");
     const std::string kind = quoted("a kind of texture");
-    if (type == "float")
-        fail(place_, "Texture \"{}\": textures of floats are not supported yet", shown(name));
-    if (type != "spectrum" && type != "color") {
-        fail(place_, "Texture \"{}\": unknown type \"{}\"; spectrum is accepted", shown(name), shown(type));
+    const bool of_floats = type == "float";
+    if (!of_floats && type != "spectrum" && type != "color") {
+        fail(place_, "Texture \"{}\": unknown type \"{}\"; spectrum and float are accepted", shown(name),
+             shown(type));
     }
     Params params = parameters(kind, "texture");
-    if (reading_.textures.contains(name)) {
+    // Colours and floats have names of their own.
+    if (of_floats ? reading_.float_textures.contains(name) : reading_.textures.contains(name)) {
         reading_.warn(
             place_, fmt::format("texture \"{}\" was made before; the new one holds from here", shown(name)));
     }
-    const NamedTexture made = read_texture(reading_, kind, params);
+    if (of_floats) {
+        reading_.float_textures[name] = read_float_texture(reading_, kind, params);
+    } else {
+        reading_.textures[name] = read_texture(reading_, kind, params);
+    }
     params.warn_unused(reading_.monitor);
-    reading_.textures[name] = made;
 }
 
 void DirectiveReader::shape() {

@@ -30,6 +30,8 @@ constexpr TypeWord kTypeWords[] = {
     {"texture", Type::texture},
     {"rgb", Type::rgb},
     {"spectrum", Type::spectrum},
+    {"blackbody", Type::blackbody},
+    {"xyz", Type::xyz},
     // Names of older versions of pbrt.
     {"point", Type::point3},
     {"vector", Type::vector3},
@@ -40,9 +42,6 @@ constexpr TypeWord kTypeWords[] = {
 Type type_of(std::string_view word, std::string_view declaration, const Place& at) {
     for (const TypeWord& known : kTypeWords) {
         if (known.word == word) return known.type;
-    }
-    if (word == "blackbody" || word == "xyz") {
-        fail(at, "\"{}\": type {} is not supported yet; rgb is", shown(declaration), word);
     }
     std::vector<std::string_view> words;
     for (const TypeWord& known : kTypeWords) words.push_back(known.word);
@@ -60,6 +59,7 @@ std::size_t width_of(Type type) {
         case Type::vector3:
         case Type::normal3:
         case Type::rgb:
+        case Type::xyz:
             return 3;
         default:
             return 1;
@@ -67,7 +67,7 @@ std::size_t width_of(Type type) {
 }
 
 bool is_numeric(Type type) {
-    return type != Type::boolean && type != Type::string && type != Type::texture && type != Type::spectrum;
+    return type != Type::boolean && type != Type::string && type != Type::texture;
 }
 
 std::string declared(const Param& param) {
@@ -87,11 +87,8 @@ void read_word_value(Tokens& tokens, Param& param) {
         }
         fail(at, "{}: {} is no truth value; true or false is accepted", declared(param), shown(token.text));
     }
-    if (param.type == Type::spectrum && token.kind == Token::Kind::number) {
-        fail(at, "{}: a list of wavelengths and values is not supported yet; rgb or a named spectrum is",
-             declared(param));
-    }
-    if (is_numeric(param.type) || !is_string) {
+    const bool names_a_spectrum = param.type == Type::spectrum && is_string;
+    if ((is_numeric(param.type) && !names_a_spectrum) || !is_string) {
         fail(at, "{}: \"{}\" is not accepted; {} is", declared(param), shown(token.text),
              is_numeric(param.type) ? "a number" : "a string in quotes");
     }

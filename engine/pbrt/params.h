@@ -30,7 +30,9 @@ struct Param {
         string,
         texture,
         rgb,
-        spectrum
+        spectrum,   // wavelengths and values, a name, or a file
+        blackbody,  // kelvins; version 3: kelvins and a scale
+        xyz
     };
     Type type = Type::real;
     std::string name;

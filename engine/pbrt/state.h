@@ -52,10 +52,11 @@ struct Reading {
     Monitor& monitor;
     std::filesystem::path folder;  // of the main scene file: what relative names start from
 
-    std::map<std::string, NamedTexture, std::less<>> textures;
-    std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials;
-    std::map<std::string, std::shared_ptr<const Image>, std::less<>> images;
-    GraphicsState state;
+    std::map<std::string, NamedTexture, std::less<>> textures = {};  // of colours
+    std::map<std::string, FloatTexture, std::less<>> float_textures = {};
+    std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
+    std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
+    GraphicsState state = {};
 
     std::filesystem::path resolve(const std::string& name) const {
         return std::filesystem::path(name).is_absolute() ? std::filesystem::path(name) : folder / name;
@@ -70,6 +71,7 @@ struct Reading {
 void read_shape(Reading& reading, const std::string& kind, Params& params);
 MaterialModel read_material(Reading& reading, const std::string& kind, Params& params);
 NamedTexture read_texture(Reading& reading, const std::string& kind, Params& params);
+FloatTexture read_float_texture(Reading& reading, const std::string& kind, Params& params);
 void read_light(Reading& reading, const std::string& kind, Params& params);
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params);
 void read_camera(Reading& reading, const std::string& kind, Params& params);
@@ -79,6 +81,18 @@ void read_sampler(Reading& reading, const std::string& kind, Params& params);
 // Settings of the integrator that the scene names, or of the one that `name` puts in its place.
 IntegratorSettings read_integrator(const std::string& kind, Params& params, const std::string& override_name);
 void apply_settings(IntegratorSettings& settings, const SceneOverrides& overrides);
+
+// What a colour stands for, which decides how a spectrum becomes linear sRGB.
+enum class ColorUse : std::uint8_t {
+    ratio,     // reflectance, eta, k, sigma: 1 at all wavelengths is (1, 1, 1)
+    emission,  // of a light
+};
+// One colour, however it is spelt: rgb, color, xyz, blackbody, spectrum (samples, a name, a .spd file).
+// Nothing if the parameter is absent; a texture is an error.
+std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_view name, ColorUse use);
+
+// A number that may vary: a float, or the name of a texture of floats.
+FloatTexture read_float(Reading& reading, Params& params, std::string_view name, double fallback);
 
 // A reflectance: rgb, or the name of a texture; at most 1 in every channel.
 RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback);

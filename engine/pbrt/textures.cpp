@@ -120,4 +120,21 @@ NamedTexture read_texture(Reading& reading, const std::string& kind, Params& par
         {"bilerp", "directionmix", "dots", "fbm", "marble", "mix", "ptex", "uv", "windy", "wrinkled"});
 }
 
+FloatTexture read_float_texture(Reading& /*reading*/, const std::string& kind, Params& params) {
+    if (kind != "constant") refuse_kind(params.place(), "Texture", kind, {"constant"}, {});
+    return FloatTexture::constant(static_cast<float>(params.real("value", 1)));
+}
+
+FloatTexture read_float(Reading& reading, Params& params, std::string_view name, double fallback) {
+    const Param* param = params.find(name, {Type::real, Type::texture});
+    if (!param) return FloatTexture::constant(static_cast<float>(fallback));
+    if (param->type == Type::real) return FloatTexture::constant(static_cast<float>(params.real(name, 1)));
+    const std::string wanted = param->strings.size() == 1 ? param->strings.front() : std::string();
+    const auto found = reading.float_textures.find(wanted);
+    if (found == reading.float_textures.end()) {
+        fail(param->place, "\"{}\": no texture \"{}\" of floats was made before", name, shown(wanted));
+    }
+    return found->second;
+}
+
 }  // namespace lucerna

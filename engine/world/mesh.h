@@ -10,11 +10,21 @@ namespace lucerna {
 
 inline constexpr std::int32_t kNoLight = -1;
 
+inline constexpr std::int32_t kNoMedium = -1;
+
+// The media on the two sides of a surface, as indices into SceneParts::media; `inside` lies behind the
+// geometric normal before reverse_orientation. Only a surface that is a border changes what a path is in.
+struct MediumInterface {
+    bool border = false;
+    std::int32_t inside = kNoMedium, outside = kNoMedium;
+};
+
 // What every surface has beside its shape.
 struct SurfaceTraits {
     std::uint32_t material = 0;        // index into SceneParts::materials
     std::int32_t light = kNoLight;     // index into SceneParts::lights
     bool reverse_orientation = false;  // the geometric normal (the side that emits) is flipped
+    MediumInterface media = {};        // what lies on either side, if the surface is a border
 };
 
 // Triangles. `n` and `uv` are empty or have one entry per vertex. The geometric normal of a triangle is

@@ -193,6 +193,7 @@ Hit triangle_hit(const Mesh& mesh, std::uint32_t primitive, float b1, float b2) 
     }
     hit.uv = b0 * uv[0] + b1 * uv[1] + b2 * uv[2];
     hit.dpdu = tangent(e1, e2, uv, hit.at.n);
+    hit.dpdv = hit.at.n.cross(hit.dpdu);
     hit.ns = hit.at.n;
     if (!mesh.n.empty()) {
         hit.ns = shading_normal(b0 * mesh.n[corner(0)] + b1 * mesh.n[corner(1)] + b2 * mesh.n[corner(2)],
@@ -210,6 +211,7 @@ Hit quadric_hit(const QuadricShape& shape, const Ray& ray, double t) {
     hit.ns = hit.at.n;
     hit.dpdu = V3f(surface.dpdu);
     if (!(hit.dpdu.length2() > 0) || !is_finite(hit.dpdu)) hit.dpdu = Frame(hit.at.n).s;
+    hit.dpdv = hit.at.n.cross(hit.dpdu);
     hit.uv = surface.uv;
     return hit;
 }
@@ -369,6 +371,7 @@ std::optional<Hit> Scene::hit(const Ray& ray) const {
     hit.t = found.ray.tfar;
     hit.material = traits->material;
     hit.light = traits->light;
+    hit.media = traits->media;
     return hit;
 }
 

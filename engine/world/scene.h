@@ -40,10 +40,12 @@ struct Hit {
     SurfacePoint at;  // n is the shape's geometric normal: outside, or the emitting side
     V3f ns;           // shading normal, in n's hemisphere
     V3f dpdu;         // tangent along u, not normalised, never zero
+    V3f dpdv;         // tangent along v, not normalised, never zero
     V2f uv;
     float t = 0;
     std::uint32_t material = 0;
     std::int32_t light = kNoLight;
+    MediumInterface media;
 };
 
 class Scene {

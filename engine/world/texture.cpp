@@ -107,8 +107,8 @@ RgbTexture RgbTexture::image(std::shared_ptr<const Image> image, const V2f& scal
     return texture;
 }
 
-Rgb RgbTexture::at(const V2f& uv) const {
-    const V2f at = uv * scale_;
+Rgb RgbTexture::at(const TexturePoint& point) const {
+    const V2f at = point.uv * scale_;
     switch (kind_) {
         case Kind::constant:
             return a_;

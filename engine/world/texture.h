@@ -4,11 +4,20 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "engine/base/image.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
+
+// Where a texture is asked.
+struct TexturePoint {
+    TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0)) : uv(at_uv), p(at_p) {}
+
+    V2f uv;  // the surface's
+    V3d p;   // world position, for textures that fill space
+};
 
 // A value: constant, checkerboard or an image; cheap to copy (images are shared and constant).
 class RgbTexture {
@@ -21,7 +30,7 @@ class RgbTexture {
     static RgbTexture image(std::shared_ptr<const Image> image, const V2f& scale);
 
     // Never reads outside the image: a coordinate that is not finite counts as 0.
-    Rgb at(const V2f& uv) const;
+    Rgb at(const TexturePoint& point) const;
 
   private:
     enum class Kind : std::uint8_t { constant, checkerboard, image };
@@ -29,6 +38,22 @@ class RgbTexture {
     Rgb a_{0.0F}, b_{0.0F};
     V2f scale_{1, 1};
     std::shared_ptr<const Image> image_;
+};
+
+// A number that varies over a surface: roughness, alpha, displacement.
+class FloatTexture {
+  public:
+    static FloatTexture constant(float value) {
+        FloatTexture texture;
+        texture.value_ = value;
+        return texture;
+    }
+    float at(const TexturePoint& /*point*/) const { return value_; }
+    // The value if it is the same everywhere.
+    std::optional<float> constant_value() const { return value_; }
+
+  private:
+    float value_ = 0;
 };
 
 // Any format OpenImageIO reads, as an image R, G, B; grey files are grey, alpha is left out. Whole-number

@@ -115,7 +115,7 @@ TEST(Directives, Attribute_GivesDefaultsWithinItsBlock) {
     EXPECT_EQ(read.draft.quadrics[0].radius, 3);
     EXPECT_EQ(read.draft.quadrics[1].radius, 4) << "what the shape says itself holds";
     EXPECT_EQ(read.draft.quadrics[3].radius, 1);
-    EXPECT_EQ(std::get<DiffuseMaterial>(read.draft.materials[1].model).reflectance.at({0, 0}), Rgb(1, 0, 0));
+    EXPECT_EQ(std::get<DiffuseMaterial>(read.draft.materials[1].model).reflectance.at(V2f(0, 0)), Rgb(1, 0, 0));
     EXPECT_TRUE(read.warnings.empty());
     EXPECT_THAT(refusal_of_world("Attribute \"camera\""), HasSubstr("Attribute \"camera\" is unknown"));
 }

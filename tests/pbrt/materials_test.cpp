@@ -18,17 +18,17 @@ Model only(const std::string& world) {
 }
 
 TEST(Materials, Default_IsHalfGrey) {
-    EXPECT_EQ(only<DiffuseMaterial>("").reflectance.at({0, 0}), Rgb(0.5F));
-    EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\"").reflectance.at({0, 0}), Rgb(0.5F));
-    EXPECT_EQ(only<DiffuseMaterial>("Material \"diffuse\"").reflectance.at({0, 0}), Rgb(0.5F));
-    EXPECT_EQ(only<MirrorMaterial>("Material \"mirror\"").reflectance.at({0, 0}), Rgb(0.9F));
+    EXPECT_EQ(only<DiffuseMaterial>("").reflectance.at(V2f(0, 0)), Rgb(0.5F));
+    EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\"").reflectance.at(V2f(0, 0)), Rgb(0.5F));
+    EXPECT_EQ(only<DiffuseMaterial>("Material \"diffuse\"").reflectance.at(V2f(0, 0)), Rgb(0.5F));
+    EXPECT_EQ(only<MirrorMaterial>("Material \"mirror\"").reflectance.at(V2f(0, 0)), Rgb(0.9F));
 }
 
 TEST(Materials, Diffuse_TakesItsColourUnderEitherName) {
-    EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\" \"color Kd\" [.1 .2 .3]").reflectance.at({0, 0}),
+    EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\" \"color Kd\" [.1 .2 .3]").reflectance.at(V2f(0, 0)),
               Rgb(0.1F, 0.2F, 0.3F));
     EXPECT_EQ(
-        only<DiffuseMaterial>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.at({0, 0}),
+        only<DiffuseMaterial>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.at(V2f(0, 0)),
         Rgb(0.1F, 0.2F, 0.3F));
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"float sigma\" 20"),
                 HasSubstr("\"sigma\" (Oren-Nayar) is not"));
@@ -134,10 +134,10 @@ TEST(Textures, Checkerboard_HasItsFirstColourAtTheOrigin) {
         "Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [1 0 0] \"rgb tex2\" [0 0 1] \"float "
         "uscale\" 4 "
         "\"float vscale\" 2 Material \"diffuse\" \"texture reflectance\" \"t\"");
-    EXPECT_EQ(material.reflectance.at({0.1F, 0.1F}), Rgb(1, 0, 0));
-    EXPECT_EQ(material.reflectance.at({0.3F, 0.1F}), Rgb(0, 0, 1));
-    EXPECT_EQ(material.reflectance.at({0.1F, 0.6F}), Rgb(0, 0, 1));
-    EXPECT_EQ(material.reflectance.at({0.3F, 0.6F}), Rgb(1, 0, 0));
+    EXPECT_EQ(material.reflectance.at(V2f(0.1F, 0.1F)), Rgb(1, 0, 0));
+    EXPECT_EQ(material.reflectance.at(V2f(0.3F, 0.1F)), Rgb(0, 0, 1));
+    EXPECT_EQ(material.reflectance.at(V2f(0.1F, 0.6F)), Rgb(0, 0, 1));
+    EXPECT_EQ(material.reflectance.at(V2f(0.3F, 0.6F)), Rgb(1, 0, 0));
 }
 
 TEST(Textures, ConstantsAndScales_Multiply) {
@@ -145,7 +145,7 @@ TEST(Textures, ConstantsAndScales_Multiply) {
         "Texture \"a\" \"color\" \"constant\" \"color value\" [.5 .6 .8]"
         "Texture \"b\" \"color\" \"scale\" \"texture tex1\" \"a\" \"rgb tex2\" [.5 .5 1]"
         "Material \"matte\" \"texture Kd\" \"b\"");
-    EXPECT_EQ(material.reflectance.at({0, 0}), Rgb(0.25F, 0.3F, 0.8F));
+    EXPECT_EQ(material.reflectance.at(V2f(0, 0)), Rgb(0.25F, 0.3F, 0.8F));
 }
 
 TEST(Textures, Imagemap_IsReadFromTheScenesFolder) {
@@ -161,8 +161,8 @@ TEST(Textures, Imagemap_IsReadFromTheScenesFolder) {
         "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"";
     const Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", {}, monitor);
     const auto model = std::get<DiffuseMaterial>(draft.materials.at(0).model);
-    EXPECT_NEAR(model.reflectance.at({0.5F, 0.25F}).x, 0.125F, 1e-6F) << "v = 0 is the bottom row";
-    EXPECT_NEAR(model.reflectance.at({0.5F, 0.75F}).x, 0.375F, 1e-6F);
+    EXPECT_NEAR(model.reflectance.at(V2f(0.5F, 0.25F)).x, 0.125F, 1e-6F) << "v = 0 is the bottom row";
+    EXPECT_NEAR(model.reflectance.at(V2f(0.5F, 0.75F)).x, 0.375F, 1e-6F);
     EXPECT_THAT(refusal_of_world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"no.png\""),
                 HasSubstr("scene.pbrt:2:35: no.png: "));
 }

@@ -36,50 +36,50 @@ std::string message_of(const std::filesystem::path& file) {
 
 TEST(Texture, Constant_Anywhere_IsTheSame) {
     const auto texture = RgbTexture::constant(Rgb(0.1F, 0.2F, 0.3F));
-    EXPECT_EQ(texture.at({-7, 1e9F}), Rgb(0.1F, 0.2F, 0.3F));
+    EXPECT_EQ(texture.at(V2f(-7, 1e9F)), Rgb(0.1F, 0.2F, 0.3F));
 }
 
 TEST(Texture, Checkerboard_Squares_Alternate) {
     const auto board = RgbTexture::checkerboard(Rgb(0.0F), Rgb(1.0F), V2f(2, 4));
-    EXPECT_EQ(board.at({0, 0}), Rgb(0.0F));
-    EXPECT_EQ(board.at({0.49F, 0.24F}), Rgb(0.0F));
-    EXPECT_EQ(board.at({0.51F, 0.24F}), Rgb(1.0F));
-    EXPECT_EQ(board.at({0.51F, 0.26F}), Rgb(0.0F));
-    EXPECT_EQ(board.at({-0.01F, 0}), Rgb(1.0F));
-    EXPECT_EQ(board.at({-0.01F, -0.01F}), Rgb(0.0F));
-    EXPECT_EQ(board.at({500'000.25F, 0}), Rgb(0.0F));
+    EXPECT_EQ(board.at(V2f(0, 0)), Rgb(0.0F));
+    EXPECT_EQ(board.at(V2f(0.49F, 0.24F)), Rgb(0.0F));
+    EXPECT_EQ(board.at(V2f(0.51F, 0.24F)), Rgb(1.0F));
+    EXPECT_EQ(board.at(V2f(0.51F, 0.26F)), Rgb(0.0F));
+    EXPECT_EQ(board.at(V2f(-0.01F, 0)), Rgb(1.0F));
+    EXPECT_EQ(board.at(V2f(-0.01F, -0.01F)), Rgb(0.0F));
+    EXPECT_EQ(board.at(V2f(500'000.25F, 0)), Rgb(0.0F));
 }
 
 TEST(Texture, Image_TexelCentres_AreExact) {
     const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
-    expect_rgb(texture.at({0.25F, 0.75F}), Rgb(1, 0, 0));  // v runs up: the upper left texel
-    expect_rgb(texture.at({0.75F, 0.75F}), Rgb(0, 1, 0));
-    expect_rgb(texture.at({0.25F, 0.25F}), Rgb(0, 0, 1));
-    expect_rgb(texture.at({0.75F, 0.25F}), Rgb(1, 1, 1));
+    expect_rgb(texture.at(V2f(0.25F, 0.75F)), Rgb(1, 0, 0));  // v runs up: the upper left texel
+    expect_rgb(texture.at(V2f(0.75F, 0.75F)), Rgb(0, 1, 0));
+    expect_rgb(texture.at(V2f(0.25F, 0.25F)), Rgb(0, 0, 1));
+    expect_rgb(texture.at(V2f(0.75F, 0.25F)), Rgb(1, 1, 1));
 }
 
 TEST(Texture, Image_BetweenCentres_IsBilinear) {
     const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
-    expect_rgb(texture.at({0.5F, 0.75F}), Rgb(0.5F, 0.5F, 0));
-    expect_rgb(texture.at({0.5F, 0.5F}), Rgb(0.5F, 0.5F, 0.5F));
-    expect_rgb(texture.at({0.375F, 0.75F}), Rgb(0.75F, 0.25F, 0));
+    expect_rgb(texture.at(V2f(0.5F, 0.75F)), Rgb(0.5F, 0.5F, 0));
+    expect_rgb(texture.at(V2f(0.5F, 0.5F)), Rgb(0.5F, 0.5F, 0.5F));
+    expect_rgb(texture.at(V2f(0.375F, 0.75F)), Rgb(0.75F, 0.25F, 0));
     // Across the seam: the last column beside the first.
-    expect_rgb(texture.at({0, 0.75F}), Rgb(0.5F, 0.5F, 0));
+    expect_rgb(texture.at(V2f(0, 0.75F)), Rgb(0.5F, 0.5F, 0));
 }
 
 TEST(Texture, Image_Scaled_Repeats) {
     const auto once = RgbTexture::image(two_by_two(), V2f(1, 1));
     const auto thrice = RgbTexture::image(two_by_two(), V2f(3, 2));
     for (const V2f& uv : {V2f(0.1F, 0.2F), V2f(0.77F, 0.4F), V2f(-0.3F, 0.9F)}) {
-        expect_rgb(thrice.at(uv), once.at({3 * uv.x, 2 * uv.y}));
-        expect_rgb(once.at({uv.x + 5, uv.y - 7}), once.at(uv), 1e-4F);
+        expect_rgb(thrice.at(uv), once.at(V2f(3 * uv.x, 2 * uv.y)));
+        expect_rgb(once.at(V2f(uv.x + 5, uv.y - 7)), once.at(uv), 1e-4F);
     }
 }
 
 RC_GTEST_PROP(TextureProperties, Image_AnyCoordinate_StaysWithinTheTexels, (float u, float v)) {
     const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
     for (const float other : {v, 0.0F, -1e-30F, 1e38F, INFINITY, -INFINITY, NAN}) {
-        for (const Rgb& c : {texture.at({u, other}), texture.at({other, u})}) {
+        for (const Rgb& c : {texture.at(V2f(u, other)), texture.at(V2f(other, u))}) {
             RC_ASSERT(is_finite(c) && std::min({c.x, c.y, c.z}) >= 0 && max_component(c) <= 1.00001F);
         }
     }
