@@ -1,4 +1,4 @@
-// How a surface scatters: a value made for one hit, a closed set of lobes, no heap.
+// How a surface scatters: a value made for one hit, a few lobes of a closed set, no heap.
 //
 // All directions are unit vectors in world space and point away from the surface. `wo` is the side that is
 // known (towards the eye for radiance, towards the light for particles), `wi` the other.
@@ -10,12 +10,14 @@
 // its shading horizon.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <variant>
+#include <span>
 
 #include "engine/base/frame.h"
 #include "engine/base/vec.h"
+#include "engine/world/lobes.h"
 
 namespace lucerna {
 
@@ -25,50 +27,15 @@ namespace lucerna {
 // wo and go on towards wi with (1 - F). So f(wo, wi, particles) = f(wi, wo, radiance).
 enum class Transport : std::uint8_t { radiance, particles };
 
-// Two alphas under this are a smooth surface: a rougher lobe is the least that float32 directions can
-// resolve. Of two different ones the smaller counts as kLeastAlpha at least. Alphas are GGX's, finite, >= 0,
-// and may exceed 1.
-inline constexpr float kSmoothAlpha = 1e-3F;
-inline constexpr float kLeastAlpha = 1e-4F;
-// Rough glass that bends light less than this (|eta - 1|) scatters like smooth glass of the same eta.
-inline constexpr float kLeastBend = 1e-3F;
-
-// Lambertian reflection on both sides. Albedo per channel in [0,1].
-struct DiffuseLobe {
-    Rgb albedo;
-};
-// Perfect mirror with constant reflectance.
-struct MirrorLobe {
-    Rgb reflectance;
-};
-// Smooth or rough (GGX, Walter et al. 2007; visible normals, Heitz 2018) conductor; Fresnel from eta and k.
-// Both sides reflect alike. A single bounce between facets: what would bounce again is lost.
-struct ConductorLobe {
-    Rgb eta, k;                      // relative to the outside, >= 0
-    Rgb tint{1.0F};                  // multiplies the Fresnel reflectance
-    float alpha_x = 0, alpha_y = 0;  // 0: smooth
-};
-// Smooth or rough glass boundary. The geometric normal's side is outside. eta = 1 is no boundary: light goes
-// straight on, whatever the normals and alphas.
-struct DielectricLobe {
-    float eta = 1.5F;  // inside over outside, > 0
-    Rgb reflect{1.0F}, transmit{1.0F};
-    float alpha_x = 0, alpha_y = 0;  // 0: smooth
-};
-// No scattering at all: absorbs everything.
-struct BlackLobe {};
-
-using Lobe = std::variant<BlackLobe, DiffuseLobe, MirrorLobe, ConductorLobe, DielectricLobe>;
-
 struct BsdfU {
-    float lobe;  // chooses between lobes, or between reflection and transmission
+    float lobe;  // chooses between lobes, and between reflection and transmission
     V2f direction;
 };
 
 struct BsdfSample {
     V3f wi;
-    Rgb weight;         // f |cosθ_i| / pdf
-    float pdf_w;        // per solid angle; 0 for a delta lobe
+    Rgb weight;         // f |cosθ_i| / pdf; of a delta lobe its share over the chance of choosing it
+    float pdf_w;        // per solid angle, of all lobes that are no delta; 0 for a delta sample
     bool delta;         // a perfect mirror or smooth glass: nothing else can find this direction
     bool transmission;  // wi lies on the other side of the surface
     // What `weight` holds of the change of radiance, (η_o/η_i)² with the indices on wo's and wi's side; lets
@@ -76,20 +43,30 @@ struct BsdfSample {
     float eta_scale = 1;
 };
 
+// A sum of lobes. A sample comes from one of them, chosen by a cheap estimate of its albedo for wo. Delta
+// lobes and others may stand side by side: f and pdf_w leave the delta ones out, and each sample says which
+// of the two it is, so that multiple importance sampling weighs only what other techniques can find.
 class Bsdf {
   public:
+    static constexpr std::size_t kMaxLobes = 8;
+
     // `ns` shading normal and `ng` geometric normal, unit, in the same hemisphere. `dpdu` orients anisotropy:
     // alpha_x belongs to its part across ns. Asserts that colours lie in [0,1] and the other parameters where
-    // the lobes say.
+    // the lobes say, and that there are at most kMaxLobes. That the sum reflects no more than arrives is the
+    // caller's care. Lambertian lobes are added up into one, black ones left out.
+    Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f& dpdu);
     Bsdf(const Lobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu);
 
     // The BSDF's value, without the cosine, without delta parts. Which side wi and wo are on is decided by
     // ng.
     Rgb f(const V3f& wo, const V3f& wi, Transport transport) const;
-    // Density per solid angle of sample() choosing wi, delta parts left out. (Particles that arrive from
-    // below a Lambertian surface's shading horizon are absorbed; this is the density as radiance has it.)
+    // Density per solid angle of sample() choosing wi, delta parts left out (so it integrates to the chance
+    // of choosing none of them). (Particles that arrive from below a Lambertian surface's shading horizon are
+    // absorbed; this is the density as radiance has it.)
     float pdf_w(const V3f& wo, const V3f& wi) const;
     // No sample: the light is absorbed. A cosine of exactly 0 is absorbed by every lobe but the diffuse one.
+    // A single lobe's weight is at most 1 (times eta_scale); among several one may exceed it, the mean does
+    // not.
     std::optional<BsdfSample> sample(const V3f& wo, const BsdfU& u, Transport transport) const;
     // Share of the power arriving from wo that is scattered (so without any (η_o/η_i)²), delta parts
     // included, in [0,1]; the mean weight of particle samples. Exact for diffuse and smooth lobes (as long as
@@ -100,14 +77,25 @@ class Bsdf {
     // True if all it does is delta: no direct light, no photon stored.
     bool is_delta() const;
     // True if it is exactly Lambertian: then f = albedo/π, whatever the directions on one side.
-    bool is_diffuse() const { return std::holds_alternative<DiffuseLobe>(lobe_); }
-    bool is_black() const { return std::holds_alternative<BlackLobe>(lobe_); }
+    bool is_diffuse() const { return count_ == 1 && has_diffuse(); }
+    bool is_black() const { return std::holds_alternative<BlackLobe>(lobes_[0]); }
+
+    // A split in two that add up to the whole: what is exactly Lambertian reflection, which photons can be
+    // gathered for, and everything else. Same normals; a black Bsdf where there is nothing.
+    bool has_diffuse() const { return std::holds_alternative<DiffuseLobe>(lobes_[0]); }
+    Bsdf diffuse_part() const;
+    Bsdf rest() const;
 
     const V3f& shading_normal() const { return frame_.n; }
     const V3f& geometric_normal() const { return ng_; }
 
   private:
-    Lobe lobe_;
+    Bsdf(const Frame& frame, const V3f& ng) : frame_(frame), ng_(ng) {}
+    std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
+
+    // At least one; the Lambertian one, if any, comes first, and a black one is alone.
+    std::array<Lobe, kMaxLobes> lobes_;
+    std::size_t count_ = 1;
     Frame frame_;
     V3f ng_;
 };
