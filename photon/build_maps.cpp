@@ -16,7 +16,7 @@ struct Harvest {
     Ledger ledger;
 };
 
-void deposit(const WalkHit& at, const MapPlan& plan, float share, Harvest& harvest) {
+void deposit(const WalkHit& at, const MapPlan& plan, Harvest& harvest) {
     const auto kind = static_cast<std::size_t>(map_of(at.path));
     if (!stores_photons(at.bsdf)) {
         ++harvest.counts[kind].not_storable;
@@ -26,13 +26,12 @@ void deposit(const WalkHit& at, const MapPlan& plan, float share, Harvest& harve
         ++harvest.counts[kind].stored;
         const V3f& n = at.hit.at.n;
         harvest.batches[kind].add(at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
-                                  {PackedDirection(at.d), at.power * share, at.start.light, at.start.cell});
+                                  {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
     }
 }
 
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
-    const float share = 1.0F / static_cast<float>(plan.paths);  // the one place of 1/M; paths >= 1
     for (std::int64_t path = begin; path < end; ++path) {
         Stream stream =
             Stream::stratified(plan.seed, Purpose::emission, plan.pass, static_cast<std::uint32_t>(path));
@@ -42,24 +41,97 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
             ++harvest.ledger.not_emitted;
             continue;
         }
-        walk(scene, *start, stream, harvest.ledger,
-             [&](const WalkHit& at) { deposit(at, plan, share, harvest); });
+        walk(scene, *start, stream, harvest.ledger, [&](const WalkHit& at) { deposit(at, plan, harvest); });
     }
     return harvest;
 }
 
 // Concatenates the chunks' photons of one class, freeing each as it goes.
-Photons join(std::vector<Harvest>& harvests, std::size_t kind) {
+Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t paths) {
+    const float share = 1.0F / static_cast<float>(paths);  // the one place of 1/M; paths >= 1
     std::size_t total = 0;
     for (const Harvest& h : harvests) total += h.batches[kind].size();
     Photons all;
     all.reserve(total);
     for (Harvest& h : harvests) {
         const Photons batch = std::exchange(h.batches[kind], {});
-        for (std::size_t i = 0; i < batch.size(); ++i)
-            all.add(batch.positions[i], batch.normals[i], batch.photons[i]);
+        for (std::size_t i = 0; i < batch.size(); ++i) {
+            Photon photon = batch.photons[i];
+            photon.power *= share;
+            all.add(batch.positions[i], batch.normals[i], photon);
+        }
     }
     return all;
+}
+
+constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
+
+// Walks paths until there are `total` of them.
+void walk_until(const Scene& scene, const MapPlan& plan, std::int64_t total, const Workers& workers,
+                Monitor& monitor, std::vector<Harvest>& harvests) {
+    const std::int64_t first = static_cast<std::int64_t>(harvests.size()) * kGrain;
+    harvests.resize(static_cast<std::size_t>((total + kGrain - 1) / kGrain));
+    Phase phase(monitor, "photons", static_cast<std::uint64_t>(total - first));
+    parallel_ranges(workers, total - first, kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                        if (monitor.stopped()) return;
+                        harvests[static_cast<std::size_t>((first + begin) / kGrain)] =
+                            walk_paths(scene, plan, first + begin, first + end);
+                        phase.advance(static_cast<std::uint64_t>(end - begin));
+                    });
+}
+
+std::int64_t stored(const std::vector<Harvest>& harvests, std::size_t kind) {
+    std::int64_t sum = 0;
+    for (const Harvest& h : harvests) sum += static_cast<std::int64_t>(h.counts[kind].stored);
+    return sum;
+}
+
+// How many paths all targets are expected to need, by what the first `total` gave; `total` if they are met.
+// Drops the targets that would need more paths than `most`.
+std::int64_t needed(const std::vector<Harvest>& harvests, std::int64_t total, std::int64_t most,
+                    std::array<std::int64_t, kMapKinds>& targets, Monitor& monitor) {
+    std::int64_t paths = total;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        const std::int64_t found = stored(harvests, kind);
+        if (found >= targets[kind]) continue;
+        const double wanted = 1.1 * static_cast<double>(total) * static_cast<double>(targets[kind]) /
+                              static_cast<double>(std::max<std::int64_t>(found, 1));
+        if (wanted > static_cast<double>(most)) {
+            monitor.warn(
+                fmt::format("the {} map holds {} photons after {} light paths; the target of {} is given up",
+                            map_name(static_cast<MapKind>(kind)), found, total, targets[kind]));
+            targets[kind] = 0;
+            continue;
+        }
+        paths = std::max(paths, static_cast<std::int64_t>(wanted));
+    }
+    return (paths + kGrain - 1) / kGrain * kGrain;
+}
+
+// Walks as many paths as the plan asks for; returns their number.
+std::int64_t walk_all(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor,
+                      std::vector<Harvest>& harvests) {
+    std::array<std::int64_t, kMapKinds> targets = plan.targets;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        if (!plan.wanted[kind]) targets[kind] = 0;
+    }
+    if (targets == std::array<std::int64_t, kMapKinds>{}) {
+        walk_until(scene, plan, plan.paths, workers, monitor, harvests);
+        return plan.paths;
+    }
+    constexpr std::int64_t kPilot = 16 * kGrain;
+    constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes
+    std::int64_t total = kPilot;
+    walk_until(scene, plan, total, workers, monitor, harvests);
+    while (!monitor.stopped()) {
+        // A first look at few photons is not trusted with more than sixteen times as many paths.
+        const std::int64_t next = std::min(needed(harvests, total, kMostPaths, targets, monitor), 16 * total);
+        if (next <= total) break;
+        total = next;
+        walk_until(scene, plan, total, workers, monitor, harvests);
+    }
+    return total;
 }
 
 }  // namespace
@@ -70,21 +142,12 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
         throw InputError(
             fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
     }
-    constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
     PhotonMaps result;
 
     // Emit and walk.
     const Stopwatch tracing;
-    std::vector<Harvest> harvests(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
-    {
-        Phase phase(monitor, "photons", static_cast<std::uint64_t>(plan.paths));
-        parallel_ranges(workers, plan.paths, kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-                            if (monitor.stopped()) return;
-                            harvests[static_cast<std::size_t>(chunk)] = walk_paths(scene, plan, begin, end);
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
-    }
+    std::vector<Harvest> harvests;
+    const std::int64_t paths = walk_all(scene, plan, workers, monitor, harvests);
     for (const Harvest& h : harvests) {
         result.ledger.add(h.ledger);
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
@@ -93,14 +156,14 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
             result.counts[kind].not_storable += h.counts[kind].not_storable;
         }
     }
-    result.ledger.scale(1.0 / static_cast<double>(plan.paths));
+    result.ledger.scale(1.0 / static_cast<double>(paths));
     result.seconds_trace = tracing.seconds();
 
     // Index.
     const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!plan.wanted[kind]) continue;
-        result.maps[kind].emplace(join(harvests, kind));
+        result.maps[kind].emplace(join(harvests, kind, paths));
     }
     result.seconds_index = indexing.seconds();
     return result;

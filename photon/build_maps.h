@@ -13,10 +13,13 @@
 namespace lucerna {
 
 struct MapPlan {
-    std::int64_t paths = 0;  // light paths to emit, at most 2^32
+    std::int64_t paths = 0;  // light paths to emit, at most 2^32; not looked at where a target is set
     std::array<bool, kMapKinds> wanted{};
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
+    // Photons to store at least, by map; 0: no target. A target that too few paths serve is given up, with a
+    // warning.
+    std::array<std::int64_t, kMapKinds> targets = {};
 };
 
 // What became of the hits of one class.

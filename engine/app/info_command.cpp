@@ -108,10 +108,12 @@ void print_materials(std::ostream& out, const Scene& scene) {
 
 void print_camera(std::ostream& out, const Job& job) {
     const Camera::Settings& camera = job.camera.settings();
-    const bool perspective = camera.kind == Camera::Settings::Kind::perspective;
-    fmt::print(out, "camera       {}",
-               perspective ? fmt::format("perspective, {:g} degrees", camera.fov_degrees)
-                           : std::string("orthographic"));
+    using Kind = Camera::Settings::Kind;
+    if (camera.kind == Kind::perspective) {
+        fmt::print(out, "camera       perspective, {:g} degrees", camera.fov_degrees);
+    } else {
+        fmt::print(out, "camera       {}", camera.kind == Kind::spherical ? "spherical" : "orthographic");
+    }
     if (camera.lens_radius > 0) {
         fmt::print(out, ", lens radius {:g}, focus at {:g}", camera.lens_radius, camera.focal_distance);
     }

@@ -45,7 +45,9 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["settings"] = settings_json(job.integrator);
     json["seed"] = facts.seed;
     json["threads"] = facts.threads;
-    json["image"] = {{"width", job.film.width}, {"height", job.film.height}, {"file", image_file.string()}};
+    json["image"] = {{"width", job.film.rendered_size().x},
+                     {"height", job.film.rendered_size().y},
+                     {"file", image_file.string()}};
     json["samples"] = {{"asked", job.spp}, {"done", report.samples_done}};
     json["complete"] = report.complete;
     Json seconds = {{"read", facts.read_seconds}};

@@ -60,4 +60,21 @@ inline V2f square_to_triangle(const V2f& u) {
     return {root * (1 - u.y), root * u.y};
 }
 
+// The unit square onto the sphere with equal areas: the upper hemisphere in the square's inner diamond, the
+// lower one in its corners (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", 2008).
+// Coordinates a little outside the square (a pixel filter's) wrap around its edges.
+inline V3f octahedral_square_to_sphere(V2f at) {
+    if (at.x < 0) at = {-at.x, 1 - at.y};
+    if (at.x > 1) at = {2 - at.x, 1 - at.y};
+    if (at.y < 0) at = {1 - at.x, -at.y};
+    if (at.y > 1) at = {1 - at.x, 2 - at.y};
+    const float u = 2 * at.x - 1, v = 2 * at.y - 1;
+    const float inside = 1 - (std::fabs(u) + std::fabs(v));  // signed distance from the diamond's edge
+    const float r = 1 - std::fabs(inside);
+    const float phi = (r == 0 ? 1 : (std::fabs(v) - std::fabs(u)) / r + 1) * kPi / 4;
+    const float across = r * std::sqrt(std::max(0.0F, 2 - r * r));
+    return {std::copysign(std::cos(phi), u) * across, std::copysign(std::sin(phi), v) * across,
+            std::copysign(1 - r * r, inside)};
+}
+
 }  // namespace lucerna

@@ -21,7 +21,7 @@ V3d vector_at(const std::vector<double>& v, std::size_t first) {
 // ---- transformations
 
 void DirectiveReader::identity() {
-    reading_.state.ctm = M44d();
+    if (reading_.state.at_start) reading_.state.ctm = M44d();
 }
 
 void DirectiveReader::translate() {
@@ -48,9 +48,26 @@ void DirectiveReader::look_at_directive() {
     concatenate(view, listed(v));
 }
 
+void DirectiveReader::active_transform() {
+    const Place at = tokens().place();
+    const Token token = tokens().next();
+    const bool is_word = token.kind == Token::Kind::word || token.kind == Token::Kind::string;
+    if (!is_word || (token.text != "StartTime" && token.text != "EndTime" && token.text != "All")) {
+        fail(at, "ActiveTransform wants StartTime, EndTime or All, not \"{}\"", shown(token.text));
+    }
+    reading_.state.at_start = token.text != "EndTime";
+    if (token.text != "All") {
+        reading_.warn(place_, "nothing moves here: the scene is shown as it stands at StartTime");
+    }
+}
+
+void DirectiveReader::transform_times() {
+    numbers(2, "the start and the end of a movement");
+}
+
 void DirectiveReader::transform() {
     const auto v = numbers(16, "the columns of a matrix");
-    reading_.state.ctm = M44d();
+    if (reading_.state.at_start) reading_.state.ctm = M44d();
     concatenate(matrix_of(v), listed(v));
 }
 
@@ -72,7 +89,7 @@ void DirectiveReader::coord_sys_transform() {
         fail(place_, "no coordinate system \"{}\" was named; there are {}", shown(name),
              fmt::join(names, ", "));
     }
-    reading_.state.ctm = found->second;
+    if (reading_.state.at_start) reading_.state.ctm = found->second;
 }
 
 void DirectiveReader::reverse_orientation() {
@@ -113,6 +130,9 @@ void DirectiveReader::world_begin() {
     if (!saved_.empty())
         fail(saved_.back().place, "this {} is not ended before WorldBegin", saved_.back().directive);
     stage_ = Stage::world;
+    if (reading_.draft.occlusion) {
+        reading_.state.material->material.model = DiffuseMaterial{RgbTexture::constant(Rgb(1))};
+    }
     reading_.state.ctm = M44d();
     coordinate_systems_["world"] = M44d();
 }
@@ -172,11 +192,48 @@ void DirectiveReader::option_of_kind(std::string_view what, OptionReader reader)
 }
 
 void DirectiveReader::integrator() {
+    if (name_ == "SurfaceIntegrator") {  // version 1's and 2's name
+        reading_.old_dialect = true;
+        name_ = "Integrator";
+    }
+    if (ignores_integrator_) {  // version 2's Renderer stands above it
+        parameters(quoted("the name of an integrator"), "");
+        return;
+    }
     once();
     const std::string kind = quoted("the name of an integrator");
     Params params = parameters(kind, "");
-    reading_.draft.integrator = read_integrator(kind, params, overrides_.integrator);
+    reading_.draft.integrator = read_integrator(reading_, kind, params, overrides_.integrator);
     params.warn_unused(reading_.monitor);
+}
+
+// Version 2's Renderer "metropolis" is an integrator; its others are bench tools around one.
+void DirectiveReader::renderer() {
+    reading_.old_dialect = true;
+    const std::string kind = quoted("a kind of renderer");
+    Params params = parameters(kind, "");
+    if (kind == "metropolis") {
+        if (params.has("samplesperpixel")) read_sampler(reading_, kind, params);
+        reading_.draft.integrator = read_integrator(reading_, kind, params, overrides_.integrator);
+        name_ = "Integrator";
+        if (std::ranges::find(seen_once_, name_) == seen_once_.end()) once();
+        ignores_integrator_ = true;
+        params.accept({"bidirectional", "bootstrapsamples", "directsamples", "dodirectseparately",
+                       "largestepprobability", "maxconsecutiverejects"});
+    } else if (kind != "sampler") {
+        if (kind != "aggregatetest" && kind != "createprobes" && kind != "surfacepoints") {
+            refuse_kind(place_, "Renderer", kind, {"sampler", "metropolis"}, {});
+        }
+        reading_.warn(place_, fmt::format("Renderer \"{}\" makes no picture; one is rendered instead", kind));
+        for (const Param& param : params.all()) params.accept({param.name});
+    }
+    params.warn_unused(reading_.monitor);
+}
+
+// Version 1's; plug-ins are not a thing here.
+void DirectiveReader::search_path() {
+    reading_.old_dialect = true;
+    quoted("a list of folders");
 }
 
 void DirectiveReader::accelerator() {
@@ -223,11 +280,17 @@ void DirectiveReader::medium_interface() {
 
 // ---- the world
 
+MaterialModel DirectiveReader::read_model(const std::string& kind, Params& params) {
+    MaterialModel model = read_material(reading_, kind, params);
+    const bool white = reading_.draft.occlusion && !std::holds_alternative<InterfaceMaterial>(model);
+    return white ? MaterialModel(DiffuseMaterial{RgbTexture::constant(Rgb(1))}) : model;
+}
+
 void DirectiveReader::material() {
     const std::string kind = quoted("a kind of material");
     Params params = parameters(kind, "material");
     auto entry = std::make_shared<MaterialEntry>();
-    entry->material = {kind, read_material(reading_, kind, params)};
+    entry->material = {kind, read_model(kind, params)};
     params.warn_unused(reading_.monitor);
     reading_.state.material = std::move(entry);
 }
@@ -240,7 +303,7 @@ void DirectiveReader::make_named_material() {
         fail(place_, "MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name));
     }
     auto entry = std::make_shared<MaterialEntry>();
-    entry->material = {name, read_material(reading_, kind, params)};
+    entry->material = {name, read_model(kind, params)};
     params.warn_unused(reading_.monitor);
     if (reading_.materials.contains(name)) {
         reading_.warn(
@@ -294,7 +357,9 @@ void DirectiveReader::shape() {
 void DirectiveReader::light_source() {
     const std::string kind = quoted("a kind of light");
     Params params = parameters(kind, "light");
+    const std::size_t before = reading_.draft.lights.size();
     read_light(reading_, kind, params);
+    if (reading_.draft.occlusion) reading_.draft.lights.resize(before, DraftLight{place_, PointSpec{}});
     params.warn_unused(reading_.monitor);
 }
 
@@ -302,6 +367,7 @@ void DirectiveReader::area_light_source() {
     const std::string kind = quoted("a kind of light");
     Params params = parameters(kind, "light");
     reading_.state.area_light = read_area_light(reading_, kind, params);
+    if (reading_.draft.occlusion) reading_.state.area_light = nullptr;
     params.warn_unused(reading_.monitor);
 }
 

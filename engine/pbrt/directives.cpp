@@ -11,9 +11,9 @@ namespace {
 constexpr std::size_t kDeepestInclude = 64;
 
 // Known to some version of pbrt, not to this reader.
-constexpr std::string_view kKnownElsewhere[] = {
-    "ActiveTransform", "MakeNamedMedium", "ObjectBegin", "ObjectEnd",    "ObjectInstance",
-    "TransformTimes",  "Renderer",        "Volume",      "VolumeRegion", "VolumeIntegrator"};
+constexpr std::string_view kKnownElsewhere[] = {"MakeNamedMedium", "ObjectBegin", "ObjectEnd",
+                                                "ObjectInstance",  "Volume",      "VolumeRegion",
+                                                "VolumeIntegrator"};
 
 }  // namespace
 
@@ -22,6 +22,7 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
     using enum Where;
     static const std::vector<Entry> entries = {
         {"Accelerator", options_only, &R::accelerator},
+        {"ActiveTransform", anywhere, &R::active_transform},
         {"AreaLightSource", world_only, &R::area_light_source},
         {"Attribute", anywhere, &R::attribute},
         {"AttributeBegin", world_only, &R::attribute_begin},
@@ -44,16 +45,19 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"NamedMaterial", world_only, &R::named_material},
         {"Option", options_only, &R::option},
         {"PixelFilter", options_only, &R::pixel_filter},
+        {"Renderer", options_only, &R::renderer},
         {"ReverseOrientation", world_only, &R::reverse_orientation},
         {"Rotate", anywhere, &R::rotate},
         {"Sampler", options_only, &R::sampler},
         {"Scale", anywhere, &R::scale},
+        {"SearchPath", anywhere, &R::search_path},
         {"Shape", world_only, &R::shape},
         {"SurfaceIntegrator", options_only, &R::integrator},  // version 2's name
         {"Texture", world_only, &R::texture},
         {"Transform", anywhere, &R::transform},
         {"TransformBegin", anywhere, &R::transform_begin},
         {"TransformEnd", anywhere, &R::transform_end},
+        {"TransformTimes", anywhere, &R::transform_times},
         {"Translate", anywhere, &R::translate},
         {"WorldBegin", options_only, &R::world_begin},
         {"WorldEnd", world_only, &R::world_end},
@@ -137,10 +141,11 @@ void DirectiveReader::finish() {
         reading_.warn(place_,
                       fmt::format("no Film: {} x {} pixels are taken", draft.film.width, draft.film.height));
     }
-    if (!seen("Integrator") && !seen("SurfaceIntegrator")) {
+    if (!seen("Integrator")) {
         const std::string& name = overrides_.integrator;
         draft.integrator = make_settings(name.empty() ? "path" : name, {"--integrator"});
     }
+    if (draft.occlusion) draft.lights.push_back({place_, InfiniteSpec{Rgb(1)}});
     apply_settings(draft.integrator, overrides_);
     if (overrides_.spp > 0) draft.spp = overrides_.spp;
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
@@ -251,7 +256,7 @@ void DirectiveReader::concatenate(const std::optional<M44d>& m, std::string_view
         fail(place_, "{} {}: this cannot be undone; an invertible, affine, finite transformation is accepted",
              name_, what);
     }
-    reading_.state.ctm = *product;
+    if (reading_.state.at_start) reading_.state.ctm = *product;
 }
 
 }  // namespace lucerna

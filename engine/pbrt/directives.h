@@ -54,6 +54,8 @@ class DirectiveReader {
     void end_block(std::string_view opening);
     // Warns if the directive at hand, of which a scene has one, was there before.
     void once();
+    // The material, or white where the scene asks for ambient occlusion.
+    MaterialModel read_model(const std::string& kind, Params& params);
     using OptionReader = void (*)(Reading&, const std::string& kind, Params&);
     void option_of_kind(std::string_view what, OptionReader reader);
 
@@ -66,6 +68,8 @@ class DirectiveReader {
     void coord_sys_transform();
     void transform();
     void concat_transform();
+    void active_transform();
+    void transform_times();
     void reverse_orientation();
     void attribute_begin();
     void attribute_end();
@@ -81,6 +85,8 @@ class DirectiveReader {
     void sampler();
     void pixel_filter();
     void integrator();
+    void renderer();
+    void search_path();
     void accelerator();
     void color_space();
     void option();
@@ -100,6 +106,7 @@ class DirectiveReader {
     std::vector<Saved> saved_;
     std::map<std::string, M44d, std::less<>> coordinate_systems_;
     std::vector<std::string_view> seen_once_;  // of Camera, Film, ...
+    bool ignores_integrator_ = false;          // a Renderer has chosen one
     std::string_view name_;                    // the directive at hand, and its place
     Place place_;
 };

@@ -83,6 +83,8 @@ struct Draft {
     FilmSettings film;
     int spp = 16;
     IntegratorSettings integrator;
+    // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
+    bool occlusion = false;
 };
 
 // Reads the text and all it includes. Throws InputError.

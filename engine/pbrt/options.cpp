@@ -36,18 +36,27 @@ int read_side(Params& params, std::string_view name, int fallback) {
     return side;
 }
 
-// Only what covers the whole picture.
-void require_full_picture(Params& params, const FilmSettings& film) {
-    const std::pair<std::string_view, std::array<double, 4>> windows[] = {
-        {"cropwindow", {0, 1, 0, 1}},
-        {"pixelbounds", {0, static_cast<double>(film.width), 0, static_cast<double>(film.height)}}};
-    for (const auto& [name, full] : windows) {
-        const Param* window = params.find(name, {Type::real, Type::integer});
-        if (!window) continue;
-        if (!std::equal(full.begin(), full.end(), window->numbers.begin(), window->numbers.end())) {
-            fail(window->place, "{} {:g} is not supported yet; the whole picture is ({:g})", name,
-                 fmt::join(window->numbers, " "), fmt::join(full, " "));
-        }
+// The part of the picture that is wanted: shares of its sides, or pixels.
+void read_crop(Params& params, FilmSettings& film) {
+    const Param* shares = params.find("cropwindow", {Type::real});
+    const Param* pixels = params.find("pixelbounds", {Type::integer, Type::real});
+    const Param* window = shares ? shares : pixels;
+    if (!window) return;
+    if (window->numbers.size() != 4) {
+        fail(window->place, "\"{}\" has {} numbers; 4 are accepted (x0 x1 y0 y1)", window->name,
+             window->numbers.size());
+    }
+    const double wide = film.width, high = film.height;
+    const auto edge = [&](std::size_t i) {
+        const double most = i < 2 ? wide : high;
+        const double at = window->numbers[i];
+        return static_cast<int>(std::clamp(shares ? std::ceil(most * at) : at, 0.0, most));
+    };
+    film.crop_begin = V2i(edge(0), edge(2));
+    film.crop_end = V2i(edge(1), edge(3));
+    if (film.crop_begin.x >= film.crop_end.x || film.crop_begin.y >= film.crop_end.y) {
+        fail(window->place, "\"{}\" {:g} leaves no pixel of {} x {}", window->name,
+             fmt::join(window->numbers, " "), film.width, film.height);
     }
 }
 
@@ -78,8 +87,36 @@ float read_radius(Params& params, std::string_view v4_name, std::string_view v3_
 
 }  // namespace
 
+namespace {
+
+void read_lens(Camera::Settings& camera, Params& params) {
+    camera.lens_radius = static_cast<float>(params.real_within("lensradius", 0, 0, 1e30));
+    // Version 1 and 2 write 1e30 for "everywhere"; the lens then has nothing to blur.
+    camera.focal_distance = static_cast<float>(params.real_within("focaldistance", 1e6, 1e-30, 1e38));
+}
+
+// Version 4 spreads the sphere with equal areas by default; the older "environment" by latitude and
+// longitude.
+Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
+    const std::string mapping = environment ? "equirectangular" : params.string("mapping", "equalarea");
+    if (mapping == "equirectangular") return Camera::Settings::Mapping::equirectangular;
+    if (mapping == "equalarea") return Camera::Settings::Mapping::equal_area;
+    fail(params.place_of("mapping"), "mapping \"{}\" is not accepted; equalarea and equirectangular are",
+         shown(mapping));
+}
+
+}  // namespace
+
 void read_camera(Reading& reading, const std::string& kind, Params& params) {
     Camera::Settings& camera = reading.draft.camera;
+    // Nothing moves, and nothing is too near or too far.
+    params.accept({"hither", "yon", "shutteropen", "shutterclose"});
+    if (kind == "spherical" || kind == "environment") {
+        camera.kind = Camera::Settings::Kind::spherical;
+        camera.mapping = read_mapping(params, kind == "environment");
+        params.accept({"screenwindow", "frameaspectratio", "lensradius", "focaldistance"});
+        return;
+    }
     if (kind == "perspective") {
         camera.kind = Camera::Settings::Kind::perspective;
         double fov = params.real_within("fov", 90, 1e-3, 179.999);
@@ -88,21 +125,24 @@ void read_camera(Reading& reading, const std::string& kind, Params& params) {
     } else if (kind == "orthographic") {
         camera.kind = Camera::Settings::Kind::orthographic;
     } else {
-        refuse_kind(params.place(), "Camera", kind, {"perspective", "orthographic"},
-                    {"environment", "realistic", "spherical"});
+        refuse_kind(params.place(), "Camera", kind,
+                    {"perspective", "orthographic", "spherical", "environment"}, {"realistic"});
     }
     read_screen_window(reading, params);
     reading.draft.frame_aspect_ratio =
         params.has("frameaspectratio") ? params.real_within("frameaspectratio", 1, 1e-3, 1e3) : 0;
-    camera.lens_radius = static_cast<float>(params.real_within("lensradius", 0, 0, 1e30));
-    camera.focal_distance = static_cast<float>(params.real_within("focaldistance", 1e6, 1e-30, 1e30));
+    read_lens(camera, params);
 }
 
 void read_film(Reading& reading, const std::string& kind, Params& params) {
     FilmSettings& film = reading.draft.film;
     const bool version3 = kind == "image";
-    if (!version3 && kind != "rgb") {
-        refuse_kind(params.place(), "Film", kind, {"rgb", "image"}, {"gbuffer", "spectral"});
+    if (kind == "gbuffer" || kind == "spectral") {
+        reading.warn(params.place(),
+                     fmt::format("Film \"{}\": red, green and blue are written, nothing else", kind));
+        params.accept({"buckets", "coordsys", "lambdamax", "lambdamin", "nbuckets"});
+    } else if (!version3 && kind != "rgb") {
+        refuse_kind(params.place(), "Film", kind, {"rgb", "image", "gbuffer", "spectral"}, {});
     }
     // Each version's own default.
     film.width = read_side(params, "xresolution", version3 ? 640 : 1280);
@@ -113,9 +153,10 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     double scale = params.real_within("scale", 1, 1e-30, 1e30);
     if (!version3) scale *= read_sensor(params);
     film.scale = static_cast<float>(scale);
-    require_full_picture(params, film);
+    read_crop(params, film);
+    // Half floats; the size of a film that only a real lens asks for; how older versions wrote files.
     params.accept(
-        {"savefp16", "diagonal"});  // half floats; the size of a film that only a real lens asks for
+        {"savefp16", "diagonal", "maxcomponentvalue", "premultiplyalpha", "writefrequency", "display"});
 }
 
 void read_filter(Reading& reading, const std::string& kind, Params& params) {
@@ -135,9 +176,18 @@ void read_filter(Reading& reading, const std::string& kind, Params& params) {
         const double sigma = version3 ? std::sqrt(0.5 / params.real_within("alpha", 2, 1e-6, 1e6))
                                       : params.real_within("sigma", 0.5, 1e-3, 100);
         filter.sigma = static_cast<float>(sigma);
+    } else if (kind == "mitchell") {
+        filter.kind = FilterSettings::Kind::mitchell;
+        radius = 2;
+        filter.b = static_cast<float>(params.real_within("B", 1.0 / 3, -10, 10));
+        filter.c = static_cast<float>(params.real_within("C", 1.0 / 3, -10, 10));
+    } else if (kind == "sinc" || kind == "lanczos") {
+        filter.kind = FilterSettings::Kind::sinc;
+        radius = 4;
+        filter.tau = static_cast<float>(params.real_within("tau", 3, 0.1, 100));
     } else {
-        refuse_kind(params.place(), "PixelFilter", kind, {"box", "triangle", "gaussian"},
-                    {"lanczos", "mitchell", "sinc"});
+        refuse_kind(params.place(), "PixelFilter", kind, {"box", "triangle", "gaussian", "mitchell", "sinc"},
+                    {});
     }
     filter.radius = {read_radius(params, "xradius", "xwidth", radius),
                      read_radius(params, "yradius", "ywidth", radius)};

@@ -41,6 +41,7 @@ struct NamedTexture {
 struct GraphicsState {
     M44d ctm;  // world from object
     bool reverse_orientation = false;
+    bool at_start = true;  // transformations are those of the start of a movement (ActiveTransform)
     std::shared_ptr<MaterialEntry> material;
     std::shared_ptr<const AreaLight> area_light;
     // Defaults that the Attribute directive gave, by target.
@@ -57,6 +58,8 @@ struct Reading {
     std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
     std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
     GraphicsState state = {};
+    // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
+    bool old_dialect = false;
 
     std::filesystem::path resolve(const std::string& name) const {
         return std::filesystem::path(name).is_absolute() ? std::filesystem::path(name) : folder / name;
@@ -79,7 +82,8 @@ void read_film(Reading& reading, const std::string& kind, Params& params);
 void read_filter(Reading& reading, const std::string& kind, Params& params);
 void read_sampler(Reading& reading, const std::string& kind, Params& params);
 // Settings of the integrator that the scene names, or of the one that `name` puts in its place.
-IntegratorSettings read_integrator(const std::string& kind, Params& params, const std::string& override_name);
+IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Params& params,
+                                   const std::string& override_name);
 void apply_settings(IntegratorSettings& settings, const SceneOverrides& overrides);
 
 // What a colour stands for, which decides how a spectrum becomes linear sRGB.

@@ -1,25 +1,50 @@
 #include "engine/render/film.h"
 
 #include <algorithm>
-#include <functional>
+#include <cmath>
+
+#include "engine/base/error.h"
 
 namespace lucerna {
 namespace {
 
 constexpr std::size_t kSteps = 1024;
 
-// The filter in steps fine enough that nobody sees them: a thousandth of its width.
-Cdf tabulate(const std::function<double(double)>& filter, double radius) {
-    std::vector<double> weights(kSteps);
-    for (std::size_t i = 0; i < kSteps; ++i) {
-        weights[i] = filter(radius * (2 * (static_cast<double>(i) + 0.5) / kSteps - 1));
-    }
-    return Cdf(weights);
+double sinc(double x) {
+    const double at = M_PI * std::fabs(x);
+    return at < 1e-5 ? 1 : std::sin(at) / at;
 }
 
-float draw(const Cdf& cdf, float u, float radius) {
-    const Cdf::Draw step = cdf.draw(u);
-    return radius * (2 * (static_cast<float>(step.item) + step.remainder) / kSteps - 1);
+// Mitchell, Netravali 1988, over [-2, 2].
+double mitchell(double x, double b, double c) {
+    x = std::fabs(x);
+    if (x >= 2) return 0;
+    if (x >= 1) {
+        return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x +
+                (8 * b + 24 * c)) /
+               6;
+    }
+    return ((12 - 9 * b - 6 * c) * x * x * x + (-18 + 12 * b + 6 * c) * x * x + (6 - 2 * b)) / 6;
+}
+
+// One axis of the filter at x in [-radius, radius], as pbrt defines it.
+double filter_value(const FilterSettings& s, double x, double radius) {
+    switch (s.kind) {
+        case FilterSettings::Kind::box:
+            return 1;
+        case FilterSettings::Kind::triangle:
+            return radius - std::fabs(x);
+        case FilterSettings::Kind::gaussian: {
+            // Lowered so that it reaches 0 at the radius.
+            const double two_variance = 2 * sqr(static_cast<double>(s.sigma));
+            return std::exp(-x * x / two_variance) - std::exp(-radius * radius / two_variance);
+        }
+        case FilterSettings::Kind::mitchell:
+            return mitchell(2 * x / radius, static_cast<double>(s.b), static_cast<double>(s.c));
+        case FilterSettings::Kind::sinc:
+            return sinc(x) * sinc(x / static_cast<double>(s.tau));
+    }
+    return 0;
 }
 
 }  // namespace
@@ -48,23 +73,47 @@ Image Film::develop(float scale) const {
 }
 
 FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(settings) {
-    const auto density = [&](double radius) -> std::function<double(double)> {
-        if (settings.kind == FilterSettings::Kind::triangle) {
-            return [radius](double x) { return radius - std::fabs(x); };
-        }
-        // pbrt's Gaussian: lowered so that it reaches 0 at the radius.
-        const double two_variance = 2 * sqr(static_cast<double>(settings.sigma));
-        const double edge = std::exp(-radius * radius / two_variance);
-        return [two_variance, edge](double x) { return std::exp(-x * x / two_variance) - edge; };
-    };
     if (settings.kind == FilterSettings::Kind::box) return;
-    x_ = tabulate(density(settings.radius.x), settings.radius.x);
-    y_ = tabulate(density(settings.radius.y), settings.radius.y);
+    x_ = axis(settings.radius.x);
+    y_ = axis(settings.radius.y);
 }
 
-V2f FilterSampler::offset(const V2f& u) const {
-    if (x_.size() == 0) return {settings_.radius.x * (2 * u.x - 1), settings_.radius.y * (2 * u.y - 1)};
-    return {draw(x_, u.x, settings_.radius.x), draw(y_, u.y, settings_.radius.y)};
+// In steps fine enough that nobody sees them: a thousandth of the filter's width.
+FilterSampler::Axis FilterSampler::axis(float radius) const {
+    Axis result;
+    std::vector<double> weights(kSteps);
+    double sum = 0;
+    for (std::size_t i = 0; i < kSteps; ++i) {
+        const double x = static_cast<double>(radius) * (2 * (static_cast<double>(i) + 0.5) / kSteps - 1);
+        const double value = filter_value(settings_, x, static_cast<double>(radius));
+        sum += value;
+        weights[i] = std::fabs(value);
+        result.negative.push_back(value < 0);
+    }
+    result.steps = Cdf(weights);
+    // Far from 0, so that the division below stays small.
+    if (!(sum > 0.05 * result.steps.total())) {
+        throw InputError("this filter's negative lobes outweigh it; no picture can be made with it");
+    }
+    result.weight = static_cast<float>(result.steps.total() / sum);
+    return result;
+}
+
+float FilterSampler::draw(const Axis& axis, float u, float radius, float& weight) {
+    const Cdf::Draw step = axis.steps.draw(u);
+    weight *= axis.negative[step.item] ? -axis.weight : axis.weight;
+    return radius * (2 * (static_cast<float>(step.item) + step.remainder) / kSteps - 1);
+}
+
+FilterSampler::Sample FilterSampler::sample(const V2f& u) const {
+    const V2f& radius = settings_.radius;
+    if (settings_.kind == FilterSettings::Kind::box) {
+        return {{radius.x * (2 * u.x - 1), radius.y * (2 * u.y - 1)}, 1};
+    }
+    Sample sample{{0, 0}, 1};
+    sample.offset.x = draw(x_, u.x, radius.x, sample.weight);
+    sample.offset.y = draw(y_, u.y, radius.y, sample.weight);
+    return sample;
 }
 
 }  // namespace lucerna

@@ -37,16 +37,32 @@ class Film {
     std::vector<Pixel> pixels_;
 };
 
-// Offsets from a pixel's centre, distributed as the reconstruction filter: so every sample weighs the same
-// and belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance Sampling", 2006).
+// Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample
+// weighs the same, but for its sign, and belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance
+// Sampling", 2006).
 class FilterSampler {
   public:
+    // Throws InputError for a filter whose integral is not positive.
     explicit FilterSampler(const FilterSettings& settings);
-    V2f offset(const V2f& u) const;  // pixels
+
+    struct Sample {
+        V2f offset;    // pixels
+        float weight;  // the filter over its density; 1 unless the filter has negative lobes
+    };
+    Sample sample(const V2f& u) const;
 
   private:
+    // One axis, over equal steps of [-radius, radius]; empty for the box.
+    struct Axis {
+        Cdf steps;                   // of the absolute value
+        std::vector<bool> negative;  // steps below 0
+        float weight = 1;            // ∫|f| / ∫f
+    };
+    Axis axis(float radius) const;
+    static float draw(const Axis& axis, float u, float radius, float& weight);
+
     FilterSettings settings_;
-    Cdf x_, y_;  // over equal steps of [-radius, radius]; empty for the box
+    Axis x_, y_;
 };
 
 }  // namespace lucerna

@@ -13,9 +13,11 @@
 namespace lucerna {
 
 struct FilterSettings {
-    enum class Kind : std::uint8_t { box, triangle, gaussian } kind = Kind::box;
-    V2f radius{0.5F, 0.5F};  // pixels
-    float sigma = 0.5F;      // gaussian, pixels
+    enum class Kind : std::uint8_t { box, triangle, gaussian, mitchell, sinc } kind = Kind::box;
+    V2f radius{0.5F, 0.5F};          // pixels
+    float sigma = 0.5F;              // gaussian, pixels
+    float b = 1.F / 3, c = 1.F / 3;  // mitchell
+    float tau = 3;                   // sinc: lobes of its window
 };
 
 struct FilmSettings {
@@ -23,6 +25,10 @@ struct FilmSettings {
     std::filesystem::path filename = "lucerna.exr";
     FilterSettings filter;
     float scale = 1;  // multiplies the stored radiance
+    // The part that is rendered, pixels, `crop_end` exclusive; (0,0): the whole picture.
+    V2i crop_begin{0, 0}, crop_end{0, 0};
+
+    V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };
 
 struct Job {

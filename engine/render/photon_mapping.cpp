@@ -160,6 +160,8 @@ class PhotonMapIntegrator final : public Integrator {
         MapPlan plan;
         plan.paths = settings_.photons;
         plan.wanted = wanted(context);
+        plan.targets[static_cast<std::size_t>(MapKind::caustic)] = settings_.caustic_photons;
+        plan.targets[static_cast<std::size_t>(MapKind::global)] = settings_.indirect_photons;
         plan.seed = context.seed;
         plan.pass = context.pass;
         PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);

@@ -42,13 +42,16 @@ class TileRenderer {
 
   private:
     void sample_pixel(int x, int y, int sample) {
-        const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(film_.width()) +
-                           static_cast<std::uint64_t>(x);
+        // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
+        const V2i whole = V2i(x, y) + job_.film.crop_begin;
+        const auto pixel = static_cast<std::uint64_t>(whole.y) * static_cast<std::uint64_t>(job_.film.width) +
+                           static_cast<std::uint64_t>(whole.x);
         Stream stream = Stream::stratified(seed_, Purpose::camera, pixel, static_cast<std::uint32_t>(sample));
+        const FilterSampler::Sample place = filter_.sample(stream.next2());
         const V2f at =
-            V2f(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F) + filter_.offset(stream.next2());
+            V2f(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F) + place.offset;
         const V2f lens = stream.next2();
-        const Rgb radiance = estimator_.radiance(job_.camera.ray(at, lens), stream);
+        const Rgb radiance = place.weight * estimator_.radiance(job_.camera.ray(at, lens), stream);
         if (is_finite(radiance)) {
             film_.add(x, y, radiance);
         } else {
@@ -102,7 +105,8 @@ int render_rounds(TileRenderer& tiles, int spp, const Workers& workers, Monitor&
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
     RenderResult result;
     RenderReport& report = result.report;
-    Film film(job.film.width, job.film.height);
+    const V2i size = job.film.rendered_size();
+    Film film(size.x, size.y);
 
     // Prepare.
     const Stopwatch preparing;

@@ -49,7 +49,11 @@ std::vector<Field> fields_of(DirectSettings& s) {
 
 std::vector<Field> fields_of(PhotonMapSettings& s) {
     return {
-        whole("photons", "light paths emitted", 1, 4294967296.0, s.photons),
+        whole("photons", "light paths emitted, unless a target below is set", 1, 4294967296.0, s.photons),
+        whole("causticphotons", "target: emit until the Caustic map holds that many; 0: no target", 0, 1e9,
+              s.caustic_photons),
+        whole("indirectphotons", "target: emit until the Global map holds that many; 0: no target", 0, 1e9,
+              s.indirect_photons),
         choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
                s.direct),
         choice("indirect", "indirect light: gather (final gather) or map (the maps seen directly)",

@@ -31,7 +31,9 @@ enum class DirectMethod : std::uint8_t { mc, map };
 enum class IndirectMethod : std::uint8_t { gather, map };
 
 struct PhotonMapSettings {
-    std::int64_t photons = 1'000'000;  // light paths emitted
+    std::int64_t photons = 1'000'000;  // light paths emitted, unless a target is set
+    // Targets: paths are emitted until the Caustic and the Global map hold that many photons. 0: none.
+    std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+
 #include "engine/base/warp.h"
 
 namespace lucerna {
@@ -33,7 +34,7 @@ void check(const Camera::Settings& s) {
     require(s.width >= 1, "the image's width", s.width, "at least 1 pixel");
     require(s.height >= 1, "the image's height", s.height, "at least 1 pixel");
     const auto fov = static_cast<double>(s.fov_degrees);
-    require(s.kind == Camera::Settings::Kind::orthographic || (fov > 0 && fov < 180), "fov", fov,
+    require(s.kind != Camera::Settings::Kind::perspective || (fov > 0 && fov < 180), "fov", fov,
             "more than 0 and less than 180 degrees");
     require(s.lens_radius >= 0 && std::isfinite(s.lens_radius), "the lens radius",
             static_cast<double>(s.lens_radius), "a finite number, not negative");
@@ -73,9 +74,27 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     const auto radius = static_cast<double>(settings_.lens_radius);
     lens_x_ = direction(m, {radius, 0, 0});
     lens_y_ = direction(m, {0, radius, 0});
+    const V3f rows[] = {direction(m, {1, 0, 0}), direction(m, {0, 1, 0}), direction(m, {0, 0, 1})};
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) directions_[i][j] = rows[i][j];
+    }
+}
+
+Ray Camera::spherical_ray(const V2f& film) const {
+    const V2f at(film.x / static_cast<float>(settings_.width), film.y / static_cast<float>(settings_.height));
+    V3f d;
+    if (settings_.mapping == Settings::Mapping::equal_area) {
+        d = octahedral_square_to_sphere(at);
+    } else {
+        const float theta = kPi * at.y, phi = 2 * kPi * at.x;
+        d = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+    }
+    std::swap(d.y, d.z);  // the poles are up and down
+    return {origin_, (d * directions_).normalized()};
 }
 
 Ray Camera::ray(const V2f& film, const V2f& lens) const {
+    if (settings_.kind == Settings::Kind::spherical) return spherical_ray(film);
     const V3f on_plane = corner_ + film.x * x_ + film.y * y_;
     const bool perspective = settings_.kind == Settings::Kind::perspective;
     Ray ray;

@@ -7,12 +7,14 @@
 
 namespace lucerna {
 
-// Perspective (a pinhole, or a thin lens) or orthographic. Film coordinates are pixels: (0,0) is the upper
-// left corner of the upper left pixel.
+// Perspective (a pinhole, or a thin lens), orthographic, or all directions at once (spherical). Film
+// coordinates are pixels: (0,0) is the upper left corner of the upper left pixel.
 class Camera {
   public:
     struct Settings {
-        enum class Kind : std::uint8_t { perspective, orthographic } kind = Kind::perspective;
+        enum class Kind : std::uint8_t { perspective, orthographic, spherical } kind = Kind::perspective;
+        // How a spherical picture spreads the directions: pbrt's, the film's vertical is camera y.
+        enum class Mapping : std::uint8_t { equal_area, equirectangular } mapping = Mapping::equal_area;
         M44d world_from_camera;  // Imath convention; camera looks along +z, y up; relative to the scene's
                                  // origin
         float fov_degrees = 90;  // of the shorter image side, as pbrt has it
@@ -32,10 +34,13 @@ class Camera {
     const Settings& settings() const { return settings_; }
 
   private:
+    Ray spherical_ray(const V2f& film) const;
+
     Settings settings_;
     // In the scene, scene units. The image plane is z = 1 for a perspective, z = 0 for an orthographic
     // camera.
     V3f origin_, z_;       // camera position, its viewing direction (not normalised)
+    M33f directions_;      // of a spherical camera: from camera to scene
     V3f x_, y_;            // one pixel to the right and one down on the image plane
     V3f corner_;           // film (0,0) on the image plane, from origin_
     V3f lens_x_, lens_y_;  // the lens' two radii

@@ -54,12 +54,22 @@ TEST(Directives, OutOfOrder_AreRefused) {
     EXPECT_EQ(refusal_of_file(""), "scene.pbrt:1:1: the file ends without WorldBegin");
 }
 
+TEST(Directives, Movement_StandsStillAtItsStart) {
+    const Read read = read_world(
+        "TransformTimes 0 1 ActiveTransform EndTime Translate 9 9 9 ActiveTransform StartTime Translate 1 2 "
+        "3\n"
+        "ActiveTransform All Shape \"sphere\"");
+    const M44d& m = read.draft.quadrics.front().world_from_object;
+    EXPECT_EQ(V3d(m[3][0], m[3][1], m[3][2]), V3d(1, 2, 3));
+    EXPECT_THAT(read.warnings, ::testing::Contains(HasSubstr("nothing moves here")));
+    EXPECT_THAT(refusal_of_world("ActiveTransform Sometime"), HasSubstr("StartTime, EndTime or All"));
+}
+
 TEST(Directives, UnknownAndUnsupportedNames_AreTold) {
     EXPECT_EQ(
         refusal_of_world("Shap \"sphere\""),
         "scene.pbrt:2:1: unknown directive \"Shap\"; did you mean \"Shape\"? pbrt's directives are accepted");
-    for (const std::string name :
-         {"ObjectBegin", "ObjectInstance", "MakeNamedMedium", "ActiveTransform", "Volume"}) {
+    for (const std::string name : {"ObjectBegin", "ObjectInstance", "MakeNamedMedium", "Volume"}) {
         EXPECT_THAT(refusal_of_world(name), HasSubstr(name + " is not supported yet"));
     }
     EXPECT_THAT(refusal_of_world("MediumInterface \"fog\" \"\""), HasSubstr("media are not supported yet"));
@@ -115,7 +125,8 @@ TEST(Directives, Attribute_GivesDefaultsWithinItsBlock) {
     EXPECT_EQ(read.draft.quadrics[0].radius, 3);
     EXPECT_EQ(read.draft.quadrics[1].radius, 4) << "what the shape says itself holds";
     EXPECT_EQ(read.draft.quadrics[3].radius, 1);
-    EXPECT_EQ(std::get<DiffuseMaterial>(read.draft.materials[1].model).reflectance.at(V2f(0, 0)), Rgb(1, 0, 0));
+    EXPECT_EQ(std::get<DiffuseMaterial>(read.draft.materials[1].model).reflectance.at(V2f(0, 0)),
+              Rgb(1, 0, 0));
     EXPECT_TRUE(read.warnings.empty());
     EXPECT_THAT(refusal_of_world("Attribute \"camera\""), HasSubstr("Attribute \"camera\" is unknown"));
 }

@@ -27,9 +27,9 @@ TEST(Materials, Default_IsHalfGrey) {
 TEST(Materials, Diffuse_TakesItsColourUnderEitherName) {
     EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\" \"color Kd\" [.1 .2 .3]").reflectance.at(V2f(0, 0)),
               Rgb(0.1F, 0.2F, 0.3F));
-    EXPECT_EQ(
-        only<DiffuseMaterial>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]").reflectance.at(V2f(0, 0)),
-        Rgb(0.1F, 0.2F, 0.3F));
+    EXPECT_EQ(only<DiffuseMaterial>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]")
+                  .reflectance.at(V2f(0, 0)),
+              Rgb(0.1F, 0.2F, 0.3F));
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"float sigma\" 20"),
                 HasSubstr("\"sigma\" (Oren-Nayar) is not"));
     EXPECT_EQ(refusal_of_world("Material \"matte\" \"float sigma\" 0"), "");

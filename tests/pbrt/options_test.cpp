@@ -62,11 +62,17 @@ TEST(Options, Film_TakesSizeNameAndExposure) {
     EXPECT_EQ(v4.film.width, 1280);
     EXPECT_EQ(v4.film.height, 720);
     EXPECT_EQ(v4.film.scale, 4);
-    EXPECT_THAT(refused("Film \"gbuffer\""), HasSubstr("not supported yet"));
+    EXPECT_THAT(read_file_text("Film \"gbuffer\" WorldBegin").warnings,
+                ::testing::Contains(HasSubstr("red, green and blue are written")));
     EXPECT_THAT(refused("Film \"rgb\" \"string sensor\" \"canon_eos_100d\""),
                 HasSubstr("sensor \"canon_eos_100d\""));
-    EXPECT_THAT(refused("Film \"rgb\" \"float cropwindow\" [0 .5 0 1]"),
-                HasSubstr("cropwindow 0 0.5 0 1 is not supported"));
+    const FilmSettings crop = options("Film \"image\" \"float cropwindow\" [.25 .5 0 1]").film;
+    EXPECT_EQ(crop.crop_begin, V2i(160, 0));
+    EXPECT_EQ(crop.crop_end, V2i(320, 480));
+    EXPECT_EQ(crop.rendered_size(), V2i(160, 480));
+    EXPECT_EQ(options("Film \"rgb\" \"integer pixelbounds\" [10 30 5 6]").film.rendered_size(), V2i(20, 1));
+    EXPECT_THAT(refused("Film \"rgb\" \"float cropwindow\" [.5 .5 0 1]"),
+                HasSubstr("leaves no pixel of 1280 x 720"));
     EXPECT_EQ(refused("Film \"rgb\" \"float cropwindow\" [0 1 0 1]"), "");
     EXPECT_THAT(refused("Film \"rgb\" \"integer xresolution\" 0"),
                 HasSubstr("xresolution: 0 is not accepted; 1 to 65536"));
@@ -85,8 +91,12 @@ TEST(Options, Filter_IsBoxUnlessTheSceneSays) {
     const FilterSettings v3 = options("PixelFilter \"gaussian\" \"float alpha\" 0.5").film.filter;
     EXPECT_EQ(v3.radius, V2f(2, 2));
     EXPECT_FLOAT_EQ(v3.sigma, 1);
-    EXPECT_THAT(refused("PixelFilter \"mitchell\""),
-                HasSubstr("PixelFilter \"mitchell\" is not supported yet"));
+    const FilterSettings mitchell = options("PixelFilter \"mitchell\" \"float B\" .5").film.filter;
+    EXPECT_EQ(mitchell.kind, FilterSettings::Kind::mitchell);
+    EXPECT_EQ(mitchell.radius, V2f(2, 2));
+    EXPECT_EQ(mitchell.b, 0.5F);
+    EXPECT_EQ(options("PixelFilter \"sinc\"").film.filter.radius, V2f(4, 4));
+    EXPECT_THAT(refused("PixelFilter \"mitchel\""), HasSubstr("did you mean \"mitchell\"?"));
     EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 0"), HasSubstr("0 is not accepted"));
     EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 1 \"float xradius\" 1"),
                 HasSubstr("two names for one"));
@@ -122,8 +132,6 @@ TEST(Options, Integrator_TakesItsParametersByTable) {
         HasSubstr("scene.pbrt:1:24: photonmap has no parameter \"photnos\"; did you mean \"photons\"?"));
     EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" -1"), HasSubstr("-1 is not accepted"));
     EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" [1 2]"), HasSubstr("has 2 values"));
-    EXPECT_THAT(refused("Integrator \"volpath\""),
-                HasSubstr("Integrator \"volpath\" is not supported yet; supported are"));
     EXPECT_THAT(refused("Integrator \"photomap\""), HasSubstr("did you mean \"photonmap\"?"));
 }
 
@@ -137,8 +145,50 @@ TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
     EXPECT_EQ(photon.gather_rays, 64);
     EXPECT_EQ(photon.radius, 1.5F);
     EXPECT_EQ(photon.indirect, IndirectMethod::map);
-    EXPECT_THAT(read.warnings,
-                ::testing::Contains(HasSubstr("\"integer causticphotons\" of SurfaceIntegrator")));
+    EXPECT_EQ(photon.caustic_photons, 0) << "no target";
+    EXPECT_TRUE(read.draft.film.filename == FilmSettings{}.filename);
+
+    const auto igi = std::get<IgiSettings>(
+        options("SurfaceIntegrator \"igi\" \"integer nlights\" 16 \"integer nsets\" 32 \"float glimit\" .25")
+            .integrator);
+    EXPECT_EQ(igi.nlights, 16);
+    EXPECT_EQ(igi.nsets, 32);
+    EXPECT_EQ(igi.mindist, 2) << "1/d² reaches the limit there";
+    EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"float glimit\" 0"), HasSubstr("more than 0 is"));
+}
+
+TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {
+    const auto replaced = [](const std::string& name, std::string_view ours) {
+        const Read read = read_file_text("Integrator \"" + name + "\" WorldBegin");
+        EXPECT_EQ(integrator_name(read.draft.integrator), ours) << name;
+        return !read.warnings.empty() && read.warnings.front().find(name) != std::string::npos;
+    };
+    for (const char* name : {"bdpt", "mlt", "lightpath", "dipolesubsurface"})
+        EXPECT_TRUE(replaced(name, "path"));
+    EXPECT_TRUE(replaced("sppm", "photonmap"));
+    EXPECT_TRUE(replaced("ambientocclusion", "direct"));
+    replaced("volpath", "path");
+    const Draft sppm =
+        options("Integrator \"sppm\" \"integer numiterations\" 10 \"integer photonsperiteration\" 5000");
+    EXPECT_EQ(std::get<PhotonMapSettings>(sppm.integrator).photons, 50'000);
+    // Version 2 puts Metropolis above the surface integrator.
+    const Draft mlt = options(
+        "Renderer \"metropolis\" \"integer samplesperpixel\" 33 SurfaceIntegrator \"directlighting\"");
+    EXPECT_EQ(integrator_name(mlt.integrator), "path");
+    EXPECT_EQ(mlt.spp, 33);
+}
+
+TEST(Options, AmbientOcclusion_IsAWhiteWorldUnderAnEvenSky) {
+    const Read read = read_file_text(
+        "SurfaceIntegrator \"ambientocclusion\" \"integer nsamples\" 8 WorldBegin\n"
+        "LightSource \"point\" AreaLightSource \"diffuse\" Material \"mirror\" Shape \"sphere\"");
+    ASSERT_EQ(read.draft.lights.size(), 1U);
+    EXPECT_TRUE(std::holds_alternative<InfiniteSpec>(read.draft.lights.front().spec));
+    EXPECT_EQ(read.draft.quadrics.front().traits.light, kNoLight);
+    ASSERT_FALSE(read.draft.materials.empty());
+    for (const Material& material : read.draft.materials) {
+        EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(material.model));
+    }
 }
 
 TEST(Options, CommandLine_OverridesTheScene) {

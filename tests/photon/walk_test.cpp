@@ -20,6 +20,12 @@ PhotonMaps build(const Scene& scene, std::int64_t paths, int threads = 2) {
     return build_photon_maps(scene, {paths, kAll, 5, 0}, Workers{threads}, silent);
 }
 
+class RecordingMonitor final : public Monitor {
+  public:
+    void warn(std::string_view line) override { warnings.emplace_back(line); }
+    std::vector<std::string> warnings;
+};
+
 double total_power(const PhotonMap& map) {
     double sum = 0;
     for (const Photon& p : map.photons()) sum += static_cast<double>(luminance(p.power));
@@ -40,6 +46,39 @@ Scene busy_room() {
     make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(0.1F, 0.2F, 0.3F)));
     make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), 30, 10));
     return make.build();
+}
+
+TEST(Maps, WithTargets_EmitUntilTheyAreMet) {
+    const Scene scene = busy_room();
+    RecordingMonitor monitor;
+    MapPlan plan;
+    plan.paths = 1;
+    plan.wanted = kAll;
+    plan.seed = 5;
+    plan.targets[static_cast<std::size_t>(MapKind::caustic)] = 60'000;
+    const PhotonMaps maps = build_photon_maps(scene, plan, Workers{2}, monitor);
+    EXPECT_GE(maps.find(MapKind::caustic)->size(), 60'000U);
+    EXPECT_LT(maps.find(MapKind::caustic)->size(), 120'000U);
+    EXPECT_TRUE(monitor.warnings.empty());
+    // As many paths at once make the same maps.
+    const PhotonMaps again = build(scene, static_cast<std::int64_t>(maps.ledger.paths));
+    EXPECT_EQ(total_power(*maps.find(MapKind::caustic)), total_power(*again.find(MapKind::caustic)));
+    EXPECT_EQ(total_power(*maps.find(MapKind::global)), total_power(*again.find(MapKind::global)));
+}
+
+TEST(Maps, WithATargetOutOfReach_GiveItUpAndSaySo) {
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0)));
+    make.light(make_point_light({0.5F, 0.5F, 0.5F}, Rgb(1)));
+    RecordingMonitor monitor;
+    MapPlan plan;
+    plan.paths = 1;
+    plan.wanted = kAll;
+    plan.targets[static_cast<std::size_t>(MapKind::global)] = 1'000'000;
+    const PhotonMaps maps = build_photon_maps(make.build(), plan, Workers{2}, monitor);
+    EXPECT_EQ(maps.find(MapKind::global)->size(), 0U);
+    ASSERT_EQ(monitor.warnings.size(), 1U);
+    EXPECT_NE(monitor.warnings.front().find("target of 1000000 is given up"), std::string::npos);
 }
 
 TEST(Ledger, EveryKindOfSurfaceAndLight_ClosesToOneHundredThousandth) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/error.h"
 #include "engine/base/stats.h"
 #include "engine/base/stream.h"
 #include "tests/support/statistics.h"
@@ -52,7 +53,7 @@ TEST_P(Filters, Offsets_FollowTheFilter) {
     std::vector<std::uint64_t> observed(kBins, 0);
     Stream stream(3, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const V2f offset = sampler.offset(stream.next2());
+        const V2f offset = sampler.sample(stream.next2()).offset;
         ASSERT_LE(std::fabs(offset.x), 1.5F);
         ASSERT_LE(std::fabs(offset.y), 2.0F);
         const int bin = static_cast<int>((offset.x / 1.5F + 1) / 2 * kBins);
@@ -67,6 +68,45 @@ TEST_P(Filters, Offsets_FollowTheFilter) {
 INSTANTIATE_TEST_SUITE_P(All, Filters,
                          ::testing::Values(FilterSettings::Kind::box, FilterSettings::Kind::triangle,
                                            FilterSettings::Kind::gaussian));
+
+// Signed weights: the moments of what is sampled are the filter's own, negative lobes and all.
+TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
+    for (const auto kind : {FilterSettings::Kind::mitchell, FilterSettings::Kind::sinc}) {
+        FilterSettings settings;
+        settings.kind = kind;
+        settings.radius = {2, 3};
+        const FilterSampler sampler(settings);
+        RunningStats sum, second;
+        Stream stream(5, Purpose::test, 0, 0);
+        for (int i = 0; i < 400'000; ++i) {
+            const auto [offset, weight] = sampler.sample(stream.next2());
+            sum.add(static_cast<double>(weight));
+            second.add(static_cast<double>(weight * offset.x * offset.x));
+        }
+        EXPECT_TRUE(testing::agrees(sum, 1.0));
+        // ∫ x² f / ∫ f by quadrature, each filter written out once more.
+        double expected = 0, total = 0;
+        for (int i = 0; i < 100'000; ++i) {
+            const double x = 2 * (i + 0.5) / 100'000;
+            double f = 0;
+            if (kind == FilterSettings::Kind::mitchell) {  // B = C = 1/3
+                f = x < 1 ? (7 * x * x * x - 12 * x * x + 16.0 / 3) / 6
+                          : (-7.0 / 3 * x * x * x + 12 * x * x - 20 * x + 32.0 / 3) / 6;
+            } else {
+                f = std::sin(M_PI * x) / (M_PI * x) * std::sin(M_PI * x / 3) / (M_PI * x / 3);
+            }
+            expected += x * x * f;
+            total += f;
+        }
+        EXPECT_TRUE(testing::agrees(second, expected / total));
+        EXPECT_FALSE(testing::agrees(second, expected / total + 0.02)) << "the test sees a wrong moment";
+    }
+    FilterSettings upside_down;
+    upside_down.kind = FilterSettings::Kind::mitchell;
+    upside_down.b = 0;
+    upside_down.c = 200;
+    EXPECT_THROW((FilterSampler(upside_down)), InputError);
+}
 
 }  // namespace
 }  // namespace lucerna

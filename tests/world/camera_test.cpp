@@ -119,5 +119,35 @@ TEST(Camera, ImpossibleSettings_AreRefused) {
     for (const Camera::Settings& s : bad) EXPECT_THROW(Camera{s}, InputError);
 }
 
+TEST(Camera, Spherical_SeesEveryDirectionOnce) {
+    Camera::Settings s = wide();
+    s.kind = Camera::Settings::Kind::spherical;
+    s.width = s.height = 512;
+    const Camera equal_area(s);
+    s.mapping = Camera::Settings::Mapping::equirectangular;
+    const Camera by_angles(s);
+    // Up is up: the film's centre and corners are the poles of one, its upper and lower edges those of the
+    // other.
+    expect_near(equal_area.ray({256, 256}, {}).d, {0, 1, 0});
+    expect_near(equal_area.ray({0, 0}, {}).d, {0, -1, 0}, 1e-3F);
+    expect_near(by_angles.ray({100, 0}, {}).d, {0, 1, 0});
+    expect_near(by_angles.ray({0, 256}, {}).d, {1, 0, 0}, 1e-5F);
+    expect_near(by_angles.ray({128, 256}, {}).d, {0, 0, 1}, 1e-5F);
+    // Equal areas: all pixels together weigh every direction alike.
+    V3d first(0);
+    double up2 = 0, octant = 0;
+    for (int y = 0; y < 512; ++y) {
+        for (int x = 0; x < 512; ++x) {
+            const V3d d(equal_area.ray({static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F}, {}).d);
+            first += d / (512.0 * 512.0);
+            up2 += d.y * d.y / (512.0 * 512.0);
+            if (d.x > 0 && d.y > 0 && d.z > 0) octant += 1 / (512.0 * 512.0);
+        }
+    }
+    EXPECT_LT(first.length(), 1e-5);
+    EXPECT_NEAR(up2, 1.0 / 3, 1e-4);
+    EXPECT_NEAR(octant, 1.0 / 8, 2e-3);
+}
+
 }  // namespace
 }  // namespace lucerna
