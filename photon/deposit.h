@@ -25,10 +25,10 @@ inline MapKind map_of(const PathClass& path) {
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons rest on Lambertian surfaces only. Rough metal and glass reflect too little of what an estimate
-// would gather, and renderers follow the ray there instead.
+// Photons rest on surfaces with a Lambertian part, and are gathered for that part alone. Gloss, rough metal
+// and glass reflect too little of what an estimate would gather, and renderers follow the ray there instead.
 inline bool stores_photons(const Bsdf& bsdf) {
-    return bsdf.is_diffuse();
+    return bsdf.has_diffuse();
 }
 
 }  // namespace lucerna

@@ -12,11 +12,8 @@ class DirectEstimator final : public Estimator {
         : scene_(scene), settings_(settings) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
-        const SpecularChain chain =
-            follow_specular(scene_, ray, EmissionRule::all(), settings_.max_specular_depth, stream);
-        if (!chain.hit) return chain.emitted;
-        const Bsdf bsdf = scene_.bsdf(*chain.hit);
-        return chain.emitted + chain.throughput * direct_light(scene_, {*chain.hit, bsdf, chain.wo}, stream);
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream,
+                                [&](const Vertex& vertex) { return direct_light(scene_, vertex, stream); });
     }
 
   private:

@@ -69,13 +69,15 @@ bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoi
     return scene.visible(SurfacePoint{begin}, way / distance, distance);
 }
 
-Rgb direct_light(const Scene& scene, const Vertex& vertex, Stream& stream) {
-    Rgb result = next_event(scene, vertex, stream);
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream) {
+    const Rgb asked = next_event(scene, vertex, stream);
     const BsdfU u{stream.next(), stream.next2()};
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-    if (!sample || sample->delta) return result;
+    if (!sample) return {asked, {}};
+    if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    return result + sample->weight * emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w));
+    const Rgb found = emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w));
+    return {asked + sample->weight * found, {}};
 }
 
 }  // namespace lucerna

@@ -52,6 +52,12 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
 bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoint& y);
 
 // Both strategies at once: all direct light at a vertex, one light sample and one BSDF sample.
-Rgb direct_light(const Scene& scene, const Vertex& vertex, Stream& stream);
+struct DirectLight {
+    Rgb radiance;
+    // The BSDF sample, where it is one that only mirrors and smooth glass make: what comes from there is
+    // still to be found.
+    std::optional<BsdfSample> specular;
+};
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream);
 
 }  // namespace lucerna

@@ -31,13 +31,11 @@ class IgiEstimator final : public Estimator {
         // One well-distributed number chooses the set.
         const auto count = static_cast<float>(sets_.begins.size() - 1);
         const auto set = static_cast<std::size_t>(stream.next() * count);
-        const SpecularChain chain =
-            follow_specular(scene_, ray, EmissionRule::all(), settings_.max_specular_depth, stream);
-        if (!chain.hit) return chain.emitted;
-        const Bsdf bsdf = scene_.bsdf(*chain.hit);
-        const Vertex vertex{*chain.hit, bsdf, chain.wo};
-        const Rgb direct = direct_light(scene_, vertex, stream);
-        return chain.emitted + chain.throughput * (direct + indirect(vertex, set, stream));
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, [&](const Vertex& vertex) {
+            DirectLight shaded = direct_light(scene_, vertex, stream);
+            shaded.radiance += indirect(vertex, set, stream);
+            return shaded;
+        });
     }
 
   private:

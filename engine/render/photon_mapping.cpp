@@ -5,7 +5,8 @@
 //   straight from a light        lights sampled, or the Direct map
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
-// Rough metal and glass carry no photons; a ray that meets them asks the lights and goes on, as a path would.
+// Gloss, rough metal and glass carry no photons: a ray that meets them asks the lights and goes on, as a path
+// would. A surface that is both (paint under varnish) is shaded as both.
 #include "engine/base/stopwatch.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
@@ -49,7 +50,17 @@ class PhotonMapEstimator final : public Estimator {
     }
 
   private:
-    // Radiance along a ray up to and including the first Lambertian surface.
+    // A surface's Lambertian part, which photons are gathered for, and the rest, which is traced.
+    struct Split {
+        std::optional<Bsdf> diffuse, rest;
+
+        explicit Split(const Bsdf& bsdf) {
+            if (stores_photons(bsdf)) diffuse = bsdf.diffuse_part();
+            if (!diffuse || !bsdf.is_diffuse()) rest = bsdf.rest();
+        }
+    };
+
+    // Radiance along a ray up to and including the first surface that is Lambertian and nothing else.
     Rgb trace(Ray ray, EmissionRule rule, Stage stage, int depth, Stream& stream) const {
         Rgb result(0);
         Rgb throughput(1);
@@ -60,17 +71,19 @@ class PhotonMapEstimator final : public Estimator {
             if (!chain.hit) break;
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
-            const Vertex vertex{*chain.hit, bsdf, chain.wo};
-            if (stores_photons(bsdf)) {
-                return result + throughput * (stage == Stage::eye
-                                                  ? seen(vertex, stream)
-                                                  : landed(vertex, chain.length, depth, stream));
+            const Split split(bsdf);
+            if (split.diffuse) {
+                const Vertex vertex{*chain.hit, *split.diffuse, chain.wo};
+                result += throughput * (stage == Stage::eye ? seen(vertex, stream)
+                                                            : landed(vertex, chain.length, depth, stream));
             }
-            // A rough surface: ask the lights, then follow the BSDF.
+            if (!split.rest) break;
+            // What is not Lambertian: ask the lights, then follow the BSDF.
+            const Vertex vertex{*chain.hit, *split.rest, chain.wo};
             result += throughput * next_event(scene_, vertex, stream);
             const BsdfU u{stream.next(), stream.next2()};
             const float u_survive = stream.next();
-            const auto sample = bsdf.sample(chain.wo, u, Transport::radiance);
+            const auto sample = split.rest->sample(chain.wo, u, Transport::radiance);
             if (!sample) break;
             throughput *= sample->weight;
             const float survival = std::min(1.0F, max_component(throughput));
@@ -85,7 +98,7 @@ class PhotonMapEstimator final : public Estimator {
     // A Lambertian surface that the camera sees.
     Rgb seen(const Vertex& vertex, Stream& stream) const {
         Rgb result = settings_.direct == DirectMethod::mc
-                         ? direct_light(scene_, vertex, stream)
+                         ? direct_light(scene_, vertex, stream).radiance
                          : estimate(MapKind::direct, vertex, gather_.seen).value;
         result += estimate(MapKind::caustic, vertex, gather_.seen).value;
         if (settings_.indirect == IndirectMethod::map) {
@@ -105,12 +118,12 @@ class PhotonMapEstimator final : public Estimator {
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         const GatherResult indirect = indirect_landed(vertex);
         if (indirect.radius > length && depth + 1 < kMostBounces) {
-            return direct_light(scene_, vertex, stream) +
+            return direct_light(scene_, vertex, stream).radiance +
                    estimate(MapKind::caustic, vertex, gather_.landed).value +
                    gather_ray(vertex, depth + 1, stream);
         }
         const Rgb direct = settings_.direct == DirectMethod::mc
-                               ? direct_light(scene_, vertex, stream)
+                               ? direct_light(scene_, vertex, stream).radiance
                                : estimate(MapKind::direct, vertex, gather_.landed).value;
         return direct + indirect.value;
     }

@@ -42,4 +42,25 @@ inline SpecularChain follow_specular(const Scene& scene, Ray ray, EmissionRule r
     }
 }
 
+// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex)` gives a
+// DirectLight (its radiance may hold more than direct light). Where a surface is shiny as well as rough
+// (varnish), the mirrored part is followed too.
+template <typename Shade>
+Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream, Shade&& shade) {
+    Rgb result(0);
+    Rgb throughput(1);
+    for (int depth = 0;; ++depth) {
+        const SpecularChain chain = follow_specular(scene, ray, EmissionRule::all(), max_depth, stream);
+        result += throughput * chain.emitted;
+        if (!chain.hit) return result;
+        throughput *= chain.throughput;
+        const Bsdf bsdf = scene.bsdf(*chain.hit);
+        const DirectLight shaded = shade(Vertex{*chain.hit, bsdf, chain.wo});
+        result += throughput * shaded.radiance;
+        if (!shaded.specular || depth >= max_depth) return result;
+        throughput *= shaded.specular->weight;
+        ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
+    }
+}
+
 }  // namespace lucerna
