@@ -1,7 +1,5 @@
-// libFuzzer's entry to the scene reader: text in, a draft or an InputError out; anything else is a finding.
-//
-//     cmake --preset clang -B build/fuzz -DLUCERNA_FUZZ=ON -DLUCERNA_SANITIZE=address,undefined
-//     ninja -C build/fuzz fuzz_pbrt && build/fuzz/tests/fuzz/fuzz_pbrt -max_len=4096 tests/fuzz/corpus/pbrt
+// libFuzzer's entry to the scene reader: text in, the parts of a scene or an InputError out; anything else is
+// a finding.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -16,8 +14,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     lucerna::Monitor monitor;
     try {
         // A folder that does not exist: included files cannot lead the fuzzer out of its input.
-        lucerna::read_draft({reinterpret_cast<const char*>(data), size}, "no-such-folder/scene.pbrt", {},
-                            monitor);
+        const auto draft = lucerna::read_draft({reinterpret_cast<const char*>(data), size},
+                                               "no-such-folder/scene.pbrt", {}, monitor);
+        lucerna::assemble(draft, {1}, monitor);
     } catch (const lucerna::InputError& error) {
         const std::string_view message = error.what();
         if (message.empty() || message.find('\n') != message.npos) {
