@@ -280,17 +280,17 @@ void DirectiveReader::medium_interface() {
 
 // ---- the world
 
-MaterialModel DirectiveReader::read_model(const std::string& kind, Params& params) {
-    MaterialModel model = read_material(reading_, kind, params);
-    const bool white = reading_.draft.occlusion && !std::holds_alternative<InterfaceMaterial>(model);
-    return white ? MaterialModel(DiffuseMaterial{RgbTexture::constant(Rgb(1))}) : model;
+Material DirectiveReader::read_made_of(const std::string& kind, Params& params) {
+    const Material material = read_material(reading_, kind, params);
+    const bool white = reading_.draft.occlusion && !is_interface(material);
+    return white ? Material{kind, DiffuseMaterial{RgbTexture::constant(Rgb(1))}} : material;
 }
 
 void DirectiveReader::material() {
     const std::string kind = quoted("a kind of material");
     Params params = parameters(kind, "material");
     auto entry = std::make_shared<MaterialEntry>();
-    entry->material = {kind, read_model(kind, params)};
+    entry->material = read_made_of(kind, params);
     params.warn_unused(reading_.monitor);
     reading_.state.material = std::move(entry);
 }
@@ -303,7 +303,8 @@ void DirectiveReader::make_named_material() {
         fail(place_, "MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name));
     }
     auto entry = std::make_shared<MaterialEntry>();
-    entry->material = {name, read_model(kind, params)};
+    entry->material = read_made_of(kind, params);
+    entry->material.name = name;
     params.warn_unused(reading_.monitor);
     if (reading_.materials.contains(name)) {
         reading_.warn(

@@ -55,7 +55,7 @@ class DirectiveReader {
     // Warns if the directive at hand, of which a scene has one, was there before.
     void once();
     // The material, or white where the scene asks for ambient occlusion.
-    MaterialModel read_model(const std::string& kind, Params& params);
+    Material read_made_of(const std::string& kind, Params& params);
     using OptionReader = void (*)(Reading&, const std::string& kind, Params&);
     void option_of_kind(std::string_view what, OptionReader reader);
 

@@ -57,6 +57,8 @@ struct Reading {
     std::map<std::string, FloatTexture, std::less<>> float_textures = {};
     std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
     std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
+    // What varnish of this index and alpha (-1: any) reflects, shared by the materials of one scene.
+    std::map<std::pair<float, float>, std::shared_ptr<const CoatTable>> covers = {};
     GraphicsState state = {};
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
@@ -72,7 +74,8 @@ struct Reading {
 // One reader per kind of directive; each in the file of its name. `kind` is the quoted word after the
 // directive.
 void read_shape(Reading& reading, const std::string& kind, Params& params);
-MaterialModel read_material(Reading& reading, const std::string& kind, Params& params);
+// Named after its kind.
+Material read_material(Reading& reading, const std::string& kind, Params& params);
 NamedTexture read_texture(Reading& reading, const std::string& kind, Params& params);
 FloatTexture read_float_texture(Reading& reading, const std::string& kind, Params& params);
 void read_light(Reading& reading, const std::string& kind, Params& params);
@@ -98,8 +101,8 @@ std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_v
 // A number that may vary: a float, or the name of a texture of floats.
 FloatTexture read_float(Reading& reading, Params& params, std::string_view name, double fallback);
 
-// A reflectance: rgb, or the name of a texture; at most 1 in every channel.
+// A reflectance: a colour however spelt, or the name of a texture. Channels above 1 are taken as 1, with a
+// warning; those of a texture are left to whoever looks it up.
 RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback);
-void require_reflectance(const Params& params, std::string_view name, const Rgb& value);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Glass.
+// Glass: one boundary, or a pane.
 #include "engine/world/fresnel.h"
 #include "engine/world/lobe_models.h"
 
@@ -169,6 +169,45 @@ float chance_of(const DielectricLobe& lobe, const Local& at) {
 bool is_sound(const DielectricLobe& lobe) {
     return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.reflect) && is_share(lobe.transmit) &&
            is_alpha(lobe.alpha_x) && is_alpha(lobe.alpha_y);
+}
+
+// --- A pane
+
+namespace {
+
+// Both faces and all bounces between them: F + T² F + T² F³ + ... with T = 1 - F.
+float pane_reflectance(const ThinDielectricLobe& lobe, float cos_o) {
+    const float f = fresnel_dielectric(cos_o, lobe.eta).reflectance;
+    return 2 * f / (1 + f);
+}
+
+}  // namespace
+
+Rgb value(const ThinDielectricLobe&, const Local&, Transport) {
+    return Rgb(0.0F);
+}
+float density(const ThinDielectricLobe&, const Local&) {
+    return 0;
+}
+Draw draw(const ThinDielectricLobe& lobe, const Local& at, const BsdfU& u, Transport) {
+    if (!(at.wo.z > 0)) return std::nullopt;
+    if (u.lobe < pane_reflectance(lobe, at.wo.z)) {
+        return LocalSample{.wi = mirrored(at.wo), .weight = lobe.tint, .delta = true};
+    }
+    return LocalSample{
+        .wi = -at.wo, .weight = lobe.tint, .delta = true, .transmission = true, .straight = true};
+}
+Rgb albedo_of(const ThinDielectricLobe& lobe, const Local& at) {
+    return at.wo.z > 0 ? lobe.tint : Rgb(0.0F);
+}
+bool is_delta_lobe(const ThinDielectricLobe&) {
+    return true;
+}
+float chance_of(const ThinDielectricLobe& lobe, const Local& at) {
+    return max_component(albedo_of(lobe, at));
+}
+bool is_sound(const ThinDielectricLobe& lobe) {
+    return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.tint);
 }
 
 }  // namespace lucerna

@@ -63,6 +63,12 @@ inline bool is_alpha(float alpha) {
 // surface it may carry more than the guess says.
 inline constexpr float kLeastChance = 0.1F;
 
+// Only the light must stand above the shading horizon of a diffuse surface: were the eye to, silhouettes of
+// smooth meshes would be black.
+inline bool is_lit(const Local& at, Transport transport) {
+    return (transport == Transport::radiance ? at.wi : at.wo).z >= 0;
+}
+
 // For each lobe:
 //   value         f without the cosine; 0 where the lobe is a delta
 //   density       of draw() choosing at.wi, per solid angle; 0 where the lobe is a delta
@@ -111,5 +117,61 @@ Rgb albedo_of(const DielectricLobe& lobe, const Local& at);
 float chance_of(const DielectricLobe& lobe, const Local& at);
 bool is_delta_lobe(const DielectricLobe& lobe);
 bool is_sound(const DielectricLobe& lobe);
+
+Rgb value(const DiffuseTransmitLobe& lobe, const Local& at, Transport transport);
+float density(const DiffuseTransmitLobe& lobe, const Local& at);
+Draw draw(const DiffuseTransmitLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const DiffuseTransmitLobe& lobe, const Local& at);
+float chance_of(const DiffuseTransmitLobe& lobe, const Local& at);
+bool is_delta_lobe(const DiffuseTransmitLobe& lobe);
+bool is_sound(const DiffuseTransmitLobe& lobe);
+
+Rgb value(const OrenNayarLobe& lobe, const Local& at, Transport transport);
+float density(const OrenNayarLobe& lobe, const Local& at);
+Draw draw(const OrenNayarLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const OrenNayarLobe& lobe, const Local& at);
+float chance_of(const OrenNayarLobe& lobe, const Local& at);
+bool is_delta_lobe(const OrenNayarLobe& lobe);
+bool is_sound(const OrenNayarLobe& lobe);
+
+Rgb value(const GlossLobe& lobe, const Local& at, Transport transport);
+float density(const GlossLobe& lobe, const Local& at);
+Draw draw(const GlossLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const GlossLobe& lobe, const Local& at);
+float chance_of(const GlossLobe& lobe, const Local& at);
+bool is_delta_lobe(const GlossLobe& lobe);
+bool is_sound(const GlossLobe& lobe);
+
+Rgb value(const CoveredDiffuseLobe& lobe, const Local& at, Transport transport);
+float density(const CoveredDiffuseLobe& lobe, const Local& at);
+Draw draw(const CoveredDiffuseLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const CoveredDiffuseLobe& lobe, const Local& at);
+float chance_of(const CoveredDiffuseLobe& lobe, const Local& at);
+bool is_delta_lobe(const CoveredDiffuseLobe& lobe);
+bool is_sound(const CoveredDiffuseLobe& lobe);
+
+Rgb value(const CoatedConductorLobe& lobe, const Local& at, Transport transport);
+float density(const CoatedConductorLobe& lobe, const Local& at);
+Draw draw(const CoatedConductorLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const CoatedConductorLobe& lobe, const Local& at);
+float chance_of(const CoatedConductorLobe& lobe, const Local& at);
+bool is_delta_lobe(const CoatedConductorLobe& lobe);
+bool is_sound(const CoatedConductorLobe& lobe);
+
+Rgb value(const ThinDielectricLobe& lobe, const Local& at, Transport transport);
+float density(const ThinDielectricLobe& lobe, const Local& at);
+Draw draw(const ThinDielectricLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const ThinDielectricLobe& lobe, const Local& at);
+float chance_of(const ThinDielectricLobe& lobe, const Local& at);
+bool is_delta_lobe(const ThinDielectricLobe& lobe);
+bool is_sound(const ThinDielectricLobe& lobe);
+
+Rgb value(const SubstrateLobe& lobe, const Local& at, Transport transport);
+float density(const SubstrateLobe& lobe, const Local& at);
+Draw draw(const SubstrateLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const SubstrateLobe& lobe, const Local& at);
+float chance_of(const SubstrateLobe& lobe, const Local& at);
+bool is_delta_lobe(const SubstrateLobe& lobe);
+bool is_sound(const SubstrateLobe& lobe);
 
 }  // namespace lucerna

@@ -78,9 +78,8 @@ class Ggx {
 // of the disc that sample_visible maps, at a radius that depends on alpha, and the spiral has every radius
 // once. With 64 points albedo errs by up to 0.021, with 128 by 0.016, with 256 by 0.010 (the worst of both
 // rough lobes over angles and alphas).
-template <typename Weight>
+template <std::uint32_t kFacets = 256, typename Weight>
 Rgb mean_over_visible(const Ggx& facets, const V3f& wo, Weight&& weight) {
-    constexpr std::uint32_t kFacets = 256;
     constexpr float kGolden = 0.61803399F;
     Rgb sum(0.0F);
     for (std::uint32_t i = 0; i < kFacets; ++i) {

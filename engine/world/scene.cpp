@@ -368,6 +368,7 @@ std::optional<Hit> Scene::hit(const Ray& ray) const {
         hit = triangle_hit(mesh, primitive, found.hit.u, found.hit.v);
         traits = &mesh.traits;
     }
+    hit.wo = -ray.d;
     hit.t = found.ray.tfar;
     hit.material = traits->material;
     hit.light = traits->light;
@@ -395,7 +396,7 @@ bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
 Bsdf Scene::bsdf(const Hit& hit) const {
     const Material& material = impl_->parts.materials[hit.material];
     if (is_interface(material)) return {BlackLobe{}, hit.ns, hit.at.n, hit.dpdu};  // one that carries a light
-    return make_bsdf(material, hit);
+    return make_bsdf(material, hit, impl_->parts.origin);
 }
 
 std::span<const std::unique_ptr<Light>> Scene::lights() const {

@@ -39,6 +39,7 @@ SceneSphere enclosing_sphere(const Box3f& box);
 struct Hit {
     SurfacePoint at;  // n is the shape's geometric normal: outside, or the emitting side
     V3f ns;           // shading normal, in n's hemisphere
+    V3f wo{0, 0, 0};  // back along the ray that met it, unit; 0 if no ray did
     V3f dpdu;         // tangent along u, not normalised, never zero
     V3f dpdv;         // tangent along v, not normalised, never zero
     V2f uv;

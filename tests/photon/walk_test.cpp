@@ -40,7 +40,7 @@ Scene busy_room() {
     make.sphere({0.3F, 0.3F, 0.3F}, 0.15F, make.material(DielectricMaterial{}));
     make.sphere({0.7F, 0.3F, 0.3F}, 0.15F, make.material(MirrorMaterial{}));
     ConductorMaterial metal;
-    metal.alpha_x = metal.alpha_y = 0.3F;
+    metal.roughness = Roughness::of_alpha(0.3F);
     make.sphere({0.5F, 0.3F, 0.7F}, 0.15F, make.material(metal));
     make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
     make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(0.1F, 0.2F, 0.3F)));

@@ -39,8 +39,7 @@ TEST(Material, AnyKind_KeepsBothNormalsOfTheHit) {
 
 TEST(Material, Conductor_Anisotropic_IsOrientedByTheTangent) {
     ConductorMaterial brushed;
-    brushed.alpha_x = 0.02F;
-    brushed.alpha_y = 0.5F;
+    brushed.roughness = Roughness::of_alpha(0.02F, 0.5F);
     Hit hit = hit_at({0, 0});
     hit.ns = hit.at.n;
     const V3f wide = V3f(0, 0.5F, 0.866025F);
@@ -60,12 +59,12 @@ TEST(Material, IsSpecular_SmoothAndRough_TellsDeltaLobes) {
     EXPECT_TRUE(is_specular({"", DielectricMaterial{}}));
     EXPECT_FALSE(is_specular({"", InterfaceMaterial{}}));
     ConductorMaterial metal;
-    metal.alpha_x = 0.1F;
+    metal.roughness = Roughness::of_alpha(0.1F, 0);
     EXPECT_FALSE(is_specular({"", metal}));  // rough along one axis is rough
-    metal.alpha_x = 0.5F * kSmoothAlpha;
+    metal.roughness = Roughness::of_alpha(0.5F * kSmoothAlpha, 0);
     EXPECT_TRUE(is_specular({"", metal}));
     DielectricMaterial glass;
-    glass.alpha_x = glass.alpha_y = 0.1F;
+    glass.roughness = Roughness::of_alpha(0.1F);
     EXPECT_FALSE(is_specular({"", glass}));
 }
 

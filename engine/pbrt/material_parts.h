@@ -1,0 +1,32 @@
+// What the readers of materials share: colours, roughness, refractive indices, varnish, relief.
+#pragma once
+
+#include "engine/pbrt/state.h"
+
+namespace lucerna {
+
+// A material's own name tells which version it is written in: matte, glass, metal and plastic are version
+// 3's and older, diffuse, dielectric and conductor version 4's. The old names say "roughness" differently in
+// version 3 and before; the rest of the scene tells which (Reading::old_dialect).
+enum class Dialect : std::uint8_t { v2, v3, v4 };
+
+// A number in [least, most], or a texture of floats, which is held there wherever it is looked up.
+FloatTexture read_number(Reading& reading, Params& params, std::string_view name, double fallback,
+                         double least, double most);
+// A ratio that may exceed 1: rgb, a named spectrum of a metal ("metal-Cu-eta"), any other, or a texture.
+RgbTexture read_index_spectrum(Reading& reading, Params& params, std::string_view name, const Rgb& fallback);
+// The refractive index of glass: a float, a named glass, a spectrum (its luminance), or a texture of floats.
+FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view name, double fallback);
+
+// "roughness", and "uroughness" and "vroughness" in its place, all with `prefix`; "remaproughness".
+Roughness read_roughness(Reading& reading, Params& params, double fallback, Dialect dialect,
+                         const std::string& prefix = "");
+// A cover of this index and roughness; those of one scene are shared.
+std::shared_ptr<const CoatTable> cover_of(Reading& reading, float eta, const Roughness& roughness);
+// Varnish, as pbrt-v4 has it, its parameters under `prefix`.
+Coat read_coat(Reading& reading, Params& params, const std::string& prefix);
+
+// "bumpmap", "displacement", "normalmap".
+Relief read_relief(Reading& reading, Params& params);
+
+}  // namespace lucerna
