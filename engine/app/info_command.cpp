@@ -11,6 +11,7 @@
 #include "engine/app/console.h"
 #include "engine/app/lamp_text.h"
 #include "engine/app/options.h"
+#include "engine/app/scene_text.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
@@ -25,11 +26,10 @@ constexpr const char* kFooter = R"(Examples:
   lucerna info lamp.tm25ray
   lucerna info --integrators)";
 
-constexpr std::size_t kMostListed = 20;  // lights, materials
-
 struct InfoOptions {
     std::string file;
     bool integrators = false;
+    bool skip_missing = false;
 };
 
 // --- integrators ---
@@ -64,91 +64,30 @@ void print_integrators(std::ostream& out) {
 
 // --- scenes ---
 
-std::string_view model_name(const Material& material) {
-    constexpr std::string_view names[] = {"diffuse", "mirror", "conductor", "dielectric", "interface"};
-    static_assert(std::variant_size_v<MaterialModel> == std::size(names));
-    return names[material.model.index()];
-}
+// Keeps what the reader warns of, to be said with the rest.
+class NotingMonitor final : public Monitor {
+  public:
+    explicit NotingMonitor(Monitor& console) : console_(console) {}
+    void begin(std::string_view phase, std::uint64_t total) override { console_.begin(phase, total); }
+    void advance(std::uint64_t units) override { console_.advance(units); }
+    void end() override { console_.end(); }
+    void info(std::string_view line) override { console_.info(line); }
+    void warn(std::string_view line) override { warnings.emplace_back(line); }
+    bool stopped() const override { return console_.stopped(); }
 
-void print_lights(std::ostream& out, const Scene& scene) {
-    struct Kind {
-        std::uint64_t count = 0;
-        double power = 0;
-    };
-    std::map<std::string_view, Kind> kinds;
-    for (const auto& light : scene.lights()) {
-        Kind& kind = kinds[light->kind()];
-        ++kind.count;
-        kind.power += light->power();
-    }
-    if (kinds.empty()) fmt::print(out, "lights       none\n");
-    for (const auto& [name, kind] : kinds) {
-        fmt::print(out, "lights       {} {}, {:.6g} in all (luminance; W, or lm for photometric lamps)\n",
-                   kind.count, name, kind.power);
-    }
-    if (scene.lights().size() < 2) return;
-    for (std::size_t i = 0; i < std::min(scene.lights().size(), kMostListed); ++i) {
-        const Rgb flux = scene.lights()[i]->flux();
-        fmt::print(out, "  light {:<4} {:<11} {:.6g} ({:.4g} {:.4g} {:.4g})\n", i, scene.lights()[i]->kind(),
-                   scene.lights()[i]->power(), flux.x, flux.y, flux.z);
-    }
-    if (scene.lights().size() > kMostListed)
-        fmt::print(out, "  and {} more\n", scene.lights().size() - kMostListed);
-}
+    std::vector<std::string> warnings;
 
-void print_materials(std::ostream& out, const Scene& scene) {
-    const auto materials = scene.materials();
-    fmt::print(out, "materials    {}\n", materials.size());
-    for (std::size_t i = 0; i < std::min(materials.size(), kMostListed); ++i) {
-        fmt::print(out, "  {:<20} {}\n", materials[i].name.empty() ? "(unnamed)" : materials[i].name,
-                   model_name(materials[i]));
-    }
-    if (materials.size() > kMostListed) fmt::print(out, "  and {} more\n", materials.size() - kMostListed);
-}
+  private:
+    Monitor& console_;
+};
 
-void print_camera(std::ostream& out, const Job& job) {
-    const Camera::Settings& camera = job.camera.settings();
-    using Kind = Camera::Settings::Kind;
-    if (camera.kind == Kind::perspective) {
-        fmt::print(out, "camera       perspective, {:g} degrees", camera.fov_degrees);
-    } else {
-        fmt::print(out, "camera       {}", camera.kind == Kind::spherical ? "spherical" : "orthographic");
-    }
-    if (camera.lens_radius > 0) {
-        fmt::print(out, ", lens radius {:g}, focus at {:g}", camera.lens_radius, camera.focal_distance);
-    }
-    const V3d eye =
-        V3d(camera.world_from_camera[3][0], camera.world_from_camera[3][1], camera.world_from_camera[3][2]) +
-        job.scene.origin();
-    fmt::print(out, ", at ({:g}, {:g}, {:g})\n", eye.x, eye.y, eye.z);
-    fmt::print(out, "film         {} x {}, {} samples per pixel, \"{}\"\n", job.film.width, job.film.height,
-               job.spp, job.film.filename.string());
-}
-
-void print_scene(const std::string& file, const CommandContext& context) {
-    ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
-    const Job job = read_scene(file, {}, {}, monitor);
-    std::ostream& out = context.out;
-    const Scene::Counts counts = job.scene.counts();
-    fmt::print(out, "surfaces     {} triangles, {} spheres and disks", counts.triangles, counts.quadrics);
-    if (counts.degenerate_triangles > 0) {
-        fmt::print(out, "; {} triangles without area left out", counts.degenerate_triangles);
-    }
-    fmt::print(out, "\n");
-    const V3d origin = job.scene.origin();
-    const Box3f& box = job.scene.bounds();
-    if (!box.isEmpty()) {
-        const V3d low = V3d(box.min) + origin;
-        const V3d high = V3d(box.max) + origin;
-        fmt::print(out, "bounds       ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g})\n", low.x, low.y, low.z,
-                   high.x, high.y, high.z);
-    }
-    fmt::print(out, "origin       ({:g}, {:g}, {:g})\n", origin.x, origin.y, origin.z);
-    print_lights(out, job.scene);
-    print_materials(out, job.scene);
-    print_camera(out, job);
-    fmt::print(out, "integrator   {}\n", integrator_name(job.integrator));
-    print_parameters(out, job.integrator);
+void print_scene_file(const InfoOptions& options, const CommandContext& context) {
+    ConsoleMonitor console(context.out, context.err, {false, true, context.around.stop, {}});
+    NotingMonitor monitor(console);
+    SceneOverrides overrides;
+    overrides.skip_missing = options.skip_missing;
+    const Job job = read_scene(options.file, overrides, {}, monitor);
+    print_scene(context.out, job, monitor.warnings);
 }
 
 // --- images ---
@@ -210,7 +149,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_ray_set(context.out, read_tm25(options.file, monitor));
     }
-    print_scene(options.file, context);
+    print_scene_file(options, context);
 }
 
 }  // namespace
@@ -222,6 +161,8 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
     app.footer(kFooter);
     app.add_option("FILE", options->file,
                    "scene (.pbrt), image (.exr), light field (.exr) or rays (.tm25ray)");
+    app.add_flag("--skip-missing", options->skip_missing,
+                 "leave out what lies in files that are not there, with a warning");
     app.add_flag("--integrators", options->integrators, "all integrators and their parameters");
     app.callback([options, &context] { act(*options, context); });
 }

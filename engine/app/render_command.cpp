@@ -131,6 +131,8 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size("--resolution", word, 65536);
              });
+    app.add_flag("--skip-missing", command.overrides.skip_missing,
+                 "leave out meshes and textures whose file does not exist, with a warning");
     app.add_option("--stats", command.stats, "write times, counts and settings as JSON")
         ->type_name("FILE.json");
     app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");

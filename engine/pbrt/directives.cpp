@@ -149,8 +149,25 @@ void DirectiveReader::finish() {
     apply_settings(draft.integrator, overrides_);
     if (overrides_.spp > 0) draft.spp = overrides_.spp;
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
-    if (overrides_.resolution.x > 0) draft.film.width = overrides_.resolution.x;
-    if (overrides_.resolution.y > 0) draft.film.height = overrides_.resolution.y;
+    if (overrides_.resolution.x > 0) override_resolution();
+}
+
+// The same part of a picture of another size.
+void DirectiveReader::override_resolution() {
+    FilmSettings& film = reading_.draft.film;
+    const V2i& size = overrides_.resolution;
+    const auto scaled = [&](const V2i& at) {
+        return V2i(static_cast<int>(std::int64_t{at.x} * size.x / film.width),
+                   static_cast<int>(std::int64_t{at.y} * size.y / film.height));
+    };
+    if (film.crop_end != V2i(0, 0)) {
+        film.crop_begin = scaled(film.crop_begin);
+        film.crop_end = scaled(film.crop_end);
+        film.crop_end.x = std::max(film.crop_end.x, film.crop_begin.x + 1);
+        film.crop_end.y = std::max(film.crop_end.y, film.crop_begin.y + 1);
+    }
+    film.width = size.x;
+    film.height = size.y;
 }
 
 void DirectiveReader::open_file(const std::string& name, bool import) {

@@ -41,6 +41,7 @@ class DirectiveReader {
     static const std::vector<Entry>& table();
     void directive();
     void finish();
+    void override_resolution();
     void open_file(const std::string& name, bool import);
     void close_file();
 

@@ -91,19 +91,26 @@ class IgiIntegrator final : public Integrator {
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
         VirtualLightPlan plan;
-        plan.sets = std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets));
-        plan.paths = std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights));
+        plan.sets = sets();
+        plan.paths = paths();
         plan.seed = context.seed;
         plan.pass = context.pass;
-        VirtualLightSets sets = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
+        VirtualLightSets lights = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
-        report_energy(sets.ledger, context.report);
-        context.report.numbers["virtual_lights.total"] = static_cast<double>(sets.lights.size());
+        report_energy(lights.ledger, context.report);
+        context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
         context.report.numbers["virtual_lights.sets"] = plan.sets;
-        return std::make_unique<IgiEstimator>(context.scene, settings_, std::move(sets), plan.paths);
+        return std::make_unique<IgiEstimator>(context.scene, settings_, std::move(lights), plan.paths);
+    }
+
+    std::vector<std::string> plan(const Scene& /*scene*/) const override {
+        return {fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths())};
     }
 
   private:
+    std::uint32_t sets() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets)); }
+    std::uint32_t paths() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights)); }
+
     IgiSettings settings_;
 };
 

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
@@ -40,6 +42,8 @@ class Integrator {
     virtual ~Integrator() = default;
     // Null if the monitor stopped it.
     virtual std::unique_ptr<const Estimator> prepare(const PassContext& context) const = 0;
+    // What prepare() would build for this scene, a line each; nothing for a method that only traces rays.
+    virtual std::vector<std::string> plan(const Scene& /*scene*/) const { return {}; }
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings);

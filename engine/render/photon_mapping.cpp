@@ -196,24 +196,58 @@ class PhotonMapIntegrator final : public Integrator {
                                                     std::move(irradiance));
     }
 
+    std::vector<std::string> plan(const Scene& scene) const override {
+        std::vector<std::string> lines;
+        for (std::size_t i = 0; i < kMapKinds; ++i) {
+            const auto kind = static_cast<MapKind>(i);
+            lines.push_back(fmt::format("{} map {}", map_name(kind), decision_text(kind, scene)));
+        }
+        const bool targets = settings_.caustic_photons > 0 || settings_.indirect_photons > 0;
+        lines.push_back(targets ? "light paths until the targets are met"
+                                : fmt::format("{} light paths", settings_.photons));
+        if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
+            lines.push_back(
+                fmt::format("irradiance at every {}th photon of the global map", settings_.precompute));
+        }
+        return lines;
+    }
+
   private:
-    // Only what the scene and the chosen methods need is built; the report says why.
+    struct Decision {
+        bool build;
+        std::string why;
+    };
+    // Only what the scene and the chosen methods need is built.
+    Decision decide(MapKind kind, const Scene& scene) const {
+        switch (kind) {
+            case MapKind::direct: {
+                const bool map = settings_.direct == DirectMethod::map;
+                return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
+            }
+            case MapKind::global:
+                return {true, settings_.indirect == IndirectMethod::map
+                                  ? "indirect light is read from it"
+                                  : "gather rays read it where they land"};
+            case MapKind::caustic: {
+                const bool specular = scene.has_specular();
+                return {specular, specular ? "the scene has mirrors or smooth glass"
+                                           : "no surface of the scene is specular"};
+            }
+        }
+        return {false, ""};
+    }
+    std::string decision_text(MapKind kind, const Scene& scene) const {
+        const auto [build, why] = decide(kind, scene);
+        return (build ? "built: " : "not built: ") + why;
+    }
+
     std::array<bool, kMapKinds> wanted(const PassContext& context) const {
         std::array<bool, kMapKinds> maps{};
-        const auto decide = [&](MapKind kind, bool build, std::string reason) {
-            maps[static_cast<std::size_t>(kind)] = build;
-            context.report.notes[fmt::format("map.{}", map_name(kind))] =
-                (build ? "built: " : "not built: ") + reason;
-        };
-        const bool map = settings_.direct == DirectMethod::map;
-        decide(MapKind::direct, map,
-               map ? "direct light is read from it" : "direct light is sampled (direct = mc)");
-        decide(MapKind::global, true,
-               settings_.indirect == IndirectMethod::map ? "indirect light is read from it"
-                                                         : "gather rays read it where they land");
-        const bool specular = context.scene.has_specular();
-        decide(MapKind::caustic, specular,
-               specular ? "the scene has mirrors or smooth glass" : "no surface of the scene is specular");
+        for (std::size_t i = 0; i < kMapKinds; ++i) {
+            const auto kind = static_cast<MapKind>(i);
+            maps[i] = decide(kind, context.scene).build;
+            context.report.notes[fmt::format("map.{}", map_name(kind))] = decision_text(kind, context.scene);
+        }
         return maps;
     }
 

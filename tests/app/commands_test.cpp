@@ -232,6 +232,19 @@ TEST_F(RunInfo, Scene_SaysWhatIsInIt) {
     }
 }
 
+TEST_F(RunInfo, Scene_SaysWhatWouldBeBuiltAndWhatWasIgnored) {
+    write_text("odd.pbrt",
+               "Integrator \"photonmap\" \"string direct\" \"map\" WorldBegin\n"
+               "Material \"mirror\" Shape \"sphere\" \"float radios\" 2 LightSource \"point\"\n");
+    const Outcome outcome = lucerna_run({"info", "odd.pbrt"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("direct map built: direct light is read from it"));
+    EXPECT_THAT(outcome.out, HasSubstr("caustic map built: the scene has mirrors"));
+    EXPECT_THAT(outcome.out, HasSubstr("16 sets of virtual lights from 64 light paths each"));
+    EXPECT_THAT(outcome.out, HasSubstr("\"float radios\" of Shape \"sphere\" has no effect"));
+    EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("ignored      nothing"));
+}
+
 TEST_F(RunInfo, Integrators_ListEveryParameter) {
     const Outcome outcome = lucerna_run({"info", "--integrators"});
     EXPECT_EQ(outcome.code, 0);
