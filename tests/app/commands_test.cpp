@@ -233,7 +233,7 @@ TEST_F(RunInfo, Scene_SaysWhatIsInIt) {
 }
 
 TEST_F(RunInfo, Scene_SaysWhatWouldBeBuiltAndWhatWasIgnored) {
-    write_text("odd.pbrt",
+    write("odd.pbrt",
                "Integrator \"photonmap\" \"string direct\" \"map\" WorldBegin\n"
                "Material \"mirror\" Shape \"sphere\" \"float radios\" 2 LightSource \"point\"\n");
     const Outcome outcome = lucerna_run({"info", "odd.pbrt"});
