@@ -17,7 +17,20 @@ namespace {
 constexpr std::size_t kMostListed = 20;  // lights, materials
 
 std::string_view model_name(const Material& material) {
-    constexpr std::string_view names[] = {"diffuse", "mirror", "conductor", "dielectric", "interface"};
+    constexpr std::string_view names[] = {"diffuse",
+                                          "mirror",
+                                          "conductor",
+                                          "dielectric",
+                                          "thin dielectric",
+                                          "diffuse transmission",
+                                          "coated diffuse",
+                                          "coated conductor",
+                                          "uber",
+                                          "substrate",
+                                          "translucent",
+                                          "shiny metal",
+                                          "mix",
+                                          "interface"};
     static_assert(std::variant_size_v<MaterialModel> == std::size(names));
     return names[material.model.index()];
 }

@@ -41,16 +41,8 @@ TEST(Materials, Diffuse_TakesItsColourUnderEitherName) {
     EXPECT_EQ(only<DiffuseMaterial>("Material \"diffuse\" \"rgb reflectance\" [.1 .2 .3]")
                   .reflectance.at(V2f(0, 0)),
               Rgb(0.1F, 0.2F, 0.3F));
-<<<<<<< HEAD
-    EXPECT_THAT(refusal_of_world("Material \"matte\" \"float sigma\" 20"),
-                HasSubstr("\"sigma\" (Oren-Nayar) is not"));
-    EXPECT_EQ(refusal_of_world("Material \"matte\" \"float sigma\" 0"), "");
-    EXPECT_THAT(refusal_of_world("Material \"matte\" \"rgb Kd\" [.5 1.5 .5]"),
-                HasSubstr("scene.pbrt:2:18: \"Kd\" is 0.5 1.5 0.5; a surface reflects at most 1"));
-=======
     EXPECT_EQ(only<DiffuseMaterial>("Material \"matte\" \"float sigma\" 20").sigma.constant_value(), 20.0F);
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"float sigma\" 100"), HasSubstr("100 is not accepted"));
->>>>>>> 36ee6cd (Materials of all versions: varnish, gloss, substrate, panes, mixes, textures of roughness, bump and normal maps)
     EXPECT_EQ(refusal_of_world("Material \"matte\" \"rgb Kd\" [1 1 1]"), "");
 }
 

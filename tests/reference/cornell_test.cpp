@@ -131,6 +131,108 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
     EXPECT_LT(static_cast<double>(far), 0.0025 * static_cast<double>(lit)) << far << " of " << lit;
 }
 
+// Another renderer's scene file as it stands, by `path`.
+Image render_reference_scene(const std::filesystem::path& scene, int spp) {
+    Monitor silent;
+    SceneOverrides overrides;
+    overrides.integrator = "path";
+    overrides.spp = spp;
+    return render(read_scene(scene, overrides, Workers{}, silent), {7, Workers{}}, silent).image;
+}
+
+// Each pixel's variance is an estimate, and where light comes in rare bright samples (a caustic) a bad one:
+// too small wherever none came. Its neighbours' mean is a better one: what is rare there is as rare here.
+Image with_shared_variance(const Image& image) {
+    constexpr int kReach = 3;
+    Image result = image;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            for (int c = 3; c < 6; ++c) {
+                double sum = 0;
+                int count = 0;
+                for (int v = std::max(0, y - kReach); v <= std::min(image.height - 1, y + kReach); ++v) {
+                    for (int u = std::max(0, x - kReach); u <= std::min(image.width - 1, x + kReach);
+                         ++u, ++count) {
+                        sum += static_cast<double>(image.value(u, v, c));
+                    }
+                }
+                const std::size_t pixel =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+                    static_cast<std::size_t>(x);
+                result.data[6 * pixel + static_cast<std::size_t>(c)] = static_cast<float>(sum / count);
+            }
+        }
+    }
+    return result;
+}
+
+// The reference with the variance that it must have: that of our pixel, by the number of samples. Both are
+// path tracers with one light sample per vertex.
+Image with_variance(const Image& reference, const Image& ours, int our_spp, int its_spp) {
+    Image image = ours;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) image.set_rgb(x, y, reference.rgb_at(x, y));
+    }
+    for (std::size_t i = 0; i < image.data.size(); ++i) {
+        if (i % 6 >= 3) image.data[i] *= static_cast<float>(our_spp) / static_cast<float>(its_spp);
+    }
+    return image;
+}
+
+double share_beyond_noise(const Image& ours, const Image& reference) {
+    const Comparison result = compare(ours, reference);
+    EXPECT_TRUE(result.z_test);
+    return static_cast<double>(result.z_test->rejected) / static_cast<double>(result.z_test->tests);
+}
+
+// At most a quarter of a percent of the pixels beyond their noise, at a level that Šidák's correction makes
+// right for all of them together.
+void expect_within_noise(const Image& ours, const Image& reference, int our_spp, int its_spp) {
+    const Image expected = with_variance(reference, ours, our_spp, its_spp);
+    const double share = share_beyond_noise(ours, expected);
+    std::cout << 100 * (1 - share) << " % of the values agree\n";
+    EXPECT_LE(share, 0.0025);
+    // The same picture, a third brighter, is another picture.
+    Image wrong = ours;
+    for (std::size_t i = 0; i < wrong.data.size(); ++i) wrong.data[i] *= i % 6 < 3 ? 1.33F : 1.0F;
+    EXPECT_GT(share_beyond_noise(wrong, expected), 0.0025);
+}
+
+TEST(References, Cornell_AgreesPixelByPixel) {
+    LUCERNA_NEED_DATA(scene, "references/cornell.pbrt");
+    LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
+    LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
+    constexpr int kSpp = 256;
+    const Image raw = render_reference_scene(scene, kSpp);
+    const Image ours = with_shared_variance(raw);
+    const Image a = read_exr(first), b = read_exr(second);
+    Image mean = a;
+    for (std::size_t i = 0; i < mean.data.size(); ++i) mean.data[i] = 0.5F * (a.data[i] + b.data[i]);
+    expect_within_noise(ours, mean, kSpp, 2 * 1024);
+
+    // The two seeds say what the reference's noise is: as much as was assumed.
+    double measured = 0, assumed = 0;
+    for (int y = 0; y < mean.height; ++y) {
+        for (int x = 0; x < mean.width; ++x) {
+            const double m = static_cast<double>(mean.rgb_at(x, y).y);
+            if (!(m > 0.01 && m < 2)) continue;  // the lamp and its edges would decide the sum
+            measured += sqr(static_cast<double>(a.rgb_at(x, y).y - b.rgb_at(x, y).y) / (2 * m));
+            assumed += static_cast<double>(raw.value(x, y, 4)) / (m * m) * kSpp / (2.0 * 1024);
+        }
+    }
+    std::cout << "the reference's variance is " << measured / assumed << " of what is assumed\n";
+    EXPECT_GT(measured / assumed, 0.5);
+    EXPECT_LT(measured / assumed, 2.0);
+}
+
+TEST(References, CornellWithGlass_AgreesPixelByPixel) {
+    LUCERNA_NEED_DATA(scene, "references/cornellglass.pbrt");
+    LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
+    constexpr int kSpp = 1024;
+    const Image ours = with_shared_variance(render_reference_scene(scene, kSpp));
+    expect_within_noise(ours, read_exr(file), kSpp, 4096);
+}
+
 TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
     const Image reference = halve(read_exr(file));
