@@ -1,23 +1,6 @@
 #include "engine/render/direct_light.h"
 
 namespace lucerna {
-namespace {
-
-// The share of emission that counts, given the density with which next_event() would have drawn this
-// direction.
-float share(const EmissionRule& rule, float light_pdf_w) {
-    switch (rule.kind) {
-        case EmissionRule::Kind::all:
-            return 1;
-        case EmissionRule::Kind::mis:
-            return power_heuristic(rule.pdf_w, light_pdf_w);
-        case EmissionRule::Kind::none:
-            return 0;
-    }
-    return 0;
-}
-
-}  // namespace
 
 Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
@@ -42,20 +25,22 @@ Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
     return result;
 }
 
+Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                     const EmissionRule& rule) {
+    if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
+    const auto light = static_cast<std::uint32_t>(hit->light);
+    const Seen seen = scene.lights()[light]->meet(ray, hit->t, hit->at.n);
+    return seen.radiance * rule.share(seen.pdf_w * scene.picker().probability(light));
+}
+
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
     if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
-    Rgb result(0);
+    Rgb result = surface_emission(scene, ray, hit, rule);
     const float nearest = hit ? hit->t : INFINITY;
-    const auto count = [&](std::uint32_t light, const Seen& seen) {
-        result += seen.radiance * share(rule, seen.pdf_w * scene.picker().probability(light));
-    };
-    if (hit && hit->light != kNoLight) {
-        const auto light = static_cast<std::uint32_t>(hit->light);
-        count(light, scene.lights()[light]->meet(ray, hit->t, hit->at.n));
-    }
     for (const std::uint32_t light : scene.impostors()) {
         const auto seen = scene.lights()[light]->seen(ray);
-        if (seen && (seen->distance < nearest || (!hit && std::isinf(seen->distance)))) count(light, *seen);
+        if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
+        result += seen->radiance * rule.share(seen->pdf_w * scene.picker().probability(light));
     }
     return result;
 }

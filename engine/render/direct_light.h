@@ -12,6 +12,12 @@
 
 namespace lucerna {
 
+inline float power_heuristic(float pdf, float other) {
+    // As a ratio, so that squares of extreme densities neither overflow nor vanish. pdf > 0.
+    const float ratio = other / pdf;
+    return 1 / (1 + ratio * ratio);
+}
+
 // What emission at the end of a ray counts for.
 struct EmissionRule {
     enum class Kind : std::uint8_t {
@@ -24,15 +30,22 @@ struct EmissionRule {
     static EmissionRule all() { return {}; }
     static EmissionRule none() { return {Kind::none, 0}; }
     static EmissionRule mis(float pdf_w) { return {Kind::mis, pdf_w}; }
+    // The share of emission that counts, given the density with which next_event() would have drawn this
+    // direction.
+    float share(float light_pdf_w) const {
+        switch (kind) {
+            case Kind::all:
+                return 1;
+            case Kind::mis:
+                return power_heuristic(pdf_w, light_pdf_w);
+            case Kind::none:
+                return 0;
+        }
+        return 0;
+    }
     // After a mirror or smooth glass: next_event before it could not reach beyond.
     EmissionRule through_specular() const { return kind == Kind::none ? none() : all(); }
 };
-
-inline float power_heuristic(float pdf, float other) {
-    // As a ratio, so that squares of extreme densities neither overflow nor vanish. pdf > 0.
-    const float ratio = other / pdf;
-    return 1 / (1 + ratio * ratio);
-}
 
 // Where a path meets a surface that scatters.
 struct Vertex {
@@ -47,6 +60,10 @@ Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream);
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
+
+// The part of it that surfaces emit.
+Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                     const EmissionRule& rule);
 
 // True if nothing stands between two surface points; both ends are moved off their surfaces.
 bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoint& y);

@@ -1,14 +1,11 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
 #include "engine/render/direct_light.h"
-#include "engine/render/integrator.h"
+#include "engine/render/path_estimators.h"
 #include "photon/walk.h"
 
 namespace lucerna {
 namespace {
-
-// Roulette begins here: the first bounces carry most of the light and are worth their rays.
-constexpr int kRouletteFrom = 3;
 
 class PathEstimator final : public Estimator {
   public:
@@ -60,6 +57,7 @@ class PathIntegrator final : public Integrator {
   public:
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        if (!context.scene.media().empty()) return make_media_path(context.scene, settings_);
         return std::make_unique<PathEstimator>(context.scene, settings_);
     }
 

@@ -12,8 +12,9 @@ inline constexpr std::int32_t kNoLight = -1;
 
 inline constexpr std::int32_t kNoMedium = -1;
 
-// The media on the two sides of a surface, as indices into SceneParts::media; `inside` lies behind the
-// geometric normal before reverse_orientation. Only a surface that is a border changes what a path is in.
+// The media on the two sides of a surface, as indices into SceneMedia::all; `outside` lies on the side of the
+// geometric normal as Hit has it (ReverseOrientation swaps the two, as in pbrt). Only a surface that is a
+// border changes what a path is in.
 struct MediumInterface {
     bool border = false;
     std::int32_t inside = kNoMedium, outside = kNoMedium;

@@ -6,7 +6,8 @@
 // rounding.
 //
 // Interfaces (pbrt's "interface" material) are not given to Embree at all: no ray has to step through them.
-// One that carries a light is kept, as a black surface that emits.
+// One that carries a light is kept, as a black surface that emits. One that is a border between media is
+// kept in a layer of its own, which only rays that ask for it meet (Embree's ray masks).
 #include "engine/world/scene.h"
 
 #include <embree3/rtcore.h>
@@ -79,10 +80,24 @@ bool is_degenerate(const Mesh& mesh, const V3i& triangle) {
     return !(cross_of(mesh, triangle).length2() > 0);
 }
 
-bool is_present(const SurfaceTraits& traits, const std::vector<Material>& materials) {
+// What a ray may meet: bits of Embree's masks.
+constexpr unsigned kSurfaces = 1;
+constexpr unsigned kBorders = 2;
+
+// In which layer a surface stands; 0: it is not there.
+unsigned layer_of(const SurfaceTraits& traits, const std::vector<Material>& materials) {
     assert(traits.material < materials.size());
-    return traits.light != kNoLight || !is_interface(materials[traits.material]);
+    if (traits.light != kNoLight || !is_interface(materials[traits.material])) return kSurfaces;
+    return traits.media.border ? kBorders : 0;
 }
+
+// The quadrics as Embree's callbacks see them.
+struct QuadricLayer {
+    std::vector<QuadricShape> shapes;  // one per present quadric
+    std::vector<unsigned> layers;      // of the same index
+
+    bool meets(unsigned shape, unsigned mask) const { return (layers[shape] & mask) != 0; }
+};
 
 void extend(Box3f& box, const Mesh& mesh) {
     for (const V3i& triangle : mesh.triangles) {
@@ -95,7 +110,7 @@ void extend(Box3f& box, const Mesh& mesh) {
 // ------------------------------------------------------------------------------
 
 void quadric_bounds(const RTCBoundsFunctionArguments* args) {
-    const auto& shapes = *static_cast<const std::vector<QuadricShape>*>(args->geometryUserPtr);
+    const auto& shapes = static_cast<const QuadricLayer*>(args->geometryUserPtr)->shapes;
     const Box3f& box = shapes[args->primID].bounds();
     RTCBounds& out = *args->bounds_o;
     out.lower_x = box.min.x, out.lower_y = box.min.y, out.lower_z = box.min.z;
@@ -110,9 +125,10 @@ Ray ray_of(const RTCRay& r) {
 void quadric_intersect(const RTCIntersectFunctionNArguments* args) {
     assert(args->N == 1);
     if (args->valid[0] == 0) return;
-    const auto& shapes = *static_cast<const std::vector<QuadricShape>*>(args->geometryUserPtr);
+    const auto& quadrics = *static_cast<const QuadricLayer*>(args->geometryUserPtr);
     auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
-    const std::optional<double> t = shapes[args->primID].nearest(ray_of(rayhit.ray));
+    if (!quadrics.meets(args->primID, rayhit.ray.mask)) return;
+    const std::optional<double> t = quadrics.shapes[args->primID].nearest(ray_of(rayhit.ray));
     if (!t) return;
     rayhit.ray.tfar = static_cast<float>(*t);
     rayhit.hit.geomID = args->geomID;
@@ -123,9 +139,10 @@ void quadric_intersect(const RTCIntersectFunctionNArguments* args) {
 void quadric_occluded(const RTCOccludedFunctionNArguments* args) {
     assert(args->N == 1);
     if (args->valid[0] == 0) return;
-    const auto& shapes = *static_cast<const std::vector<QuadricShape>*>(args->geometryUserPtr);
+    const auto& quadrics = *static_cast<const QuadricLayer*>(args->geometryUserPtr);
     auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-    if (shapes[args->primID].nearest(ray_of(ray))) ray.tfar = -INFINITY;
+    if (!quadrics.meets(args->primID, ray.mask)) return;
+    if (quadrics.shapes[args->primID].nearest(ray_of(ray))) ray.tfar = -INFINITY;
 }
 
 // Embree aborts on rays that are not numbers.
@@ -133,13 +150,13 @@ bool is_usable(const V3f& o, const V3f& d, float t_max) {
     return is_usable(o) && is_usable(d) && !std::isnan(t_max);
 }
 
-RTCRay embree_ray(const V3f& o, const V3f& d, float t_max) {
+RTCRay embree_ray(const V3f& o, const V3f& d, float t_max, unsigned layers) {
     RTCRay ray{};
     ray.org_x = o.x, ray.org_y = o.y, ray.org_z = o.z;
     ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
     ray.tnear = 0;
     ray.tfar = t_max;
-    ray.mask = ~0U;
+    ray.mask = layers;
     return ray;
 }
 
@@ -245,11 +262,11 @@ SceneSphere enclosing_sphere(const Box3f& box) {
 
 struct Scene::Impl {
     SceneParts parts;
-    std::vector<QuadricShape> shapes;         // one per present quadric
-    std::vector<SurfaceTraits> shape_traits;  // of the same index
+    QuadricLayer quadrics;
+    std::vector<SurfaceTraits> shape_traits;  // of the index that `quadrics` has
     LightPicker picker;
     std::vector<std::uint32_t> impostors;
-    bool has_specular = false;
+    bool has_specular = false, has_borders = false;
     Box3f bounds;
     Counts counts;
     Counter rays, invalid_rays;
@@ -273,6 +290,9 @@ Scene::Impl::Impl(SceneParts given, const Workers& workers) : parts(std::move(gi
     device.reset(rtcNewDevice(fmt::format("threads={}", std::max(1, workers.threads)).c_str()));
     if (!device) throw std::runtime_error("Embree: no device can be made on this machine");
     rtcSetDeviceErrorFunction(device.get(), &Complaint::note, &complaint);
+    if (rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {
+        throw std::runtime_error("Embree: this build of the library knows no ray masks");
+    }
     embree.reset(rtcNewScene(device.get()));
     complaint.check();
     rtcSetSceneFlags(embree.get(), RTC_SCENE_FLAG_ROBUST);  // no cracks between neighbours
@@ -295,9 +315,14 @@ void Scene::Impl::drop_degenerate(Mesh& mesh) {
 }
 
 void Scene::Impl::attach(Mesh& mesh, unsigned id) {
-    if (mesh.triangles.empty() || !is_present(mesh.traits, parts.materials)) return;
-    has_specular = has_specular || is_specular(parts.materials[mesh.traits.material]);
-    counts.triangles += mesh.triangles.size();
+    const unsigned layer = layer_of(mesh.traits, parts.materials);
+    if (mesh.triangles.empty() || layer == 0) return;
+    if (layer == kSurfaces) {
+        has_specular = has_specular || is_specular(parts.materials[mesh.traits.material]);
+        counts.triangles += mesh.triangles.size();
+    } else {
+        has_borders = true;
+    }
     // Embree reads vertices 16 bytes at a time and wants numbers in all of them, used or not.
     for (V3f& p : mesh.p) {
         if (!is_usable(p)) p = V3f(0, 0, 0);
@@ -309,6 +334,7 @@ void Scene::Impl::attach(Mesh& mesh, unsigned id) {
                                sizeof(V3f), vertices);
     rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                mesh.triangles.data(), 0, sizeof(V3i), mesh.triangles.size());
+    rtcSetGeometryMask(geometry.get(), layer);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(embree.get(), geometry.get(), id);
     complaint.check();
@@ -316,16 +342,23 @@ void Scene::Impl::attach(Mesh& mesh, unsigned id) {
 
 void Scene::Impl::attach_shapes(unsigned id) {
     for (const Quadric& quadric : parts.quadrics) {
-        if (!is_present(quadric.traits, parts.materials)) continue;
-        has_specular = has_specular || is_specular(parts.materials[quadric.traits.material]);
-        shapes.emplace_back(quadric);
+        const unsigned layer = layer_of(quadric.traits, parts.materials);
+        if (layer == 0) continue;
+        if (layer == kSurfaces) {
+            has_specular = has_specular || is_specular(parts.materials[quadric.traits.material]);
+            ++counts.quadrics;
+        } else {
+            has_borders = true;
+        }
+        quadrics.shapes.emplace_back(quadric);
+        quadrics.layers.push_back(layer);
         shape_traits.push_back(quadric.traits);
     }
-    counts.quadrics = shapes.size();
-    if (shapes.empty()) return;
+    if (quadrics.shapes.empty()) return;
     const Geometry geometry(rtcNewGeometry(device.get(), RTC_GEOMETRY_TYPE_USER));
-    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(shapes.size()));
-    rtcSetGeometryUserData(geometry.get(), &shapes);
+    rtcSetGeometryUserPrimitiveCount(geometry.get(), static_cast<unsigned>(quadrics.shapes.size()));
+    rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);  // the callbacks look at each one's
+    rtcSetGeometryUserData(geometry.get(), &quadrics);
     rtcSetGeometryBoundsFunction(
         geometry.get(), [](const RTCBoundsFunctionArguments* args) { quadric_bounds(args); }, nullptr);
     rtcSetGeometryIntersectFunction(geometry.get(), &quadric_intersect);
@@ -342,13 +375,29 @@ Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
 std::optional<Hit> Scene::hit(const Ray& ray) const {
+    return nearest(ray, kSurfaces);
+}
+
+std::optional<Hit> Scene::hit_or_border(const Ray& ray) const {
+    return nearest(ray, kSurfaces | kBorders);
+}
+
+std::optional<Hit> Scene::hit_border(const Ray& ray) const {
+    return nearest(ray, kBorders);
+}
+
+bool Scene::is_border(const Hit& hit) const {
+    return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
+}
+
+std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
     if (!is_usable(ray.o, ray.d, ray.t_max)) {
         impl_->invalid_rays.add();
         return std::nullopt;
     }
     impl_->rays.add();
     RTCRayHit found{};
-    found.ray = embree_ray(ray.o, ray.d, ray.t_max);
+    found.ray = embree_ray(ray.o, ray.d, ray.t_max, layers);
     found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -360,8 +409,9 @@ std::optional<Hit> Scene::hit(const Ray& ray) const {
     const SurfaceTraits* traits = nullptr;
     if (found.hit.geomID == impl_->quadrics_id()) {
         // The callback could only leave a float32 distance: solve once more for the exact one.
-        const std::optional<double> t = impl_->shapes[primitive].nearest(ray);
-        hit = quadric_hit(impl_->shapes[primitive], ray, t.value_or(static_cast<double>(found.ray.tfar)));
+        const QuadricShape& shape = impl_->quadrics.shapes[primitive];
+        const std::optional<double> t = shape.nearest(ray);
+        hit = quadric_hit(shape, ray, t.value_or(static_cast<double>(found.ray.tfar)));
         traits = &impl_->shape_traits[primitive];
     } else {
         const Mesh& mesh = impl_->parts.meshes[found.hit.geomID];
@@ -386,7 +436,7 @@ bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
         return false;
     }
     impl_->rays.add();
-    RTCRay ray = embree_ray(start, w, t_max);
+    RTCRay ray = embree_ray(start, w, t_max, kSurfaces);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     rtcOccluded1(impl_->embree.get(), &context, &ray);
@@ -413,6 +463,12 @@ std::span<const Material> Scene::materials() const {
 }
 bool Scene::has_specular() const {
     return impl_->has_specular;
+}
+const SceneMedia& Scene::media() const {
+    return impl_->parts.media;
+}
+bool Scene::has_borders() const {
+    return impl_->has_borders;
 }
 const Box3f& Scene::bounds() const {
     return impl_->bounds;

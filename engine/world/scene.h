@@ -15,6 +15,7 @@
 #include "engine/base/vec.h"
 #include "engine/world/bsdf.h"
 #include "engine/world/material.h"
+#include "engine/world/medium.h"
 #include "engine/world/mesh.h"
 #include "lights/light.h"
 #include "lights/picker.h"
@@ -26,6 +27,7 @@ struct SceneParts {
     std::vector<Quadric> quadrics;
     std::vector<Material> materials;
     std::vector<std::unique_ptr<Light>> lights;
+    SceneMedia media;
     V3d origin{0, 0, 0};  // world position of the parts' (0,0,0)
 };
 
@@ -61,6 +63,12 @@ class Scene {
     // The nearest surface at 0 < t <= ray.t_max. Interface materials are passed through; one that carries a
     // light is a black surface instead.
     std::optional<Hit> hit(const Ray& ray) const;
+    // The same, but an interface that is a border between media is met, too: is_border() tells.
+    std::optional<Hit> hit_or_border(const Ray& ray) const;
+    // The nearest interface that is a border between media, whatever surfaces stand before it.
+    std::optional<Hit> hit_border(const Ray& ray) const;
+    // True if nothing is there but a change of medium.
+    bool is_border(const Hit& hit) const;
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
     bool visible(const SurfacePoint& x, const V3f& w, float distance) const;
 
@@ -73,6 +81,8 @@ class Scene {
     std::span<const std::uint32_t> impostors() const;
     std::span<const Material> materials() const;
     bool has_specular() const;
+    const SceneMedia& media() const;
+    bool has_borders() const;  // whether hit_border() can find anything
 
     const Box3f& bounds() const;  // empty for an empty scene
     SceneSphere sphere() const;   // radius 1 for an empty scene
@@ -89,6 +99,8 @@ class Scene {
     std::uint64_t invalid_rays() const;
 
   private:
+    std::optional<Hit> nearest(const Ray& ray, unsigned layers) const;
+
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };

@@ -1,0 +1,144 @@
+#include "engine/render/flight.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr std::uint32_t kBranch = 0xf1;  // of the path's stream
+
+// Under this transmittance roulette is played, and survived by half.
+constexpr double kFaint = 0.05;
+
+double exponential(float u) {
+    return -std::log1p(-static_cast<double>(u));  // u < 1
+}
+
+V3d decay(const V3d& sigma, double distance) {
+    V3d result(1);
+    for (int k = 0; k < 3; ++k) {
+        if (sigma[k] > 0) result[k] = std::exp(-sigma[k] * distance);  // the distance may be infinite
+    }
+    return result;
+}
+
+double largest(const V3d& v) {
+    return std::max({v.x, v.y, v.z});
+}
+
+// The channel that decides, and the densities of the path so far by all three, up to a common factor.
+class Channels {
+  public:
+    Channels(const Rgb& throughput, float u) : throughput_(throughput) {
+        const V3d chance = throughput_ / (throughput_.x + throughput_.y + throughput_.z);
+        double rest = static_cast<double>(u);
+        for (int k = 0; k < 3; ++k) {
+            chance_[k] = chance[k];
+            density_[k] = chance[k] > 0 ? 1 : 0;  // what carries nothing needs no density
+            if (chance[k] > 0 && rest >= 0) hero_ = k;
+            rest -= chance[k];
+        }
+    }
+
+    int hero() const { return hero_; }
+    // To the next event, the same for all.
+    void multiply(const V3d& factor) {
+        density_ *= factor;
+        const double most = largest(density_);
+        if (most > 0) density_ /= most;  // only ratios matter, and products of many must not vanish
+    }
+    // What the throughput becomes by an event of value `value` that was drawn with density `pdf` per channel.
+    Rgb weigh(const V3d& value, const V3d& pdf) const {
+        const double mean = chance_.dot(density_ * pdf);
+        if (!(mean > 0)) return Rgb(0);
+        return Rgb(V3f(throughput_ * density_ * value / mean));
+    }
+
+  private:
+    V3d throughput_;
+    V3d chance_;
+    V3d density_;
+    int hero_ = 0;
+};
+
+Flight scatter(const MediaAlong& along, double t, const Channels& channels, const Coefficients& here,
+               Stream& more) {
+    Flight flight;
+    flight.scattered = true;
+    flight.t = t;
+    const Rgb weight = channels.weigh(here.sigma_s, here.sigma_t);
+    if (is_black(weight)) return flight;
+    const MediaAlong::Choice choice = along.choose(t, V3d(weight), static_cast<double>(more.next()));
+    flight.throughput = Rgb(V3f(V3d(weight) * choice.share));
+    flight.g = choice.medium->g;
+    return flight;
+}
+
+}  // namespace
+
+Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
+    const V2f u = stream.next2();
+    Stream more = stream.split(kBranch);
+    Channels channels(throughput, u.x);
+    const int hero = channels.hero();
+    double depth = exponential(u.y);  // left until the next collision, in the hero's optical depth
+    Rgb emitted(0);
+    while (along.next()) {
+        const V3d majorant = along.uniform() + along.bound() + V3d(along.search());
+        double t = along.begin();
+        for (;;) {
+            const double step = majorant[hero] > 0 ? depth / majorant[hero] : INFINITY;
+            if (!(t + step < along.end())) break;
+            channels.multiply(decay(majorant, step));
+            t += step;
+            const Coefficients here = along.at(t);
+            emitted += channels.weigh(here.emission, majorant);
+            // A collision, or none after all.
+            if (static_cast<double>(more.next()) * majorant[hero] < here.sigma_t[hero]) {
+                Flight flight = scatter(along, t, channels, here, more);
+                flight.emitted = emitted;
+                return flight;
+            }
+            V3d null = majorant - here.sigma_t;
+            for (int k = 0; k < 3; ++k) null[k] = std::max(0.0, null[k]);
+            channels.multiply(null);
+            depth = exponential(more.next());
+        }
+        const double rest = along.end() - t;
+        channels.multiply(decay(majorant, rest));
+        if (majorant[hero] > 0) depth = std::max(0.0, depth - majorant[hero] * rest);
+    }
+    Flight flight;
+    flight.throughput = channels.weigh(V3d(1), V3d(1));
+    flight.emitted = emitted;
+    return flight;
+}
+
+Rgb transmittance(MediaAlong along, Stream& stream) {
+    V3d result(1);
+    double depth = 0;
+    bool drawn = false;
+    while (along.next()) {
+        result *= decay(along.uniform(), along.end() - along.begin());
+        const double bound = largest(along.bound());
+        if (!(bound > 0)) continue;
+        if (!drawn) depth = exponential(stream.next());
+        drawn = true;
+        double t = along.begin();
+        while (t + depth / bound < along.end()) {
+            t += depth / bound;
+            const V3d there = along.varying_at(t) / bound;
+            for (int k = 0; k < 3; ++k) result[k] *= std::max(0.0, 1 - there[k]);
+            if (largest(result) < kFaint) {
+                if (stream.next() < 0.5F) return Rgb(0);
+                result *= 2;
+            }
+            depth = exponential(stream.next());
+        }
+        depth = std::max(0.0, depth - bound * (along.end() - t));
+    }
+    return Rgb(V3f(result));
+}
+
+}  // namespace lucerna

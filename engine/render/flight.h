@@ -1,0 +1,34 @@
+// A flight through media: how far light comes, and what it loses and gains on the way.
+//
+// fly() draws a distance for a path; transmittance() estimates the share that passes. Both are unbiased for
+// any density: where it varies, null collisions fill it up to a bound. What media absorb is taken off the
+// throughput, never decided by chance.
+//
+// Sources: Woodcock et al. 1965 (delta tracking); Novák, Selle and Jarosz 2014 (ratio tracking); Miller,
+// Georgiev and Jarosz 2019, "A null-scattering path integral formulation of light transport": the weights
+// that make one distance serve three channels. The channel that draws it is chosen in proportion to the
+// throughput, and the estimate is divided by the mean over all channels' densities, so no colour gains more
+// than the sum of all.
+#pragma once
+
+#include "engine/base/stream.h"
+#include "engine/render/media_along.h"
+
+namespace lucerna {
+
+struct Flight {
+    bool scattered = false;  // within the media; otherwise the end was reached
+    double t = 0;            // where, along the ray; scene units
+    float g = 0;             // of the medium that scattered
+    Rgb throughput{0.0F};    // after scattering (black: absorbed), or at the end
+    Rgb emitted{0.0F};       // by the media on the way, throughput included, W/(m² sr)
+};
+
+// `throughput` is not black. Takes one pair of numbers from `stream`, the rest from a branch of it.
+Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream);
+
+// Its mean is the transmittance from end to end: 0 over an infinite way through a medium. Exact, and without
+// random numbers, where nothing varies.
+Rgb transmittance(MediaAlong along, Stream& stream);
+
+}  // namespace lucerna
