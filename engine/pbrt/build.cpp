@@ -155,6 +155,21 @@ std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
     return light;
 }
 
+SceneMedia build_media(const Draft& draft, const V3d& origin) {
+    SceneMedia media;
+    if (!draft.uses_media) return media;
+    for (const DraftMedium& made : draft.media) {
+        Medium medium = made.medium.value();  // require_media() saw to it
+        const auto back = inverse(relative_to(made.world_from_medium, origin));
+        if (!back) fail(made.place, "the medium's transformation cannot be undone around the scene's origin");
+        medium.medium_from_scene = *back;
+        media.all.push_back(std::move(medium));
+    }
+    media.regions = draft.regions;
+    media.camera = draft.camera_medium;
+    return media;
+}
+
 Camera::Settings build_camera(const Draft& draft, const V3d& origin) {
     Camera::Settings camera = draft.camera;
     camera.world_from_camera = relative_to(camera.world_from_camera, origin);
@@ -196,10 +211,14 @@ Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor)
     for (Quadric& quadric : parts.quadrics) {
         quadric.world_from_object = relative_to(quadric.world_from_object, parts.origin);
     }
+    parts.media = build_media(draft, parts.origin);
     for (const DraftLight& light : draft.lights) {
         parts.lights.push_back(build_light(light, LightMaker{parts, sphere, workers, monitor}));
     }
-    if (draft.lights.empty()) monitor.warn(draft.sources.front()->name() + ": the scene has no light");
+    const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
+                                   [](const Medium& medium) { return medium.emits(); });
+    if (draft.lights.empty() && !glows)
+        monitor.warn(draft.sources.front()->name() + ": the scene has no light");
     result.camera = build_camera(draft, parts.origin);
     return result;
 }

@@ -170,6 +170,9 @@ void DirectiveReader::camera() {
     reading_.draft.camera.world_from_camera = *world_from_camera;
     coordinate_systems_["camera"] = *world_from_camera;
     read_camera(reading_, kind, params);
+    // What lies outside of things is where the camera stands.
+    reading_.draft.camera_medium = reading_.state.media.outside;
+    if (reading_.draft.camera_medium != kNoMedium) reading_.draft.uses_media = true;
     params.warn_unused(reading_.monitor);
 }
 
@@ -272,10 +275,42 @@ void DirectiveReader::option() {
 void DirectiveReader::medium_interface() {
     const std::string inside = quoted("a medium");
     const std::string outside = tokens().peek().kind == Token::Kind::string ? quoted("a medium") : inside;
-    if (!inside.empty() || !outside.empty()) {
-        fail(place_, "MediumInterface \"{}\" \"{}\": media are not supported yet; \"\" is accepted",
-             shown(inside), shown(outside));
+    reading_.state.media = read_medium_interface(reading_, place_, inside, outside);
+}
+
+void DirectiveReader::make_named_medium() {
+    const std::string name = quoted("a name");
+    Params params = parameters(name, "medium");
+    read_named_medium(reading_, name, params);
+    params.warn_unused(reading_.monitor);
+}
+
+// Which orders of scattering are looked for; here it is always all of them.
+void DirectiveReader::volume_integrator() {
+    reading_.old_dialect = true;
+    once();
+    const std::string kind = quoted("a kind of volume integrator");
+    Params params = parameters(kind, "");
+    if (kind != "single" && kind != "emission") {
+        refuse_kind(place_, "VolumeIntegrator", kind, {"single", "emission"}, {});
     }
+    params.accept({"stepsize"});
+    params.warn_unused(reading_.monitor);
+    reading_.monitor.info(
+        fmt::format("{}: VolumeIntegrator \"{}\": media are rendered with all orders of "
+                    "scattering, and without steps",
+                    to_string(place_.location()), kind));
+}
+
+void DirectiveReader::integrate_media() {
+    require_media(reading_);
+    Draft& draft = reading_.draft;
+    if (draft.occlusion) draft.uses_media = false;
+    if (!draft.uses_media || std::holds_alternative<PathSettings>(draft.integrator)) return;
+    reading_.warn(place_, fmt::format("the scene has participating media, which \"{}\" does not know yet; it "
+                                      "is rendered by \"path\"",
+                                      integrator_name(draft.integrator)));
+    draft.integrator = PathSettings{};
 }
 
 // ---- the world
@@ -352,6 +387,14 @@ void DirectiveReader::shape() {
     const std::string kind = quoted("a kind of shape");
     Params params = parameters(kind, "shape");
     read_shape(reading_, kind, params);
+    params.warn_unused(reading_.monitor);
+}
+
+void DirectiveReader::volume() {
+    reading_.old_dialect = true;
+    const std::string kind = quoted("a kind of volume");
+    Params params = parameters(kind, "medium");
+    read_volume(reading_, kind, params);
     params.warn_unused(reading_.monitor);
 }
 

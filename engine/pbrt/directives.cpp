@@ -11,9 +11,7 @@ namespace {
 constexpr std::size_t kDeepestInclude = 64;
 
 // Known to some version of pbrt, not to this reader.
-constexpr std::string_view kKnownElsewhere[] = {"MakeNamedMedium", "ObjectBegin", "ObjectEnd",
-                                                "ObjectInstance",  "Volume",      "VolumeRegion",
-                                                "VolumeIntegrator"};
+constexpr std::string_view kKnownElsewhere[] = {"ObjectBegin", "ObjectEnd", "ObjectInstance", "VolumeRegion"};
 
 }  // namespace
 
@@ -40,6 +38,7 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"LightSource", world_only, &R::light_source},
         {"LookAt", anywhere, &R::look_at_directive},
         {"MakeNamedMaterial", world_only, &R::make_named_material},
+        {"MakeNamedMedium", anywhere, &R::make_named_medium},
         {"Material", world_only, &R::material},
         {"MediumInterface", anywhere, &R::medium_interface},
         {"NamedMaterial", world_only, &R::named_material},
@@ -59,6 +58,8 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"TransformEnd", anywhere, &R::transform_end},
         {"TransformTimes", anywhere, &R::transform_times},
         {"Translate", anywhere, &R::translate},
+        {"Volume", world_only, &R::volume},
+        {"VolumeIntegrator", options_only, &R::volume_integrator},
         {"WorldBegin", options_only, &R::world_begin},
         {"WorldEnd", world_only, &R::world_end},
     };
@@ -147,6 +148,7 @@ void DirectiveReader::finish() {
     }
     if (draft.occlusion) draft.lights.push_back({place_, InfiniteSpec{Rgb(1)}});
     apply_settings(draft.integrator, overrides_);
+    integrate_media();
     if (overrides_.spp > 0) draft.spp = overrides_.spp;
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();

@@ -92,6 +92,11 @@ class DirectiveReader {
     void color_space();
     void option();
     void medium_interface();
+    void make_named_medium();
+    void volume();
+    void volume_integrator();
+    // Takes an integrator that knows media if the scene has any.
+    void integrate_media();
     void material();
     void make_named_material();
     void named_material();

@@ -19,6 +19,7 @@
 #include "engine/pbrt/tokens.h"
 #include "engine/render/job.h"
 #include "engine/world/material.h"
+#include "engine/world/medium.h"
 #include "engine/world/mesh.h"
 #include "lights/measured.h"
 
@@ -69,6 +70,14 @@ struct DraftLight {
     double power = 0;  // W; if > 0 the light is scaled to this luminous power
 };
 
+// A medium; none yet while only its name has been said.
+struct DraftMedium {
+    Place place;
+    std::string name;
+    std::optional<Medium> medium;  // medium_from_scene not set
+    M44d world_from_medium;
+};
+
 struct Draft {
     // Places point into these.
     std::vector<std::unique_ptr<Source>> sources;
@@ -77,6 +86,10 @@ struct Draft {
     std::vector<Quadric> quadrics;  // world_from_object in world space
     std::vector<Material> materials;
     std::vector<DraftLight> lights;
+    std::vector<DraftMedium> media;
+    std::vector<std::uint32_t> regions;      // of media: those that stand in space
+    std::int32_t camera_medium = kNoMedium;  // index into media
+    bool uses_media = false;                 // some path may come to be in one
 
     Camera::Settings camera;        // world_from_camera in world space; no size yet
     double frame_aspect_ratio = 0;  // 0: that of the film

@@ -40,6 +40,8 @@ SurfaceTraits traits_here(Reading& reading) {
     SurfaceTraits traits;
     traits.material = use_material(reading);
     traits.reverse_orientation = reading.state.reverse_orientation != swaps_handedness(reading.state.ctm);
+    traits.media = reading.state.media;
+    if (traits.media.border) reading.draft.uses_media = true;
     return traits;
 }
 

@@ -44,6 +44,7 @@ struct GraphicsState {
     bool at_start = true;  // transformations are those of the start of a movement (ActiveTransform)
     std::shared_ptr<MaterialEntry> material;
     std::shared_ptr<const AreaLight> area_light;
+    MediumInterface media;  // indices into Draft::media
     // Defaults that the Attribute directive gave, by target.
     std::map<std::string, std::vector<Param>, std::less<>> attributes;
 };
@@ -59,6 +60,7 @@ struct Reading {
     std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
     // What varnish of this index and alpha (-1: any) reflects, shared by the materials of one scene.
     std::map<std::pair<float, float>, std::shared_ptr<const CoatTable>> covers = {};
+    std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
     GraphicsState state = {};
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
@@ -81,6 +83,14 @@ FloatTexture read_float_texture(Reading& reading, const std::string& kind, Param
 void read_light(Reading& reading, const std::string& kind, Params& params);
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params);
 void read_camera(Reading& reading, const std::string& kind, Params& params);
+// MakeNamedMedium, whatever its kind.
+void read_named_medium(Reading& reading, const std::string& name, Params& params);
+// Versions 1 and 2's Volume: a medium in a box.
+void read_volume(Reading& reading, const std::string& kind, Params& params);
+MediumInterface read_medium_interface(Reading& reading, const Place& at, const std::string& inside,
+                                      const std::string& outside);
+// Refuses names of media that were used and never made.
+void require_media(const Reading& reading);
 void read_film(Reading& reading, const std::string& kind, Params& params);
 void read_filter(Reading& reading, const std::string& kind, Params& params);
 void read_sampler(Reading& reading, const std::string& kind, Params& params);

@@ -1,0 +1,257 @@
+// Participating media: MakeNamedMedium of versions 3 and 4, Volume of versions 1 and 2.
+//
+// Coefficients hold per unit of world length, whatever the transformation; it moves boxes and grids only. The
+// two dialects differ in what they leave unsaid: versions 1 and 2 begin with a clear medium and emit "Le" per
+// length as it stands, versions 3 and 4 begin with whole milk and emit sigma_a times "Le".
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/names.h"
+#include "engine/pbrt/state.h"
+#include "engine/world/phase.h"
+
+namespace lucerna {
+namespace {
+
+using Type = Param::Type;
+
+constexpr double kLargestSigma = 1e15;  // per scene unit
+
+// Measured by Jensen, Marschner, Levoy and Hanrahan 2001, "A Practical Model for Subsurface Light Transport",
+// figure 5: reduced scattering and absorption in 1/mm. pbrt takes the former as sigma_s, with g = 0.
+struct Measured {
+    std::string_view name;
+    Rgb sigma_s, sigma_a;
+};
+const Measured kMeasured[] = {
+    {"Apple", {2.29F, 2.39F, 1.97F}, {0.0030F, 0.0034F, 0.046F}},
+    {"Chicken1", {0.15F, 0.21F, 0.38F}, {0.015F, 0.077F, 0.19F}},
+    {"Chicken2", {0.19F, 0.25F, 0.32F}, {0.018F, 0.088F, 0.20F}},
+    {"Cream", {7.38F, 5.47F, 3.15F}, {0.0002F, 0.0028F, 0.0163F}},
+    {"Ketchup", {0.18F, 0.07F, 0.03F}, {0.061F, 0.97F, 1.45F}},
+    {"Marble", {2.19F, 2.62F, 3.00F}, {0.0021F, 0.0041F, 0.0071F}},
+    {"Potato", {0.68F, 0.70F, 0.55F}, {0.0024F, 0.0090F, 0.12F}},
+    {"Skimmilk", {0.70F, 1.22F, 1.90F}, {0.0014F, 0.0025F, 0.0142F}},
+    {"Skin1", {0.74F, 0.88F, 1.01F}, {0.032F, 0.17F, 0.48F}},
+    {"Skin2", {1.09F, 1.59F, 1.79F}, {0.013F, 0.070F, 0.145F}},
+    {"Spectralon", {11.6F, 20.4F, 14.9F}, {0.00F, 0.00F, 0.00F}},
+    {"Wholemilk", {2.55F, 3.21F, 3.77F}, {0.0011F, 0.0024F, 0.014F}},
+};
+
+const Measured& measured(const Params& params, const std::string& name) {
+    std::vector<std::string_view> names;
+    for (const Measured& preset : kMeasured) {
+        if (preset.name == name) return preset;
+        names.push_back(preset.name);
+    }
+    fail(params.place_of("preset"), "preset \"{}\" is unknown; {}{} are accepted", shown(name),
+         did_you_mean(name, names), fmt::join(names, ", "));
+}
+
+Rgb coefficient(Reading& reading, Params& params, std::string_view name, const Rgb& fallback, double scale) {
+    const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
+    Rgb result;
+    for (int k = 0; k < 3; ++k) {
+        // A narrow spectrum may lie outside the colour triangle; less than nothing cannot be absorbed.
+        const double scaled = std::max(0.0, static_cast<double>(value[k])) * scale;
+        if (!(scaled <= kLargestSigma)) {
+            fail(params.place_of(params.has(name) ? name : "scale"),
+                 "\"{}\" of {} is {:g} in channel {}; 0 to {:g} is accepted", name, params.owner(), scaled, k,
+                 kLargestSigma);
+        }
+        result[k] = static_cast<float>(scaled);
+    }
+    return result;
+}
+
+float read_g(Params& params) {
+    constexpr auto most = static_cast<double>(kLargestG);
+    return static_cast<float>(params.real_within("g", 0, -most, most));
+}
+
+Rgb read_emission(Reading& reading, Params& params) {
+    const Rgb value = read_spectrum(reading, params, "Le", ColorUse::emission).value_or(Rgb(0));
+    return {std::max(0.0F, value.x), std::max(0.0F, value.y), std::max(0.0F, value.z)};
+}
+
+Box3d read_box(Params& params) {
+    const V3d a = params.point("p0", V3d(0)), b = params.point("p1", V3d(1));
+    Box3d box;
+    box.extendBy(a);
+    box.extendBy(b);
+    for (int k = 0; k < 3; ++k) {
+        const double size = box.max[k] - box.min[k];
+        if (!(size > 0 && std::isfinite(size))) {
+            fail(params.place(), "{}: p0 ({:g} {:g} {:g}) and p1 ({:g} {:g} {:g}) span no box",
+                 params.owner(), a.x, a.y, a.z, b.x, b.y, b.z);
+        }
+    }
+    return box;
+}
+
+DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border border) {
+    V3i size;
+    double count = 1;
+    for (int k = 0; k < 3; ++k) {
+        constexpr std::string_view names[] = {"nx", "ny", "nz"};
+        size[k] = params.integer(names[k], 1);
+        if (size[k] < 1) {
+            fail(params.place_of(names[k]), "\"{}\": {} is not accepted; 1 or more is", names[k], size[k]);
+        }
+        count *= size[k];
+    }
+    const Param* density = params.find("density", {Type::real});
+    if (!density) fail(params.place(), "{} lacks \"float density\", its samples", params.owner());
+    if (static_cast<double>(density->numbers.size()) != count) {
+        fail(density->place, "\"density\" has {} values; nx·ny·nz = {:.0f} are accepted",
+             density->numbers.size(), count);
+    }
+    std::vector<float> samples(density->numbers.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const double value = density->numbers[i];
+        if (!(value >= 0 && value <= kLargestSigma)) {
+            fail(density->place_of(i), "\"density\": {:g} is not accepted; 0 to {:g} is", value,
+                 kLargestSigma);
+        }
+        samples[i] = static_cast<float>(value);
+    }
+    return {size, std::move(samples), box, border};
+}
+
+ExponentialDensity read_exponential(Params& params, const Box3d& box) {
+    ExponentialDensity density;
+    density.a = params.real_within("a", 1, 0, kLargestSigma);
+    density.b = params.real_within("b", 1, -kLargestSigma, kLargestSigma);
+    const Param* up = params.find("updir", {Type::vector3, Type::point3, Type::normal3});
+    if (up) {
+        if (up->numbers.size() != 3) fail(up->place, "\"updir\" wants 3 numbers, not {}", up->numbers.size());
+        density.up = V3d(up->numbers[0], up->numbers[1], up->numbers[2]);
+        if (!(density.up.length2() > 0)) fail(up->place, "\"updir\" has no length");
+    }
+    density.up.normalize();
+    density.base = box.min;
+    // Downwards a density may grow without bound.
+    for (int corner = 0; corner < 8; ++corner) {
+        const V3d p((corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
+                    (corner & 4) != 0 ? box.max.z : box.min.z);
+        if (!(density_at(density, p) <= kLargestSigma)) {
+            fail(params.place(), "{}: the density reaches {:g} within the box; {:g} is accepted",
+                 params.owner(), density_at(density, p), kLargestSigma);
+        }
+    }
+    return density;
+}
+
+// Where the medium of that name stands in the draft; an empty place if it is not made yet.
+std::int32_t index_of_medium(Reading& reading, const Place& at, const std::string& name) {
+    if (name.empty()) return kNoMedium;
+    const auto known = reading.media.find(name);
+    if (known != reading.media.end()) return known->second;
+    const auto index = static_cast<std::int32_t>(reading.draft.media.size());
+    reading.draft.media.push_back({at, name, {}, {}});
+    reading.media[name] = index;
+    return index;
+}
+
+}  // namespace
+
+void read_named_medium(Reading& reading, const std::string& name, Params& params) {
+    const std::string kind = params.string("type", "");
+    if (!params.has("type")) {
+        fail(params.place(), "MakeNamedMedium \"{}\" lacks \"string type\", the kind of medium", shown(name));
+    }
+    const bool grid = kind == "uniformgrid" || kind == "heterogeneous";
+    if (!grid && kind != "homogeneous") {
+        refuse_kind(params.place_of("type"), "type of medium", kind,
+                    {"homogeneous", "uniformgrid", "heterogeneous"}, {"cloud", "nanovdb", "rgbgrid"});
+    }
+    Medium medium;
+    medium.name = name;
+    const double scale = params.real_within("scale", 1, 0, kLargestSigma);
+    // Version 4's grids begin with coefficients of 1.
+    const Measured& milk = kMeasured[std::size(kMeasured) - 1];
+    Rgb sigma_a = kind == "uniformgrid" ? Rgb(1) : milk.sigma_a;
+    Rgb sigma_s = kind == "uniformgrid" ? Rgb(1) : milk.sigma_s;
+    const std::string preset = params.string("preset", "");
+    if (!preset.empty()) {
+        const Measured& found = measured(params, preset);
+        sigma_a = found.sigma_a;
+        sigma_s = found.sigma_s;
+        medium.sigma_a = sigma_a * static_cast<float>(scale);
+        medium.sigma_s = sigma_s * static_cast<float>(scale);
+    } else {
+        medium.sigma_a = coefficient(reading, params, "sigma_a", sigma_a, scale);
+        medium.sigma_s = coefficient(reading, params, "sigma_s", sigma_s, scale);
+    }
+    medium.g = read_g(params);
+    for (const std::string_view other : {"temperature", "temperaturescale", "temperatureoffset"}) {
+        if (params.has(other)) fail(params.place_of(other), "\"{}\" is not supported yet", other);
+    }
+    const auto emission_scale = static_cast<float>(params.real_within("Lescale", 1, 0, 1e30));
+    medium.emission = medium.sigma_a * read_emission(reading, params) * emission_scale;
+    if (grid) {
+        medium.box = read_box(params);
+        medium.density = read_grid(params, *medium.box, DensityGrid::Border::zero);
+    }
+    const auto known = reading.media.find(name);
+    if (known != reading.media.end() && reading.draft.media[static_cast<std::size_t>(known->second)].medium) {
+        reading.warn(params.place(),
+                     fmt::format("medium \"{}\" was made before; the new one holds from here", shown(name)));
+        reading.media.erase(known);
+    }
+    const auto index = static_cast<std::size_t>(index_of_medium(reading, params.place(), name));
+    reading.draft.media[index] = {params.place(), name, std::move(medium), reading.state.ctm};
+}
+
+void read_volume(Reading& reading, const std::string& kind, Params& params) {
+    if (kind != "homogeneous" && kind != "volumegrid" && kind != "exponential") {
+        refuse_kind(params.place(), "Volume", kind, {"homogeneous", "volumegrid", "exponential"},
+                    {"aggregate"});
+    }
+    Medium medium;
+    medium.name = kind;
+    medium.sigma_a = coefficient(reading, params, "sigma_a", Rgb(0), 1);
+    medium.sigma_s = coefficient(reading, params, "sigma_s", Rgb(0), 1);
+    medium.emission = read_emission(reading, params);
+    medium.g = read_g(params);
+    medium.box = read_box(params);
+    if (kind == "volumegrid") {
+        medium.density = read_grid(params, *medium.box, DensityGrid::Border::hold);
+    } else if (kind == "exponential") {
+        medium.density = read_exponential(params, *medium.box);
+    }
+    if (is_black(medium.sigma_t()) && !medium.emits()) {
+        reading.warn(params.place(),
+                     params.owner() + " neither absorbs, scatters nor emits: nothing is there");
+        return;
+    }
+    Draft& draft = reading.draft;
+    draft.regions.push_back(static_cast<std::uint32_t>(draft.media.size()));
+    draft.media.push_back({params.place(), kind, std::move(medium), reading.state.ctm});
+    draft.uses_media = true;
+}
+
+MediumInterface read_medium_interface(Reading& reading, const Place& at, const std::string& inside,
+                                      const std::string& outside) {
+    MediumInterface media;
+    media.inside = index_of_medium(reading, at, inside);
+    media.outside = index_of_medium(reading, at, outside);
+    media.border = media.inside != media.outside;
+    return media;
+}
+
+void require_media(const Reading& reading) {
+    for (const DraftMedium& medium : reading.draft.media) {
+        if (medium.medium) continue;
+        std::vector<std::string_view> names;
+        for (const DraftMedium& other : reading.draft.media) {
+            if (other.medium) names.push_back(other.name);
+        }
+        fail(medium.place, "no medium \"{}\" is made; {}there are {}", shown(medium.name),
+             did_you_mean(medium.name, names), names.size());
+    }
+}
+
+}  // namespace lucerna
