@@ -69,10 +69,10 @@ TEST(Directives, UnknownAndUnsupportedNames_AreTold) {
     EXPECT_EQ(
         refusal_of_world("Shap \"sphere\""),
         "scene.pbrt:2:1: unknown directive \"Shap\"; did you mean \"Shape\"? pbrt's directives are accepted");
-    for (const std::string name : {"ObjectBegin", "ObjectInstance", "MakeNamedMedium", "Volume"}) {
+    for (const std::string name : {"ObjectBegin", "ObjectInstance"}) {
         EXPECT_THAT(refusal_of_world(name), HasSubstr(name + " is not supported yet"));
     }
-    EXPECT_THAT(refusal_of_world("MediumInterface \"fog\" \"\""), HasSubstr("media are not supported yet"));
+    EXPECT_THAT(refusal_of_world("MediumInterface \"fog\" \"\""), HasSubstr("no medium \"fog\" is made"));
     EXPECT_EQ(refusal_of_world("MediumInterface \"\" \"\""), "");
     EXPECT_THAT(refusal_of_world("\"sphere\""), HasSubstr("a directive is expected here, not \"sphere\""));
     EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float radius\" 1 2"),

@@ -65,6 +65,24 @@ class SceneMaker {
         return parts_.quadrics.back();
     }
 
+    Mesh& last_mesh() { return parts_.meshes.back(); }
+
+    // A medium for borders, by the index that MediumInterface wants.
+    std::int32_t medium(Medium medium) {
+        parts_.media.all.push_back(std::move(medium));
+        return static_cast<std::int32_t>(parts_.media.all.size() - 1);
+    }
+    void region(Medium made) {
+        parts_.media.regions.push_back(static_cast<std::uint32_t>(medium(std::move(made))));
+    }
+    void camera_in(std::int32_t medium) { parts_.media.camera = medium; }
+    // Nothing but a change of medium.
+    Quadric& ball_of(std::int32_t medium, const V3f& centre, float radius) {
+        Quadric& ball = sphere(centre, radius, material(InterfaceMaterial{}));
+        ball.traits.media = {true, medium, kNoMedium};
+        return ball;
+    }
+
     Scene build() { return Scene(std::move(parts_), Workers{2}); }
 
   private:

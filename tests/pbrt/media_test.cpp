@@ -1,0 +1,216 @@
+// Participating media in scene files: what is made of them, and what is refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/scene_text.h"
+#include "tests/support/shared_data.h"
+
+namespace lucerna {
+namespace {
+
+using namespace lucerna::testing;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const Medium& medium_of(const Draft& draft, std::size_t index) {
+    return draft.media.at(index).medium.value();
+}
+
+TEST(NamedMedium, Homogeneous_ScalesBothCoefficientsAndEmitsWhatItAbsorbs) {
+    const Read read = read_world(
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 2 3] \"rgb sigma_s\" [4 "
+        "5 6]"
+        " \"float scale\" 0.5 \"float g\" -0.25 \"rgb Le\" [1 0 2] \"float Lescale\" 3");
+    EXPECT_THAT(read.warnings, ::testing::Each(::testing::Not(HasSubstr("MakeNamedMedium"))));
+    const Medium& fog = medium_of(read.draft, 0);
+    EXPECT_EQ(fog.sigma_a, Rgb(0.5F, 1, 1.5F));
+    EXPECT_EQ(fog.sigma_s, Rgb(2, 2.5F, 3));
+    EXPECT_EQ(fog.g, -0.25F);
+    EXPECT_EQ(fog.emission, Rgb(1.5F, 0, 9));
+    EXPECT_FALSE(fog.box);
+    EXPECT_FALSE(read.draft.uses_media);  // nobody is in it
+}
+
+TEST(NamedMedium, Unsaid_IsWholeMilkAndGridsOfVersion4AreOnes) {
+    const Read read = read_world(
+        "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" MakeNamedMedium \"b\" \"string type\" "
+        "\"uniformgrid\" \"float density\" 1 MakeNamedMedium \"c\" \"string type\" \"heterogeneous\" \"float "
+        "density\" 1");
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_s, Rgb(2.55F, 3.21F, 3.77F));
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_a, Rgb(0.0011F, 0.0024F, 0.014F));
+    EXPECT_EQ(medium_of(read.draft, 1).sigma_s, Rgb(1));
+    EXPECT_EQ(medium_of(read.draft, 1).sigma_a, Rgb(1));
+    EXPECT_EQ(medium_of(read.draft, 2).sigma_s, Rgb(2.55F, 3.21F, 3.77F));
+}
+
+TEST(NamedMedium, Preset_IsTheMeasuredOneAndAnotherIsRefusedWithItsNeighbour) {
+    const Read read = read_world(
+        "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Skin1\" \"float scale\" "
+        "10");
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_s, Rgb(0.74F, 0.88F, 1.01F) * 10.0F);
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_a, Rgb(0.032F, 0.17F, 0.48F) * 10.0F);
+    EXPECT_THAT(
+        refusal_of_world("MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Skim1\""),
+        AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("did you mean \"Skin1\""), HasSubstr("Wholemilk")));
+}
+
+TEST(NamedMedium, Grid_StandsInItsBoxUnderTheTransformation) {
+    const Read read = read_world(
+        "Translate 1 2 3 MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer "
+        "ny\" 1 "
+        "\"integer nz\" 2 \"float density\" [1 2 3 4] \"point3 p0\" [0 0 0] \"point3 p1\" [2 1 2]");
+    const Medium& medium = medium_of(read.draft, 0);
+    EXPECT_EQ(read.draft.media[0].world_from_medium[3][1], 2);
+    EXPECT_DOUBLE_EQ(density_at(medium.density, {0.5, 0.5, 0.5}), 1);
+    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 0.5, 1.5}), 4);
+    EXPECT_DOUBLE_EQ(density_at(medium.density, {1.5, 1, 1.5}), 2);  // falls to nothing over the border
+}
+
+TEST(NamedMedium, WhatIsNone_IsRefusedInOneLine) {
+    const auto refusal = [](std::string_view rest) {
+        return refusal_of_world("MakeNamedMedium \"m\" " + std::string(rest));
+    };
+    EXPECT_THAT(refusal(""), HasSubstr("lacks \"string type\""));
+    for (const char* const kind : {"cloud", "nanovdb", "rgbgrid"}) {
+        EXPECT_THAT(refusal(fmt::format("\"string type\" \"{}\"", kind)), HasSubstr("not supported yet"));
+    }
+    EXPECT_THAT(refusal("\"string type\" \"homogenous\""), HasSubstr("did you mean \"homogeneous\""));
+    const std::string fog = "\"string type\" \"homogeneous\" ";
+    EXPECT_THAT(refusal(fog + "\"float g\" 1"), HasSubstr("\"g\""));
+    EXPECT_THAT(refusal(fog + "\"float scale\" -1"), HasSubstr("\"scale\""));
+    EXPECT_THAT(refusal(fog + "\"rgb sigma_a\" [1 -1 1]"), HasSubstr("sigma_a"));
+    EXPECT_THAT(refusal(fog + "\"rgb sigma_s\" [1e30 1 1]"), HasSubstr("1e+30"));
+    const std::string grid = "\"string type\" \"uniformgrid\" ";
+    EXPECT_THAT(refusal(grid), HasSubstr("float density"));
+    EXPECT_THAT(refusal(grid + "\"integer nx\" 3 \"float density\" [1 2]"), HasSubstr("has 2 values"));
+    EXPECT_THAT(refusal(grid + "\"integer nx\" 0 \"float density\" [1 2]"), HasSubstr("\"nx\": 0"));
+    EXPECT_THAT(refusal(grid + "\"integer nx\" 2 \"float density\" [1 -2]"), HasSubstr("-2 is not accepted"));
+    EXPECT_THAT(refusal(grid + "\"float density\" 1 \"point3 p1\" [0 1 1]"), HasSubstr("span no box"));
+    EXPECT_THAT(refusal(grid + "\"float density\" 1 \"float temperature\" 1"),
+                HasSubstr("not supported yet"));
+}
+
+// --- MediumInterface
+
+TEST(MediumInterface, OnAShape_IsABorderOnlyWhereTheSidesDiffer) {
+    const Read read = read_world(
+        "MediumInterface \"in\" \"\" MakeNamedMedium \"in\" \"string type\" \"homogeneous\"\n"
+        "Shape \"sphere\" MediumInterface \"in\" Shape \"sphere\" AttributeBegin MediumInterface \"\" \"in\" "
+        "Shape \"sphere\" AttributeEnd");
+    const auto& q = read.draft.quadrics;
+    EXPECT_TRUE(q[0].traits.media.border);
+    EXPECT_EQ(q[0].traits.media.inside, 0);
+    EXPECT_EQ(q[0].traits.media.outside, kNoMedium);
+    EXPECT_FALSE(q[1].traits.media.border);
+    EXPECT_TRUE(q[2].traits.media.border);
+    EXPECT_EQ(q[2].traits.media.outside, 0);
+    EXPECT_TRUE(read.draft.uses_media);
+    EXPECT_EQ(read.draft.camera_medium, kNoMedium);
+}
+
+TEST(MediumInterface, BeforeTheCamera_IsWhatTheCameraIsIn) {
+    const Read read = read_file_text(
+        "MakeNamedMedium \"air\" \"string type\" \"homogeneous\"\nMediumInterface \"\" \"air\"\n"
+        "Camera \"perspective\" Film \"rgb\" WorldBegin");
+    EXPECT_EQ(read.draft.camera_medium, 0);
+    EXPECT_TRUE(read.draft.uses_media);
+}
+
+TEST(MediumInterface, OfAMediumThatIsNeverMade_IsRefusedWhereItIsNamed) {
+    EXPECT_THAT(refusal_of_world("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\nMediumInterface "
+                                 "\"fob\" \"\""),
+                AllOf(HasSubstr("scene.pbrt:3:"), HasSubstr("\"fob\""), HasSubstr("did you mean \"fog\"")));
+}
+
+TEST(MediumInterface, InTheScene_ChangesTheMediumAtAnInterface) {
+    RecordingMonitor monitor;
+    const Job job =
+        read_scene_text(std::string(kHead) +
+                            "MakeNamedMedium \"in\" \"string type\" \"homogeneous\" MediumInterface "
+                            "\"in\" \"\" Material \"interface\" Translate 0 0 5 Shape \"sphere\"",
+                        "scene.pbrt", {}, {1}, monitor);
+    const Ray ray{V3f(V3d(0, 0, 0) - job.scene.origin()), {0, 0, 1}};
+    EXPECT_FALSE(job.scene.hit(ray));
+    ASSERT_TRUE(job.scene.hit_border(ray));
+    const auto border = job.scene.hit_or_border(ray);
+    ASSERT_TRUE(border);
+    EXPECT_NEAR(border->t, 4, 1e-5);
+    EXPECT_TRUE(job.scene.is_border(*border));
+    EXPECT_EQ(medium_towards(border->media, border->at.n, ray.d, kNoMedium), 0);
+    EXPECT_TRUE(job.scene.visible({ray.o}, ray.d, 100));
+}
+
+// --- versions 1 and 2
+
+TEST(Volume, EveryKind_IsARegionUnderTheTransformation) {
+    const Read read = read_world(
+        "Translate 5 0 0 Volume \"homogeneous\" \"color sigma_a\" [1 2 3] \"point p0\" [1 1 1] \"point p1\" "
+        "[-1 -1 "
+        "-1] \"color Le\" [2 2 2] \"float g\" 0.5\n"
+        "Volume \"volumegrid\" \"integer nx\" 2 \"float density\" [1 3] \"color sigma_s\" [1 1 1]\n"
+        "Volume \"exponential\" \"float a\" 2 \"float b\" 3 \"vector updir\" [0 0 2] \"color sigma_s\" [1 1 "
+        "1]");
+    const Draft& draft = read.draft;
+    ASSERT_EQ(draft.regions.size(), 3U);
+    EXPECT_TRUE(draft.uses_media);
+    const Medium& box = medium_of(draft, 0);
+    EXPECT_EQ(box.sigma_a, Rgb(1, 2, 3));
+    EXPECT_EQ(box.sigma_s, Rgb(0));
+    EXPECT_EQ(box.emission, Rgb(2));  // as it stands
+    EXPECT_EQ(box.box->min, V3d(-1));
+    EXPECT_EQ(draft.media[0].world_from_medium[3][0], 5);
+    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 1).density, {1, 0.5, 0.5}), 3);  // held at the face
+    EXPECT_DOUBLE_EQ(density_at(medium_of(draft, 2).density, {0, 0, 0.5}), 2 * std::exp(-1.5));
+}
+
+TEST(Volume, OfNothing_IsLeftOutWithAWarningAndAnUnknownOneRefused) {
+    const Read read = read_world("Volume \"homogeneous\"");
+    EXPECT_FALSE(read.draft.uses_media);
+    EXPECT_THAT(read.warnings, ::testing::Contains(HasSubstr("nothing is there")));
+    EXPECT_THAT(refusal_of_world("Volume \"homogenous\""), HasSubstr("did you mean \"homogeneous\""));
+    EXPECT_THAT(refusal_of_world("Volume \"exponential\" \"float b\" -1e9"),
+                HasSubstr("the density reaches"));
+    EXPECT_THAT(refusal_of_world("Volume \"exponential\" \"vector updir\" [0 0 0]"), HasSubstr("no length"));
+}
+
+TEST(VolumeIntegrator, SingleAndEmission_AreTakenWithANote) {
+    for (const std::string kind : {"single", "emission"}) {
+        const Read read =
+            read_file_text("VolumeIntegrator \"" + kind +
+                           "\" \"float stepsize\" 0.5 Camera \"perspective\" Film \"image\" WorldBegin");
+        EXPECT_THAT(read.infos, ::testing::Contains(HasSubstr("all orders of scattering")));
+        EXPECT_THAT(read.warnings, ::testing::Each(::testing::Not(HasSubstr("VolumeIntegrator"))));
+    }
+    EXPECT_THAT(refusal_of_file("VolumeIntegrator \"double\" Camera \"perspective\" WorldBegin"),
+                HasSubstr("single"));
+}
+
+TEST(Media, UnderAnIntegratorThatKnowsNone_ArePathTracedWithOneWarning) {
+    const std::string fog = " Volume \"homogeneous\" \"color sigma_s\" [1 1 1]";
+    for (const std::string kind : {"directlighting", "photonmap", "igi"}) {
+        const std::string head =
+            "SurfaceIntegrator \"" + kind + "\" Camera \"perspective\" Film \"image\" WorldBegin";
+        const Read with = read_file_text(head + fog);
+        EXPECT_TRUE(std::holds_alternative<PathSettings>(with.draft.integrator)) << kind;
+        const auto about = [](const std::string& line) {
+            return line.find("participating media") != line.npos;
+        };
+        EXPECT_EQ(std::ranges::count_if(with.warnings, about), 1);
+        EXPECT_FALSE(std::holds_alternative<PathSettings>(read_file_text(head).draft.integrator)) << kind;
+    }
+}
+
+TEST(Media, OldScenes_AreReadAsTheyStand) {
+    LUCERNA_NEED_DATA(folder, "pbrt");
+    for (const char* const name : {"pbrt-v1/spotfog.pbrt", "pbrt-v2/smoke-2.pbrt"}) {
+        RecordingMonitor monitor;
+        const Job job = read_scene(folder / name, {}, {1}, monitor);
+        EXPECT_EQ(job.scene.media().regions.size(), 1U) << name;
+        EXPECT_TRUE(std::holds_alternative<PathSettings>(job.integrator));
+        EXPECT_THAT(monitor.warnings, IsEmpty());
+    }
+}
+
+}  // namespace
+}  // namespace lucerna
