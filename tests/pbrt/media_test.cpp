@@ -77,8 +77,8 @@ TEST(NamedMedium, WhatIsNone_IsRefusedInOneLine) {
     }
     EXPECT_THAT(refusal("\"string type\" \"homogenous\""), HasSubstr("did you mean \"homogeneous\""));
     const std::string fog = "\"string type\" \"homogeneous\" ";
-    EXPECT_THAT(refusal(fog + "\"float g\" 1"), HasSubstr("\"g\""));
-    EXPECT_THAT(refusal(fog + "\"float scale\" -1"), HasSubstr("\"scale\""));
+    EXPECT_THAT(refusal(fog + "\"float g\" 1"), HasSubstr("g of MakeNamedMedium"));
+    EXPECT_THAT(refusal(fog + "\"float scale\" -1"), HasSubstr("scale of MakeNamedMedium"));
     EXPECT_THAT(refusal(fog + "\"rgb sigma_a\" [1 -1 1]"), HasSubstr("sigma_a"));
     EXPECT_THAT(refusal(fog + "\"rgb sigma_s\" [1e30 1 1]"), HasSubstr("1e+30"));
     const std::string grid = "\"string type\" \"uniformgrid\" ";
