@@ -157,9 +157,10 @@ Roughness read_roughness(Reading& reading, Params& params, double fallback, Dial
 }
 
 std::shared_ptr<const CoatTable> cover_of(Reading& reading, float eta, const Roughness& roughness) {
-    const auto alpha = roughness.least_constant_alpha();
-    auto& table = reading.covers[{eta, alpha.value_or(-1)}];
-    if (!table) table = std::make_shared<CoatTable>(eta, alpha);
+    const auto alphas = roughness.constant_alpha();
+    const V2f key = alphas.value_or(V2f(-1, -1));
+    auto& table = reading.covers[{eta, key.x, key.y}];
+    if (!table) table = std::make_shared<CoatTable>(eta, alphas);
     return table;
 }
 

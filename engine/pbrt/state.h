@@ -58,8 +58,8 @@ struct Reading {
     std::map<std::string, FloatTexture, std::less<>> float_textures = {};
     std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
     std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
-    // What varnish of this index and alpha (-1: any) reflects, shared by the materials of one scene.
-    std::map<std::pair<float, float>, std::shared_ptr<const CoatTable>> covers = {};
+    // What varnish of this index and these alphas (-1: any) reflects, shared by the materials of one scene.
+    std::map<std::array<float, 3>, std::shared_ptr<const CoatTable>> covers = {};
     std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
     GraphicsState state = {};
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.

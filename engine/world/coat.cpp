@@ -13,12 +13,12 @@ namespace {
 constexpr int kAlphas = 16;
 constexpr float kLargestAlpha = 2;
 
-float reflected_share(float eta, float alpha, float mu) {
-    if (alpha < kSmoothAlpha) return fresnel_dielectric(mu, eta).reflectance;
+float reflected_share(float eta, const V2f& alphas, float mu, float phi) {
     const float z =
         std::max(mu, 1e-6F);  // in the limit of grazing every facet that is seen reflects unhidden
-    const V3f wo(std::sqrt(1 - z * z), 0, z);
-    const Ggx facets(alpha, alpha);
+    const float r = std::sqrt(1 - z * z);
+    const V3f wo(r * std::cos(phi), r * std::sin(phi), z);
+    const Ggx facets(std::max(alphas.x, kLeastAlpha), std::max(alphas.y, kLeastAlpha));
     return mean_over_visible<1024>(facets, wo,
                                    [&](const V3f& m) {
                                        const float cos_o = wo.dot(m);
@@ -28,6 +28,19 @@ float reflected_share(float eta, float alpha, float mu) {
                                                   facets.shadowing_if_visible(wo, wi));
                                    })
         .x;
+}
+
+// Over a quarter turn, which is all there is, by symmetry.
+float largest_share(float eta, const V2f& alphas, float mu) {
+    if (std::max(alphas.x, alphas.y) < kSmoothAlpha) return fresnel_dielectric(mu, eta).reflectance;
+    if (alphas.x == alphas.y) return reflected_share(eta, alphas, mu, 0);
+    constexpr int kTurns = 8;
+    float largest = 0;
+    for (int i = 0; i <= kTurns; ++i) {
+        const float phi = kPi / 2 * static_cast<float>(i) / kTurns;
+        largest = std::max(largest, reflected_share(eta, alphas, mu, phi));
+    }
+    return largest;
 }
 
 // 2 ∫ F μ dμ by midpoints in sqrt(μ); good to 1e-5.
@@ -44,10 +57,10 @@ float mean_fresnel(float eta) {
 
 }  // namespace
 
-CoatTable::Row CoatTable::make_row(float eta, float alpha) {
+CoatTable::Row CoatTable::make_row(float eta, const V2f& alphas) {
     Row row{};
     const auto cosine = [](int i) { return sqr(static_cast<float>(i) / (kCosines - 1)); };
-    for (int i = 0; i < kCosines; ++i) row.e[i] = reflected_share(eta, alpha, cosine(i));
+    for (int i = 0; i < kCosines; ++i) row.e[i] = largest_share(eta, alphas, cosine(i));
     double sum = 0;  // of 2 ∫ E μ dμ over each linear piece, in closed form
     for (int i = 0; i + 1 < kCosines; ++i) {
         const double a = static_cast<double>(cosine(i)), b = static_cast<double>(cosine(i + 1));
@@ -58,14 +71,15 @@ CoatTable::Row CoatTable::make_row(float eta, float alpha) {
     return row;
 }
 
-CoatTable::CoatTable(float eta, std::optional<float> alpha)
+CoatTable::CoatTable(float eta, std::optional<V2f> alphas)
     : eta_(eta), outside_mean_(mean_fresnel(eta)), inside_mean_(mean_fresnel(1 / eta)) {
-    if (alpha) {
-        if (*alpha >= kSmoothAlpha) rows_.push_back(make_row(eta, *alpha));
+    if (alphas) {
+        if (std::max(alphas->x, alphas->y) >= kSmoothAlpha) rows_.push_back(make_row(eta, *alphas));
         return;
     }
     for (int i = 0; i < kAlphas; ++i) {
-        rows_.push_back(make_row(eta, kLargestAlpha * sqr(static_cast<float>(i) / (kAlphas - 1))));
+        const float alpha = kLargestAlpha * sqr(static_cast<float>(i) / (kAlphas - 1));
+        rows_.push_back(make_row(eta, V2f(alpha, alpha)));
     }
 }
 
@@ -77,7 +91,7 @@ CoatTable::Between CoatTable::rows_about(float alpha) const {
 }
 
 float CoatTable::rough(float mu, float alpha) const {
-    if (alpha < kSmoothAlpha || rows_.empty()) return smooth(mu, true);
+    if (rows_.empty() || (any_alpha() && alpha < kSmoothAlpha)) return smooth(mu, true);
     const Between rows = rows_about(alpha);
     const float x = std::clamp(mu, 0.0F, 1.0F);
     const int low = std::min(static_cast<int>(std::sqrt(x) * (kCosines - 1)), kCosines - 2);
@@ -90,7 +104,7 @@ float CoatTable::rough(float mu, float alpha) const {
 }
 
 float CoatTable::rough_mean(float alpha) const {
-    if (alpha < kSmoothAlpha || rows_.empty()) return outside_mean_;
+    if (rows_.empty() || (any_alpha() && alpha < kSmoothAlpha)) return outside_mean_;
     const Between rows = rows_about(alpha);
     return rows.low->mean + rows.part * (rows.high->mean - rows.low->mean);
 }

@@ -6,22 +6,24 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/vec.h"
+
 namespace lucerna {
 
-// E(μ, α) of an isotropic GGX surface seen from outside at the cosine μ: the directional albedo of its
-// reflection, single bounces between facets. Between the table's points E is linear in μ, and the means are
-// those of the very function that rough() returns, so that a coat and its base add up.
-//
-// A brushed surface is taken for one of its smaller alpha by its callers: E mostly falls with α, so the base
-// gets a little less than its due.
+// E(μ) of a GGX surface seen from outside at the cosine μ: the directional albedo of its reflection, single
+// bounces between facets. Between the table's points E is linear in μ, and the means are those of the very
+// function that rough() returns, so that a coat and its base add up.
 class CoatTable {
   public:
-    // `eta` > 0: index inside over outside. With `alpha` only that one may be asked about, exactly; without,
-    // any, linear in sqrt(α) between 16 up to 2 (errs by up to 0.01 near grazing).
-    explicit CoatTable(float eta, std::optional<float> alpha = std::nullopt);
+    // `eta` > 0: index inside over outside. With `alphas` only those may be asked about; of a brushed surface
+    // (two different ones) E is the largest over all azimuths: its base gets a little less than its due.
+    // Without, any isotropic one, linear in sqrt(α) between 16 up to 2 (errs by up to 0.01 near grazing).
+    explicit CoatTable(float eta, std::optional<V2f> alphas = std::nullopt);
 
+    // Whether any isotropic surface may be asked about.
+    bool any_alpha() const { return rows_.size() > 1; }
     float eta() const { return eta_; }
-    // E(μ, α), μ in [0,1].
+    // E(μ), μ in [0,1]; `alpha` counts only where any may be asked about.
     float rough(float mu, float alpha) const;
     float rough_mean(float alpha) const;  // 2 ∫ E μ dμ
     // Fresnel's reflectance, from outside or from inside, and its mean in the same sense.
@@ -34,7 +36,7 @@ class CoatTable {
         std::array<float, kCosines> e;
         float mean = 0;
     };
-    static Row make_row(float eta, float alpha);
+    static Row make_row(float eta, const V2f& alphas);
     // Where α lies between two rows.
     struct Between {
         const Row *low, *high;

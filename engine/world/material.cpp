@@ -36,16 +36,14 @@ V2f Roughness::alpha(const TexturePoint& point) const {
     return {std::max(alpha.x, kLeastAlpha), std::max(alpha.y, kLeastAlpha)};
 }
 
-std::optional<float> Roughness::least_constant_alpha() const {
+std::optional<V2f> Roughness::constant_alpha() const {
     if (!x.constant_value() || !y.constant_value()) return std::nullopt;
-    const V2f both = alpha(V2f(0, 0));
-    return std::min(both.x, both.y);
+    return alpha(V2f(0, 0));
 }
 
 bool Roughness::may_be_smooth() const {
-    if (!x.constant_value() || !y.constant_value()) return true;
-    const V2f both = alpha(V2f(0, 0));
-    return std::max(both.x, both.y) < kSmoothAlpha;
+    const auto both = constant_alpha();
+    return !both || std::max(both->x, both->y) < kSmoothAlpha;
 }
 
 namespace {

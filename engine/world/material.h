@@ -36,8 +36,8 @@ struct Roughness {
     static Roughness of_alpha(float both) { return of_alpha(both, both); }
 
     V2f alpha(const TexturePoint& point) const;
-    // The smaller alpha if neither varies: the only one that a cover is asked about.
-    std::optional<float> least_constant_alpha() const;
+    // Both if neither varies: what a CoatTable needs to know of.
+    std::optional<V2f> constant_alpha() const;
     bool may_be_smooth() const;
 };
 
@@ -73,11 +73,12 @@ struct DiffuseTransmissionMaterial {
     float scale = 1;  // of both, >= 0
 };
 
-// Varnish: its index and roughness, and what these reflect in all.
+// Varnish: its index and roughness, and what these reflect in all. Where the roughness varies the varnish
+// counts as isotropic, of its smaller alpha: no table knows all brushed surfaces.
 struct Coat {
     float eta = 1.5F;
     Roughness roughness = {};
-    std::shared_ptr<const CoatTable> table;  // of eta; not null
+    std::shared_ptr<const CoatTable> table;  // of both; not null
 };
 // A diffuse base seen through varnish: the varnish's reflection, and light that passes it, is scattered by
 // the base as often as the varnish throws it back from within, and leaves. In closed form, where pbrt-v4
@@ -104,7 +105,7 @@ struct UberMaterial {
     std::optional<RgbTexture> opacity = {};                 // none: 1
     FloatTexture eta = FloatTexture::constant(1.5F);
     Roughness roughness = Roughness::of_alpha(0.1F);
-    std::shared_ptr<const CoatTable> table = {};  // of eta; null if it varies
+    std::shared_ptr<const CoatTable> table = {};  // of eta and roughness, as Coat's; null if eta varies
 };
 // Gloss over a diffuse base; see SubstrateLobe.
 struct SubstrateMaterial {

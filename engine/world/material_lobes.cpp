@@ -39,6 +39,14 @@ Rgb down_to_one(const Rgb& c) {
     return {1 / std::max(c.x, 1.0F), 1 / std::max(c.y, 1.0F), 1 / std::max(c.z, 1.0F)};
 }
 
+// Alphas of a surface whose table is this.
+V2f covered_alpha(const Roughness& roughness, const CoatTable* table, const TexturePoint& point) {
+    const V2f alpha = roughness.alpha(point);
+    if (!table || !table->any_alpha()) return alpha;
+    const float least = std::min(alpha.x, alpha.y);
+    return {least, least};
+}
+
 // --- Metals
 
 // k of a metal of eta = 1 whose reflectance at normal incidence is r: r = k²/(4 + k²).
@@ -95,7 +103,7 @@ struct AddLobes {
     // finds its way out again, F the share of diffuse light from within that the varnish throws back. By
     // reciprocity 1 - F = (1 - mean E)/η².
     void operator()(const CoatedDiffuseMaterial& m) const {
-        const V2f alpha = m.coat.roughness.alpha(point);
+        const V2f alpha = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const float least = std::min(alpha.x, alpha.y);
         const float in = 1 - m.coat.table->rough_mean(least);  // > 0: no surface reflects all at every angle
         const float out = std::min(in / (m.coat.eta * m.coat.eta), 1.0F);
@@ -110,7 +118,7 @@ struct AddLobes {
     // For small angles: a facet of the metal tilted by m turns the light by 2m inside, by 2 η m outside. A
     // facet of the varnish tilted by m turns it by (η - 1) m, on the way in and on the way out.
     void operator()(const CoatedConductorMaterial& m) const {
-        const V2f coat = m.coat.roughness.alpha(point);
+        const V2f coat = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const ConductorLobe metal = metal_lobe(m.metal, point);
         const float eta = m.coat.eta;
         const auto seen = [&](float alpha, float above) {
@@ -135,7 +143,7 @@ struct AddLobes {
         Rgb reflect = share_of(m.reflect, point, 0), transmit = share_of(m.transmit, point, 0);
         const Rgb down = down_to_one(gloss + larger(reflect, transmit));
         gloss *= down, reflect *= down, transmit *= down;
-        const V2f alpha = m.roughness.alpha(point);
+        const V2f alpha = covered_alpha(m.roughness, m.table.get(), point);
 
         const Rgb diffuse = share_of(m.diffuse, point);
         if (largest(diffuse + gloss, larger(reflect, transmit)) <= 1) {
