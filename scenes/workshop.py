@@ -54,8 +54,10 @@ class Mesh:
         self.faces = []
 
     def tri(self, a, b, c, uv=None):
-        n = cross(sub(b, a), sub(c, a))
-        if dot(n, n) > 0:
+        ab, ac = sub(b, a), sub(c, a)
+        n = cross(ab, ac)
+        # Slivers have no direction that could be trusted, and nothing is seen of them.
+        if dot(n, n) > 1e-14 * max(dot(ab, ab), dot(ac, ac)) ** 2:
             self.faces.append((a, b, c, uv))
 
     def quad(self, a, b, c, d, uv=None):
@@ -235,8 +237,8 @@ def circle(radius, count, cx=0.0, cy=0.0, start=0.0, end=360.0):
              cy + radius * math.sin(math.radians(start + (end - start) * i / count))) for i in range(steps)]
 
 
-def arch(half, sharp, count, steps_from=0.0):
-    """A pointed arch from (-half, 0) over its apex to (half, 0): two arcs of radius half (1 + sharp).
+def arch(half, sharp, count, base=0.0):
+    """A pointed arch from (-half, base) over its apex to (half, base): two arcs of radius half (1 + sharp).
 
     sharp 0 is a semicircle, 1 is equilateral. 2 count + 1 points.
     """
@@ -244,7 +246,7 @@ def arch(half, sharp, count, steps_from=0.0):
     r = half + c
     top = math.acos(-c / r)  # the left arc runs from angle pi to this
     left = [(c + r * math.cos(math.pi + (top - math.pi) * i / count),
-             r * math.sin(math.pi + (top - math.pi) * i / count) + steps_from) for i in range(count + 1)]
+             r * math.sin(math.pi + (top - math.pi) * i / count) + base) for i in range(count + 1)]
     return left + [(-x, y) for x, y in reversed(left[:-1])]
 
 

@@ -243,7 +243,7 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
     const Image reference = halve(read_exr(file));
     const Image image =
-        render_scene("cornell-glass", "photonmap", {{"photons", "2000000"}, {"gatherrays", "8"}}, 16, 128);
+        render_scene("cornell-caustic", "photonmap", {{"photons", "2000000"}, {"gatherrays", "8"}}, 16, 128);
     const Comparison result = compare_masked(image, reference);
     for (const ChannelComparison& channel : result.channels) {
         if (!channel.name.starts_with("variance")) {
