@@ -23,6 +23,7 @@ constexpr int kOurFault = 2;
 constexpr const char* kFooter = R"(Examples:
   lucerna render scenes/room/room.pbrt -o room.exr --png
   lucerna light import lamp.tm25ray -o lamp.exr
+  lucerna import model.glb -o model.pbrt
   lucerna compare room.exr reference.exr
   lucerna info --integrators
 
@@ -81,14 +82,15 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
         const CommandContext context{out, err, around};
         add_render_command(program, context);
         add_light_command(program, context);
+        add_import_command(program, context);
         add_compare_command(program, context);
         add_info_command(program, context);
         if (argc < 2) {
             out << program.help();
-            return fail(err, kBadInput, "a command is missing: render, light, compare or info");
+            return fail(err, kBadInput, "a command is missing: render, light, import, compare or info");
         }
         if (is_unknown_command(program, argv[1])) {
-            constexpr std::string_view known[] = {"render", "light", "compare", "info"};
+            constexpr std::string_view known[] = {"render", "light", "import", "compare", "info"};
             return fail(err, kBadInput,
                         fmt::format("unknown command \"{}\"; {}known are {}", argv[1],
                                     did_you_mean(argv[1], known), fmt::join(known, ", ")));

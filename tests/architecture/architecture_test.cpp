@@ -27,7 +27,8 @@ const std::map<std::string, std::set<std::string>> kRooms{
     {"photon", {"engine/world", "kdtree"}},
     {"engine/render", {"photon"}},
     {"engine/pbrt", {"engine/render"}},
-    {"engine/app", {"engine/pbrt"}},
+    {"engine/gltf", {"engine/base"}},
+    {"engine/app", {"engine/pbrt", "engine/gltf"}},
 };
 
 // Headers of packages, by their beginning, and the only files that may name them.
@@ -39,6 +40,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},
+    {"<tiny_gltf", {"engine/gltf/reader.h"}},
 };
 
 // The room whose folder holds the path; empty for what belongs to none (tests, bench).

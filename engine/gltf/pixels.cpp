@@ -1,0 +1,47 @@
+#include "engine/gltf/pixels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+template <typename Decode>
+Rgb mean_of(const Pixels& pixels, Decode decode) {
+    std::array<double, 3> sum{};
+    const std::size_t count = pixels.rgba.size() / 4;
+    for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += decode(pixels.rgba[4 * i + c] / 255.0);
+    }
+    const double per = 1.0 / static_cast<double>(std::max<std::size_t>(1, count));
+    return Rgb(static_cast<float>(sum[0] * per), static_cast<float>(sum[1] * per),
+               static_cast<float>(sum[2] * per));
+}
+
+}  // namespace
+
+Rgb mean_linear(const Pixels& pixels) {
+    return mean_of(pixels, [](double v) { return v; });
+}
+
+Rgb mean_srgb(const Pixels& pixels) {
+    // IEC 61966-2-1
+    return mean_of(pixels,
+                   [](double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); });
+}
+
+std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff) {
+    GltfCutout made{pixels.width, pixels.height, {}};
+    bool whole = true;
+    for (std::size_t i = 3; i < pixels.rgba.size(); i += 4) {
+        double alpha = pixels.rgba[i] / 255.0 * factor;
+        if (cutoff) alpha = alpha >= *cutoff ? 1 : 0;
+        whole = whole && alpha >= 1;
+        made.alpha.push_back(static_cast<float>(alpha));
+    }
+    if (whole) return std::nullopt;
+    return made;
+}
+
+}  // namespace lucerna

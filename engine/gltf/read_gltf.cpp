@@ -1,0 +1,259 @@
+// The file, its nodes, cameras and lights [glTF 2.0, KHR_lights_punctual].
+#include <Imath/ImathQuat.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "engine/gltf/reader.h"
+
+namespace lucerna {
+namespace {
+
+std::uint32_t word_at(const std::vector<std::byte>& bytes, std::size_t at) {
+    std::uint32_t word = 0;  // little-endian, as this machine
+    std::memcpy(&word, bytes.data() + at, 4);
+    return word;
+}
+
+// Where a .glb's JSON and buffer lie, before tinygltf believes it. Throws InputError.
+void check_glb(const std::string& file, const std::vector<std::byte>& bytes) {
+    if (bytes.size() < 20) input_error({file}, "is cut short: {} bytes; a .glb has 20 or more", bytes.size());
+    if (word_at(bytes, 4) != 2) {
+        input_error({file}, "glTF version {} is not supported; 2 is", word_at(bytes, 4));
+    }
+    const std::uint64_t whole = word_at(bytes, 8);
+    if (whole > bytes.size()) {
+        input_error({file}, "is cut short: its header says {} bytes, there are {}", whole, bytes.size());
+    }
+    if (20 + std::uint64_t{word_at(bytes, 12)} > whole) {
+        input_error({file}, "its JSON chunk of {} bytes does not fit into {}", word_at(bytes, 12), whole);
+    }
+}
+
+// Images are kept as they are. Those in a buffer are taken from it later, with its length known.
+bool keep_image(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
+                const unsigned char* bytes, int size, void*) {
+    image->as_is = true;
+    if (image->bufferView < 0 && size > 0) image->image.assign(bytes, bytes + size);
+    return true;
+}
+
+// tinygltf asks for files by name; ours neither expands names nor throws.
+tinygltf::FsCallbacks file_access() {
+    tinygltf::FsCallbacks access{};
+    access.FileExists = [](const std::string& name, void*) {
+        std::error_code status;
+        return std::filesystem::is_regular_file(name, status);
+    };
+    access.ExpandFilePath = [](const std::string& name, void*) { return name; };
+    access.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name,
+                              void*) {
+        try {
+            const std::vector<std::byte> bytes = read_bytes(name);
+            const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
+            out->assign(first, first + bytes.size());
+            return true;
+        } catch (const InputError& cause) {
+            if (error) *error += cause.what();
+            return false;
+        }
+    };
+    access.WriteWholeFile = [](std::string*, const std::string&, const std::vector<unsigned char>&, void*) {
+        return false;
+    };
+    return access;
+}
+
+}  // namespace
+
+void GltfReader::parse() {
+    const std::vector<std::byte> bytes = read_bytes(file_);
+    if (bytes.size() > kMostCount) fail("is {} bytes long; at most 2 GiB are accepted", bytes.size());
+    const bool binary = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+    if (binary) check_glb(file_.string(), bytes);
+    tinygltf::TinyGLTF loader;
+    loader.SetImageLoader(keep_image, nullptr);
+    loader.SetFsCallbacks(file_access());
+    const std::string folder = file_.has_parent_path() ? file_.parent_path().string() : ".";
+    const auto size = static_cast<unsigned int>(bytes.size());
+    std::string error, warning;
+    bool good = false;
+    try {
+        good = binary ? loader.LoadBinaryFromMemory(&in_, &error, &warning,
+                                                    reinterpret_cast<const unsigned char*>(bytes.data()),
+                                                    size, folder)
+                      : loader.LoadASCIIFromString(&in_, &error, &warning,
+                                                   reinterpret_cast<const char*>(bytes.data()), size, folder);
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception& cause) {  // of the JSON library, on types it did not expect
+        error += cause.what();
+    }
+    if (!good) fail("is no glTF 2.0 model: {}", error.empty() ? "it cannot be parsed" : error);
+    if (!warning.empty()) warn("{}", warning);
+}
+
+// What a file calls required and nothing here understands would be a wrong picture without a word.
+void GltfReader::check_required() const {
+    const std::vector<std::string_view> known{"KHR_lights_punctual",  "KHR_materials_emissive_strength",
+                                              "KHR_materials_ior",    "KHR_materials_transmission",
+                                              "KHR_materials_unlit",  "KHR_mesh_quantization",
+                                              "KHR_texture_transform"};
+    for (const std::string& name : in_.extensionsRequired) {
+        if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+        fail("requires the extension \"{}\", which is not supported; supported are {}", name,
+             fmt::join(known, ", "));
+    }
+}
+
+// --- nodes ---
+
+M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
+    const auto count = [&](const std::vector<double>& numbers, std::size_t wanted, const char* what) {
+        if (numbers.empty()) return false;
+        if (numbers.size() != wanted) {
+            fail("node \"{}\": {} has {} numbers; {} are accepted", node.name, what, numbers.size(), wanted);
+        }
+        for (const double number : numbers) {
+            if (!std::isfinite(number)) fail("node \"{}\": {} holds {}", node.name, what, number);
+        }
+        return true;
+    };
+    M44d matrix;
+    if (count(node.matrix, 16, "matrix")) {
+        // Columns one after the other are the rows of its transpose, which is what row vectors want.
+        for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
+        return matrix;
+    }
+    if (count(node.scale, 3, "scale")) matrix.scale(V3d(node.scale[0], node.scale[1], node.scale[2]));
+    if (count(node.rotation, 4, "rotation")) {
+        const Imath::Quatd turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
+        if (!(turn.length() > 1e-6)) fail("node \"{}\": its rotation is no unit quaternion", node.name);
+        matrix = matrix * turn.normalized().toMatrix44();  // the length was looked at
+    }
+    if (count(node.translation, 3, "translation")) {
+        matrix = matrix *
+                 M44d().setTranslation(V3d(node.translation[0], node.translation[1], node.translation[2]));
+    }
+    return matrix;
+}
+
+GltfCamera GltfReader::camera(const tinygltf::Camera& from, const M44d& world) const {
+    GltfCamera made;
+    made.name = from.name;
+    made.world_from_camera = world;
+    made.perspective = from.type != "orthographic";
+    if (made.perspective) {
+        made.yfov = from.perspective.yfov;
+        made.aspect = from.perspective.aspectRatio;
+        if (!(made.yfov > 1e-4 && made.yfov < 3.14)) {
+            fail("camera \"{}\": yfov {} is not accepted; radians between 0 and pi are", from.name,
+                 made.yfov);
+        }
+        if (!(made.aspect > 1e-3 && made.aspect < 1e3)) made.aspect = 0;
+    } else {
+        made.xmag = std::fabs(from.orthographic.xmag), made.ymag = std::fabs(from.orthographic.ymag);
+        if (!(made.xmag > 0 && made.ymag > 0 && std::isfinite(made.xmag) && std::isfinite(made.ymag))) {
+            fail("camera \"{}\": xmag {} and ymag {} are not accepted; more than 0 is", from.name, made.xmag,
+                 made.ymag);
+        }
+        made.aspect = made.xmag / made.ymag;
+    }
+    return made;
+}
+
+GltfLight GltfReader::light(const tinygltf::Light& from, const M44d& world) const {
+    GltfLight made;
+    made.name = from.name;
+    made.world_from_light = world;
+    if (from.type == "directional") {
+        made.kind = GltfLight::Kind::directional;
+    } else if (from.type == "spot") {
+        made.kind = GltfLight::Kind::spot;
+        made.inner = from.spot.innerConeAngle, made.outer = from.spot.outerConeAngle;
+        if (!(made.inner >= 0 && made.inner <= made.outer && made.outer > 0 && made.outer <= 1.5708)) {
+            fail("light \"{}\": cone angles {} and {} are not accepted; 0 <= inner <= outer <= pi/2 is",
+                 from.name, made.inner, made.outer);
+        }
+    } else if (from.type != "point") {
+        fail("light \"{}\": type \"{}\" is unknown; point, spot and directional are accepted", from.name,
+             from.type);
+    }
+    if (!(from.intensity >= 0 && std::isfinite(from.intensity))) {
+        fail("light \"{}\": intensity {} is not accepted", from.name, from.intensity);
+    }
+    made.intensity =
+        from.color.empty() ? Rgb(static_cast<float>(from.intensity)) : color_of(from.color, from.intensity);
+    return made;
+}
+
+// What hangs on a node, put where the node is.
+void GltfReader::attach(const tinygltf::Node& node, const M44d& world) {
+    if (node.mesh >= 0) {
+        for (const std::size_t piece : pick(primitives_, node.mesh, "mesh"))
+            out_.placements.push_back({piece, world});
+        if (node.skin >= 0) warn("node \"{}\": its skin is not applied", node.name);
+    }
+    if (node.camera >= 0) out_.cameras.push_back(camera(pick(in_.cameras, node.camera, "camera"), world));
+    if (const auto index = number_in(node.extensions, "KHR_lights_punctual", "light")) {
+        if (!(*index >= 0 && *index < 1e9)) fail("node \"{}\": light {} is asked for", node.name, *index);
+        out_.lights.push_back(light(pick(in_.lights, static_cast<int>(*index), "light"), world));
+    }
+}
+
+void GltfReader::visit(int index, const M44d& parent, int depth) {
+    const tinygltf::Node& node = pick(in_.nodes, index, "node");
+    // A tree, says glTF: a second visit is a loop or a node of two parents. The depth is bounded for the
+    // stack's sake.
+    if (visited_[static_cast<std::size_t>(index)])
+        fail("node {} is reached twice; nodes must form trees", index);
+    if (depth > 1000) fail("nodes are nested more than 1000 deep");
+    visited_[static_cast<std::size_t>(index)] = true;
+    const M44d world = local_matrix(node) * parent;
+    attach(node, world);
+    for (const int child : node.children) visit(child, world, depth + 1);
+}
+
+void GltfReader::walk() {
+    visited_.assign(in_.nodes.size(), false);
+    if (!in_.scenes.empty()) {
+        const int scene = in_.defaultScene >= 0 ? in_.defaultScene : 0;
+        for (const int root : pick(in_.scenes, scene, "scene").nodes) visit(root, M44d(), 0);
+        return;
+    }
+    // No scene: every node that is no child is a root.
+    std::vector<bool> child(in_.nodes.size(), false);
+    for (const tinygltf::Node& node : in_.nodes) {
+        for (const int index : node.children) {
+            pick(in_.nodes, index, "node");
+            child[static_cast<std::size_t>(index)] = true;
+        }
+    }
+    for (std::size_t i = 0; i < in_.nodes.size(); ++i) {
+        if (!child[i]) visit(static_cast<int>(i), M44d(), 0);
+    }
+}
+
+GltfModel GltfReader::read() {
+    monitor_.begin("glTF", 3);
+    parse();
+    check_required();
+    monitor_.advance(1);
+    read_images();
+    for (const tinygltf::Material& each : in_.materials) out_.materials.push_back(material(each));
+    monitor_.advance(1);
+    read_meshes();
+    walk();
+    monitor_.advance(1);
+    monitor_.end();
+    if (!in_.animations.empty()) warn("{} animations are left out", in_.animations.size());
+    if (out_.placements.empty()) fail("has no mesh in its scene; nothing would be seen");
+    return std::move(out_);
+}
+
+GltfModel read_gltf(const std::filesystem::path& file, Monitor& monitor) {
+    return GltfReader(file, monitor).read();
+}
+
+}  // namespace lucerna

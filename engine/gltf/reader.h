@@ -1,0 +1,94 @@
+// The reader at work, and the only file that names tinygltf: which parses, and hands over what the file
+// claims. Every index, offset and count is checked here before it is used.
+#pragma once
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/gltf/model.h"
+#include "engine/gltf/pixels.h"
+
+namespace lucerna {
+
+inline constexpr std::size_t kMostCount = std::numeric_limits<std::int32_t>::max();
+
+// A number of an extension's object.
+std::optional<double> number_in(const tinygltf::ExtensionMap& extensions, const char* extension,
+                                const char* key);
+// Three numbers times a factor; what is missing, negative or not finite is 0.
+Rgb color_of(const std::vector<double>& numbers, double factor = 1);
+
+// One use: read() once. Its parts stand in read_gltf.cpp (the file, the nodes), accessors.cpp, materials.cpp
+// and meshes.cpp.
+class GltfReader {
+  public:
+    GltfReader(const std::filesystem::path& file, Monitor& monitor) : file_(file), monitor_(monitor) {}
+
+    GltfModel read();
+
+  private:
+    template <typename... Args>
+    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
+        input_error({file_.string()}, "{}", one_line(fmt::format(format, std::forward<Args>(args)...)));
+    }
+    template <typename... Args>
+    void warn(fmt::format_string<Args...> format, Args&&... args) const {
+        monitor_.warn(fmt::format("{}: {}", file_.string(),
+                                  one_line(fmt::format(format, std::forward<Args>(args)...))));
+    }
+    template <typename T>
+    const T& pick(const std::vector<T>& all, int index, std::string_view what) const {
+        if (index < 0 || static_cast<std::size_t>(index) >= all.size()) {
+            fail("{} {} is asked for; there are {}", what, index, all.size());
+        }
+        return all[static_cast<std::size_t>(index)];
+    }
+
+    void parse();
+    void check_required() const;
+    std::span<const unsigned char> view_bytes(int view) const;
+    std::vector<double> numbers(int accessor, int components, std::string_view what) const;
+    void read_elements(std::vector<double>& out, const tinygltf::Accessor& accessor, int components,
+                       std::string_view what) const;
+    void apply_sparse(std::vector<double>& out, const tinygltf::Accessor& accessor, int components) const;
+
+    void read_images();
+    std::span<const std::byte> image_bytes(int image) const;
+    GltfTexture texture(int index, int tex_coord, const tinygltf::ExtensionMap& extensions,
+                        const std::string& material) const;
+    std::optional<Pixels> pixels(const GltfTexture& texture) const;
+    GltfMaterial material(const tinygltf::Material& from) const;
+    void read_alpha(GltfMaterial& made, const tinygltf::Material& from) const;
+
+    void read_meshes();
+    GltfMesh primitive(const tinygltf::Primitive& from, const std::string& name) const;
+    std::vector<std::uint32_t> corners(const tinygltf::Primitive& from, std::size_t vertices,
+                                       const std::string& name) const;
+
+    void walk();
+    void visit(int node, const M44d& parent, int depth);
+    void attach(const tinygltf::Node& node, const M44d& world);
+    M44d local_matrix(const tinygltf::Node& node) const;
+    GltfCamera camera(const tinygltf::Camera& from, const M44d& world) const;
+    GltfLight light(const tinygltf::Light& from, const M44d& world) const;
+
+    std::filesystem::path file_;
+    Monitor& monitor_;
+    tinygltf::Model in_;
+    GltfModel out_;
+    std::vector<std::vector<std::size_t>> primitives_;  // of each glTF mesh, in out_.meshes
+    std::vector<bool> visited_;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,211 @@
+// How glTF's terms become pbrt's. Roughness: glTF's GGX alpha is the square of its roughness, pbrt takes an
+// alpha as it stands with "remaproughness" false.
+#include "engine/gltf/scene_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr double kDegrees = 180 / M_PI;
+constexpr int kLongSide = 800;  // of the image, pixels
+
+std::string color_text(const Rgb& color) {
+    return fmt::format("[ {:.6g} {:.6g} {:.6g} ]", color.x, color.y, color.z);
+}
+
+std::string point_text(const V3d& p) {
+    return fmt::format("{:.9g} {:.9g} {:.9g}", p.x, p.y, p.z);
+}
+
+std::string film_text(double aspect, const std::string& image_name) {
+    const double ratio = aspect > 0 ? std::clamp(aspect, 0.01, 100.0) : 4.0 / 3;
+    const int width = ratio >= 1 ? kLongSide : std::max(1, static_cast<int>(std::lround(kLongSide * ratio)));
+    const int height = ratio >= 1 ? std::max(1, static_cast<int>(std::lround(kLongSide / ratio))) : kLongSide;
+    return fmt::format(
+        "Film \"rgb\" \"integer xresolution\" {} \"integer yresolution\" {} \"string filename\" \"{}\"\n",
+        width, height, image_name);
+}
+
+// pbrt's cameras are left-handed: the picture of a right-handed world is turned over first.
+std::string look_text(const V3d& eye, const V3d& look, const V3d& up) {
+    return fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\n", point_text(eye), point_text(look),
+                       point_text(up));
+}
+
+std::string texture_mapping(const GltfTexture& texture) {
+    std::string text;
+    const auto add = [&](const char* name, double value, double usual) {
+        if (value != usual) text += fmt::format(" \"float {}\" {:.9g}", name, value);
+    };
+    add("uscale", texture.scale.x, 1);
+    add("vscale", texture.scale.y, 1);
+    add("udelta", texture.offset.x, 0);
+    add("vdelta", texture.offset.y, 0);
+    return text;
+}
+
+const GltfMaterial& material_of(const GltfModel& model, int index) {
+    static const GltfMaterial usual{};  // glTF's default: white, metallic 1, roughness 1
+    return index < 0 ? usual : model.materials[static_cast<std::size_t>(index)];
+}
+
+}  // namespace
+
+std::string quotable(const std::string& name) {
+    std::string out;
+    for (const char c : name) {
+        const bool plain = static_cast<unsigned char>(c) >= 0x20 && c != '"' && c != '\\' && c != 0x7f;
+        out += plain ? c : '_';
+    }
+    return out;
+}
+
+Extent extent_of(const GltfModel& model) {
+    V3d low(1e300), high(-1e300);
+    for (const GltfPlacement& placement : model.placements) {
+        for (const V3f& p : model.meshes[placement.mesh].p) {
+            V3d q;
+            placement.world_from_mesh.multVecMatrix(V3d(p), q);
+            for (int i = 0; i < 3; ++i) low[i] = std::min(low[i], q[i]), high[i] = std::max(high[i], q[i]);
+        }
+    }
+    Extent extent;
+    if (!(low.x <= high.x)) return extent;
+    extent.centre = (low + high) / 2;
+    const double radius = (high - low).length() / 2;
+    if (radius > 0 && std::isfinite(radius)) extent.radius = radius;
+    return extent;
+}
+
+std::string camera_text(const GltfCamera& camera, const std::string& image_name) {
+    const M44d& m = camera.world_from_camera;
+    const V3d eye(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]), up(m[1][0], m[1][1], m[1][2]);
+    // A camera is not scaled; where its node is, only directions are taken. A zero axis falls back to glTF's
+    // own.
+    const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
+    std::string text = fmt::format("# camera \"{}\"\n", quotable(camera.name));
+    text += look_text(eye, eye + to, up.length() > 0 ? up.normalized() : V3d(0, 1, 0));
+    if (camera.perspective) {
+        // pbrt's fov is that of the shorter side.
+        const double aspect = camera.aspect > 0 ? camera.aspect : 4.0 / 3;
+        const double fov = aspect >= 1 ? camera.yfov : 2 * std::atan(std::tan(camera.yfov / 2) * aspect);
+        text += fmt::format("Camera \"perspective\" \"float fov\" {:.9g}\n", fov * kDegrees);
+    } else {
+        text +=
+            fmt::format("Camera \"orthographic\" \"float screenwindow\" [ {:.9g} {:.9g} {:.9g} {:.9g} ]\n",
+                        -camera.xmag, camera.xmag, -camera.ymag, camera.ymag);
+    }
+    return text + film_text(camera.aspect, image_name);
+}
+
+std::string default_camera_text(const Extent& extent, const std::string& image_name) {
+    constexpr double kFov = 40;
+    const V3d from = V3d(0.55, 0.35, 1).normalized();
+    // A ball of the model's radius fills the fov of the shorter side.
+    const V3d eye = extent.centre + from * (extent.radius / std::sin(kFov / 2 / kDegrees));
+    return look_text(eye, extent.centre, V3d(0, 1, 0)) +
+           fmt::format("Camera \"perspective\" \"float fov\" {}\n", kFov) + film_text(0, image_name);
+}
+
+std::string material_name(const GltfModel& model, int index) {
+    if (index < 0) return "default";
+    const std::string name = quotable(model.materials[static_cast<std::size_t>(index)].name);
+    return name.empty() ? fmt::format("{}", index) : fmt::format("{} {}", index, name);
+}
+
+std::string material_text(const GltfModel& model, int index,
+                          const std::function<std::string(int image)>& image_file) {
+    const GltfMaterial& material = material_of(model, index);
+    const std::string name = material_name(model, index);
+    std::string before, color = fmt::format("\"rgb reflectance\" {}", color_text(material.base));
+    if (material.base_texture.image >= 0) {
+        const bool grey = material.base.x == material.base.y && material.base.y == material.base.z;
+        before +=
+            fmt::format("Texture \"{} base\" \"spectrum\" \"imagemap\" \"string filename\" \"{}\"{}{}\n",
+                        name, image_file(material.base_texture.image), texture_mapping(material.base_texture),
+                        grey && material.base.x != 1 ? fmt::format(" \"float scale\" {:.6g}", material.base.x)
+                                                     : std::string());
+        if (!grey) {
+            before += fmt::format(
+                "Texture \"{0} tinted\" \"spectrum\" \"scale\" \"texture tex\" \"{0} base\" \"rgb scale\" "
+                "{1}\n",
+                name, color_text(material.base));
+        }
+        color = fmt::format("\"texture reflectance\" \"{} {}\"", name, grey ? "base" : "tinted");
+    }
+    const std::string rough = fmt::format(" \"float roughness\" {:.6g} \"bool remaproughness\" false",
+                                          material.roughness * material.roughness);
+    std::string kind;
+    if (material.transmission >= 0.5) {
+        kind = fmt::format("\"dielectric\" \"float eta\" {:.6g}", material.ior) + rough;
+    } else if (material.metallic >= 0.5 && !material.unlit) {
+        kind = "\"conductor\" " + color + rough;
+    } else if (material.unlit || material.roughness >= 0.95 || material.ior == 1) {
+        // A coat this rough, or of index 1, leaves nothing to see of itself.
+        kind = "\"diffuse\" " + color;
+    } else {
+        kind = fmt::format("\"coateddiffuse\" {}{} \"float eta\" {:.6g}", color, rough, material.ior);
+    }
+    if (material.normal.image >= 0)
+        kind += fmt::format(" \"string normalmap\" \"{}\"", image_file(material.normal.image));
+    return before + fmt::format("MakeNamedMaterial \"{}\" \"string type\" {}\n", name, kind);
+}
+
+std::string cutout_texture_text(const GltfModel& model, int index, const std::string& cutout_file) {
+    return fmt::format("Texture \"{} cutout\" \"float\" \"imagemap\" \"string filename\" \"{}\"{}\n",
+                       material_name(model, index), cutout_file,
+                       texture_mapping(material_of(model, index).cutout_texture));
+}
+
+std::string alpha_text(const GltfModel& model, int index) {
+    const GltfMaterial& material = material_of(model, index);
+    if (material.cutout) return fmt::format(" \"texture alpha\" \"{} cutout\"", material_name(model, index));
+    return material.alpha < 1 ? fmt::format(" \"float alpha\" {:.6g}", material.alpha) : std::string();
+}
+
+std::string emission_text(const GltfMaterial& material) {
+    if (!(luminance(material.emission) > 0)) return {};
+    return fmt::format("    AreaLightSource \"diffuse\" \"rgb L\" {}{}\n", color_text(material.emission),
+                       material.two_sided ? " \"bool twosided\" true" : "");
+}
+
+std::string light_text(const GltfLight& light) {
+    const M44d& m = light.world_from_light;
+    const V3d from(m[3][0], m[3][1], m[3][2]), back(m[2][0], m[2][1], m[2][2]);
+    const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
+    const std::string comment = fmt::format("# light \"{}\"\n", quotable(light.name));
+    const std::string color = color_text(light.intensity);
+    if (light.kind == GltfLight::Kind::point) {
+        return comment + fmt::format("LightSource \"point\" \"rgb I\" {} \"point3 from\" [ {} ]\n", color,
+                                     point_text(from));
+    }
+    if (light.kind == GltfLight::Kind::directional) {
+        return comment +
+               fmt::format(
+                   "LightSource \"distant\" \"rgb L\" {} \"point3 from\" [ 0 0 0 ] \"point3 to\" [ {} ]\n",
+                   color, point_text(to));
+    }
+    return comment + fmt::format(
+                         "LightSource \"spot\" \"rgb I\" {} \"point3 from\" [ {} ] \"point3 to\" [ {} ]\n"
+                         "    \"float coneangle\" {:.9g} \"float conedeltaangle\" {:.9g}\n",
+                         color, point_text(from), point_text(from + to), light.outer * kDegrees,
+                         (light.outer - light.inner) * kDegrees);
+}
+
+std::string default_light_text() {
+    return "LightSource \"infinite\" \"rgb L\" [ 0.5 0.5 0.5 ]\n"
+           "LightSource \"distant\" \"rgb L\" [ 2.5 2.4 2.2 ] \"point3 from\" [ 0.6 1 0.8 ] \"point3 to\" [ "
+           "0 0 0 ]\n";
+}
+
+std::string transform_text(const M44d& matrix) {
+    std::string text = "Transform [";
+    for (int i = 0; i < 16; ++i) text += fmt::format(" {:.17g}", matrix[i / 4][i % 4]);
+    return text + " ]";
+}
+
+}  // namespace lucerna
