@@ -78,7 +78,7 @@ class Writer {
         for (const GltfPlacement& placement : model_.placements) used.insert(mesh_of(placement).material);
         std::string world;
         for (const int index : used) world += material(index);
-        world += "\n" + lights() + "\n";
+        world += fmt::format("\n{}\n", lights());
         monitor.begin("meshes", model_.meshes.size());
         for (std::size_t i = 0; i < model_.meshes.size(); ++i) {
             put(fmt::format("mesh-{}.ply", i), ply_of(model_.meshes[i]));
