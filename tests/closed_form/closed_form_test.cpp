@@ -124,8 +124,41 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     }
 }
 
-// Two large parallel plates, one emitting: what the other receives is what it would under an infinite sky,
-// πL.
+// Lambert's contour integral for a polygon of radiance 1 seen from the origin with normal +y.
+double contour_irradiance(const std::vector<V3d>& corners) {
+    double sum = 0;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const V3d a = corners[i].normalized(), b = corners[(i + 1) % corners.size()].normalized();
+        sum += std::acos(a.dot(b)) * a.cross(b).normalized().y;
+    }
+    return std::fabs(sum) / 2;
+}
+
+// scenes/rectangle-over-patch: the contour integral, the configuration factor of its header, and the
+// renderer.
+TEST(RectangleOverPatch, PathAndDirect_WithinOnePercent) {
+    const auto factor = [](double a, double b) {
+        const double u = std::sqrt(1 + a * a), v = std::sqrt(1 + b * b);
+        return (a / u * std::atan(b / u) + b / v * std::atan(a / v)) / (2 * M_PI);
+    };
+    const double header = factor(0.5, 0.25) + factor(0.5, 0.75) + factor(1.5, 0.25) + factor(1.5, 0.75);
+    const double irradiance =
+        10 * contour_irradiance({{-0.5, 1, -0.25}, {1.5, 1, -0.25}, {1.5, 1, 0.75}, {-0.5, 1, 0.75}});
+    EXPECT_NEAR(10 * M_PI * header, irradiance, 1e-12);
+    EXPECT_NEAR(0.5 * irradiance / M_PI, 1.51495, 1e-5);
+    for (const IntegratorSettings& settings :
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{})}) {
+        SceneMaker make;
+        make.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, make.diffuse(Rgb(0.5F)));
+        make.quad_light({-0.5F, 1, -0.25F}, {2, 0, 0}, {0, 0, 1}, make.diffuse(Rgb(0)), Rgb(10.0F));
+        const Camera camera = testing::camera({0, 0.2F, 0.2F}, {0, 0, 0}, 8, 8, 1);
+        EXPECT_NEAR(mean_luminance(make.build(), camera, settings, 512) / 1.51495, 1, 0.01)
+            << integrator_name(settings);
+    }
+}
+
+// scenes/parallel-plates: two large parallel plates, one emitting: what the other receives is what it would
+// under an infinite sky, πL.
 TEST(ParallelPlates, FormFactor_IsOne) {
     SceneMaker make;
     make.quad({-500, 0, -500}, {0, 0, 1000}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));

@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About a quarter of an hour on two
+# cores. The settings beside each name are all there is to say about a picture.
+# usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+lucerna=build/release/lucerna
+out=out/gallery
+mkdir -p "$out"
+
+# picture NAME SIZE EXPOSURE ARGUMENT...: out/gallery/NAME.png
+picture() {
+    local name=$1 size=$2 exposure=$3
+    shift 3
+    [[ " $wanted " == *" $name "* ]] || return 0
+    echo "== $name: --resolution $size --exposure $exposure $*"
+    "$lucerna" render "scenes/$name/$name.pbrt" -o "$out/$name.exr" --png --quiet --stats "$out/$name.json" \
+        --resolution "$size" --exposure "$exposure" "$@"
+    python3 -c "import json,sys; s=json.load(open(sys.argv[1])); print('   %.0f s' % s['seconds']['total'])" "$out/$name.json"
+}
+
+wanted="${*:-cloister watch stadium projector office cathedral cornell-caustic}"
+for name in $wanted; do
+    if [ -f "scenes/$name/make.py" ]; then bash scenes/make.sh "$name"; fi
+done
+
+picture stadium 720x450 0 --integrator path --spp 96
+picture watch 640x480 0 --integrator path --spp 96
+picture cloister 600x400 -5 --integrator photonmap --spp 24 --set photons=1000000 gatherrays=4 radius=0.35
+picture projector 640x404 0 --integrator path --spp 128
+picture office 640x360 -7 --integrator path --spp 96
+picture cathedral 400x500 0 --integrator photonmap --spp 40 --set photons=2000000 gatherrays=2 radius=1
+picture cornell-caustic 400x400 0 --integrator photonmap --spp 32 --set photons=2000000 gatherrays=4
