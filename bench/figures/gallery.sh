@@ -25,10 +25,10 @@ for name in $wanted; do
     if [ -f "scenes/$name/make.py" ]; then bash scenes/make.sh "$name"; fi
 done
 
-picture stadium 720x450 0 --integrator path --spp 96
-picture watch 640x480 0 --integrator path --spp 96
-picture cloister 600x400 -5 --integrator photonmap --spp 24 --set photons=1000000 gatherrays=4 radius=0.35
-picture projector 640x404 0 --integrator path --spp 128
-picture office 640x360 -7 --integrator path --spp 96
-picture cathedral 400x500 0 --integrator photonmap --spp 40 --set photons=2000000 gatherrays=2 radius=1
-picture cornell-caustic 400x400 0 --integrator photonmap --spp 32 --set photons=2000000 gatherrays=4
+picture watch 640x480 0 --integrator path --spp 64
+picture cloister 600x400 -5 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
+picture stadium 640x400 0 --integrator path --spp 64
+picture projector 600x379 0 --integrator path --spp 96
+picture office 640x360 -7 --integrator path --spp 64
+picture cathedral 400x500 0 --integrator photonmap --spp 24 --set photons=2000000 gatherrays=2 radius=1
+picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=2000000 gatherrays=4

@@ -9,6 +9,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/gltf/model.h"
+#include "engine/gltf/pixels.h"
 #include "engine/pbrt/read_scene.h"
 #include "tests/app/run_support.h"
 
@@ -258,6 +259,88 @@ TEST_F(RunImport, Materials_AreMetalGlassOrCoated) {
     const Job job = import(m);
     ASSERT_EQ(job.scene.lights().size(), 1U);
     EXPECT_THAT(scene(), HasSubstr("AreaLightSource \"diffuse\" \"rgb L\" [ 8 4 0 ]"));
+}
+
+TEST_F(RunImport, Plastic_IsDiffuseUnderACoat) {
+    Json m = model();
+    m["materials"][0]["pbrMetallicRoughness"]["roughnessFactor"] = 0.5;
+    import(m);
+    EXPECT_THAT(scene(),
+                HasSubstr("\"coateddiffuse\" \"rgb reflectance\" [ 0.25 0.5 0.75 ] \"float roughness\" 0.25 "
+                          "\"bool remaproughness\" false \"float eta\" 1.5"));
+}
+
+// One picture, embedded, as base colour and as normals; and one that lies in a file.
+TEST_F(RunImport, Pictures_AreWrittenOutOrNamed) {
+    Image picture = Image::rgb(2, 2);
+    picture.data = {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+    write_png_display("p q.png", picture);
+    const std::string bytes = read_text("p q.png");
+    Json m = model();
+    m["images"] = Json::array({{{"uri", "data:image/png;base64," + base64(bytes)}}, {{"uri", "p%20q.png"}}});
+    m["textures"] = Json::array({{{"source", 0}}, {{"source", 1}}});
+    Json& material = m["materials"][0];
+    material["pbrMetallicRoughness"]["baseColorTexture"]["index"] = 0;
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {0.5, 0.5, 0.5, 1};
+    const Job job = import(m);
+    EXPECT_EQ(read_text("m-parts/image-0.png"), bytes);
+    EXPECT_THAT(scene(), AllOf(HasSubstr("\"string filename\" \"m-parts/image-0.png\" \"float scale\" 0.5"),
+                               HasSubstr("\"texture reflectance\" \"0 clay base\"")));
+    // glTF's (0, 0) is the upper left corner, at (-1, 0, -1) here: the red quarter. Ours is the lower left
+    // one.
+    const auto hit = down(job, -0.5, -0.5);
+    ASSERT_TRUE(hit);
+    EXPECT_NEAR(hit->at.uv.x, 0.25, 1e-5);
+    EXPECT_NEAR(hit->at.uv.y, 0.75, 1e-5);
+
+    material["pbrMetallicRoughness"]["baseColorTexture"] = {
+        {"index", 1}, {"extensions", {{"KHR_texture_transform", {{"scale", {2, 4}}}}}}};
+    std::filesystem::create_directory("to");
+    write("m.gltf", m.dump());
+    ASSERT_EQ(lucerna_run({"import", "m.gltf", "-o", "to/n.pbrt", "--quiet"}).code, 0);
+    EXPECT_THAT(read_text("to/n.pbrt"), AllOf(HasSubstr("\"../p q.png\""), HasSubstr("\"float uscale\" 2"),
+                                              HasSubstr("\"float vscale\" 4")));
+}
+
+TEST_F(RunImport, MetallicRoughnessAndEmission_OfATexture_AreItsMeans) {
+    Image picture = Image::rgb(2, 1);
+    picture.data = {0, 0.4F, 1, 0, 0.8F, 1};
+    write_png_display("mr.png", picture);
+    Json m = model();
+    m["images"] = Json::array({{{"uri", "mr.png"}}});
+    m["textures"] = Json::array({{{"source", 0}}});
+    Json& material = m["materials"][0];
+    material["pbrMetallicRoughness"] = {{"metallicRoughnessTexture", {{"index", 0}}}};
+    material["emissiveFactor"] = {0, 0, 1};
+    material["emissiveTexture"]["index"] = 0;
+    import(m);
+    EXPECT_THAT(said_, AllOf(HasSubstr("metallic-roughness"), HasSubstr("emissive")));
+    EXPECT_THAT(scene(), AllOf(HasSubstr("\"conductor\""), HasSubstr("\"float roughness\" 0.36"),
+                               HasSubstr("\"rgb L\" [ 0 0 1 ]")));
+}
+
+TEST_F(RunImport, Alpha_IsWrittenAsACutoutOrANumber) {
+    Json m = model();
+    Json& material = m["materials"][0];
+    material["alphaMode"] = "BLEND";
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1, 1, 1, 0.25};
+    write("m.gltf", m.dump());
+    ASSERT_EQ(lucerna_run({"import", "m.gltf", "-o", "m.pbrt", "--quiet"}).code, 0);
+    EXPECT_THAT(scene(), HasSubstr("\"float alpha\" 0.25"));
+    material["alphaMode"] = "MASK";  // 0.25 is below the cutoff of 0.5
+    write("m.gltf", m.dump());
+    ASSERT_EQ(lucerna_run({"import", "m.gltf", "-o", "m.pbrt", "--quiet", "--overwrite"}).code, 0);
+    EXPECT_THAT(scene(), HasSubstr("\"float alpha\" 0\n"));
+    material["alphaMode"] = "OPAQUE";
+    import(m);
+    EXPECT_THAT(scene(), Not(HasSubstr("alpha")));
+}
+
+TEST(CutoutOf, Alpha_IsScaledOrCutOff) {
+    const Pixels pixels{2, 1, {0, 0, 0, 51, 0, 0, 0, 255}};
+    EXPECT_EQ(cutout_of(pixels, 0.5, std::nullopt)->alpha, (std::vector<float>{0.1F, 0.5F}));
+    EXPECT_EQ(cutout_of(pixels, 1, 0.5)->alpha, (std::vector<float>{0, 1}));
+    EXPECT_FALSE(cutout_of(pixels, 1, 0.1));
 }
 
 TEST_F(RunImport, Glb_GivesTheSameScene) {
