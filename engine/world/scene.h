@@ -1,7 +1,7 @@
 // The scene: immutable, shared by all threads, owner of what it refers to.
 //
 // Positions are relative to origin(), the centre of the world's bounds in double precision, so that a scene
-// far from (0,0,0) keeps float32's bits for its shape. Only scene.cpp names Embree.
+// far from (0,0,0) keeps float32's bits for its shape; a prototype's are relative to a middle of its own.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,10 @@
 
 namespace lucerna {
 
-struct SceneParts {
-    std::vector<Mesh> meshes;
-    std::vector<Quadric> quadrics;
+// The world's own shapes, and prototypes that instances place in it.
+struct SceneParts : Shapes {
+    std::vector<Shapes> prototypes;  // surfaces of these carry no light
+    std::vector<Instance> instances;
     std::vector<Material> materials;
     std::vector<std::unique_ptr<Light>> lights;
     SceneMedia media;
@@ -54,7 +55,7 @@ struct Hit {
 class Scene {
   public:
     // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and
-    // counted.
+    // counted; parts of instances' maps that cannot be inverted are the caller's fault.
     explicit Scene(SceneParts parts, const Workers& workers = {});
     ~Scene();
     Scene(Scene&&) noexcept;
@@ -88,8 +89,12 @@ class Scene {
     SceneSphere sphere() const;   // radius 1 for an empty scene
     const V3d& origin() const;
 
+    // What is held once, however often instances show it. Curves are counted by their segments.
     struct Counts {
-        std::uint64_t triangles = 0, quadrics = 0, degenerate_triangles = 0;
+        std::uint64_t triangles = 0, quadrics = 0, patches = 0, curves = 0, degenerate_triangles = 0;
+        std::uint64_t prototypes = 0, instances = 0;
+        std::uint64_t triangles_seen = 0;  // with every instance's own
+        std::uint64_t geometry_bytes = 0;  // shapes and acceleration structure, about
     };
     Counts counts() const;
     // Rays traced since construction; for statistics.
