@@ -35,8 +35,14 @@ std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
     return bytes;
 }
 
+std::vector<std::byte> read_unpacked(const std::filesystem::path& file) {
+    constexpr std::size_t kMost = std::size_t{1} << 36;  // what unpacks to more is a trap
+    std::vector<std::byte> bytes = read_bytes(file);
+    return is_gzip(bytes) ? gunzip(bytes, file, kMost) : bytes;
+}
+
 std::string read_text(const std::filesystem::path& file) {
-    const std::vector<std::byte> bytes = read_bytes(file);
+    const std::vector<std::byte> bytes = read_unpacked(file);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 

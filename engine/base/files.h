@@ -19,6 +19,14 @@ void require_readable(const std::filesystem::path& file);
 std::vector<std::byte> read_bytes(const std::filesystem::path& file);
 std::string read_text(const std::filesystem::path& file);
 
+// Whether the bytes begin as gzip's do.
+bool is_gzip(const std::vector<std::byte>& bytes);
+// Unpacked, at most `most` bytes. Throws InputError that names `file`: damaged, cut off, or longer.
+std::vector<std::byte> gunzip(const std::vector<std::byte>& packed, const std::filesystem::path& file,
+                              std::size_t most);
+// The whole file, unpacked if it is gzip'd. Throws InputError.
+std::vector<std::byte> read_unpacked(const std::filesystem::path& file);
+
 // Calls write(temporary) for a temporary name in the same folder, then renames it over `file`. If write
 // throws, the temporary is removed and the error becomes an InputError that names `file`.
 void replace_file(const std::filesystem::path& file,

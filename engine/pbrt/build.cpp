@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/pbrt/build_shapes.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/transforms.h"
@@ -13,27 +14,6 @@ namespace {
 // Squared distances must stay well within a float.
 constexpr double kLargestScene = 1e15;
 
-// Half sides of the box around an affine image of the unit ball's section by the first `axes` axes: row
-// vectors, so coordinate k of a point is Σ_i p_i M[i][k], at most the length of that column (Cauchy and
-// Schwarz).
-V3d half_box(const M44d& m, double radius, int axes) {
-    V3d half(0);
-    for (int k = 0; k < 3; ++k) {
-        double sum = 0;
-        for (int i = 0; i < axes; ++i) sum += sqr(m[i][k]);
-        half[k] = radius * std::sqrt(sum);
-    }
-    return half;
-}
-
-Box3d bounds_of(const Quadric& quadric) {
-    const bool sphere = quadric.kind == Quadric::Kind::sphere;
-    const V3d centre = transform_point(quadric.world_from_object,
-                                       V3d(0, 0, sphere ? 0 : static_cast<double>(quadric.height)));
-    const V3d half = half_box(quadric.world_from_object, static_cast<double>(quadric.radius), sphere ? 3 : 2);
-    return {centre - half, centre + half};
-}
-
 struct PositionOf {
     V3d operator()(const PointSpec& s) const { return s.position; }
     V3d operator()(const SpotSpec& s) const { return s.position; }
@@ -44,15 +24,8 @@ struct PositionOf {
     }
 };
 
-Box3d world_bounds(const Draft& draft) {
+Box3d light_bounds(const Draft& draft) {
     Box3d bounds;
-    for (const DraftMesh& mesh : draft.meshes) {
-        for (const V3i& t : mesh.triangles) {
-            for (const int vertex : {t.x, t.y, t.z}) bounds.extendBy(mesh.p[vertex]);
-        }
-    }
-    for (const Quadric& quadric : draft.quadrics) bounds.extendBy(bounds_of(quadric));
-    if (!bounds.isEmpty()) return bounds;
     for (const DraftLight& light : draft.lights) {
         const auto position =
             std::visit([](const auto& s) { return std::optional<V3d>(PositionOf()(s)); }, light.spec);
@@ -63,18 +36,6 @@ Box3d world_bounds(const Draft& draft) {
 
 V3f to_scene(const V3d& p, const V3d& origin) {
     return V3f(p - origin);
-}
-
-Mesh build_mesh(const DraftMesh& draft, const V3d& origin) {
-    Mesh mesh;
-    mesh.p.resize(draft.p.size());
-    std::transform(draft.p.begin(), draft.p.end(), mesh.p.begin(),
-                   [&](const V3d& p) { return to_scene(p, origin); });
-    mesh.triangles = draft.triangles;
-    mesh.n = draft.n;
-    mesh.uv = draft.uv;
-    mesh.traits = draft.traits;
-    return mesh;
 }
 
 // The surface of a quadric that emits: complete and under one scale, as the reader made sure.
@@ -93,15 +54,17 @@ EmitterShape quadric_emitter(const Quadric& quadric) {
 }
 
 // The very floats that the scene's geometry has.
-EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts) {
+EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts,
+                        const std::vector<std::size_t>& mesh_of) {
     if (area.surface == AreaSpec::Surface::quadric) return quadric_emitter(parts.quadrics[area.index]);
-    const Mesh& mesh = parts.meshes[area.index];
+    const Mesh& mesh = parts.meshes[mesh_of[area.index]];
     return TriangleEmitter{mesh.p, mesh.triangles, mesh.traits.reverse_orientation};
 }
 
 // Makes the light of a spec, its colour times `factor`.
 struct LightMaker {
     const SceneParts& parts;
+    const std::vector<std::size_t>& mesh_of;  // where the draft's meshes went
     const SceneSphere& sphere;
     const Workers& workers;
     Monitor& monitor;
@@ -126,7 +89,7 @@ struct LightMaker {
         return make_measured_light(settings, workers, monitor);
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
-        return make_area_light(emitter_of(s, parts), s.radiance * factor, s.two_sided);
+        return make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);
     }
 };
 
@@ -188,12 +151,15 @@ Camera::Settings build_camera(const Draft& draft, const V3d& origin) {
 
 }  // namespace
 
-Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor) {
+Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     Assembled result;
     SceneParts& parts = result.parts;
 
     // The origin: the middle of everything, so that float32 keeps the shape of a scene wherever it lies.
-    const Box3d bounds = world_bounds(draft);
+    const Placements placements = place_objects(draft);
+    Box3d bounds = bounds_of(draft);
+    bounds.extendBy(placements.bounds);
+    if (bounds.isEmpty()) bounds = light_bounds(draft);
     parts.origin = bounds.isEmpty() ? V3d(0) : bounds.center();
     SceneSphere sphere;
     const double radius = bounds.isEmpty() ? 0 : bounds.size().length() / 2;
@@ -206,14 +172,12 @@ Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor)
     if (radius > 0) sphere.radius = static_cast<float>(radius * (1 + 1e-6)) * (1 + 1e-6F);
 
     parts.materials = draft.materials;
-    for (const DraftMesh& mesh : draft.meshes) parts.meshes.push_back(build_mesh(mesh, parts.origin));
-    parts.quadrics = draft.quadrics;
-    for (Quadric& quadric : parts.quadrics) {
-        quadric.world_from_object = relative_to(quadric.world_from_object, parts.origin);
-    }
+    std::vector<std::size_t> mesh_of;
+    static_cast<Shapes&>(parts) = build_shapes(std::move(static_cast<DraftShapes&>(draft)), parts.origin, mesh_of);
+    build_prototypes(draft, placements, parts);
     parts.media = build_media(draft, parts.origin);
     for (const DraftLight& light : draft.lights) {
-        parts.lights.push_back(build_light(light, LightMaker{parts, sphere, workers, monitor}));
+        parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor}));
     }
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
                                    [](const Medium& medium) { return medium.emits(); });

@@ -383,6 +383,40 @@ void DirectiveReader::texture() {
     params.warn_unused(reading_.monitor);
 }
 
+void DirectiveReader::object_begin() {
+    if (reading_.object) {
+        fail(place_, "ObjectBegin within the ObjectBegin of \"{}\"; objects hold shapes and instances",
+             shown(object_name_));
+    }
+    object_name_ = quoted("a name");
+    begin_block();
+    reading_.draft.objects.push_back(std::make_unique<DraftObject>());
+    reading_.object = reading_.draft.objects.back().get();
+}
+
+void DirectiveReader::object_end() {
+    end_block("ObjectBegin");
+    reading_.object = nullptr;
+    if (objects_.contains(object_name_)) {
+        reading_.warn(place_, fmt::format("object \"{}\" was made before; the new one holds from here",
+                                          shown(object_name_)));
+    }
+    objects_[object_name_] = reading_.draft.objects.size() - 1;
+}
+
+void DirectiveReader::object_instance() {
+    const std::string name = quoted("the name of an object");
+    const auto found = objects_.find(name);
+    if (found == objects_.end()) {
+        std::vector<std::string_view> names;
+        for (const auto& [known, index] : objects_) names.push_back(known);
+        fail(place_, "no object \"{}\" was made before; {}there are {}", shown(name),
+             did_you_mean(name, names), names.size());
+    }
+    const DraftInstance instance{found->second, reading_.state.ctm};
+    (reading_.object ? reading_.object->instances : reading_.draft.instances).push_back(instance);
+}
+
 void DirectiveReader::shape() {
     const std::string kind = quoted("a kind of shape");
     Params params = parameters(kind, "shape");

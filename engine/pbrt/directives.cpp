@@ -11,7 +11,7 @@ namespace {
 constexpr std::size_t kDeepestInclude = 64;
 
 // Known to some version of pbrt, not to this reader.
-constexpr std::string_view kKnownElsewhere[] = {"ObjectBegin", "ObjectEnd", "ObjectInstance", "VolumeRegion"};
+constexpr std::string_view kKnownElsewhere[] = {"VolumeRegion"};
 
 }  // namespace
 
@@ -42,6 +42,9 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"Material", world_only, &R::material},
         {"MediumInterface", anywhere, &R::medium_interface},
         {"NamedMaterial", world_only, &R::named_material},
+        {"ObjectBegin", world_only, &R::object_begin},
+        {"ObjectEnd", world_only, &R::object_end},
+        {"ObjectInstance", world_only, &R::object_instance},
         {"Option", options_only, &R::option},
         {"PixelFilter", options_only, &R::pixel_filter},
         {"Renderer", options_only, &R::renderer},
@@ -72,6 +75,7 @@ DirectiveReader::DirectiveReader(Draft& draft, const std::filesystem::path& file
     auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse, reflectance 0.5
     matte->material = {"default", DiffuseMaterial{}};
     reading_.state.material = std::move(matte);
+    reading_.skip_missing = overrides.skip_missing;
     coordinate_systems_["world"] = M44d();
 }
 

@@ -101,6 +101,9 @@ class DirectiveReader {
     void make_named_material();
     void named_material();
     void texture();
+    void object_begin();
+    void object_end();
+    void object_instance();
     void shape();
     void light_source();
     void area_light_source();
@@ -111,6 +114,8 @@ class DirectiveReader {
     std::vector<Open> files_;
     std::vector<Saved> saved_;
     std::map<std::string, M44d, std::less<>> coordinate_systems_;
+    std::map<std::string, std::size_t, std::less<>> objects_;  // that are complete
+    std::string object_name_;                                  // of the one at hand
     std::vector<std::string_view> seen_once_;  // of Camera, Film, ...
     bool ignores_integrator_ = false;          // a Renderer has chosen one
     std::string_view name_;                    // the directive at hand, and its place

@@ -4,6 +4,8 @@
 // makes the float32 geometry, the lights and the camera. Between the two nothing has been rounded.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -34,6 +36,40 @@ struct DraftMesh {
     std::vector<V3f> n;
     std::vector<V2f> uv;
     SurfaceTraits traits;
+};
+
+// As BilinearMesh and Curves have them, in world space.
+struct DraftPatches {
+    std::vector<V3d> p;
+    std::vector<std::array<std::int32_t, 4>> patches;
+    std::vector<V3f> n;
+    std::vector<V2f> uv;
+    SurfaceTraits traits;
+};
+struct DraftCurves {
+    Curves::Kind kind = Curves::Kind::flat;
+    std::vector<V3d> p;         // four for each segment
+    std::vector<float> radius;  // one for each of them
+    std::vector<V3f> n;         // the same, for a ribbon
+    std::vector<Curves::Segment> segments;
+    SurfaceTraits traits;
+};
+struct DraftShapes {
+    std::vector<DraftMesh> meshes;
+    std::vector<Quadric> quadrics;  // world_from_object in world space
+    std::vector<DraftPatches> patches;
+    std::vector<DraftCurves> curves;
+};
+
+// What stands between ObjectBegin and ObjectEnd, and where it is put. As in pbrt, the transformations that
+// hold within an object stay, and that of the instance comes on top of them.
+struct DraftInstance {
+    std::size_t object;
+    M44d world_from_world;
+};
+struct DraftObject {
+    DraftShapes shapes;
+    std::vector<DraftInstance> instances;  // of objects that were complete before
 };
 
 // Lights, before the origin is known. Positions in world space.
@@ -78,12 +114,12 @@ struct DraftMedium {
     M44d world_from_medium;
 };
 
-struct Draft {
+struct Draft : DraftShapes {
     // Places point into these.
     std::vector<std::unique_ptr<Source>> sources;
 
-    std::vector<DraftMesh> meshes;
-    std::vector<Quadric> quadrics;  // world_from_object in world space
+    std::vector<std::unique_ptr<DraftObject>> objects;
+    std::vector<DraftInstance> instances;
     std::vector<Material> materials;
     std::vector<DraftLight> lights;
     std::vector<DraftMedium> media;
@@ -109,6 +145,7 @@ struct Assembled {
     SceneParts parts;
     Camera::Settings camera;
 };
-Assembled assemble(const Draft& draft, const Workers& workers, Monitor& monitor);
+// Shapes of the draft are given up one by one as they are built.
+Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

@@ -19,11 +19,13 @@ Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
 
 Job read_scene_text(std::string text, const std::filesystem::path& pretended_file,
                     const SceneOverrides& overrides, const Workers& workers, Monitor& monitor) {
-    const Draft draft = read_draft(std::move(text), pretended_file, overrides, monitor);
-    Assembled assembled = assemble(draft, workers, monitor);
+    Draft draft = read_draft(std::move(text), pretended_file, overrides, monitor);
+    const FilmSettings film = draft.film;
+    const IntegratorSettings integrator = draft.integrator;
+    const int spp = draft.spp;
+    Assembled assembled = assemble(std::move(draft), workers, monitor);
     const Phase phase(monitor, "build scene", 0);
-    return {Scene(std::move(assembled.parts), workers), Camera(assembled.camera), draft.film,
-            draft.integrator, draft.spp};
+    return {Scene(std::move(assembled.parts), workers), Camera(assembled.camera), film, integrator, spp};
 }
 
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,

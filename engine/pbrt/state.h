@@ -62,12 +62,15 @@ struct Reading {
     std::map<std::array<float, 3>, std::shared_ptr<const CoatTable>> covers = {};
     std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
     GraphicsState state = {};
+    DraftObject* object = nullptr;  // between ObjectBegin and ObjectEnd: where shapes go
+    bool skip_missing = false;
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
 
     std::filesystem::path resolve(const std::string& name) const {
         return std::filesystem::path(name).is_absolute() ? std::filesystem::path(name) : folder / name;
     }
+    DraftShapes& shapes() const { return object ? object->shapes : draft; }
     void warn(const Place& at, std::string_view message) const {
         monitor.warn(fmt::format("{}: {}", to_string(at.location()), message));
     }

@@ -434,7 +434,7 @@ void check_indices(const Cursor& in, const PlyMesh& mesh) {
 }  // namespace
 
 PlyMesh read_ply(const std::filesystem::path& file) {
-    const std::vector<std::byte> bytes = read_bytes(file);
+    const std::vector<std::byte> bytes = read_unpacked(file);
     Cursor in(file, bytes);
     const std::vector<Element> elements = read_header(in);
     PlyMesh mesh;

@@ -194,6 +194,10 @@ std::optional<double> QuadricShape::nearest(const V3d& o, const V3d& d, double t
     return *s / line.scale;
 }
 
+std::optional<double> QuadricShape::nearest(const Ray& ray) const {
+    return nearest(V3d(ray.o), V3d(ray.d), 0, static_cast<double>(ray.t_max));
+}
+
 // The half chord comes from the distance between centre and line, not from b² - ac, which loses all of a
 // small sphere seen from afar (difference of two numbers of the size of distance⁴).
 std::optional<double> QuadricShape::nearest_on_sphere(const Line& line, double s_min, double s_max) const {
@@ -254,6 +258,10 @@ QuadricShape::Surface QuadricShape::at(const V3d& o, const V3d& d, double t) con
         if (g.length2() > 0) p -= profile_.rest(p) / (2 * g.length2()) * g;
     }
     return surface(p, phi_at(p), v_at(p));
+}
+
+QuadricShape::Surface QuadricShape::at(const Ray& ray, double t) const {
+    return at(V3d(ray.o), V3d(ray.d), t);
 }
 
 QuadricShape::Surface QuadricShape::at(double u, double v) const {

@@ -20,9 +20,7 @@ class QuadricShape {
     // Distance to the nearest crossing with t_min < t <= t_max, in units of d's length (any but 0).
     std::optional<double> nearest(const V3d& o, const V3d& d, double t_min, double t_max) const;
     // The same for 0 < t <= ray.t_max.
-    std::optional<double> nearest(const Ray& ray) const {
-        return nearest(V3d(ray.o), V3d(ray.d), 0, static_cast<double>(ray.t_max));
-    }
+    std::optional<double> nearest(const Ray& ray) const;
 
     struct Surface {
         V3d p;     // scene units, on the surface to double precision
@@ -33,7 +31,7 @@ class QuadricShape {
     };
     // The surface where the ray meets it at distance t (a value that nearest() returned for this very ray).
     Surface at(const V3d& o, const V3d& d, double t) const;
-    Surface at(const Ray& ray, double t) const { return at(V3d(ray.o), V3d(ray.d), t); }
+    Surface at(const Ray& ray, double t) const;
     // The surface at texture coordinates from 0 to 1.
     Surface at(double u, double v) const;
 

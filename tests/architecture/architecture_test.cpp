@@ -39,6 +39,8 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture.cpp"}},
+    {"<opensubdiv/", {"engine/world/loop.cpp"}},
+    {"<zlib.h>", {"engine/base/gunzip.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
 };

@@ -55,8 +55,8 @@ inline std::string refusal_of_world(std::string_view world) {
 
 inline SceneParts parts_of_world(std::string_view world) {
     RecordingMonitor monitor;
-    const Draft draft = read_draft(std::string(kHead) + std::string(world), "scene.pbrt", {}, monitor);
-    return assemble(draft, {1}, monitor).parts;
+    Draft draft = read_draft(std::string(kHead) + std::string(world), "scene.pbrt", {}, monitor);
+    return assemble(std::move(draft), {1}, monitor).parts;
 }
 
 }  // namespace lucerna::testing
