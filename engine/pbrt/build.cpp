@@ -17,6 +17,8 @@ constexpr double kLargestScene = 1e15;
 struct PositionOf {
     V3d operator()(const PointSpec& s) const { return s.position; }
     V3d operator()(const SpotSpec& s) const { return s.position; }
+    V3d operator()(const GoniometricSpec& s) const { return s.position; }
+    V3d operator()(const ProjectionSpec& s) const { return s.position; }
     V3d operator()(const MeasuredSpec& s) const { return s.settings.world_from_light.translation(); }
     template <typename Other>
     std::optional<V3d> operator()(const Other&) const {
@@ -82,6 +84,15 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const InfiniteSpec& s) const {
         return make_infinite_light(s.radiance * factor, sphere);
+    }
+    std::unique_ptr<Light> operator()(const ImageInfiniteSpec& s) const {
+        return make_image_infinite_light(s.image, s.axes, s.scale * factor, sphere);
+    }
+    std::unique_ptr<Light> operator()(const GoniometricSpec& s) const {
+        return make_goniometric_light(s.image, to_scene(s.position, parts.origin), s.axes, s.scale * factor);
+    }
+    std::unique_ptr<Light> operator()(const ProjectionSpec& s) const {
+        return make_projection_light(s.slide, to_scene(s.position, parts.origin), s.axes, s.scale * factor);
     }
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         MeasuredSettings settings = s.settings;

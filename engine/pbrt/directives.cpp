@@ -71,7 +71,11 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
 
 DirectiveReader::DirectiveReader(Draft& draft, const std::filesystem::path& file,
                                  const SceneOverrides& overrides, Monitor& monitor)
-    : reading_{.draft = draft, .monitor = monitor, .folder = file.parent_path()}, overrides_(overrides) {
+    : reading_{.draft = draft,
+               .monitor = monitor,
+               .folder = file.parent_path(),
+               .skip_missing = overrides.skip_missing},
+      overrides_(overrides) {
     auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse, reflectance 0.5
     matte->material = {"default", DiffuseMaterial{}};
     reading_.state.material = std::move(matte);

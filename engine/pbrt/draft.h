@@ -23,6 +23,7 @@
 #include "engine/world/material.h"
 #include "engine/world/medium.h"
 #include "engine/world/mesh.h"
+#include "lights/image_lights.h"
 #include "lights/measured.h"
 
 namespace lucerna {
@@ -89,6 +90,24 @@ struct DistantSpec {
 struct InfiniteSpec {
     Rgb radiance;
 };
+// The images know directions in their own frames, of which `axes` tells how they lie in the world.
+struct ImageInfiniteSpec {
+    std::shared_ptr<const DirectionalImage> image;
+    LightAxes axes;
+    Rgb scale;  // W/(m² sr)
+};
+struct GoniometricSpec {
+    V3d position;
+    LightAxes axes;
+    std::shared_ptr<const DirectionalImage> image;
+    Rgb scale;  // W/sr
+};
+struct ProjectionSpec {
+    V3d position;
+    LightAxes axes;
+    std::shared_ptr<const Slide> slide;
+    Rgb scale;  // W/sr
+};
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin
 };
@@ -102,7 +121,9 @@ struct AreaSpec {
 
 struct DraftLight {
     Place place;
-    std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, MeasuredSpec, AreaSpec> spec;
+    std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
+                 ProjectionSpec, MeasuredSpec, AreaSpec>
+        spec;
     double power = 0;  // W; if > 0 the light is scaled to this luminous power
 };
 

@@ -1,31 +1,30 @@
-// Lights: point, spot, distant, constant sky, diffuse areas, and our own measured lamps ("lightfield").
+// Lights: point, spot, distant, infinite, diffuse areas, and our own measured lamps ("lightfield").
 //
 // Radiance and intensity are taken as pbrt's numbers stand, in W; "power" and "illuminance" set the luminance
 // of the light's flux or irradiance (pbrt calls them photometric; one unit of luminance is one unit of either
 // here).
-#include <algorithm>
-#include <array>
 #include <cmath>
 
-#include "engine/pbrt/state.h"
+#include "engine/pbrt/light_params.h"
 
 namespace lucerna {
-namespace {
 
-using Type = Param::Type;
+Rgb light_color(Reading& reading, Params& params, std::string_view name) {
+    return read_spectrum(reading, params, name, ColorUse::emission).value_or(Rgb(1.0F));
+}
 
-// "scale": a float, or version 3's colour. Applied to `value`.
-Rgb scaled(Params& params, const Rgb& value) {
-    const Param* scale = params.find("scale", {Type::real, Type::rgb});
+Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
+    const Param* scale = params.find_any("scale");
     if (!scale) return value;
-    if (scale->type == Type::rgb) return value * to_rgb(*scale);
-    const Rgb result = value * static_cast<float>(params.real_within("scale", 1, 0, 1e30));
+    const Rgb factor = scale->type == Param::Type::real
+                           ? Rgb(static_cast<float>(params.real_within("scale", 1, 0, 1e30)))
+                           : read_spectrum(reading, params, "scale", ColorUse::ratio).value();
+    const Rgb result = value * factor;
     if (!is_finite(result))
-        fail(scale->place, "\"scale\" {:g} makes the light infinite", scale->numbers.front());
+        fail(scale->place, "\"scale\" {:g} makes the light infinite", max_component(factor));
     return result;
 }
 
-// A positive number where the parameter is given, otherwise 0.
 double positive_or_none(Params& params, std::string_view name) {
     if (!params.has(name)) return 0;
     const double value = params.real(name, 0);
@@ -36,27 +35,28 @@ double positive_or_none(Params& params, std::string_view name) {
     return value;
 }
 
-// Multiplies so that the luminance becomes illuminance / `per_unit`.
-Rgb with_illuminance(Params& params, const Rgb& color, double per_unit) {
+Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now) {
     const double wanted = positive_or_none(params, "illuminance");
     if (wanted == 0) return color;
-    const double now = static_cast<double>(luminance(color));
-    if (!(now > 0))
+    if (!(illuminance_now > 0))
         fail(params.place_of("illuminance"), "\"illuminance\": the light is black, it cannot be scaled");
-    return color * static_cast<float>(wanted / (per_unit * now));
+    return color * static_cast<float>(wanted / illuminance_now);
 }
 
-void refuse_image(const Params& params, std::initializer_list<std::string_view> names) {
-    for (const std::string_view name : names) {
-        if (params.has(name))
-            fail(params.place_of(name), "{} with \"{}\" is not supported yet", params.owner(), name);
-    }
+namespace {
+
+// What steers pbrt's sampling, in one version or another, and changes no light.
+void accept_sampling(Params& params) {
+    params.accept({"nsamples", "samples", "shadow"});
+}
+
+double luminance_of(const Rgb& color) {
+    return static_cast<double>(luminance(color));
 }
 
 void read_point(Reading& reading, Params& params) {
-    refuse_image(params, {"filename"});
     const M44d& ctm = reading.state.ctm;
-    const Rgb intensity = scaled(params, params.rgb("I", Rgb(1.0F)));
+    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
     const V3d position = transform_point(ctm, params.point("from", V3d(0)));
     reading.draft.lights.push_back(
         {params.place(), PointSpec{position, intensity}, positive_or_none(params, "power")});
@@ -65,7 +65,7 @@ void read_point(Reading& reading, Params& params) {
 void read_spot(Reading& reading, Params& params) {
     const M44d& ctm = reading.state.ctm;
     SpotSpec spot;
-    spot.intensity = scaled(params, params.rgb("I", Rgb(1.0F)));
+    spot.intensity = scaled_color(reading, params, light_color(reading, params, "I"));
     const V3d from = params.point("from", V3d(0)), to = params.point("to", V3d(0, 0, 1));
     if (from == to) fail(params.place(), "{}: \"from\" and \"to\" are the same point", params.owner());
     spot.position = transform_point(ctm, from);
@@ -73,9 +73,11 @@ void read_spot(Reading& reading, Params& params) {
     spot.cone_degrees = params.real_within("coneangle", 30, 1e-3, 180);
     spot.delta_degrees = params.real_within("conedeltaangle", 5, 0, 180);
     if (spot.delta_degrees > spot.cone_degrees) {
-        // pbrt's cosines then cross; nothing sensible is meant by it.
-        fail(params.place_of("conedeltaangle"), "conedeltaangle {:g} exceeds coneangle {:g}",
-             spot.delta_degrees, spot.cone_degrees);
+        // The fall would begin beyond the axis: from the axis on is the most there is.
+        reading.warn(params.place_of("conedeltaangle"),
+                     fmt::format("conedeltaangle {:g} exceeds coneangle {:g}, which is taken for both",
+                                 spot.delta_degrees, spot.cone_degrees));
+        spot.delta_degrees = spot.cone_degrees;
     }
     reading.draft.lights.push_back({params.place(), spot, positive_or_none(params, "power")});
 }
@@ -84,16 +86,22 @@ void read_distant(Reading& reading, Params& params) {
     const V3d from = params.point("from", V3d(0)), to = params.point("to", V3d(0, 0, 1));
     if (from == to) fail(params.place(), "{}: \"from\" and \"to\" are the same point", params.owner());
     const V3d direction = transform_vector(reading.state.ctm, to - from).normalized();
-    const Rgb color = with_illuminance(params, params.rgb("L", Rgb(1.0F)), 1);
-    reading.draft.lights.push_back({params.place(), DistantSpec{direction, scaled(params, color)}});
+    const Rgb radiance = light_color(reading, params, "L");
+    const Rgb color = with_illuminance(params, radiance, luminance_of(radiance));
+    reading.draft.lights.push_back(
+        {params.place(), DistantSpec{direction, scaled_color(reading, params, color)}});
 }
 
 void read_infinite(Reading& reading, Params& params) {
-    refuse_image(params, {"filename", "mapname", "portal"});
-    params.accept({"nsamples", "samples"});
+    if (params.has("portal")) {
+        fail(params.place_of("portal"), "\"portal\" of {} is not supported; without it the sky is the same",
+             params.owner());
+    }
+    if (names_an_image(params)) return read_image_infinite(reading, params);
     // A plane that sees half of a sky of radiance L receives π L.
-    const Rgb color = with_illuminance(params, params.rgb("L", Rgb(1.0F)), M_PI);
-    reading.draft.lights.push_back({params.place(), InfiniteSpec{scaled(params, color)}});
+    const Rgb radiance = light_color(reading, params, "L");
+    const Rgb color = with_illuminance(params, radiance, M_PI * luminance_of(radiance));
+    reading.draft.lights.push_back({params.place(), InfiniteSpec{scaled_color(reading, params, color)}});
 }
 
 EmissionMode read_emission(Params& params) {
@@ -129,25 +137,33 @@ void read_light_field(Reading& reading, Params& params) {
 }  // namespace
 
 void read_light(Reading& reading, const std::string& kind, Params& params) {
+    accept_sampling(params);
     if (kind == "point") return read_point(reading, params);
     if (kind == "spot") return read_spot(reading, params);
     if (kind == "distant") return read_distant(reading, params);
-    if (kind == "infinite") return read_infinite(reading, params);
+    // Names of version 1's and 3's other ways to sample the same light.
+    if (kind == "infinite" || kind == "infinitesample" || kind == "exinfinite") {
+        return read_infinite(reading, params);
+    }
+    if (kind == "goniometric" || kind == "goniophotometric") return read_goniometric(reading, params);
+    if (kind == "projection") return read_projection(reading, params);
     if (kind == "lightfield") return read_light_field(reading, params);
-    refuse_kind(params.place(), "LightSource", kind, {"point", "spot", "distant", "infinite", "lightfield"},
-                {"exinfinite", "goniometric", "infinitesample", "projection"});
+    refuse_kind(params.place(), "LightSource", kind,
+                {"point", "spot", "distant", "infinite", "goniometric", "projection", "lightfield"}, {});
 }
 
-std::shared_ptr<const AreaLight> read_area_light(Reading&, const std::string& kind, Params& params) {
+std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {
     if (kind.empty() || kind == "none") return nullptr;
-    if (kind != "diffuse" && kind != "area") {  // "area" is version 2's name
+    if (kind != "diffuse" && kind != "area") {  // "area" is version 1's and 2's name
         refuse_kind(params.place(), "AreaLightSource", kind, {"diffuse"}, {});
     }
-    refuse_image(params, {"filename"});
-    params.accept({"samples", "nsamples"});
+    if (params.has("filename")) {
+        fail(params.place_of("filename"), "{} with \"filename\" is not supported yet", params.owner());
+    }
+    accept_sampling(params);
     AreaLight light;
     light.place = params.place();
-    light.radiance = scaled(params, params.rgb("L", Rgb(1.0F)));
+    light.radiance = scaled_color(reading, params, light_color(reading, params, "L"));
     light.power = positive_or_none(params, "power");
     light.two_sided = params.boolean("twosided", false);
     return std::make_shared<const AreaLight>(light);

@@ -196,7 +196,8 @@ Relief read_relief(Reading& reading, Params& params) {
     }
     const std::string name = params.string("normalmap", "");
     try {
-        relief.normals = RgbTexture::image(read_texture_image(reading.resolve(name)), V2f(1, 1));
+        relief.normals =
+            image_texture<Rgb>(reading.images->open(reading.resolve(name), {Encoding::Kind::linear}), {});
     } catch (const InputError& error) {
         fail(params.place_of("normalmap"), "{}", printable(error.what()));
     }

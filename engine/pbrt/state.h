@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/image.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/transforms.h"
+#include "engine/world/texture_image.h"
 
 namespace lucerna {
 
@@ -57,7 +57,8 @@ struct Reading {
     std::map<std::string, NamedTexture, std::less<>> textures = {};  // of colours
     std::map<std::string, FloatTexture, std::less<>> float_textures = {};
     std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
-    std::map<std::string, std::shared_ptr<const Image>, std::less<>> images = {};
+    std::shared_ptr<TextureImages> images = std::make_shared<TextureImages>();
+    bool skip_missing = false;  // a texture whose file is missing is grey, with a warning
     // What varnish of this index and these alphas (-1: any) reflects, shared by the materials of one scene.
     std::map<std::array<float, 3>, std::shared_ptr<const CoatTable>> covers = {};
     std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
@@ -108,7 +109,9 @@ enum class ColorUse : std::uint8_t {
     emission,  // of a light
 };
 // One colour, however it is spelt: rgb, color, xyz, blackbody, spectrum (samples, a name, a .spd file).
-// Nothing if the parameter is absent; a texture is an error.
+// Nothing if the parameter is absent; a texture is an error. Strength of emission: numbers as they stand (a
+// constant spectrum of value c has luminance c); luminance 1 for a named illuminant and for a blackbody of
+// one number, of two the second is its largest spectral value (spectra.cpp says why).
 std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_view name, ColorUse use);
 
 // A number that may vary: a float, or the name of a texture of floats.

@@ -1,140 +1,304 @@
-// Textures of colours: constant, checkerboard, imagemap, and scale of constants.
-#include <algorithm>
+// Textures of colours and of numbers: every kind that pbrt has but ptex. Both go through the same readers;
+// they differ in how one value is written and in whose names they see.
+//
+// The current transformation places a texture in the world: a texture is asked where the inverse of it puts a
+// point. Versions 1 to 3 took the transformation itself for textures that fill space, and none at all for the
+// planar mapping; where the text shows that it is of version 1 or 2, so does this reader. A version 3 text
+// cannot be told from a version 4 one.
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <type_traits>
+
+#include "engine/base/names.h"
 #include "engine/pbrt/state.h"
+#include "engine/world/texture_patterns.h"
 
 namespace lucerna {
 namespace {
 
 using Type = Param::Type;
 
-NamedTexture constant_texture(const Rgb& value) {
-    return {RgbTexture::constant(value), value, max_component(value)};
+std::string name_in(const Param& param) {
+    return param.strings.size() == 1 ? param.strings.front() : std::string();
 }
 
-// A parameter that must be the same everywhere: rgb, a float for grey, or a constant texture.
-Rgb constant_value(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
-    const Param* param = params.find(name, {Type::rgb, Type::texture, Type::real});
+template <typename Textures>
+const auto& made_before(const Textures& textures, const Param& param, std::string_view of) {
+    const std::string wanted = name_in(param);
+    const auto found = textures.find(wanted);
+    if (found != textures.end()) return found->second;
+    std::vector<std::string_view> names;
+    for (const auto& [name, texture] : textures) names.push_back(name);
+    fail(param.place, "\"{}\": no texture \"{}\" of {} was made before; {}there are {}", shown(param.name),
+         shown(wanted), of, did_you_mean(wanted, names), names.size());
+}
+
+// A parameter that may vary: a value, or the name of a texture of the same type.
+template <typename Value>
+Texture<Value> read_value(Reading& reading, Params& params, std::string_view name, float fallback) {
+    if constexpr (std::is_same_v<Value, float>) {
+        return read_float(reading, params, name, static_cast<double>(fallback));
+    } else {
+        const Param* param = params.find_any(name);
+        if (!param) return RgbTexture::constant(Rgb(fallback));
+        if (param->type == Type::texture) return made_before(reading.textures, *param, "colours").texture;
+        if (param->type == Type::real) {
+            return RgbTexture::constant(Rgb(static_cast<float>(params.real_within(name, 1, 0, 1e30))));
+        }
+        return RgbTexture::constant(read_spectrum(reading, params, name, ColorUse::ratio).value());
+    }
+}
+
+// The same where only a constant has a meaning.
+template <typename Value>
+Value read_constant(Reading& reading, Params& params, std::string_view name, float fallback) {
+    const auto value = read_value<Value>(reading, params, name, fallback).constant_value();
+    if (!value) fail(params.place_of(name), "\"{}\" of {}: a constant is accepted", name, params.owner());
+    return *value;
+}
+
+M44d texture_from_world(const Reading& reading, const Params& params) {
+    const std::optional<M44d> result = inverse(reading.state.ctm);
+    if (!result) fail(params.place(), "{}: its transformation cannot be undone", params.owner());
+    return *result;
+}
+
+V3d read_vector(Params& params, std::string_view name, const V3d& fallback) {
+    const Param* param = params.find(name, {Type::vector3, Type::point3, Type::normal3});
     if (!param) return fallback;
-    if (param->type == Type::rgb) return to_rgb(*param);
-    if (param->type == Type::real) return Rgb(static_cast<float>(params.real_within(name, 1, 0, 1e30)));
-    const std::string wanted = param->strings.size() == 1 ? param->strings.front() : std::string();
-    const auto found = reading.textures.find(wanted);
-    if (found == reading.textures.end()) {
-        fail(param->place, "\"{}\": no texture \"{}\" was made before", name, shown(wanted));
+    if (param->numbers.size() != 3) {
+        fail(param->place, "\"{}\" has {} numbers; 3 are accepted", name, param->numbers.size());
     }
-    if (!found->second.constant) {
-        fail(param->place, "\"{}\": texture \"{}\" varies; only a constant one is supported here yet", name,
-             shown(wanted));
-    }
-    return *found->second.constant;
+    return {param->numbers[0], param->numbers[1], param->numbers[2]};
 }
 
-// Repeats of the pattern per unit of u and v; plain uv coordinates are the only ones.
-V2f read_uv_scale(Params& params) {
+Mapping2 read_mapping(Reading& reading, Params& params) {
     const std::string mapping = params.string("mapping", "uv");
-    if (mapping != "uv") {
-        fail(params.place_of("mapping"), "mapping \"{}\" is not supported yet; uv is", shown(mapping));
+    const auto number = [&](std::string_view name, double fallback) {
+        return params.real_within(name, fallback, -1e6, 1e6);
+    };
+    if (mapping == "uv") {
+        return UvMapping{V2f(V2d(number("uscale", 1), number("vscale", 1))),
+                         V2f(V2d(number("udelta", 0), number("vdelta", 0)))};
     }
-    for (const std::string_view name : {"udelta", "vdelta"}) {
-        if (params.real(name, 0) != 0) fail(params.place_of(name), "\"{}\" is not supported yet; 0 is", name);
+    if (mapping == "spherical") return SphericalMapping{texture_from_world(reading, params)};
+    if (mapping == "cylindrical") return CylindricalMapping{texture_from_world(reading, params)};
+    if (mapping == "planar") {
+        return PlanarMapping{reading.old_dialect ? M44d() : texture_from_world(reading, params),
+                             read_vector(params, "v1", V3d(1, 0, 0)),
+                             read_vector(params, "v2", V3d(0, 1, 0)),
+                             {number("udelta", 0), number("vdelta", 0)}};
     }
-    return {static_cast<float>(params.real_within("uscale", 1, -1e6, 1e6)),
-            static_cast<float>(params.real_within("vscale", 1, -1e6, 1e6))};
+    constexpr std::string_view known[] = {"uv", "spherical", "cylindrical", "planar"};
+    fail(params.place_of("mapping"),
+         "mapping \"{}\" is unknown; {}accepted are uv, spherical, cylindrical, planar", shown(mapping),
+         did_you_mean(mapping, known));
 }
 
-NamedTexture read_checkerboard(Reading& reading, Params& params) {
-    if (params.integer("dimension", 2) != 2) {
-        fail(params.place_of("dimension"),
-             "a checkerboard in space is not supported yet; \"dimension\" 2 is");
+Mapping3 read_mapping_in_space(const Reading& reading, const Params& params) {
+    if (reading.old_dialect) return {reading.state.ctm};
+    return {texture_from_world(reading, params)};
+}
+
+Octaves read_octaves(Params& params) {
+    Octaves octaves;
+    octaves.count = params.integer("octaves", octaves.count);
+    if (octaves.count < 0 || octaves.count > 64) {
+        fail(params.place_of("octaves"), "octaves {} is not accepted; 0 to 64 is", octaves.count);
+    }
+    octaves.omega = params.real_within("roughness", octaves.omega, 0, 4);
+    return octaves;
+}
+
+template <typename Value>
+Texture<Value> read_checkerboard(Reading& reading, Params& params) {
+    const int dimension = params.integer("dimension", 2);
+    if (dimension != 2 && dimension != 3) {
+        fail(params.place_of("dimension"), "\"dimension\" {} is not accepted; 2 and 3 are", dimension);
     }
     params.accept({"aamode"});
-    const Rgb even = constant_value(reading, params, "tex1", Rgb(1.0F));
-    const Rgb odd = constant_value(reading, params, "tex2", Rgb(0.0F));
-    const float largest = std::max(max_component(even), max_component(odd));
-    return {RgbTexture::checkerboard(even, odd, read_uv_scale(params)), std::nullopt, largest};
+    const auto even = read_value<Value>(reading, params, "tex1", 1);
+    const auto odd = read_value<Value>(reading, params, "tex2", 0);
+    if (dimension == 3) return checkerboard_texture(even, odd, read_mapping_in_space(reading, params));
+    return checkerboard_texture(even, odd, read_mapping(reading, params));
 }
 
-// A choice of which only some values are supported.
-void require_choice(Params& params, std::string_view name, std::string_view fallback,
-                    std::initializer_list<std::string_view> accepted) {
-    const std::string value = params.string(name, fallback);
-    if (std::find(accepted.begin(), accepted.end(), value) != accepted.end()) return;
-    fail(params.place_of(name), "{} \"{}\" is not supported yet; \"{}\" is", name, shown(value),
-         *accepted.begin());
+// Version 4 multiplies "tex" by a number "scale", version 3 "tex1" by "tex2".
+template <typename Value>
+Texture<Value> read_scale(Reading& reading, Params& params) {
+    if (params.has("tex1") || params.has("tex2")) {
+        return product_texture(read_value<Value>(reading, params, "tex1", 1),
+                               read_value<Value>(reading, params, "tex2", 1));
+    }
+    const auto scaled = read_value<Value>(reading, params, "tex", 1);
+    const Param* scale = params.find_any("scale");
+    const bool of_color = scale && scale->type != Type::real && scale->type != Type::texture;
+    if (of_color) return product_texture(scaled, read_value<Value>(reading, params, "scale", 1));
+    return scaled_texture(scaled, read_float(reading, params, "scale", 1));
 }
 
-float largest_of(const Image& image) {
-    return image.data.empty() ? 0.0F : *std::max_element(image.data.begin(), image.data.end());
+template <typename Value>
+Texture<Value> read_mix(Reading& reading, Params& params) {
+    const auto a = read_value<Value>(reading, params, "tex1", 0);
+    const auto b = read_value<Value>(reading, params, "tex2", 1);
+    return mix_texture(a, b, read_float(reading, params, "amount", 0.5));
 }
 
-double image_scale(Params& params) {
-    const Param* scale = params.find("scale", {Type::real});
-    return scale ? params.real_within("scale", 1, 0, 1e6) : 1;
+template <typename Value>
+Texture<Value> read_direction_mix(Reading& reading, Params& params) {
+    const auto a = read_value<Value>(reading, params, "tex1", 0);
+    const auto b = read_value<Value>(reading, params, "tex2", 1);
+    const V3d direction = transform_vector(reading.state.ctm, read_vector(params, "dir", V3d(0, 1, 0)));
+    if (!(direction.length2() > 0))
+        fail(params.place_of("dir"), "\"dir\" of {} has no length", params.owner());
+    return direction_mix_texture(a, b, direction.normalized());
 }
 
-NamedTexture read_imagemap(Reading& reading, Params& params) {
+template <typename Value>
+Texture<Value> read_bilerp(Reading& reading, Params& params) {
+    const std::array<Value, 4> corners = {
+        read_constant<Value>(reading, params, "v00", 0), read_constant<Value>(reading, params, "v01", 1),
+        read_constant<Value>(reading, params, "v10", 0), read_constant<Value>(reading, params, "v11", 1)};
+    return bilerp_texture(corners, read_mapping(reading, params));
+}
+
+template <typename Value>
+Texture<Value> read_dots(Reading& reading, Params& params) {
+    const auto inside = read_value<Value>(reading, params, "inside", 1);
+    const auto outside = read_value<Value>(reading, params, "outside", 0);
+    return dots_texture(inside, outside, read_mapping(reading, params));
+}
+
+// "encoding" is version 4's; "gamma" is a truth value in version 3 and an exponent in version 2.
+Encoding read_encoding(Params& params) {
+    if (const Param* gamma = params.find("gamma", {Type::boolean, Type::real})) {
+        if (gamma->type == Type::real) {
+            return {Encoding::Kind::power, static_cast<float>(params.real_within("gamma", 1, 0.01, 100))};
+        }
+        return {params.boolean("gamma", true) ? Encoding::Kind::srgb : Encoding::Kind::linear};
+    }
+    const std::string name = params.string("encoding", "sRGB");
+    if (name == "sRGB") return {};
+    if (name == "linear") return {Encoding::Kind::linear};
+    if (name.starts_with("gamma ")) {
+        const double exponent = number_value(std::string_view(name).substr(6), params.place_of("encoding"));
+        if (exponent >= 0.01 && exponent <= 100) return {Encoding::Kind::power, static_cast<float>(exponent)};
+    }
+    fail(params.place_of("encoding"),
+         "encoding \"{}\" is unknown; sRGB, linear and \"gamma x\" (0.01 to 100) are "
+         "accepted",
+         shown(name));
+}
+
+Wrap read_wrap(Reading& reading, Params& params) {
+    const std::string name = params.string("wrap", "repeat");
+    if (name == "repeat") return Wrap::repeat;
+    if (name == "clamp") return Wrap::clamp;
+    if (name == "black") return Wrap::black;
+    if (name == "octahedralsphere") {
+        reading.warn(params.place_of("wrap"), "wrap octahedralsphere: clamp is taken");
+        return Wrap::clamp;
+    }
+    fail(params.place_of("wrap"),
+         "wrap \"{}\" is unknown; repeat, clamp, black and octahedralsphere are accepted", shown(name));
+}
+
+template <typename Value>
+Texture<Value> read_imagemap(Reading& reading, Params& params) {
     if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
     const std::string name = params.string("filename", "");
-    require_choice(params, "wrap", "repeat", {"repeat"});
-    require_choice(params, "encoding", "sRGB", {"sRGB"});
-    if (params.boolean("invert", false)) fail(params.place_of("invert"), "\"invert\" is not supported yet");
-    if (!params.boolean("gamma", true))
-        fail(params.place_of("gamma"), "\"gamma\" false is not supported yet");
     params.accept({"filter", "maxanisotropy", "trilinear"});
-    const double scale = image_scale(params);
-    const V2f uv_scale = read_uv_scale(params);
-
-    std::shared_ptr<const Image>& image = reading.images[name];
+    ImageLookup lookup;
+    lookup.mapping = read_mapping(reading, params);
+    lookup.wrap = read_wrap(reading, params);
+    lookup.scale = static_cast<float>(params.real_within("scale", 1, 0, 1e6));
+    lookup.invert = params.boolean("invert", false);
+    const Encoding encoding = read_encoding(params);
+    const std::filesystem::path file = reading.resolve(name);
+    std::error_code status;
+    if (reading.skip_missing && !std::filesystem::exists(file, status)) {
+        reading.warn(params.place_of("filename"),
+                     fmt::format("{}: the file is missing, grey is taken", printable(file.string())));
+        return Texture<Value>::constant(Value(0.5F));
+    }
     try {
-        if (!image) image = read_texture_image(reading.resolve(name));
+        return image_texture<Value>(reading.images->open(file, encoding), lookup);
     } catch (const InputError& error) {
         fail(params.place_of("filename"), "{}", printable(error.what()));
     }
-    if (scale == 1) return {RgbTexture::image(image, uv_scale), std::nullopt, largest_of(*image)};
-    auto scaled = std::make_shared<Image>(*image);
-    for (float& value : scaled->data) value *= static_cast<float>(scale);
-    const float largest = largest_of(*scaled);
-    return {RgbTexture::image(std::move(scaled), uv_scale), std::nullopt, largest};
 }
 
-// Version 4 multiplies "tex" by "scale", version 3 "tex1" by "tex2".
-NamedTexture read_scale(Reading& reading, Params& params) {
-    if (params.has("tex1") || params.has("tex2")) {
-        return constant_texture(constant_value(reading, params, "tex1", Rgb(1.0F)) *
-                                constant_value(reading, params, "tex2", Rgb(1.0F)));
+// Noise is a number; as a colour it is grey, and not negative.
+template <typename Value>
+Texture<Value> from_number(const FloatTexture& texture) {
+    if constexpr (std::is_same_v<Value, float>) {
+        return texture;
+    } else {
+        return grey_texture(texture);
     }
-    return constant_texture(constant_value(reading, params, "tex", Rgb(1.0F)) *
-                            constant_value(reading, params, "scale", Rgb(1.0F)));
+}
+template <typename Value>
+Texture<Value> from_color(const RgbTexture& texture) {
+    if constexpr (std::is_same_v<Value, float>) {
+        return luminance_texture(texture);
+    } else {
+        return texture;
+    }
+}
+
+RgbTexture read_marble(Reading& reading, Params& params) {
+    Marble marble;
+    marble.octaves = read_octaves(params);
+    marble.scale = params.real_within("scale", marble.scale, -1e6, 1e6);
+    marble.variation = params.real_within("variation", marble.variation, -1e6, 1e6);
+    return marble_texture(marble, read_mapping_in_space(reading, params));
+}
+
+[[noreturn]] void refuse_texture(const std::string& kind, const Params& params) {
+    refuse_kind(params.place(), "Texture", kind,
+                {"bilerp", "checkerboard", "constant", "directionmix", "dots", "fbm", "imagemap", "marble",
+                 "mix", "scale", "uv", "windy", "wrinkled"},
+                {"ptex"});
+}
+
+template <typename Value>
+Texture<Value> read_any(Reading& reading, const std::string& kind, Params& params) {
+    if (kind == "constant") return read_value<Value>(reading, params, "value", 1);
+    if (kind == "imagemap") return read_imagemap<Value>(reading, params);
+    if (kind == "scale") return read_scale<Value>(reading, params);
+    if (kind == "mix") return read_mix<Value>(reading, params);
+    if (kind == "directionmix") return read_direction_mix<Value>(reading, params);
+    if (kind == "checkerboard") return read_checkerboard<Value>(reading, params);
+    if (kind == "bilerp") return read_bilerp<Value>(reading, params);
+    if (kind == "dots") return read_dots<Value>(reading, params);
+    if (kind == "uv") return from_color<Value>(uv_texture(read_mapping(reading, params)));
+    if (kind == "marble") return from_color<Value>(read_marble(reading, params));
+    const bool noise = kind == "fbm" || kind == "wrinkled" || kind == "windy";
+    if (!noise) refuse_texture(kind, params);
+    const Octaves octaves = kind == "windy" ? Octaves{} : read_octaves(params);
+    const Mapping3 mapping = read_mapping_in_space(reading, params);
+    if (kind == "fbm") return from_number<Value>(fbm_texture(octaves, mapping));
+    if (kind == "wrinkled") return from_number<Value>(wrinkled_texture(octaves, mapping));
+    return from_number<Value>(windy_texture(mapping));
 }
 
 }  // namespace
 
 NamedTexture read_texture(Reading& reading, const std::string& kind, Params& params) {
-    if (kind == "constant") return constant_texture(constant_value(reading, params, "value", Rgb(1.0F)));
-    if (kind == "checkerboard") return read_checkerboard(reading, params);
-    if (kind == "imagemap") return read_imagemap(reading, params);
-    if (kind == "scale") return read_scale(reading, params);
-    refuse_kind(
-        params.place(), "Texture", kind, {"constant", "checkerboard", "imagemap", "scale"},
-        {"bilerp", "directionmix", "dots", "fbm", "marble", "mix", "ptex", "uv", "windy", "wrinkled"});
+    const RgbTexture texture = read_any<Rgb>(reading, kind, params);
+    return {texture, texture.constant_value(), texture.largest()};
 }
 
-FloatTexture read_float_texture(Reading& /*reading*/, const std::string& kind, Params& params) {
-    if (kind != "constant") refuse_kind(params.place(), "Texture", kind, {"constant"}, {});
-    return FloatTexture::constant(static_cast<float>(params.real("value", 1)));
+FloatTexture read_float_texture(Reading& reading, const std::string& kind, Params& params) {
+    return read_any<float>(reading, kind, params);
 }
 
 FloatTexture read_float(Reading& reading, Params& params, std::string_view name, double fallback) {
     const Param* param = params.find(name, {Type::real, Type::texture});
     if (!param) return FloatTexture::constant(static_cast<float>(fallback));
-    if (param->type == Type::real) return FloatTexture::constant(static_cast<float>(params.real(name, 1)));
-    const std::string wanted = param->strings.size() == 1 ? param->strings.front() : std::string();
-    const auto found = reading.float_textures.find(wanted);
-    if (found == reading.float_textures.end()) {
-        fail(param->place, "\"{}\": no texture \"{}\" of floats was made before", name, shown(wanted));
-    }
-    return found->second;
+    if (param->type == Type::texture) return made_before(reading.float_textures, *param, "floats");
+    return FloatTexture::constant(static_cast<float>(params.real_within(name, fallback, -1e30, 1e30)));
 }
 
 }  // namespace lucerna

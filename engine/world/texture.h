@@ -1,64 +1,84 @@
-// Colours that vary over a surface.
+// Values that vary over a surface: colours and plain numbers.
+//
+// A texture is a handle, cheap to copy. A constant lies in the handle itself; any other kind is an immutable
+// node that handles share, and nodes refer to other textures, so they nest to any depth. Every texture knows
+// bounds of its values, so that a reader can refuse a reflectance above 1 before anything is rendered.
 #pragma once
 
-#include <cstdint>
-#include <filesystem>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
-#include "engine/base/image.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
 
 // Where a texture is asked.
 struct TexturePoint {
-    TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0)) : uv(at_uv), p(at_p) {}
+    TexturePoint(const V2f& at_uv, const V3d& at_p = V3d(0), const V3f& at_n = V3f(0.0F))
+        : uv(at_uv), p(at_p), n(at_n) {}
 
     V2f uv;  // the surface's
     V3d p;   // world position, for textures that fill space
+    V3f n;   // unit normal, for textures that look at it; zero where it is not known
 };
 
-// A value: constant, checkerboard or an image; cheap to copy (images are shared and constant).
-class RgbTexture {
+// All values, channel by channel, lie in [least, most].
+struct ValueRange {
+    float least = 0, most = 0;
+};
+inline ValueRange range_of(float value) {
+    return {value, value};
+}
+inline ValueRange range_of(const Rgb& value) {
+    return {std::min({value.x, value.y, value.z}), max_component(value)};
+}
+
+template <typename Value>
+class TextureNode {
   public:
-    static RgbTexture constant(const Rgb& value);
+    virtual ~TextureNode() = default;
+    virtual Value at(const TexturePoint& point) const = 0;
+};
+
+struct UvMapping;
+
+template <typename Value>
+class Texture {
+  public:
+    Texture() : Texture(Value(0.0F)) {}
+    static Texture constant(const Value& value) { return Texture(value); }
     // Squares of side 1 in (u scale.x, v scale.y); the one that starts at (0,0) is even.
-    static RgbTexture checkerboard(const Rgb& even, const Rgb& odd, const V2f& scale);
-    // Bilinear between texel centres, repeating; (0,0) is the lower left corner of the image. The image is
-    // linear (read_texture_image decodes sRGB) and not empty.
-    static RgbTexture image(std::shared_ptr<const Image> image, const V2f& scale);
+    static Texture checkerboard(const Value& even, const Value& odd, const V2f& scale);
+    // `range` bounds whatever the node answers.
+    Texture(std::shared_ptr<const TextureNode<Value>> node, const ValueRange& range)
+        : range_(range), node_(std::move(node)) {}
 
-    // Never reads outside the image: a coordinate that is not finite counts as 0.
-    Rgb at(const TexturePoint& point) const;
+    Value at(const TexturePoint& point) const { return node_ ? node_->at(point) : value_; }
 
-  private:
-    enum class Kind : std::uint8_t { constant, checkerboard, image };
-    Kind kind_ = Kind::constant;
-    Rgb a_{0.0F}, b_{0.0F};
-    V2f scale_{1, 1};
-    std::shared_ptr<const Image> image_;
-};
-
-// A number that varies over a surface: roughness, alpha, displacement.
-class FloatTexture {
-  public:
-    static FloatTexture constant(float value) {
-        FloatTexture texture;
-        texture.value_ = value;
-        return texture;
-    }
-    float at(const TexturePoint& /*point*/) const { return value_; }
     // The value if it is the same everywhere.
-    std::optional<float> constant_value() const { return value_; }
+    std::optional<Value> constant_value() const {
+        if (node_) return std::nullopt;
+        return value_;
+    }
+    const ValueRange& range() const { return range_; }
+    float least() const { return range_.least; }
+    float largest() const { return range_.most; }
 
   private:
-    float value_ = 0;
+    explicit Texture(const Value& value) : value_(value), range_(range_of(value)) {}
+
+    Value value_{0.0F};
+    ValueRange range_;
+    std::shared_ptr<const TextureNode<Value>> node_;
 };
 
-// Any format OpenImageIO reads, as an image R, G, B; grey files are grey, alpha is left out. Whole-number
-// formats (8 or 16 bits) are decoded from sRGB, half and float are linear already. Throws InputError naming
-// file and cause: not readable, not credible in size, or a value that is negative or not finite.
-std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file);
+using RgbTexture = Texture<Rgb>;
+using FloatTexture = Texture<float>;
+
+extern template class Texture<Rgb>;
+extern template class Texture<float>;
 
 }  // namespace lucerna

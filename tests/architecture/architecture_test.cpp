@@ -38,7 +38,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<omp.h>", {"engine/base/parallel.h"}},
     {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
-    {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture.cpp"}},
+    {"<OpenImageIO/", {"engine/base/png.cpp", "engine/world/texture_image.cpp"}},
     {"<opensubdiv/", {"engine/world/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},

@@ -1,13 +1,11 @@
-// Materials and textures of both dialects.
+// Materials of both dialects.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "engine/base/image.h"
 #include "engine/world/scene.h"
 #include "tests/support/scene_text.h"
-#include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace {
@@ -232,60 +230,6 @@ TEST(Materials, Named_AreSharedByTheirUsers) {
             "\"matte\"")
             .warnings.at(0),
         HasSubstr("was made before"));
-}
-
-TEST(Textures, Checkerboard_HasItsFirstColourAtTheOrigin) {
-    const auto material = only<DiffuseMaterial>(
-        "Texture \"t\" \"spectrum\" \"checkerboard\" \"rgb tex1\" [1 0 0] \"rgb tex2\" [0 0 1] \"float "
-        "uscale\" 4 "
-        "\"float vscale\" 2 Material \"diffuse\" \"texture reflectance\" \"t\"");
-    EXPECT_EQ(material.reflectance.at(V2f(0.1F, 0.1F)), Rgb(1, 0, 0));
-    EXPECT_EQ(material.reflectance.at(V2f(0.3F, 0.1F)), Rgb(0, 0, 1));
-    EXPECT_EQ(material.reflectance.at(V2f(0.1F, 0.6F)), Rgb(0, 0, 1));
-    EXPECT_EQ(material.reflectance.at(V2f(0.3F, 0.6F)), Rgb(1, 0, 0));
-}
-
-TEST(Textures, ConstantsAndScales_Multiply) {
-    const auto material = only<DiffuseMaterial>(
-        "Texture \"a\" \"color\" \"constant\" \"color value\" [.5 .6 .8]"
-        "Texture \"b\" \"color\" \"scale\" \"texture tex1\" \"a\" \"rgb tex2\" [.5 .5 1]"
-        "Material \"matte\" \"texture Kd\" \"b\"");
-    EXPECT_EQ(material.reflectance.at(V2f(0, 0)), Rgb(0.25F, 0.3F, 0.8F));
-}
-
-TEST(Textures, Imagemap_IsReadFromTheScenesFolder) {
-    const TemporaryFolder folder;
-    Image image = Image::rgb(2, 2);
-    for (int y = 0; y < 2; ++y) {
-        for (int x = 0; x < 2; ++x) image.set_rgb(x, y, y == 1 ? Rgb(0.25F) : Rgb(0.75F));
-    }
-    write_exr(folder / "t.exr", image);
-    RecordingMonitor monitor;
-    const std::string world =
-        "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"t.exr\" \"float scale\" 0.5 "
-        "Material \"diffuse\" \"texture reflectance\" \"t\" Shape \"sphere\"";
-    const Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", {}, monitor);
-    const auto model = std::get<DiffuseMaterial>(draft.materials.at(0).model);
-    EXPECT_NEAR(model.reflectance.at(V2f(0.5F, 0.25F)).x, 0.125F, 1e-6F) << "v = 0 is the bottom row";
-    EXPECT_NEAR(model.reflectance.at(V2f(0.5F, 0.75F)).x, 0.375F, 1e-6F);
-    EXPECT_THAT(refusal_of_world("Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"no.png\""),
-                HasSubstr("scene.pbrt:2:35: no.png: "));
-}
-
-TEST(Textures, WhatTheyCannotDo_IsRefused) {
-    const auto refused = [](const std::string& text) {
-        return refusal_of_world("Texture \"t\" \"spectrum\" " + text);
-    };
-    EXPECT_THAT(refused("\"marble\""), HasSubstr("Texture \"marble\" is not supported yet"));
-    EXPECT_THAT(refused("\"imagemap\""), HasSubstr("lacks \"string filename\""));
-    EXPECT_THAT(refused("\"imagemap\" \"string filename\" \"a\" \"string wrap\" \"clamp\""),
-                HasSubstr("wrap \"clamp\""));
-    EXPECT_THAT(refused("\"checkerboard\" \"integer dimension\" 3"), HasSubstr("not supported yet"));
-    EXPECT_THAT(refused("\"checkerboard\" \"texture tex1\" \"no\""),
-                HasSubstr("no texture \"no\" was made before"));
-    EXPECT_THAT(refused("\"checkerboard\" \"string mapping\" \"planar\""), HasSubstr("mapping \"planar\""));
-    EXPECT_THAT(refusal_of_world("Texture \"t\" \"float\" \"constant\""), HasSubstr("textures of floats"));
-    EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""), HasSubstr("no texture \"t\""));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "engine/world/texture.h"
+#include "engine/world/texture_image.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -19,6 +19,12 @@ std::shared_ptr<Image> two_by_two() {
     image->set_rgb(0, 1, Rgb(0, 0, 1));
     image->set_rgb(1, 1, Rgb(1, 1, 1));
     return image;
+}
+
+RgbTexture of_image(std::shared_ptr<const Image> image, const V2f& scale = V2f(1, 1)) {
+    ImageLookup lookup;
+    lookup.mapping = UvMapping{scale, {0, 0}};
+    return image_texture<Rgb>(texels_of(std::move(image)), lookup);
 }
 
 void expect_rgb(const Rgb& is, const Rgb& should, float near = 1e-5F) {
@@ -51,7 +57,7 @@ TEST(Texture, Checkerboard_Squares_Alternate) {
 }
 
 TEST(Texture, Image_TexelCentres_AreExact) {
-    const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
+    const auto texture = of_image(two_by_two());
     expect_rgb(texture.at(V2f(0.25F, 0.75F)), Rgb(1, 0, 0));  // v runs up: the upper left texel
     expect_rgb(texture.at(V2f(0.75F, 0.75F)), Rgb(0, 1, 0));
     expect_rgb(texture.at(V2f(0.25F, 0.25F)), Rgb(0, 0, 1));
@@ -59,7 +65,7 @@ TEST(Texture, Image_TexelCentres_AreExact) {
 }
 
 TEST(Texture, Image_BetweenCentres_IsBilinear) {
-    const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
+    const auto texture = of_image(two_by_two());
     expect_rgb(texture.at(V2f(0.5F, 0.75F)), Rgb(0.5F, 0.5F, 0));
     expect_rgb(texture.at(V2f(0.5F, 0.5F)), Rgb(0.5F, 0.5F, 0.5F));
     expect_rgb(texture.at(V2f(0.375F, 0.75F)), Rgb(0.75F, 0.25F, 0));
@@ -68,8 +74,8 @@ TEST(Texture, Image_BetweenCentres_IsBilinear) {
 }
 
 TEST(Texture, Image_Scaled_Repeats) {
-    const auto once = RgbTexture::image(two_by_two(), V2f(1, 1));
-    const auto thrice = RgbTexture::image(two_by_two(), V2f(3, 2));
+    const auto once = of_image(two_by_two());
+    const auto thrice = of_image(two_by_two(), V2f(3, 2));
     for (const V2f& uv : {V2f(0.1F, 0.2F), V2f(0.77F, 0.4F), V2f(-0.3F, 0.9F)}) {
         expect_rgb(thrice.at(uv), once.at(V2f(3 * uv.x, 2 * uv.y)));
         expect_rgb(once.at(V2f(uv.x + 5, uv.y - 7)), once.at(uv), 1e-4F);
@@ -77,7 +83,7 @@ TEST(Texture, Image_Scaled_Repeats) {
 }
 
 RC_GTEST_PROP(TextureProperties, Image_AnyCoordinate_StaysWithinTheTexels, (float u, float v)) {
-    const auto texture = RgbTexture::image(two_by_two(), V2f(1, 1));
+    const auto texture = of_image(two_by_two());
     for (const float other : {v, 0.0F, -1e-30F, 1e38F, INFINITY, -INFINITY, NAN}) {
         for (const Rgb& c : {texture.at(V2f(u, other)), texture.at(V2f(other, u))}) {
             RC_ASSERT(is_finite(c) && std::min({c.x, c.y, c.z}) >= 0 && max_component(c) <= 1.00001F);

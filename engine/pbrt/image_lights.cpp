@@ -1,0 +1,118 @@
+// Lights with an image: infinite, goniometric, projection. The parameter's name tells the dialect: "mapname"
+// is that of versions 1 to 3, whose images of the sphere are by latitude and longitude, "filename" that of
+// version 4, whose images are square and equal-area. A "filename" twice as wide as high is taken by latitude
+// and longitude: people have such images.
+#include <cmath>
+
+#include "engine/pbrt/light_params.h"
+
+namespace lucerna {
+namespace {
+
+struct NamedImage {
+    std::shared_ptr<const Image> image;
+    bool version4;
+};
+
+// Version 3 lets goniometric lights go without an image.
+NamedImage read_image(Reading& reading, Params& params) {
+    const bool version4 = params.has("filename");
+    const std::string_view parameter = version4 ? "filename" : "mapname";
+    const std::string name = params.string(parameter, "");
+    const auto grey = [version4](float value) {
+        auto image = std::make_shared<Image>(Image::rgb(1, 1));
+        image->set_rgb(0, 0, Rgb(value));
+        return NamedImage{std::move(image), version4};
+    };
+    if (name.empty()) return grey(1);
+    const std::filesystem::path file = reading.resolve(name);
+    std::error_code status;
+    if (reading.skip_missing && !std::filesystem::exists(file, status)) {
+        reading.warn(params.place_of(parameter),
+                     fmt::format("{}: the file is missing, grey is taken", printable(file.string())));
+        return grey(0.5F);
+    }
+    try {
+        return {read_texture_image(file), version4};
+    } catch (const InputError& error) {
+        fail(params.place_of(parameter), "{}", printable(error.what()));
+    }
+}
+
+std::shared_ptr<const DirectionalImage> read_sphere(Reading& reading, Params& params) {
+    const NamedImage named = read_image(reading, params);
+    const int width = named.image->width, height = named.image->height;
+    SphereMap map = SphereMap::latitude_longitude;
+    if (named.version4) {
+        if (width == height) {
+            map = SphereMap::equal_area;
+        } else if (width == 2 * height) {
+            reading.warn(params.place_of("filename"),
+                         fmt::format("{} × {} is no square: taken by latitude and longitude", width, height));
+        } else {
+            fail(params.place_of("filename"),
+                 "the image is {} × {}; a square (equal-area) is accepted, or one twice as wide as high "
+                 "(latitude and longitude)",
+                 width, height);
+        }
+    }
+    return std::make_shared<DirectionalImage>(named.image, map);
+}
+
+// The current transformation's axes; it may rotate, mirror and scale alike in all directions.
+LightAxes read_axes(const Reading& reading, const Params& params) {
+    const M44d& m = reading.state.ctm;
+    if (!uniform_scale(m)) {
+        fail(params.place(),
+             "{} is stretched or sheared by its transformation; rotation, mirroring, translation and one "
+             "scale "
+             "for all directions are accepted",
+             params.owner());
+    }
+    const auto axis = [&m](int i) { return V3f(V3d(m[i][0], m[i][1], m[i][2]).normalized()); };
+    return {axis(0), axis(1), axis(2)};
+}
+
+V3d read_position(Reading& reading, Params& params) {
+    return transform_point(reading.state.ctm, params.point("from", V3d(0)));
+}
+
+}  // namespace
+
+bool names_an_image(const Params& params) {
+    return params.has("filename") || params.has("mapname");
+}
+
+void read_image_infinite(Reading& reading, Params& params) {
+    const auto image = read_sphere(reading, params);
+    const Rgb factor = light_color(reading, params, "L");
+    const Rgb color =
+        with_illuminance(params, factor, image->illuminance() * static_cast<double>(luminance(factor)));
+    reading.draft.lights.push_back({params.place(), ImageInfiniteSpec{image, read_axes(reading, params),
+                                                                      scaled_color(reading, params, color)}});
+}
+
+void read_goniometric(Reading& reading, Params& params) {
+    const auto image = read_sphere(reading, params);
+    LightAxes axes = read_axes(reading, params);
+    std::swap(axes.y, axes.z);  // the image's pole is the light's +y, in every version
+    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
+    reading.draft.lights.push_back({params.place(),
+                                    GoniometricSpec{read_position(reading, params), axes, image, intensity},
+                                    positive_or_none(params, "power")});
+}
+
+void read_projection(Reading& reading, Params& params) {
+    if (!names_an_image(params)) fail(params.place(), "{} lacks \"string filename\"", params.owner());
+    const NamedImage named = read_image(reading, params);
+    const double fov = params.real_within("fov", named.version4 ? 90 : 45, 0.01, 179.9);
+    // Version 4 shows the image upright, its predecessors upside down.
+    const auto slide = std::make_shared<const Slide>(named.image, fov, named.version4);
+    const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
+    reading.draft.lights.push_back(
+        {params.place(),
+         ProjectionSpec{read_position(reading, params), read_axes(reading, params), slide, intensity},
+         positive_or_none(params, "power")});
+}
+
+}  // namespace lucerna

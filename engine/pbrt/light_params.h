@@ -1,0 +1,27 @@
+// What the readers of lights share.
+#pragma once
+
+#include <string_view>
+
+#include "engine/pbrt/state.h"
+
+namespace lucerna {
+
+// A colour of a light, by read_spectrum; white if it is not given. "scale", a float or version 3's colour,
+// is not yet applied.
+Rgb light_color(Reading& reading, Params& params, std::string_view name);
+// "scale" applied to `value`.
+Rgb scaled_color(Reading& reading, Params& params, const Rgb& value);
+// A positive number where the parameter is given, otherwise 0.
+double positive_or_none(Params& params, std::string_view name);
+// `color` such that the luminance of what it makes is "illuminance", where that is given; `illuminance_now`
+// is what `color` makes.
+Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
+
+// Lights with an image.
+bool names_an_image(const Params& params);
+void read_image_infinite(Reading& reading, Params& params);
+void read_goniometric(Reading& reading, Params& params);
+void read_projection(Reading& reading, Params& params);
+
+}  // namespace lucerna

@@ -1,0 +1,334 @@
+// Images of any format come in through OpenImageIO, here only.
+#include "engine/world/texture_image.h"
+
+#include <OpenImageIO/imagecache.h>
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+
+namespace lucerna {
+namespace {
+
+[[noreturn]] void unreadable(const std::filesystem::path& file, const std::string& why) {
+    throw InputError({file.string()}, "not a readable image: " + one_line(why));
+}
+
+// What a file says of itself.
+struct Header {
+    int width, height;
+    int channels;  // that are read: 1 or 3
+    bool whole_numbers;
+    bool bytes;
+    std::size_t values() const {
+        return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+               static_cast<std::size_t>(channels);
+    }
+};
+
+Header header_of(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
+    // A lying header must not make us allocate what the machine does not have.
+    constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+    if (spec.width <= 0 || spec.height <= 0 || spec.width > kMaxPixels / spec.height) {
+        throw InputError({file.string()},
+                         fmt::format("image size {} × {} is not credible", spec.width, spec.height));
+    }
+    if (spec.nchannels < 1) throw InputError({file.string()}, "the image has no channels");
+    return {spec.width, spec.height, spec.nchannels < 3 ? 1 : 3, !spec.format.is_floating_point(),
+            spec.format == OIIO::TypeDesc::UINT8};
+}
+
+std::unique_ptr<OIIO::ImageInput> open_input(const std::filesystem::path& file) {
+    require_readable(file);
+    OIIO::ImageSpec how;
+    // Alpha is left out, and must not darken the colours before that.
+    how.attribute("oiio:UnassociatedAlpha", 1);
+    auto in = OIIO::ImageInput::open(file.string(), &how);
+    if (!in) unreadable(file, OIIO::geterror());
+    return in;
+}
+
+template <typename Stored>
+constexpr OIIO::TypeDesc::BASETYPE kStoredAs =
+    std::is_same_v<Stored, std::uint8_t> ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT;
+
+template <typename Stored>
+std::vector<Stored> read_values(OIIO::ImageInput& in, const Header& header,
+                                const std::filesystem::path& file) {
+    std::vector<Stored> values(header.values());
+    if (!in.read_image(0, 0, 0, header.channels, kStoredAs<Stored>, values.data())) {
+        unreadable(file, in.geterror());
+    }
+    return values;
+}
+
+// Keeps the range of values that come in, and refuses those that are no light.
+class RangeFinder {
+  public:
+    RangeFinder(const std::filesystem::path& file, int width, int channels)
+        : file_(file),
+          width_(static_cast<std::size_t>(width)),
+          channels_(static_cast<std::size_t>(channels)) {}
+
+    void add(float value) {
+        if (!(value >= 0) || !std::isfinite(value)) {
+            const std::size_t pixel = count_ / channels_;
+            throw InputError({file_.string()},
+                             fmt::format("pixel ({}, {}) holds {}; accepted: finite values, not negative",
+                                         pixel % width_, pixel / width_, value));
+        }
+        range_.least = std::min(range_.least, value);
+        range_.most = std::max(range_.most, value);
+        ++count_;
+    }
+    ValueRange range() const { return range_; }
+
+  private:
+    const std::filesystem::path& file_;
+    std::size_t width_, channels_, count_ = 0;
+    ValueRange range_{std::numeric_limits<float>::max(), 0};
+};
+
+Rgb rgb_of(const float* values, int channels) {
+    return channels == 1 ? Rgb(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+std::array<float, 256> decoded_bytes(const Encoding& encoding) {
+    std::array<float, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = encoding.decode(static_cast<float>(i) / 255);
+    return table;
+}
+
+// In memory: bytes through a table, or floats as they are.
+template <typename Stored>
+class MemoryTexels final : public Texels {
+  public:
+    MemoryTexels(const Header& header, std::vector<Stored> values, const Encoding& encoding,
+                 const std::filesystem::path& file)
+        : header_(header), values_(std::move(values)), table_(decoded_bytes(encoding)) {
+        RangeFinder finder(file, header.width, header.channels);
+        for (Stored& value : values_) {
+            if constexpr (std::is_same_v<Stored, float>) {
+                if (header.whole_numbers) value = encoding.decode(value);
+            }
+            finder.add(decoded(value));
+        }
+        range_ = finder.range();
+    }
+
+    int width() const override { return header_.width; }
+    int height() const override { return header_.height; }
+    ValueRange range() const override { return range_; }
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        return {texel(at.x[0], at.y[0]), texel(at.x[1], at.y[0]), texel(at.x[0], at.y[1]),
+                texel(at.x[1], at.y[1])};
+    }
+
+  private:
+    float decoded(Stored value) const {
+        if constexpr (std::is_same_v<Stored, float>) {
+            return value;
+        } else {
+            return table_[value];
+        }
+    }
+    Rgb texel(int x, int y) const {
+        const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
+                                  static_cast<std::size_t>(x);
+        if (header_.channels == 1) return Rgb(decoded(values_[pixel]));
+        const Stored* v = &values_[3 * pixel];
+        return {decoded(v[0]), decoded(v[1]), decoded(v[2])};
+    }
+
+    Header header_;
+    std::vector<Stored> values_;  // rows from the top, channels interleaved
+    std::array<float, 256> table_;
+    ValueRange range_;
+};
+
+class ImageTexels final : public Texels {
+  public:
+    explicit ImageTexels(std::shared_ptr<const Image> image) : image_(std::move(image)) {
+        const auto [least, most] = std::minmax_element(image_->data.begin(), image_->data.end());
+        range_ = {*least, *most};
+    }
+    int width() const override { return image_->width; }
+    int height() const override { return image_->height; }
+    ValueRange range() const override { return range_; }
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        return {image_->rgb_at(at.x[0], at.y[0]), image_->rgb_at(at.x[1], at.y[0]),
+                image_->rgb_at(at.x[0], at.y[1]), image_->rgb_at(at.x[1], at.y[1])};
+    }
+
+  private:
+    std::shared_ptr<const Image> image_;
+    ValueRange range_;
+};
+
+}  // namespace
+
+float Encoding::decode(float x) const {
+    switch (kind) {
+        case Kind::srgb:
+            return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
+        case Kind::linear:
+            return x;
+        case Kind::power:
+            return std::pow(x, exponent);
+    }
+    return x;
+}
+
+// A private cache of tiles: 64 × 64 pixels, also for files that are not tiled.
+class TextureImages::Cache {
+  public:
+    explicit Cache(std::size_t bytes) : cache_(OIIO::ImageCache::create(false)) {
+        cache_->attribute("max_memory_MB", static_cast<float>(bytes) / (1 << 20));
+        cache_->attribute("autotile", 64);
+        cache_->attribute("unassociatedalpha", 1);
+    }
+    ~Cache() { OIIO::ImageCache::destroy(cache_); }
+    Cache(const Cache&) = delete;
+    Cache& operator=(const Cache&) = delete;
+
+    OIIO::ImageCache& operator*() const { return *cache_; }
+
+  private:
+    OIIO::ImageCache* cache_;
+};
+
+// In the cache: asked anew each time, decoded as MemoryTexels decodes.
+class CachedTexels final : public Texels {
+  public:
+    CachedTexels(std::shared_ptr<TextureImages::Cache> cache, const std::filesystem::path& file,
+                 const Header& header, const Encoding& encoding)
+        : cache_(std::move(cache)),
+          file_(file),
+          handle_((**cache_).get_image_handle(OIIO::ustring(file.string()))),
+          header_(header),
+          encoding_(encoding),
+          table_(decoded_bytes(encoding)) {
+        if (!handle_) unreadable(file_, (**cache_).geterror());
+        // Once through all of it, in bands of tiles, for its range and its faults.
+        RangeFinder finder(file_, header.width, header.channels);
+        std::vector<float> band;
+        for (int y = 0; y < header.height; y += kBand) {
+            const int end = std::min(header.height, y + kBand);
+            band.resize(Header{header.width, end - y, header.channels, false, false}.values());
+            read(0, header.width, y, end, band.data());
+            for (const float value : band) finder.add(value);
+        }
+        range_ = finder.range();
+    }
+
+    int width() const override { return header_.width; }
+    int height() const override { return header_.height; }
+    ValueRange range() const override { return range_; }
+
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        std::array<float, 12> v{};
+        const int n = header_.channels;
+        if (at.x[1] == at.x[0] + 1 && at.y[1] == at.y[0] + 1) {  // all but the edges
+            read(at.x[0], at.x[0] + 2, at.y[0], at.y[0] + 2, v.data());
+        } else {
+            for (int i = 0; i < 4; ++i) {
+                const int x = at.x[i % 2], y = at.y[i / 2];
+                read(x, x + 1, y, y + 1, v.data() + n * i);
+            }
+        }
+        return {rgb_of(v.data(), n), rgb_of(v.data() + n, n), rgb_of(v.data() + 2 * n, n),
+                rgb_of(v.data() + 3 * n, n)};
+    }
+
+  private:
+    static constexpr int kBand = 64;
+
+    void read(int x0, int x1, int y0, int y1, float* out) const {
+        const std::size_t count = Header{x1 - x0, y1 - y0, header_.channels, false, false}.values();
+        if (header_.bytes) {
+            std::array<std::uint8_t, 12> few{};
+            std::vector<std::uint8_t> many(count > few.size() ? count : 0);
+            std::uint8_t* bytes = many.empty() ? few.data() : many.data();
+            fetch(x0, x1, y0, y1, OIIO::TypeDesc::UINT8, bytes);
+            for (std::size_t i = 0; i < count; ++i) out[i] = table_[bytes[i]];
+            return;
+        }
+        fetch(x0, x1, y0, y1, OIIO::TypeDesc::FLOAT, out);
+        if (!header_.whole_numbers) return;
+        for (std::size_t i = 0; i < count; ++i) out[i] = encoding_.decode(out[i]);
+    }
+
+    void fetch(int x0, int x1, int y0, int y1, OIIO::TypeDesc type, void* out) const {
+        OIIO::ImageCache& cache = **cache_;
+        if (!cache.get_pixels(handle_, cache.get_perthread_info(), 0, 0, x0, x1, y0, y1, 0, 1, 0,
+                              header_.channels, type, out)) {
+            unreadable(file_, cache.geterror());
+        }
+    }
+
+    std::shared_ptr<TextureImages::Cache> cache_;
+    std::filesystem::path file_;
+    OIIO::ImageCache::ImageHandle* handle_;  // the cache's
+    Header header_;
+    Encoding encoding_;
+    std::array<float, 256> table_;
+    ValueRange range_;
+};
+
+TextureImages::TextureImages(const TextureMemory& memory) : memory_(memory) {}
+TextureImages::~TextureImages() = default;
+
+std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& file,
+                                                  const Encoding& encoding) {
+    std::shared_ptr<const Texels>& known =
+        opened_[fmt::format("{} {} {}", static_cast<int>(encoding.kind), encoding.exponent, file.string())];
+    if (known) return known;
+    auto in = open_input(file);
+    const Header header = header_of(file, in->spec());
+    const std::size_t bytes = header.values() * (header.bytes ? 1 : sizeof(float));
+    if (bytes > memory_.one || bytes > memory_.all - std::min(in_memory_, memory_.all)) {
+        in.reset();
+        if (!cache_) cache_ = std::make_shared<Cache>(memory_.cache);
+        known = std::make_shared<CachedTexels>(cache_, file, header, encoding);
+    } else if (header.bytes) {
+        known = std::make_shared<MemoryTexels<std::uint8_t>>(
+            header, read_values<std::uint8_t>(*in, header, file), encoding, file);
+        in_memory_ += bytes;
+    } else {
+        known = std::make_shared<MemoryTexels<float>>(header, read_values<float>(*in, header, file), encoding,
+                                                      file);
+        in_memory_ += bytes;
+    }
+    return known;
+}
+
+std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
+    return std::make_shared<ImageTexels>(std::move(image));
+}
+
+std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file) {
+    const auto in = open_input(file);
+    const Header header = header_of(file, in->spec());
+    const std::vector<float> stored = read_values<float>(*in, header, file);
+    auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
+    RangeFinder finder(file, header.width, header.channels);
+    const auto channels = static_cast<std::size_t>(header.channels);
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+        const float value = header.whole_numbers ? Encoding{}.decode(stored[i]) : stored[i];
+        finder.add(value);
+        if (channels == 1) {
+            std::fill_n(&image->data[3 * i], 3, value);
+        } else {
+            image->data[i] = value;
+        }
+    }
+    return image;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,123 @@
+#include "lights/directional_image.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr double kPiD = 3.14159265358979323846;
+
+int index_below(double place, int n) {
+    return std::clamp(static_cast<int>(place), 0, n - 1);
+}
+
+}  // namespace
+
+// In the first quadrant of a hemisphere, a square's corner (0,0) is the pole and u + v = r is a circle around
+// it, with 1 - cosθ = r²; the azimuth runs evenly along it. Beyond r = 1 lies the other hemisphere, folded
+// outwards.
+V3d equal_area_direction(double x, double y) {
+    const double u = 2 * x - 1, v = 2 * y - 1;
+    const double up = std::fabs(u), vp = std::fabs(v);
+    const double to_edge = 1 - (up + vp);  // > 0 in the upper hemisphere
+    const double r = 1 - std::fabs(to_edge);
+    const double phi = r > 0 ? ((vp - up) / r + 1) * kPiD / 4 : 0.0;
+    const double sine = r * std::sqrt(2 - r * r);
+    return {std::copysign(sine * std::cos(phi), u), std::copysign(sine * std::sin(phi), v),
+            std::copysign(1 - r * r, to_edge)};
+}
+
+Imath::V2d equal_area_square(const V3d& w) {
+    const double z = std::fabs(w.z);
+    // sqrt(1 - |z|) by way of the sine, which is exact near the poles.
+    const double r = std::sqrt((w.x * w.x + w.y * w.y) / (1 + z));
+    const double phi = std::atan2(std::fabs(w.y), std::fabs(w.x)) * 2 / kPiD;  // [0,1]
+    double v = std::min(1.0, r) * phi;
+    double u = std::min(1.0, r) - v;
+    if (w.z < 0) {
+        const double folded = 1 - v;
+        v = 1 - u;
+        u = folded;
+    }
+    return {(std::copysign(u, w.x) + 1) / 2, (std::copysign(v, w.y) + 1) / 2};
+}
+
+DirectionalImage::DirectionalImage(std::shared_ptr<const Image> image, SphereMap map)
+    : image_(std::move(image)), map_(map) {
+    assert(image_ && image_->width > 0 && image_->height > 0);
+    V3d sum(0, 0, 0);
+    cdf_ = TexelCdf(image_->width, image_->height, [&](int x, int y) {
+        const Rgb value = image_->rgb_at(x, y);
+        sum += V3d(value) * solid_angle(y);
+        return static_cast<double>(luminance(value)) * solid_angle(y);
+    });
+    integral_ = Rgb(V3f(sum));
+}
+
+double DirectionalImage::solid_angle(int y) const {
+    if (map_ == SphereMap::equal_area) return 4 * kPiD / image_->width / image_->height;
+    // Δφ (cosθ0 - cosθ1), as a product that does not cancel.
+    const double half = kPiD / (2.0 * image_->height);
+    return 2 * kPiD / image_->width * 2 * std::sin((2 * y + 1) * half) * std::sin(half);
+}
+
+V3d DirectionalImage::direction(double x, double y) const {
+    if (map_ == SphereMap::equal_area) {
+        return equal_area_direction(x / image_->width, y / image_->height);
+    }
+    // Uniform in solid angle within a row: linear in the cosine between its edges.
+    const double row = std::min(std::floor(y), image_->height - 1.0);
+    const double low = std::cos(kPiD * row / image_->height);
+    const double high = std::cos(kPiD * (row + 1) / image_->height);
+    const double z = low + (y - row) * (high - low);
+    const double r = std::sqrt(std::max(0.0, 1 - z * z));
+    const double phi = 2 * kPiD * x / image_->width;
+    return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+DirectionalImage::Texel DirectionalImage::texel_of(const V3f& w) const {
+    const V3d d(w);
+    if (map_ == SphereMap::equal_area) {
+        const Imath::V2d at = equal_area_square(d);
+        return {index_below(at.x * image_->width, image_->width),
+                index_below(at.y * image_->height, image_->height)};
+    }
+    const double phi = std::atan2(d.y, d.x);
+    const double theta = std::atan2(std::hypot(d.x, d.y), d.z);
+    return {index_below((phi < 0 ? phi + 2 * kPiD : phi) / (2 * kPiD) * image_->width, image_->width),
+            index_below(theta / kPiD * image_->height, image_->height)};
+}
+
+Rgb DirectionalImage::at(const V3f& w) const {
+    const Texel texel = texel_of(w);
+    return image_->rgb_at(texel.x, texel.y);
+}
+
+std::optional<DirectionalImage::Drawn> DirectionalImage::draw(const V2f& u) const {
+    if (!(cdf_.total() > 0)) return std::nullopt;
+    const TexelCdf::Draw texel = cdf_.draw(u);
+    const V3d w = direction(texel.x + static_cast<double>(texel.within.x),
+                            texel.y + static_cast<double>(texel.within.y));
+    return Drawn{V3f(w).normalized(), image_->rgb_at(texel.x, texel.y),
+                 static_cast<float>(texel.probability / solid_angle(texel.y))};
+}
+
+float DirectionalImage::pdf_w(const V3f& w) const {
+    const Texel texel = texel_of(w);
+    return static_cast<float>(cdf_.probability(texel.x, texel.y) / solid_angle(texel.y));
+}
+
+double DirectionalImage::illuminance() const {
+    double sum = 0;
+    for (int y = 0; y < image_->height; ++y) {
+        for (int x = 0; x < image_->width; ++x) {
+            const double cosine = std::max(0.0, direction(x + 0.5, y + 0.5).z);
+            sum += static_cast<double>(luminance(image_->rgb_at(x, y))) * cosine * solid_angle(y);
+        }
+    }
+    return sum;
+}
+
+}  // namespace lucerna

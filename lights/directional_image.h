@@ -1,0 +1,69 @@
+// Light that depends on the direction alone, as an image: a sky, or a lamp's distribution.
+//
+// A texel is a piece of the sphere in which the value is constant (as in pbrt-v4), so values, densities and
+// integrals agree exactly.
+//
+// Sources: the equal-area map of the square to the sphere is Clarberg's, "Fast Equal-Area Mapping of the
+// (Hemi)Sphere using SIMD", 2008, with pbrt-v4's orientation; latitude-longitude images are oriented as in
+// pbrt-v3.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "engine/base/image.h"
+#include "engine/base/vec.h"
+#include "lights/texel_cdf.h"
+
+namespace lucerna {
+
+enum class SphereMap : std::uint8_t {
+    // Top row at +z, bottom row at -z; columns from +x over +y, -x and -y back to +x.
+    latitude_longitude,
+    // +z in the middle, -z at the corners; +x to the right, +y down. Every texel has the same solid angle.
+    equal_area
+};
+
+// Between the unit square (x to the right, y down) and unit directions, equal areas to equal solid angles.
+V3d equal_area_direction(double x, double y);
+Imath::V2d equal_area_square(const V3d& w);
+
+class DirectionalImage {
+  public:
+    // The image has R, G, B, finite and not negative, and at least one pixel.
+    DirectionalImage(std::shared_ptr<const Image> image, SphereMap map);
+
+    // Directions are unit and in the image's own frame.
+    Rgb at(const V3f& w) const;
+
+    struct Drawn {
+        V3f w;
+        Rgb value;    // at w
+        float pdf_w;  // > 0
+    };
+    // By luminance and solid angle. No sample: the image is black.
+    std::optional<Drawn> draw(const V2f& u) const;
+    // Density per solid angle with which draw() gives w.
+    float pdf_w(const V3f& w) const;
+
+    // ∫ value dω over the sphere.
+    Rgb integral() const { return integral_; }
+    // Luminance of the irradiance on a plane that faces +z, by texel centres.
+    double illuminance() const;
+
+  private:
+    struct Texel {
+        int x, y;
+    };
+    Texel texel_of(const V3f& w) const;
+    V3d direction(double x, double y) const;  // x in [0,width], y in [0,height]
+    double solid_angle(int y) const;          // of a texel in row y
+
+    std::shared_ptr<const Image> image_;
+    SphereMap map_;
+    TexelCdf cdf_;
+    Rgb integral_{0.0F};
+};
+
+}  // namespace lucerna

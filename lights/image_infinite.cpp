@@ -1,0 +1,65 @@
+// A sky that is an image. A particle's direction is drawn by the image, its line is uniform across the disc
+// that the scene's sphere shows to that direction: area πR², hence the flux πR² ∫ L dω.
+#include <cmath>
+
+#include "engine/base/frame.h"
+#include "engine/base/warp.h"
+#include "lights/image_lights.h"
+
+namespace lucerna {
+namespace {
+
+class ImageInfiniteLight final : public Light {
+  public:
+    ImageInfiniteLight(std::shared_ptr<const DirectionalImage> image, const LightAxes& axes, const Rgb& scale,
+                       const SceneSphere& scene)
+        : image_(std::move(image)), axes_(axes), scale_(scale), scene_(scene) {}
+
+    std::string_view kind() const override { return "infinite"; }
+    bool has_impostor() const override { return true; }
+    Rgb flux() const override { return scale_ * image_->integral() * disc_area(); }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        const auto drawn = image_->draw(u.direction);
+        if (!drawn) return std::nullopt;
+        const Rgb weight = scale_ * drawn->value * (disc_area() / drawn->pdf_w);
+        if (is_black(weight) || !is_finite(weight)) return std::nullopt;
+        const Frame frame(-axes_.to_world(drawn->w).normalized());
+        const V2f disc = scene_.radius * square_to_disc(u.position);
+        const V3f p = scene_.centre + frame.to_world({disc.x, disc.y, -scene_.radius});
+        return Emitted{{p}, frame.n, weight};
+    }
+
+    std::optional<Incident> illuminate(const V3f&, const V2f& u, std::optional<CellId>) const override {
+        const auto drawn = image_->draw(u);
+        if (!drawn) return std::nullopt;
+        const Rgb weight = scale_ * drawn->value / drawn->pdf_w;
+        if (is_black(weight) || !is_finite(weight)) return std::nullopt;
+        return Incident{axes_.to_world(drawn->w).normalized(), INFINITY, weight, drawn->pdf_w};
+    }
+
+    // A ray with an end does not reach the sky.
+    std::optional<Seen> seen(const Ray& ray) const override {
+        if (ray.t_max < INFINITY) return std::nullopt;
+        const V3f w = axes_.to_local(ray.d);
+        return Seen{scale_ * image_->at(w), image_->pdf_w(w), INFINITY};
+    }
+
+  private:
+    float disc_area() const { return kPi * sqr(scene_.radius); }
+
+    std::shared_ptr<const DirectionalImage> image_;
+    LightAxes axes_;
+    Rgb scale_;
+    SceneSphere scene_;
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_image_infinite_light(std::shared_ptr<const DirectionalImage> image,
+                                                 const LightAxes& axes, const Rgb& scale,
+                                                 const SceneSphere& scene) {
+    return std::make_unique<ImageInfiniteLight>(std::move(image), axes, scale, scene);
+}
+
+}  // namespace lucerna
