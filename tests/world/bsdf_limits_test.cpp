@@ -3,9 +3,11 @@
 #include <rapidcheck/gtest.h>
 
 #include <algorithm>
+#include <vector>
 
 #include "engine/base/stream.h"
 #include "engine/world/bsdf.h"
+#include "engine/world/coat.h"
 #include "tests/support/lobes.h"
 
 namespace lucerna {
@@ -146,6 +148,17 @@ rc::Gen<Lobe> any_lobe() {
         rc::gen::apply([](float r, float g, float b) { return Rgb(r, g, b); }, unit(), unit(), unit());
     return rc::gen::oneOf(rc::gen::map(color, [](const Rgb& c) { return Lobe(DiffuseLobe{c}); }),
                           rc::gen::map(color, [](const Rgb& c) { return Lobe(MirrorLobe{c}); }),
+                          rc::gen::map(color, [](const Rgb& c) { return Lobe(DiffuseTransmitLobe{c}); }),
+                          rc::gen::apply(
+                              [](float eta, const Rgb& c) {
+                                  return Lobe(ThinDielectricLobe{eta, c});
+                              },
+                              any_eta(), color),
+                          rc::gen::apply(
+                              [](float eta, const Rgb& c, float ax, float ay) {
+                                  return Lobe(GlossLobe{eta, c, ax, ay});
+                              },
+                              any_eta(), color, any_alpha(), any_alpha()),
                           rc::gen::apply(
                               [](const Rgb& n, const Rgb& k, const Rgb& t, float ax, float ay) {
                                   return Lobe(ConductorLobe{n * 3, k * 10, t, ax, ay});
@@ -183,6 +196,64 @@ RC_GTEST_PROP(BsdfProperties, AnyLobeAnyDirections_NeverNanNeverMoreThanOne, ())
     const Rgb albedo = bsdf.albedo(wo);
     RC_ASSERT(std::min({albedo.x, albedo.y, albedo.z}) >= 0);
     RC_ASSERT(max_component(albedo) <= 1);
+}
+
+const CoatTable& any_varnish() {
+    static const CoatTable table(1.5F);
+    return table;
+}
+// Those whose samples may weigh more than 1 where the mean does not.
+rc::Gen<Lobe> any_uneven_lobe() {
+    const auto color =
+        rc::gen::apply([](float r, float g, float b) { return Rgb(r, g, b); }, unit(), unit(), unit());
+    return rc::gen::oneOf(
+        rc::gen::apply([](const Rgb& c, float sigma) { return Lobe(oren_nayar(c, sigma)); }, color, unit()),
+        rc::gen::apply(
+            [](const Rgb& d, const Rgb& s, float ax, float ay) {
+                return Lobe(SubstrateLobe{d, s, ax, ay});
+            },
+            color, color, unit(), unit()),
+        rc::gen::apply(
+            [](const Rgb& c, const Rgb& g, float alpha) {
+                return Lobe(CoveredDiffuseLobe{c, {&any_varnish(), alpha, g / 2, g / 2, g / 2}});
+            },
+            color, color, any_alpha()),
+        rc::gen::apply(
+            [](const Rgb& n, const Rgb& k, const Rgb& t, float alpha, float coat) {
+                return Lobe(CoatedConductorLobe{n * 3, k * 10, t, 1.5F, coat, &any_varnish(), alpha, alpha});
+            },
+            color, color, color, any_alpha(), any_alpha()));
+}
+
+RC_GTEST_PROP(BsdfProperties, AnySumAnyDirections_NeverNanNeverOnTheWrongSide, ()) {
+    const auto lobes = *rc::gen::container<std::vector<Lobe>>(
+        static_cast<std::size_t>(*rc::gen::inRange(0, 6)), rc::gen::oneOf(any_lobe(), any_uneven_lobe()));
+    const V3f ng = (*any_direction()).normalized();
+    V3f ns = *rc::gen::oneOf(rc::gen::just(ng), any_direction());
+    if (ns.dot(ng) < 0) ns = -ns;
+    const Bsdf bsdf(lobes, ns.normalized(), ng, *any_direction());
+    const V3f wo = *any_direction();
+    const V3f wi = *any_direction();
+    const BsdfU u{*unit(), {*unit(), *unit()}};
+    for (const Transport transport : {Transport::radiance, Transport::particles}) {
+        const Rgb f = bsdf.f(wo, wi, transport);
+        RC_ASSERT(is_finite(f) && f.x >= 0 && f.y >= 0 && f.z >= 0);
+        const auto sample = bsdf.sample(wo, u, transport);
+        if (!sample) continue;
+        RC_ASSERT(is_finite(sample->wi) && std::fabs(sample->wi.length() - 1) < 1e-5F);
+        RC_ASSERT(is_finite(sample->weight) && std::isfinite(sample->pdf_w));
+        RC_ASSERT(sample->delta == !(sample->pdf_w > 0));
+        RC_ASSERT(sample->eta_scale > 0);
+        const float sides = sample->wi.dot(ng) * wo.dot(ng);
+        RC_ASSERT((sample->transmission ? sides <= 0 : sides >= 0));
+    }
+    const float pdf = bsdf.pdf_w(wo, wi);
+    RC_ASSERT(std::isfinite(pdf) && pdf >= 0);
+    const Rgb albedo = bsdf.albedo(wo);
+    RC_ASSERT(std::min({albedo.x, albedo.y, albedo.z}) >= 0);
+    RC_ASSERT(max_component(albedo) <= 1);
+    RC_ASSERT(bsdf.has_diffuse() == bsdf.diffuse_part().is_diffuse());
+    RC_ASSERT(!bsdf.rest().has_diffuse());
 }
 
 }  // namespace

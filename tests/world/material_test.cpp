@@ -2,10 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "engine/base/stream.h"
+#include "engine/world/material_lobes.h"
 #include "engine/world/scene.h"
+#include "tests/support/materials.h"
+#include "tests/support/statistics.h"
 
 namespace lucerna {
 namespace {
+
+using namespace lucerna::testing;
 
 Hit hit_at(const V2f& uv) {
     Hit hit;
@@ -66,6 +74,97 @@ TEST(Material, IsSpecular_SmoothAndRough_TellsDeltaLobes) {
     DielectricMaterial glass;
     glass.roughness = Roughness::of_alpha(0.1F);
     EXPECT_FALSE(is_specular({"", glass}));
+}
+
+TEST(Material, IsSpecular_SumsAndMixes_TellAnyDeltaLobe) {
+    EXPECT_FALSE(is_specular({"", uber(grey(0.5F), grey(0.5F), 0.1F, 0.1F)}));
+    UberMaterial seen_through = uber(grey(0.5F), grey(0.5F), 0.1F, 0.1F);
+    seen_through.opacity = grey(0.5F);
+    EXPECT_TRUE(is_specular({"", seen_through}));
+    EXPECT_TRUE(is_specular({"", coated(grey(0.5F), 0)}));
+    EXPECT_FALSE(is_specular({"", coated(grey(0.5F), 0.1F)}));
+    EXPECT_TRUE(is_specular({"", mix(DiffuseMaterial{}, MirrorMaterial{}, 0.1F)}));
+    EXPECT_TRUE(is_specular({"", mix(DiffuseMaterial{}, InterfaceMaterial{}, 0.1F)}));
+    EXPECT_FALSE(is_specular({"", mix(DiffuseMaterial{}, SubstrateMaterial{}, 0.1F)}));
+}
+
+TEST(Material, Texture_BeyondAReflectance_IsHeldWhereItIsLookedUp) {
+    const Material material{"", DiffuseMaterial{color(3, -1, NAN)}};
+    EXPECT_EQ(make_bsdf(material, flat_hit()).albedo(kUp), Rgb(1, 0, 0));
+}
+
+TEST(Material, Opacity_LetsTheRestStraightThrough) {
+    UberMaterial leaf = uber(grey(1), grey(0), 0.1F, 0.1F);
+    leaf.opacity = grey(0.25F);
+    const Material material{"", leaf};
+    const Bsdf bsdf = make_bsdf(material, flat_hit());
+    const V3f wo = direction(30);
+    const auto through = bsdf.sample(wo, {0.9F, {0.5F, 0.5F}}, Transport::radiance);
+    ASSERT_TRUE(through && through->delta && through->transmission);
+    EXPECT_EQ(through->wi, -wo);
+    EXPECT_NEAR(through->weight.x, 1, 1e-5F) << "0.75 over its chance";
+    EXPECT_EQ(bsdf.diffuse_part().albedo(wo), Rgb(0.25F));
+}
+
+TEST(Material, Mix_OfAnInterface_LetsItsShareThrough) {
+    const Material material{"", mix(DiffuseMaterial{grey(0.5F)}, InterfaceMaterial{}, 0.75F)};
+    const Bsdf bsdf = make_bsdf(material, flat_hit());
+    EXPECT_EQ(bsdf.albedo(kUp), Rgb(0.25F * 0.5F + 0.75F));
+    EXPECT_TRUE(bsdf.rest().is_delta());
+}
+
+TEST(Material, MostLobes_EveryMaterial_IsNotExceeded) {
+    for (const Sample& sample : all_materials()) {
+        EXPECT_LE(most_lobes(sample.material), Bsdf::kMaxLobes) << sample.name;
+        LobeList list;
+        add_lobes(sample.material.model, V2f(0, 0), list);
+        EXPECT_LE(list.size(), most_lobes(sample.material)) << sample.name;
+        EXPECT_GE(list.size(), 1U) << sample.name;
+    }
+}
+
+// Random parameters of the materials that are sums.
+Material any_sum(Stream& stream, const std::shared_ptr<const CoatTable>& table) {
+    const auto any = [&] { return color(stream.next(), stream.next(), stream.next()); };
+    const Roughness rough = Roughness::of_alpha(stream.next());
+    UberMaterial sum{any(), any(), any(), any(), any(), FloatTexture::constant(1.5F), rough, table};
+    if (stream.next() < 0.5F) sum.transmit.reset();
+    if (stream.next() < 0.5F) sum.reflect.reset();
+    switch (static_cast<int>(6 * stream.next())) {
+        case 0:
+            return {"translucent", TranslucentMaterial{any(), any(), any(), any(), rough}};
+        case 1:
+            return {"substrate",
+                    SubstrateMaterial{any(), any(), Roughness::of_alpha(stream.next(), stream.next())}};
+        case 2:
+            return {"shinymetal", ShinyMetalMaterial{any(), any(), rough}};
+        case 3:
+            return {"mix", mix(sum, CoatedDiffuseMaterial{any(), {1.5F, rough, table}}, stream.next())};
+        default:
+            return {"uber", sum};
+    }
+}
+
+TEST(Material, Energy_RandomSums_NeverExceedsOne) {
+    Stream stream(61, Purpose::test, 0, 0);
+    const auto table = std::make_shared<CoatTable>(1.5F);  // for any alpha: errs by 0.01
+    for (int i = 0; i < 120; ++i) {
+        const Material material = any_sum(stream, table);
+        const Bsdf bsdf = make_bsdf(material, flat_hit());
+        for (const float z : {0.5F * stream.next(), -stream.next(), 1e-3F}) {
+            const V3f wo(std::sqrt(1 - z * z), 0, z);
+            RunningStats mean[3];
+            for (int k = 0; k < 3000; ++k) {
+                const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::particles);
+                for (int c = 0; c < 3; ++c)
+                    mean[c].add(sample ? static_cast<double>(sample->weight[c]) : 0.0);
+            }
+            for (const RunningStats& m : mean) {
+                EXPECT_LE(m.mean(), 1.012 + 5 * m.standard_error())
+                    << material.name << " " << i << " at " << z;
+            }
+        }
+    }
 }
 
 TEST(Material, Interface_IsNothingElse) {
