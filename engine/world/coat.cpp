@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kAlphas = 16;
+constexpr int kAlphas = 32;
 constexpr float kLargestAlpha = 2;
 
 float reflected_share(float eta, const V2f& alphas, float mu, float phi) {
@@ -43,9 +43,9 @@ float largest_share(float eta, const V2f& alphas, float mu) {
     return largest;
 }
 
-// 2 ∫ F μ dμ by midpoints in sqrt(μ); good to 1e-5.
+// 2 ∫ F μ dμ by midpoints in sqrt(μ); good to 1e-5, the kink of total reflection included.
 float mean_fresnel(float eta) {
-    constexpr int kSteps = 1024;
+    constexpr int kSteps = 16384;
     double sum = 0;
     for (int i = 0; i < kSteps; ++i) {
         const double t = (i + 0.5) / kSteps;
@@ -78,14 +78,15 @@ CoatTable::CoatTable(float eta, std::optional<V2f> alphas)
         return;
     }
     for (int i = 0; i < kAlphas; ++i) {
-        const float alpha = kLargestAlpha * sqr(static_cast<float>(i) / (kAlphas - 1));
+        const float x = static_cast<float>(i) / (kAlphas - 1);
+        const float alpha = kLargestAlpha * x * x * x;
         rows_.push_back(make_row(eta, V2f(alpha, alpha)));
     }
 }
 
 CoatTable::Between CoatTable::rows_about(float alpha) const {
     if (rows_.size() == 1) return {&rows_[0], &rows_[0], 0};
-    const float x = std::sqrt(std::clamp(alpha / kLargestAlpha, 0.0F, 1.0F)) * (kAlphas - 1);
+    const float x = std::cbrt(std::clamp(alpha / kLargestAlpha, 0.0F, 1.0F)) * (kAlphas - 1);
     const int low = std::min(static_cast<int>(x), kAlphas - 2);
     return {&rows_[low], &rows_[low + 1], x - static_cast<float>(low)};
 }

@@ -17,7 +17,8 @@ class CoatTable {
   public:
     // `eta` > 0: index inside over outside. With `alphas` only those may be asked about; of a brushed surface
     // (two different ones) E is the largest over all azimuths: its base gets a little less than its due.
-    // Without, any isotropic one, linear in sqrt(α) between 16 up to 2 (errs by up to 0.01 near grazing).
+    // Without, any isotropic one, linear in the cube root of α between 32 up to 2 (errs by up to 0.01 near
+    // grazing).
     explicit CoatTable(float eta, std::optional<V2f> alphas = std::nullopt);
 
     // Whether any isotropic surface may be asked about.
