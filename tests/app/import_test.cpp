@@ -290,8 +290,8 @@ TEST_F(RunImport, Pictures_AreWrittenOutOrNamed) {
     // one.
     const auto hit = down(job, -0.5, -0.5);
     ASSERT_TRUE(hit);
-    EXPECT_NEAR(hit->at.uv.x, 0.25, 1e-5);
-    EXPECT_NEAR(hit->at.uv.y, 0.75, 1e-5);
+    EXPECT_NEAR(hit->uv.x, 0.25, 1e-5);
+    EXPECT_NEAR(hit->uv.y, 0.75, 1e-5);
 
     material["pbrMetallicRoughness"]["baseColorTexture"] = {
         {"index", 1}, {"extensions", {{"KHR_texture_transform", {{"scale", {2, 4}}}}}}};
