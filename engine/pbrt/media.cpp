@@ -247,7 +247,8 @@ void require_media(const Reading& reading) {
         if (medium.medium) continue;
         std::vector<std::string_view> names;
         for (const DraftMedium& other : reading.draft.media) {
-            if (other.medium) names.push_back(other.name);
+            // A name that could not be printed on one line is not offered.
+            if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
         fail(medium.place, "no medium \"{}\" is made; {}there are {}", shown(medium.name),
              did_you_mean(medium.name, names), names.size());

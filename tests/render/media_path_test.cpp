@@ -118,6 +118,35 @@ TEST(MediaPath, UnboundedFog_HidesTheSky) {
     EXPECT_EQ(radiance(make.build(), kThrough, 100)[0].mean(), 0);
 }
 
+// A lamp that is no geometry: a sheet at x = 5 that shines towards -x, and that nobody can ask.
+class Sheet final : public Light {
+  public:
+    std::string_view kind() const override { return "sheet"; }
+    Rgb flux() const override { return Rgb(1); }
+    std::optional<Emitted> emit(const EmitU&) const override { return std::nullopt; }
+    std::optional<Incident> illuminate(const V3f&, const V2f&, std::optional<CellId>) const override {
+        return std::nullopt;
+    }
+    std::optional<Seen> seen(const Ray& ray) const override {
+        if (!(ray.d.x > 0 && ray.o.x < 5)) return std::nullopt;
+        return Seen{Rgb(2), 0, (5 - ray.o.x) / ray.d.x};
+    }
+    bool has_impostor() const override { return true; }
+};
+
+TEST(MediaPath, LampWithoutGeometry_IsSeenOnceThroughAllThatLiesBeforeIt) {
+    for (const double end : {4.0, 7.0}) {  // before the lamp, or beyond it
+        SceneMaker make;
+        make.region(in_box(homogeneous(Rgb(0.1F), Rgb(0)), {-2, -1, -1}, {end, 1, 1}));
+        make.ball_of(make.medium(homogeneous(Rgb(0.5F), Rgb(0))), {0, 0.2F, 0.1F}, 1);
+        make.light(std::make_unique<Sheet>());
+        const Colour stats = radiance(make.build(), kThrough, 4000);
+        const double depth = 0.1 * (std::min(end, 5.0) + 2) + 0.5 * 2;
+        EXPECT_TRUE(agrees(stats[0], 2 * std::exp(-depth))) << stats[0].mean();
+        EXPECT_LT(stats[0].standard_error(), 0.02);
+    }
+}
+
 // --- furnaces: whatever scatters without loss in even light is not to be seen
 
 void expect_radiance(const Scene& scene, double expected, int samples, const char* what) {
