@@ -184,7 +184,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
 
     parts.materials = draft.materials;
     std::vector<std::size_t> mesh_of;
-    static_cast<Shapes&>(parts) = build_shapes(std::move(static_cast<DraftShapes&>(draft)), parts.origin, mesh_of);
+    static_cast<Shapes&>(parts) =
+        build_shapes(std::move(static_cast<DraftShapes&>(draft)), parts.origin, mesh_of);
     build_prototypes(draft, placements, parts);
     parts.media = build_media(draft, parts.origin);
     for (const DraftLight& light : draft.lights) {

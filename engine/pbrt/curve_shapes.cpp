@@ -28,7 +28,8 @@ std::vector<Segment> read_segments(Params& params) {
     const std::string basis = params.string("basis", "bezier");
     const int degree = params.integer("degree", 3);
     if (basis != "bezier" && basis != "bspline") {
-        fail(params.place_of("basis"), "basis \"{}\" is unknown; bezier and bspline are accepted", shown(basis));
+        fail(params.place_of("basis"), "basis \"{}\" is unknown; bezier and bspline are accepted",
+             shown(basis));
     }
     if (degree != 2 && degree != 3) {
         fail(params.place_of("degree"), "degree {} is not accepted; 2 or 3 is", degree);
@@ -40,8 +41,8 @@ std::vector<Segment> read_segments(Params& params) {
     std::vector<Segment> segments;
     if (basis == "bezier") {
         if (p.size() < step + 1 || (p.size() - 1) % step != 0) {
-            fail(param->place, "\"P\" has {} control points; {} and then a multiple of {} are accepted", p.size(),
-                 step + 1, step);
+            fail(param->place, "\"P\" has {} control points; {} and then a multiple of {} are accepted",
+                 p.size(), step + 1, step);
         }
         for (std::size_t i = 0; i + step < p.size(); i += step) {
             segments.push_back(degree == 3 ? Segment{p[i], p[i + 1], p[i + 2], p[i + 3]}
@@ -61,7 +62,8 @@ Curves::Kind read_kind(Params& params) {
     if (name == "flat") return Curves::Kind::flat;
     if (name == "cylinder") return Curves::Kind::round;
     if (name == "ribbon") return Curves::Kind::ribbon;
-    fail(params.place_of("type"), "type \"{}\" is unknown; flat, cylinder and ribbon are accepted", shown(name));
+    fail(params.place_of("type"), "type \"{}\" is unknown; flat, cylinder and ribbon are accepted",
+         shown(name));
 }
 
 // Normals at the ends of the segments, and between them on the great circle, as pbrt has it.
@@ -168,8 +170,8 @@ void add_curve(Reading& reading, Params& params) {
             const V3d n = on_great_circle(normals[i], normals[i + 1], static_cast<double>(k) / 3);
             curves.n.emplace_back(V3f(transform_normal(back, n).normalized()));
         }
-        curves.segments.push_back(
-            {static_cast<float>(static_cast<double>(i) / count), static_cast<float>((static_cast<double>(i) + 1) / count)});
+        curves.segments.push_back({static_cast<float>(static_cast<double>(i) / count),
+                                   static_cast<float>((static_cast<double>(i) + 1) / count)});
     }
     reading.shapes().curves.push_back(std::move(curves));
 }

@@ -79,7 +79,6 @@ DirectiveReader::DirectiveReader(Draft& draft, const std::filesystem::path& file
     auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse, reflectance 0.5
     matte->material = {"default", DiffuseMaterial{}};
     reading_.state.material = std::move(matte);
-    reading_.skip_missing = overrides.skip_missing;
     coordinate_systems_["world"] = M44d();
 }
 
@@ -182,8 +181,6 @@ void DirectiveReader::override_resolution() {
 
 void DirectiveReader::open_file(const std::string& name, bool import) {
     const std::filesystem::path file = reading_.resolve(name);
-    if (file.extension() == ".gz")
-        fail(place_, "{} \"{}\": compressed files are not supported yet", name_, shown(name));
     for (const Open& open : files_) {
         if (open.source->name() == file.string()) {
             fail(place_, "{} \"{}\": this file is being read already; it includes itself", name_,

@@ -116,9 +116,9 @@ class DirectiveReader {
     std::map<std::string, M44d, std::less<>> coordinate_systems_;
     std::map<std::string, std::size_t, std::less<>> objects_;  // that are complete
     std::string object_name_;                                  // of the one at hand
-    std::vector<std::string_view> seen_once_;  // of Camera, Film, ...
-    bool ignores_integrator_ = false;          // a Renderer has chosen one
-    std::string_view name_;                    // the directive at hand, and its place
+    std::vector<std::string_view> seen_once_;                  // of Camera, Film, ...
+    bool ignores_integrator_ = false;                          // a Renderer has chosen one
+    std::string_view name_;                                    // the directive at hand, and its place
     Place place_;
 };
 

@@ -103,7 +103,8 @@ ObjectMesh read_loop_mesh(Params& params) {
 // Versions 1 to 3: a grid of heights over the unit square.
 ObjectMesh read_height_field(Params& params) {
     const int nu = params.integer("nu", 0), nv = params.integer("nv", 0);
-    if (nu < 2 || nv < 2) fail(params.place(), "{}: nu {} and nv {}; at least 2 each are accepted", params.owner(), nu, nv);
+    if (nu < 2 || nv < 2)
+        fail(params.place(), "{}: nu {} and nv {}; at least 2 each are accepted", params.owner(), nu, nv);
     const Param* z = params.find("Pz", {Type::real});
     if (!z) fail(params.place(), "{} lacks \"float Pz\", its heights", params.owner());
     const auto columns = static_cast<std::size_t>(nu), rows = static_cast<std::size_t>(nv);

@@ -53,7 +53,8 @@ Quadric read_cylinder(Params& params) {
     Quadric cylinder;
     cylinder.kind = Kind::cylinder;
     cylinder.radius = positive(params, "radius", 1);
-    const double a = params.real_within("zmin", -1, -1e30, 1e30), b = params.real_within("zmax", 1, -1e30, 1e30);
+    const double a = params.real_within("zmin", -1, -1e30, 1e30),
+                 b = params.real_within("zmax", 1, -1e30, 1e30);
     cylinder.z_min = static_cast<float>(std::min(a, b));  // pbrt takes them in either order
     cylinder.z_max = static_cast<float>(std::max(a, b));
     if (!(cylinder.z_min < cylinder.z_max)) {
@@ -76,7 +77,8 @@ Quadric read_paraboloid(Params& params) {
     Quadric bowl;
     bowl.kind = Kind::paraboloid;
     bowl.radius = positive(params, "radius", 1);
-    const double a = params.real_within("zmin", 0, -1e30, 1e30), b = params.real_within("zmax", 1, -1e30, 1e30);
+    const double a = params.real_within("zmin", 0, -1e30, 1e30),
+                 b = params.real_within("zmax", 1, -1e30, 1e30);
     const double low = std::max(0.0, std::min(a, b)), high = std::max(a, b);  // it begins at z = 0
     bowl.z_min = static_cast<float>(low);
     bowl.z_max = static_cast<float>(high);
@@ -94,8 +96,8 @@ Quadric read_hyperboloid(Params& params) {
     waist.p2 = V3f(params.point("p2", V3d(1, 1, 1)));
     if (waist.p2.z == 0) std::swap(waist.p1, waist.p2);  // as pbrt does, which turns the normal
     if (waist.p1.z == waist.p2.z) {
-        fail(params.place_of("p1"), "p1 and p2 have the same z, {:g}; this sweeps a flat ring, which a disk makes",
-             waist.p1.z);
+        fail(params.place_of("p1"),
+             "p1 and p2 have the same z, {:g}; this sweeps a flat ring, which a disk makes", waist.p1.z);
     }
     waist.phi_max = phi_max(params);
     return waist;
@@ -127,7 +129,8 @@ ObjectMesh tessellated(const Quadric& given) {
     const QuadricShape shape(quadric);
     constexpr float kSectors = 128;  // of a full turn
     const int sectors = std::max(1, static_cast<int>(std::ceil(kSectors * quadric.phi_max / (2 * kPi))));
-    const bool straight = quadric.kind == Kind::disk || quadric.kind == Kind::cylinder || quadric.kind == Kind::cone;
+    const bool straight =
+        quadric.kind == Kind::disk || quadric.kind == Kind::cylinder || quadric.kind == Kind::cone;
     const int rings = straight ? 1 : 32;
     ObjectMesh mesh;
     for (int j = 0; j <= rings; ++j) {

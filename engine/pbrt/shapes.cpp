@@ -116,7 +116,8 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     if (traits.media.border) reading.draft.uses_media = true;
     traits.alpha = read_cut_out(reading, params, "alpha");
     traits.shadow_alpha = read_cut_out(reading, params, "shadowalpha");
-    const bool nothing = traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
+    const bool nothing =
+        traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
     if (!nothing) return traits;
     if (reading.state.area_light) {
         reading.warn(params.place(), params.owner() + " is cut out (alpha 0): it emits nothing");

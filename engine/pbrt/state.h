@@ -58,13 +58,12 @@ struct Reading {
     std::map<std::string, FloatTexture, std::less<>> float_textures = {};
     std::map<std::string, std::shared_ptr<MaterialEntry>, std::less<>> materials = {};
     std::shared_ptr<TextureImages> images = std::make_shared<TextureImages>();
-    bool skip_missing = false;  // a texture whose file is missing is grey, with a warning
     // What varnish of this index and these alphas (-1: any) reflects, shared by the materials of one scene.
     std::map<std::array<float, 3>, std::shared_ptr<const CoatTable>> covers = {};
     std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
     GraphicsState state = {};
     DraftObject* object = nullptr;  // between ObjectBegin and ObjectEnd: where shapes go
-    bool skip_missing = false;
+    bool skip_missing = false;  // a mesh whose file is missing is left out, a texture grey, with a warning
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
 

@@ -97,8 +97,10 @@ float chance(const Ray& ray, unsigned instance, const Meeting& meeting) {
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.o[i]));
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.d[i]));
     }
-    const auto t = std::bit_cast<std::uint32_t>(static_cast<float>(meeting.t));  // tells two walls of one apart
-    for (const std::uint32_t id : {instance, meeting.geometry, meeting.primitive, t}) state = mixed(state, id);
+    const auto t =
+        std::bit_cast<std::uint32_t>(static_cast<float>(meeting.t));  // tells two walls of one apart
+    for (const std::uint32_t id : {instance, meeting.geometry, meeting.primitive, t})
+        state = mixed(state, id);
     return static_cast<float>(state >> 40) * 0x1p-24F;
 }
 
@@ -152,8 +154,8 @@ void user_intersect(const RTCIntersectFunctionNArguments* args) {
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
     const unsigned instance = args->context->instID[0];
-    const auto meeting = cross(context, instance, user, args->primID, rayhit.ray.mask,
-                               static_cast<double>(rayhit.ray.tfar));
+    const auto meeting =
+        cross(context, instance, user, args->primID, rayhit.ray.mask, static_cast<double>(rayhit.ray.tfar));
     if (!meeting) return;
     rayhit.ray.tfar = static_cast<float>(meeting->t);
     rayhit.hit.geomID = args->geomID;
@@ -217,7 +219,7 @@ struct Accelerator::Impl {
     const std::vector<ShapeSet>& sets;  // of the prototypes
     const std::vector<Placed>& instances;
     V3d origin;
-    std::deque<GeometryUser> users;                      // callbacks keep their addresses
+    std::deque<GeometryUser> users;                       // callbacks keep their addresses
     std::deque<std::vector<std::uint32_t>> curve_starts;  // shared with Embree
     std::atomic<std::int64_t> bytes{0};
 

@@ -55,9 +55,10 @@ Refiner make_refiner(std::size_t vertices, const std::vector<V3i>& triangles) {
     for (int edge = 0; edge < base.GetNumEdges(); ++edge) {
         if (!base.IsEdgeNonManifold(edge)) continue;
         const auto ends = base.GetEdgeVertices(edge);
-        throw InputError(fmt::format("the edge from vertex {} to {} has {} triangles, or two that turn "
-                                     "against each other; one or two that turn alike are accepted",
-                                     ends[0], ends[1], base.GetEdgeFaces(edge).size()));
+        throw InputError(
+            fmt::format("the edge from vertex {} to {} has {} triangles, or two that turn "
+                        "against each other; one or two that turn alike are accepted",
+                        ends[0], ends[1], base.GetEdgeFaces(edge).size()));
     }
     return refiner;
 }

@@ -48,10 +48,10 @@ struct Mesh {
 };
 
 // A surface of revolution about z, or a disk, under an affine map: exact, not tessellated. Object space, as
-// pbrt defines it: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height, the
-// cone's tip in z = height over a base in z = 0; the hyperboloid is swept by the line from p1 to p2. All may
-// be partial in phi. Normals point outwards (along +z for a disk; for a hyperboloid whose p2 lies below p1
-// inwards), flipped by reverse_orientation.
+// pbrt defines it: sphere, cylinder and paraboloid reach from z_min to z_max, the disk lies in z = height,
+// the cone's tip in z = height over a base in z = 0; the hyperboloid is swept by the line from p1 to p2. All
+// may be partial in phi. Normals point outwards (along +z for a disk; for a hyperboloid whose p2 lies below
+// p1 inwards), flipped by reverse_orientation.
 struct Quadric {
     enum class Kind : std::uint8_t { sphere, disk, cylinder, cone, paraboloid, hyperboloid };
     Kind kind = Kind::sphere;
@@ -89,8 +89,8 @@ struct Curves {
         float u_from = 0, u_to = 1;
     };
     Kind kind = Kind::flat;
-    std::vector<V4f> control;      // four for each segment: x y z and the radius there
-    std::vector<V3f> n;            // ribbon: one per control point
+    std::vector<V4f> control;  // four for each segment: x y z and the radius there
+    std::vector<V3f> n;        // ribbon: one per control point
     std::vector<Segment> segments;
     SurfaceTraits traits;
 };

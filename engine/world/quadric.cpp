@@ -345,9 +345,8 @@ Box3d QuadricShape::compute_box() const {
     const M44d& m = world_from_object_;
     const bool ball = kind_ == Kind::sphere;
     const bool flat = kind_ == Kind::disk;
-    const double radius = kind_ == Kind::hyperboloid
-                              ? std::max(std::hypot(p1_.x, p1_.y), std::hypot(p2_.x, p2_.y))
-                              : radius_;
+    const double radius =
+        kind_ == Kind::hyperboloid ? std::max(std::hypot(p1_.x, p1_.y), std::hypot(p2_.x, p2_.y)) : radius_;
     const double half = flat ? 0 : 0.5 * (z_max_ - z_min_);
     V3d centre;
     m.multVecMatrix(V3d(0, 0, flat ? height_ : 0.5 * (z_min_ + z_max_)), centre);

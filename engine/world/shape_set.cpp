@@ -99,8 +99,7 @@ void ShapeSet::take_meshes() {
         }
         mesh.p.reserve(mesh.p.size() + 1);
         mesh.p.emplace_back(0.0F, 0.0F, 0.0F);
-        counts_.bytes +=
-            bytes_of(mesh.p) + bytes_of(mesh.triangles) + bytes_of(mesh.n) + bytes_of(mesh.uv);
+        counts_.bytes += bytes_of(mesh.p) + bytes_of(mesh.triangles) + bytes_of(mesh.n) + bytes_of(mesh.uv);
     }
 }
 
@@ -155,8 +154,7 @@ std::optional<Meeting> ShapeSet::cross(std::uint32_t geometry, std::uint32_t pri
         return Meeting{geometry, primitive, *t};
     }
     const PatchAddress& at = patches_[primitive];
-    const auto crossing =
-        PatchShape(shapes_.patches[at.mesh], at.patch).nearest(ray.o, ray.d, t_min, t_max);
+    const auto crossing = PatchShape(shapes_.patches[at.mesh], at.patch).nearest(ray.o, ray.d, t_min, t_max);
     if (!crossing) return std::nullopt;
     return Meeting{geometry, primitive, crossing->t, crossing->u, crossing->v};
 }

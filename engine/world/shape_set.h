@@ -87,7 +87,7 @@ class ShapeSet {
 
     Shapes shapes_;
     std::span<const Material> materials_;
-    std::vector<QuadricShape> quadrics_;      // those that are there
+    std::vector<QuadricShape> quadrics_;       // those that are there
     std::vector<std::uint32_t> quadric_from_;  // of the same index: in shapes_.quadrics
     std::vector<PatchAddress> patches_;
     Counts counts_;

@@ -143,7 +143,9 @@ Hit patch_hit(const BilinearMesh& mesh, std::uint32_t patch, double u, double v)
         hit.dpdu = tangent_or(dpdu, frame.s);
         hit.dpdv = tangent_or(dpdv, frame.t);
     } else {
-        const auto at = [&](std::size_t c) { return mesh.uv[static_cast<std::size_t>(mesh.patches[patch][c])]; };
+        const auto at = [&](std::size_t c) {
+            return mesh.uv[static_cast<std::size_t>(mesh.patches[patch][c])];
+        };
         const auto fu = static_cast<float>(u), fv = static_cast<float>(v);
         const V2f by_u = (1 - fv) * (at(1) - at(0)) + fv * (at(3) - at(2));
         const V2f by_v = (1 - fu) * (at(2) - at(0)) + fu * (at(3) - at(1));
@@ -214,7 +216,8 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
             across = V3d(at.n).cross(dpdu);
             p = centre + (2 * static_cast<double>(at.v) - 1) * r * across.normalized();
         } else {
-            // Across a tube v counts as pbrt's does across its band: from one rim that the ray sees to the other.
+            // Across a tube v counts as pbrt's does across its band: from one rim that the ray sees to the
+            // other.
             const V3d side = dpdu.cross(ray.d).normalized();
             const double offset = r > 0 ? std::clamp((p - centre).dot(side) / r, -1.0, 1.0) : 0.0;
             hit.uv.y = static_cast<float>(0.5 + 0.5 * offset);

@@ -38,9 +38,9 @@ Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, d
 // The hit carried from a prototype's frame by an affine map.
 struct Placement {
     M44d to_world, to_local;
-    float scale = 1;         // at most this much longer does a vector become
-    float inverse_scale = 1; // the same of the way back
-    float reach = 0;         // length of to_local's translation, prototype units
+    float scale = 1;          // at most this much longer does a vector become
+    float inverse_scale = 1;  // the same of the way back
+    float reach = 0;          // length of to_local's translation, prototype units
 
     explicit Placement(const M44d& world_from_local);
     LocalRay local(const Ray& ray) const;

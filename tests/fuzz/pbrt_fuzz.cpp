@@ -14,9 +14,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     lucerna::Monitor monitor;
     try {
         // A folder that does not exist: included files cannot lead the fuzzer out of its input.
-        const auto draft = lucerna::read_draft({reinterpret_cast<const char*>(data), size},
-                                               "no-such-folder/scene.pbrt", {}, monitor);
-        lucerna::assemble(draft, {1}, monitor);
+        auto draft = lucerna::read_draft({reinterpret_cast<const char*>(data), size},
+                                         "no-such-folder/scene.pbrt", {}, monitor);
+        lucerna::assemble(std::move(draft), {1}, monitor);
     } catch (const lucerna::InputError& error) {
         const std::string_view message = error.what();
         if (message.empty() || message.find('\n') != message.npos) {
