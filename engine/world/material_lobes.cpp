@@ -105,7 +105,8 @@ struct AddLobes {
     void operator()(const CoatedDiffuseMaterial& m) const {
         const V2f alpha = covered_alpha(m.coat.roughness, m.coat.table.get(), point);
         const float least = std::min(alpha.x, alpha.y);
-        const float in = 1 - m.coat.table->rough_mean(least);  // > 0: no surface reflects all at every angle
+        // What hardly lets any light in (an index far below 1) divides by no less than this, and stays dark.
+        const float in = std::max(1 - m.coat.table->rough_mean(least), 1e-4F);
         const float out = std::min(in / (m.coat.eta * m.coat.eta), 1.0F);
         const Rgb rho = share_of(m.reflectance, point);
         Rgb albedo;
