@@ -29,6 +29,9 @@ std::string did_you_mean(std::string_view name, std::span<const std::string_view
     std::string_view nearest;
     std::size_t least = std::max<std::size_t>(2, name.size() / 2);
     for (const std::string_view candidate : known) {
+        // Names that scenes make up may hold anything; a message is one line of plain text.
+        const auto plain = [](char c) { return c >= 0x20 && c < 0x7f; };
+        if (!std::all_of(candidate.begin(), candidate.end(), plain)) continue;
         const std::size_t distance = edit_distance(name, candidate);
         if (distance < least) {
             least = distance;
