@@ -6,6 +6,7 @@ tubes, so the three fall on each other.
 """
 import math
 import os
+import random
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
@@ -55,15 +56,18 @@ def landscape():
 
 def slides(parts):
     picture = landscape()
+    dice = random.Random(6)
+    wide, tall = (RIGHT - LEFT) / ACROSS, (HIGH - LOW) / DOWN
     for i in range(ACROSS):
         for k in range(DOWN):
             value = picture((i + 0.5) / ACROSS, (k + 0.5) / DOWN)
-            x0, x1 = (LEFT + (RIGHT - LEFT) * (i + e) / ACROSS for e in (0, 1))
-            y0 = LOW + (HIGH - LOW) * k / DOWN
-            y1 = y0 + (HIGH - LOW) / DOWN * (1 - max(0.0, min(1.0, value[0])))
-            for tube, channel in zip(TUBES, range(3)):
-                top = y0 + (HIGH - LOW) / DOWN * (1 - max(0.004, min(1.0, value[channel])))
-                strip(parts["slides"], tube, x0, x1, y0, top)
+            x, y, side = LEFT + wide * i, LOW + tall * k, dice.randrange(4)
+            for tube, v in zip(TUBES, value):
+                shut = 1 - max(0.004, min(1.0, 0.9 * v))
+                # The strip lies at any of the cell's sides: rows all alike would beat with the image's pixels.
+                x0, x1 = ((x, x + wide), (x, x + wide), (x, x + wide * shut), (x + wide * (1 - shut), x + wide))[side]
+                y0, y1 = ((y, y + tall * shut), (y + tall * (1 - shut), y + tall), (y, y + tall), (y, y + tall))[side]
+                strip(parts["slides"], tube, x0, x1, y0, y1)
     for tube in TUBES:  # the frame round the picture
         far = 3.0
         strip(parts["slides"], tube, LEFT - far, LEFT, LOW - far, HIGH + far)
