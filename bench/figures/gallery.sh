@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About a quarter of an hour on two
-# cores. The settings beside each name are all there is to say about a picture.
+# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About ten minutes on two cores.
+# The settings beside each name are all there is to say about a picture.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -25,10 +25,10 @@ for name in $wanted; do
     if [ -f "scenes/$name/make.py" ]; then bash scenes/make.sh "$name"; fi
 done
 
-picture watch 640x480 0 --integrator path --spp 64
-picture cloister 600x400 -5 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
+picture watch 640x480 -0.7 --integrator path --spp 64
+picture cloister 600x400 -3 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
 picture stadium 640x400 0 --integrator path --spp 64
-picture projector 600x379 0 --integrator path --spp 96
-picture office 640x360 -7 --integrator path --spp 64
-picture cathedral 400x500 0 --integrator photonmap --spp 24 --set photons=2000000 gatherrays=2 radius=1
+picture projector 540x341 0 --integrator path --spp 96
+picture office 400x225 -7.6 --integrator igi --spp 16 --set nlights=256 nsets=16
+picture cathedral 240x300 -0.7 --integrator photonmap --spp 32 --set photons=3000000 gatherrays=4 radius=1
 picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=2000000 gatherrays=4
