@@ -30,5 +30,5 @@ picture cloister 600x400 -3 --integrator photonmap --spp 16 --set photons=100000
 picture stadium 640x400 0 --integrator path --spp 64
 picture projector 540x341 0.3 --integrator path --spp 96
 picture office 400x225 -7.6 --integrator igi --spp 16 --set nlights=256 nsets=16
-picture cathedral 240x300 -0.7 --integrator photonmap --spp 32 --set photons=3000000 gatherrays=4 radius=1
+picture cathedral 400x500 -0.8 --integrator photonmap --spp 24 --set photons=2000000 gatherrays=2 radius=1
 picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=2000000 gatherrays=4
