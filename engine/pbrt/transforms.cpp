@@ -51,6 +51,12 @@ std::optional<M44d> look_at(const V3d& eye, const V3d& target, const V3d& up) {
 M44d matrix_of(std::span<const double> sixteen) {
     M44d m;
     std::copy_n(sixteen.begin(), 16, &m[0][0]);
+    // A scale may be written as a divisor in the corner, as pbrt applies it to points.
+    const double w = m[3][3];
+    const bool scaled = m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && w != 0 && w != 1;
+    if (scaled) {
+        for (double& x : std::span(&m[0][0], 16)) x /= w;
+    }
     return m;
 }
 

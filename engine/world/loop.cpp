@@ -68,7 +68,9 @@ Refiner make_refiner(std::size_t vertices, const std::vector<V3i>& triangles) {
 LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& triangles, int levels) {
     refuse_no_surface(triangles);
     const Refiner refiner = make_refiner(p.size(), triangles);
-    refiner->RefineUniform(Far::TopologyRefiner::UniformOptions(levels));
+    Far::TopologyRefiner::UniformOptions refinement(levels);
+    refinement.fullTopologyInLastLevel = true;  // limits are taken there
+    refiner->RefineUniform(refinement);
     const Far::PrimvarRefiner primvars(*refiner);
     // Weights are float32: taken about the mesh's middle, they lose nothing of a mesh far from the origin.
     V3d middle(0);

@@ -392,6 +392,27 @@ int read_index(Cursor& in, const Property& list) {
     return static_cast<int>(index);
 }
 
+// The usual case by far: binary rows of a byte 3 and three 32-bit indices, up to the first that is none.
+std::uint64_t read_plain_triangles(Cursor& in, const Element& face, PlyMesh& mesh) {
+    const Property& list = face.properties.front();
+    const bool plain = face.properties.size() == 1 && in.encoding == Encoding::little &&
+                       std::endian::native == std::endian::little &&
+                       (list.count == Scalar::u8 || list.count == Scalar::i8) &&
+                       (list.type == Scalar::i32 || list.type == Scalar::u32);
+    if (!plain) return 0;
+    constexpr std::size_t kRow = 1 + sizeof(V3i);
+    const std::uint64_t rows = std::min<std::uint64_t>(face.rows, in.left() / kRow);
+    std::uint64_t taken = 0;
+    for (; taken < rows && *in.here() == 3; ++taken) {
+        V3i triangle;
+        std::memcpy(&triangle.x, in.here() + 1, sizeof triangle);
+        if (triangle.x < 0 || triangle.y < 0 || triangle.z < 0) break;  // the slow way says what is wrong
+        mesh.triangles.push_back(triangle);
+        in.skip(kRow);
+    }
+    return taken;
+}
+
 void read_faces(Cursor& in, const Element& face, PlyMesh& mesh) {
     auto chosen = face.find("vertex_indices");
     if (!chosen) chosen = face.find("vertex_index");
@@ -400,7 +421,8 @@ void read_faces(Cursor& in, const Element& face, PlyMesh& mesh) {
     }
     require_room(in, face);
     mesh.triangles.reserve(face.rows);
-    for (std::uint64_t row = 0; row < face.rows; ++row) {
+    const std::uint64_t taken = read_plain_triangles(in, face, mesh);
+    for (std::uint64_t row = taken; row < face.rows; ++row) {
         for (std::size_t k = 0; k < face.properties.size(); ++k) {
             const Property& property = face.properties[k];
             if (k != *chosen) {
