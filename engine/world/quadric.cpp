@@ -186,7 +186,8 @@ bool QuadricShape::within(const V3d& p) const {
 
 std::optional<double> QuadricShape::nearest(const V3d& o, const V3d& d, double t_min, double t_max) const {
     const Line line = to_object(o, d);
-    const double s_min = t_min * line.scale, s_max = t_max * line.scale;
+    // A crossing that was found once is not found again: s -> t -> s may round it up.
+    const double s_min = t_min * line.scale * (1 + 0x1p-50), s_max = t_max * line.scale;
     const std::optional<double> s = kind_ == Kind::sphere ? nearest_on_sphere(line, s_min, s_max)
                                     : kind_ == Kind::disk ? nearest_on_disk(line, s_min, s_max)
                                                           : nearest_on_profile(line, s_min, s_max);

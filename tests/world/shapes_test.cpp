@@ -33,7 +33,7 @@ Quadric some_quadric(Kind kind, Stream& s) {
     q.kind = kind;
     q.radius = within(0.5F, 2);
     if (kind != Kind::cone && kind != Kind::disk) {
-        q.z_min = kind == Kind::paraboloid ? within(0, 0.5F) : within(-1, -0.1F) * q.radius;
+        q.z_min = kind == Kind::paraboloid ? within(0, 0.25F) : within(-1, -0.1F) * q.radius;
         q.z_max = within(0.6F, 1) * q.radius;
     }
     q.height = within(0.5F, 2);
