@@ -291,6 +291,7 @@ Hit Placement::world(const Hit& hit) const {
     out.at.p = V3f(p);
     out.at.n = normal(hit.at.n);
     out.ns = normal(hit.ns);
+    if (out.ns.dot(out.at.n) < 0) out.ns.negate();  // a stretch may carry it past the edge
     out.dpdu = carried(to_world, hit.dpdu);
     out.dpdv = carried(to_world, hit.dpdv);
     // The prototype's own error, and what the way of a ray there rounds away.
