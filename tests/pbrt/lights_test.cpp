@@ -236,8 +236,8 @@ struct ImageFolder {
                         bool skip_missing = false) const {
         SceneOverrides overrides;
         overrides.skip_missing = skip_missing;
-        const Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", overrides, monitor);
-        return assemble(draft, {1}, monitor);
+        Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", overrides, monitor);
+        return assemble(std::move(draft), {1}, monitor);
     }
     std::unique_ptr<Light> light(const std::string& world) const {
         RecordingMonitor monitor;
