@@ -49,13 +49,17 @@ double filter_value(const FilterSettings& s, double x, double radius) {
 
 }  // namespace
 
-void Film::add(int x, int y, const Rgb& radiance) {
+void Film::add(int x, int y, const Rgb& radiance, float weight) {
     Pixel& pixel =
         pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
     ++pixel.count;
+    const auto n = static_cast<float>(pixel.count);
     const V3f delta = radiance - pixel.mean;
-    pixel.mean += delta / static_cast<float>(pixel.count);
+    pixel.mean += delta / n;
     pixel.m2 += delta * (radiance - pixel.mean);
+    const float lean = weight - pixel.weight;
+    pixel.weight += lean / n;
+    pixel.together += lean * (radiance - pixel.mean);
 }
 
 Image Film::develop(float scale) const {
@@ -64,9 +68,14 @@ Image Film::develop(float scale) const {
         const Pixel& pixel = pixels_[i];
         const auto n = static_cast<float>(pixel.count);
         for (int c = 0; c < 3; ++c) {
-            image.data[6 * i + static_cast<std::size_t>(c)] = pixel.mean[c] * scale;
+            const float covariance = pixel.count > 1 ? pixel.together[c] / (n - 1) : 0.0F;
+            // Of w (L - mean L), whose mean is the covariance; a little small where samples are few. too
+            // small by what the covariance itself scatters.
+            const float variance =
+                pixel.count > 1 ? std::max(0.0F, weight2_ * pixel.m2[c] / (n - 1) - sqr(covariance)) : 0.0F;
+            image.data[6 * i + static_cast<std::size_t>(c)] = (pixel.mean[c] + covariance) * scale;
             image.data[6 * i + 3 + static_cast<std::size_t>(c)] =
-                pixel.count > 1 ? pixel.m2[c] / (n * (n - 1)) * scale * scale : 0.0F;
+                variance / std::max(n, 1.0F) * scale * scale;
         }
     }
     return image;

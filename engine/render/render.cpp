@@ -51,9 +51,9 @@ class TileRenderer {
         const V2f at =
             V2f(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F) + place.offset;
         const V2f lens = stream.next2();
-        const Rgb radiance = place.weight * estimator_.radiance(job_.camera.ray(at, lens), stream);
+        const Rgb radiance = estimator_.radiance(job_.camera.ray(at, lens), stream);
         if (is_finite(radiance)) {
-            film_.add(x, y, radiance);
+            film_.add(x, y, radiance, place.weight);
         } else {
             report_bad(x, y, sample, radiance);
         }
@@ -106,7 +106,7 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     RenderResult result;
     RenderReport& report = result.report;
     const V2i size = job.film.rendered_size();
-    Film film(size.x, size.y);
+    Film film(size.x, size.y, FilterSampler(job.film.filter).weight());
 
     // Prepare.
     const Stopwatch preparing;

@@ -26,6 +26,35 @@ TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
     EXPECT_EQ(image.value(0, 0, 3), 0);
 }
 
+// Samples of both signs: exact where nothing varies, unbiased where it does, and the variance is the one
+// seen.
+TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
+    constexpr int kPixels = 4'000, kSamples = 64;
+    constexpr float kWeight = 1.5F;  // + with chance 5/6, - with 1/6: mean 1
+    Film film(kPixels + 1, 1, kWeight);
+    Stream stream(11, Purpose::test, 0, 0);
+    for (int x = 0; x <= kPixels; ++x) {
+        for (int s = 0; s < kSamples; ++s) {
+            const float u = stream.next();
+            const float weight = stream.next() < 5.0F / 6 ? kWeight : -kWeight;
+            // Positive weights see more light: E[w L] = 5/6 · 1.5 · 3.5 - 1/6 · 1.5 · 0.5 = 4.25.
+            const float radiance = x == kPixels ? 7.0F : u + (weight > 0 ? 3 : 0);
+            film.add(x, 0, Rgb(radiance), weight);
+        }
+    }
+    const Image image = film.develop(1);
+    EXPECT_EQ(image.value(kPixels, 0, 0), 7);
+    EXPECT_EQ(image.value(kPixels, 0, 3), 0);
+    RunningStats value, variance;
+    for (int x = 0; x < kPixels; ++x) {
+        value.add(static_cast<double>(image.value(x, 0, 0)));
+        variance.add(static_cast<double>(image.value(x, 0, 3)));
+    }
+    EXPECT_TRUE(testing::agrees(value, 4.25));
+    EXPECT_FALSE(testing::agrees(value, 4.25 * 1.01));
+    EXPECT_NEAR(variance.mean() / value.variance(), 1, 0.15);
+}
+
 class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
 
 // Offsets in bins against the integral of the filter over each bin.
