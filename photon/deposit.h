@@ -25,7 +25,7 @@ inline MapKind map_of(const PathClass& path) {
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons rest on surfaces with a Lambertian part, and are gathered for that part alone. Gloss, rough metal
+// Photons rest on surfaces with a diffuse part, and are gathered for that part alone. Gloss, rough metal
 // and glass reflect too little of what an estimate would gather, and renderers follow the ray there instead.
 inline bool stores_photons(const Bsdf& bsdf) {
     return bsdf.has_diffuse();

@@ -1,7 +1,7 @@
 // Photon mapping in two passes (Jensen 2001) with separate Direct, Global and Caustic maps [photon-maps 1, 4,
 // 5].
 //
-// Every path of light is counted once. At a Lambertian surface, what arrives is split by where it comes from:
+// Every path of light is counted once. At a diffuse surface, what arrives is split by where it comes from:
 //   straight from a light        lights sampled, or the Direct map
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
@@ -50,7 +50,7 @@ class PhotonMapEstimator final : public Estimator {
     }
 
   private:
-    // A surface's Lambertian part, which photons are gathered for, and the rest, which is traced.
+    // A surface's diffuse part, which photons are gathered for, and the rest, which is traced.
     struct Split {
         std::optional<Bsdf> diffuse, rest;
 
@@ -60,7 +60,7 @@ class PhotonMapEstimator final : public Estimator {
         }
     };
 
-    // Radiance along a ray up to and including the first surface that is Lambertian and nothing else.
+    // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
     Rgb trace(Ray ray, EmissionRule rule, Stage stage, int depth, Stream& stream) const {
         Rgb result(0);
         Rgb throughput(1);
@@ -78,7 +78,7 @@ class PhotonMapEstimator final : public Estimator {
                                                             : landed(vertex, chain.length, depth, stream));
             }
             if (!split.rest) break;
-            // What is not Lambertian: ask the lights, then follow the BSDF.
+            // What is not diffuse: ask the lights, then follow the BSDF.
             const Vertex vertex{*chain.hit, *split.rest, chain.wo};
             result += throughput * next_event(scene_, vertex, stream);
             const BsdfU u{stream.next(), stream.next2()};
@@ -95,7 +95,7 @@ class PhotonMapEstimator final : public Estimator {
         return result;
     }
 
-    // A Lambertian surface that the camera sees.
+    // A diffuse surface that the camera sees.
     Rgb seen(const Vertex& vertex, Stream& stream) const {
         Rgb result = settings_.direct == DirectMethod::mc
                          ? direct_light(scene_, vertex, stream).radiance
@@ -112,7 +112,7 @@ class PhotonMapEstimator final : public Estimator {
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
-    // A Lambertian surface where a gather ray landed, `length` away from where it began. An estimate whose
+    // A diffuse surface where a gather ray landed, `length` away from where it began. An estimate whose
     // disc is wider than that would take in light from around the corner it is gathered for; then the ray
     // goes on.
     Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
@@ -131,7 +131,7 @@ class PhotonMapEstimator final : public Estimator {
     // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of
     // time, else estimated. The radius is the Global map's.
     GatherResult indirect_landed(const Vertex& vertex) const {
-        if (irradiance_) {
+        if (irradiance_ && vertex.bsdf.is_lambertian()) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
             if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {

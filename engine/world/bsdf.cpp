@@ -34,6 +34,12 @@ float side_of(const V3f& ng, const V3f& wo) {
 bool is_delta_of(const Lobe& lobe) {
     return std::visit([](const auto& l) { return is_delta_lobe(l); }, lobe);
 }
+// Reflects without any peak.
+bool is_diffuse_lobe(const Lobe& lobe) {
+    return std::holds_alternative<DiffuseLobe>(lobe) || std::holds_alternative<OrenNayarLobe>(lobe) ||
+           std::holds_alternative<CoveredDiffuseLobe>(lobe) ||
+           std::holds_alternative<SubstrateBaseLobe>(lobe);
+}
 bool is_black_lobe(const Lobe& lobe) {
     return std::holds_alternative<BlackLobe>(lobe);
 }
@@ -111,6 +117,7 @@ Draw draw_one(std::span<const Lobe> lobes, const Local& at, BsdfU u, Transport t
 Bsdf::Bsdf(const Lobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu)
     : frame_(frame_along(ns, dpdu)), ng_(ng) {
     lobes_[0] = lobe;
+    diffuse_ = is_diffuse_lobe(lobe) ? 1 : 0;
     assert(is_sound_lobe(lobe));
 }
 
@@ -127,9 +134,12 @@ Bsdf::Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f&
         }
     }
     if (any_diffuse) lobes_[count_++] = diffuse;
-    for (const Lobe& lobe : lobes) {
-        if (is_black_lobe(lobe) || std::holds_alternative<DiffuseLobe>(lobe)) continue;
-        lobes_[count_++] = lobe;
+    for (const bool first : {true, false}) {
+        for (const Lobe& lobe : lobes) {
+            if (is_black_lobe(lobe) || std::holds_alternative<DiffuseLobe>(lobe)) continue;
+            if (is_diffuse_lobe(lobe) == first) lobes_[count_++] = lobe;
+        }
+        if (first) diffuse_ = count_;
     }
     count_ = std::max<std::size_t>(count_, 1);  // the array begins as black
 }
@@ -181,18 +191,21 @@ bool Bsdf::is_delta() const {
     return std::all_of(lobes().begin(), lobes().end(), is_delta_of);
 }
 
-Bsdf Bsdf::diffuse_part() const {
+Bsdf Bsdf::part(std::size_t begin, std::size_t end) const {
     Bsdf part(frame_, ng_);
-    if (has_diffuse()) part.lobes_[0] = lobes_[0];
+    std::copy(lobes_.begin() + static_cast<std::ptrdiff_t>(begin),
+              lobes_.begin() + static_cast<std::ptrdiff_t>(end), part.lobes_.begin());
+    part.count_ = std::max<std::size_t>(end - begin, 1);  // the array begins as black
+    part.diffuse_ = std::min(std::max(diffuse_, begin) - begin, end - begin);
     return part;
 }
 
+Bsdf Bsdf::diffuse_part() const {
+    return part(0, diffuse_);
+}
+
 Bsdf Bsdf::rest() const {
-    if (!has_diffuse()) return *this;
-    Bsdf part(frame_, ng_);
-    std::copy(lobes_.begin() + 1, lobes_.begin() + static_cast<std::ptrdiff_t>(count_), part.lobes_.begin());
-    part.count_ = std::max<std::size_t>(count_ - 1, 1);
-    return part;
+    return part(diffuse_, count_);
 }
 
 }  // namespace lucerna

@@ -77,12 +77,14 @@ class Bsdf {
     // True if all it does is delta: no direct light, no photon stored.
     bool is_delta() const;
     // True if it is exactly Lambertian: then f = albedo/π, whatever the directions on one side.
-    bool is_diffuse() const { return count_ == 1 && has_diffuse(); }
+    bool is_lambertian() const { return count_ == 1 && std::holds_alternative<DiffuseLobe>(lobes_[0]); }
     bool is_black() const { return std::holds_alternative<BlackLobe>(lobes_[0]); }
 
-    // A split in two that add up to the whole: what is exactly Lambertian reflection, which photons can be
-    // gathered for, and everything else. Same normals; a black Bsdf where there is nothing.
-    bool has_diffuse() const { return std::holds_alternative<DiffuseLobe>(lobes_[0]); }
+    // A split in two that add up to the whole: reflection without any peak (Lambertian, Oren-Nayar, a base
+    // under varnish), which photons can be gathered for, and everything else. Same normals; a black Bsdf
+    // where there is nothing.
+    bool has_diffuse() const { return diffuse_ > 0; }
+    bool is_diffuse() const { return diffuse_ == count_; }
     Bsdf diffuse_part() const;
     Bsdf rest() const;
 
@@ -91,11 +93,13 @@ class Bsdf {
 
   private:
     Bsdf(const Frame& frame, const V3f& ng) : frame_(frame), ng_(ng) {}
+    Bsdf part(std::size_t begin, std::size_t end) const;
     std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
 
-    // At least one; the Lambertian one, if any, comes first, and a black one is alone.
+    // At least one; those of diffuse_part() come first, the Lambertian one before all, and a black one is
+    // alone.
     std::array<Lobe, kMaxLobes> lobes_;
-    std::size_t count_ = 1;
+    std::size_t count_ = 1, diffuse_ = 0;
     Frame frame_;
     V3f ng_;
 };

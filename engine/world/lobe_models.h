@@ -166,12 +166,19 @@ float chance_of(const ThinDielectricLobe& lobe, const Local& at);
 bool is_delta_lobe(const ThinDielectricLobe& lobe);
 bool is_sound(const ThinDielectricLobe& lobe);
 
-Rgb value(const SubstrateLobe& lobe, const Local& at, Transport transport);
-float density(const SubstrateLobe& lobe, const Local& at);
-Draw draw(const SubstrateLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
-Rgb albedo_of(const SubstrateLobe& lobe, const Local& at);
-float chance_of(const SubstrateLobe& lobe, const Local& at);
-bool is_delta_lobe(const SubstrateLobe& lobe);
-bool is_sound(const SubstrateLobe& lobe);
+Rgb value(const SubstrateBaseLobe& lobe, const Local& at, Transport transport);
+float density(const SubstrateBaseLobe& lobe, const Local& at);
+Draw draw(const SubstrateBaseLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const SubstrateBaseLobe& lobe, const Local& at);
+float chance_of(const SubstrateBaseLobe& lobe, const Local& at);
+bool is_delta_lobe(const SubstrateBaseLobe& lobe);
+bool is_sound(const SubstrateBaseLobe& lobe);
+Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport transport);
+float density(const SubstrateGlossLobe& lobe, const Local& at);
+Draw draw(const SubstrateGlossLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at);
+float chance_of(const SubstrateGlossLobe& lobe, const Local& at);
+bool is_delta_lobe(const SubstrateGlossLobe& lobe);
+bool is_sound(const SubstrateGlossLobe& lobe);
 
 }  // namespace lucerna

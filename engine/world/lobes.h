@@ -102,16 +102,20 @@ struct ThinDielectricLobe {
 };
 
 // Ashikhmin and Shirley 2000 with GGX's facets, as pbrt-v3 has it ("FresnelBlend"): gloss of reflectance
-// `specular` at normal incidence over a diffuse base that fades as the gloss grows. Alphas at most 1: above,
-// the model would reflect more than arrives.
-struct SubstrateLobe {
+// `specular` at normal incidence over a diffuse base that fades as the gloss grows, each a lobe of its own.
+// Alphas at most 1: above, the model would reflect more than arrives.
+struct SubstrateBaseLobe {
     Rgb diffuse, specular;
+    Rgb tint{1.0F};  // multiplies it, in [0,1]
+};
+struct SubstrateGlossLobe {
+    Rgb specular;
     float alpha_x = 0.1F, alpha_y = 0.1F;  // at least kLeastAlpha counts
-    Rgb tint{1.0F};                        // multiplies it all, in [0,1]
+    Rgb tint{1.0F};                        // multiplies it, in [0,1]
 };
 
 using Lobe = std::variant<BlackLobe, DiffuseLobe, MirrorLobe, ConductorLobe, DielectricLobe,
                           DiffuseTransmitLobe, OrenNayarLobe, GlossLobe, CoveredDiffuseLobe,
-                          CoatedConductorLobe, ThinDielectricLobe, SubstrateLobe>;
+                          CoatedConductorLobe, ThinDielectricLobe, SubstrateBaseLobe, SubstrateGlossLobe>;
 
 }  // namespace lucerna

@@ -84,6 +84,7 @@ struct MostLobes {
     std::size_t operator()(const UberMaterial&) const { return 4; }
     std::size_t operator()(const TranslucentMaterial&) const { return 3; }
     std::size_t operator()(const ShinyMetalMaterial&) const { return 2; }
+    std::size_t operator()(const SubstrateMaterial&) const { return 2; }
     std::size_t operator()(const MixMaterial& m) const {
         return most_lobes(*m.first) + most_lobes(*m.second);
     }

@@ -107,7 +107,7 @@ struct UberMaterial {
     Roughness roughness = Roughness::of_alpha(0.1F);
     std::shared_ptr<const CoatTable> table = {};  // of eta and roughness, as Coat's; null if eta varies
 };
-// Gloss over a diffuse base; see SubstrateLobe.
+// Gloss over a diffuse base; see SubstrateBaseLobe.
 struct SubstrateMaterial {
     RgbTexture diffuse = RgbTexture::constant(Rgb(0.5F));
     RgbTexture specular = RgbTexture::constant(Rgb(0.5F));

@@ -162,8 +162,9 @@ struct AddLobes {
 
     void operator()(const SubstrateMaterial& m) const {
         const V2f alpha = m.roughness.alpha(point);
-        list.add(SubstrateLobe{share_of(m.diffuse, point), share_of(m.specular, point),
-                               std::min(alpha.x, 1.0F), std::min(alpha.y, 1.0F)});
+        const Rgb specular = share_of(m.specular, point);
+        list.add(SubstrateBaseLobe{share_of(m.diffuse, point), specular});
+        list.add(SubstrateGlossLobe{specular, std::min(alpha.x, 1.0F), std::min(alpha.y, 1.0F)});
     }
 
     void operator()(const TranslucentMaterial& m) const {

@@ -114,6 +114,47 @@ TEST(Render, SmallCornell_EveryMethodAgreesWithPathInTheMean) {
     EXPECT_LT(testing::mean_rgb(direct.image)[0] / expected[0], 0.9F);
 }
 
+// Surfaces that are diffuse and something else (varnish, gloss, a mirror under it): photons are gathered for
+// the one part, rays traced for the other, and together they are what the path tracer sees.
+TEST(Render, VarnishAndGloss_EveryMethodAgreesWithPath) {
+    const auto make_scene = [] {
+        SceneMaker make;
+        const auto white = make.diffuse(Rgb(0.7F));
+        UberMaterial plastic;
+        plastic.diffuse = RgbTexture::constant(Rgb(0.4F, 0.2F, 0.2F));
+        plastic.gloss = RgbTexture::constant(Rgb(0.3F));
+        plastic.roughness = Roughness::of_alpha(0.2F);
+        plastic.table = std::make_shared<const CoatTable>(1.5F);
+        UberMaterial shiny = plastic;
+        shiny.reflect = RgbTexture::constant(Rgb(0.3F));
+        SubstrateMaterial substrate;
+        substrate.roughness = Roughness::of_alpha(0.25F);
+        make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, make.material(substrate));
+        make.quad({-1, 0, 1}, {0, 2, 0}, {2, 0, 0}, white);
+        make.quad({-1, 0, -1}, {0, 2, 0}, {0, 0, 2}, make.material(plastic));
+        make.sphere({0.2F, 0.4F, 0}, 0.35F, make.material(shiny));
+        make.quad_light({-0.5F, 1.9F, -0.5F}, {1, 0, 0}, {0, 0, 1}, make.diffuse(Rgb(0)), Rgb(5.0F));
+        return make.build();
+    };
+    const Camera camera = testing::camera({0.5F, 1.2F, -2.2F}, {0, 0.6F, 0}, 32, 32, 50);
+    const double expected =
+        testing::luminance_stats(render_with(make_scene(), camera, PathSettings{}, 2048).image).mean();
+    PhotonMapSettings gather;
+    gather.photons = 400'000;
+    gather.gather_rays = 4;
+    PhotonMapSettings map = gather;
+    map.indirect = IndirectMethod::map;
+    map.k = 50;
+    for (const PhotonMapSettings& settings : {gather, map}) {
+        const auto result = render_with(make_scene(), camera, settings, 64);
+        EXPECT_NEAR(testing::luminance_stats(result.image).mean() / expected, 1, 0.01);
+        EXPECT_EQ(result.report.numbers.at("photons.global.dropped.surface_not_diffuse"), 0);
+    }
+    // What one of the parts alone would give is another picture.
+    const auto direct = render_with(make_scene(), camera, DirectSettings{}, 64);
+    EXPECT_LT(testing::luminance_stats(direct.image).mean() / expected, 0.95);
+}
+
 // Glass over a floor: the caustic is a large part of the light there, and only the Caustic map has it.
 TEST(Render, GlassSphereUnderALamp_PhotonMapAgreesWithPath) {
     const auto make_scene = [] {

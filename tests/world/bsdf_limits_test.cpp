@@ -209,10 +209,15 @@ rc::Gen<Lobe> any_uneven_lobe() {
     return rc::gen::oneOf(
         rc::gen::apply([](const Rgb& c, float sigma) { return Lobe(oren_nayar(c, sigma)); }, color, unit()),
         rc::gen::apply(
-            [](const Rgb& d, const Rgb& s, float ax, float ay) {
-                return Lobe(SubstrateLobe{d, s, ax, ay});
+            [](const Rgb& d, const Rgb& s) {
+                return Lobe(SubstrateBaseLobe{d, s});
             },
-            color, color, unit(), unit()),
+            color, color),
+        rc::gen::apply(
+            [](const Rgb& s, float ax, float ay) {
+                return Lobe(SubstrateGlossLobe{s, ax, ay});
+            },
+            color, unit(), unit()),
         rc::gen::apply(
             [](const Rgb& c, const Rgb& g, float alpha) {
                 return Lobe(CoveredDiffuseLobe{c, {&any_varnish(), alpha, g / 2, g / 2, g / 2}});
