@@ -129,9 +129,11 @@ class PhotonMapEstimator final : public Estimator {
     }
 
     // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of
-    // time, else estimated. The radius is the Global map's.
+    // time, else estimated. The radius is the Global map's. What is not quite Lambertian (a base under
+    // varnish) is lit as if that irradiance came evenly from all sides: nobody sees it but by way of a gather
+    // ray.
     GatherResult indirect_landed(const Vertex& vertex) const {
-        if (irradiance_ && vertex.bsdf.is_lambertian()) {
+        if (irradiance_) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
             if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {
