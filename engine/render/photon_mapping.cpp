@@ -46,7 +46,7 @@ class PhotonMapEstimator final : public Estimator {
           irradiance_(std::move(irradiance)) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
-        return trace(ray, EmissionRule::all(), Stage::eye, 0, stream);
+        return trace(ray, EmissionRule::all(), Stage::eye, stream);
     }
 
   private:
@@ -61,10 +61,10 @@ class PhotonMapEstimator final : public Estimator {
     };
 
     // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
-    Rgb trace(Ray ray, EmissionRule rule, Stage stage, int depth, Stream& stream) const {
+    Rgb trace(Ray ray, EmissionRule rule, Stage stage, Stream& stream) const {
         Rgb result(0);
         Rgb throughput(1);
-        for (; depth < kMostBounces; ++depth) {
+        for (int depth = 0; depth < kMostBounces; ++depth) {
             const SpecularChain chain =
                 follow_specular(scene_, ray, rule, settings_.max_specular_depth, stream);
             result += throughput * chain.emitted;
@@ -72,25 +72,29 @@ class PhotonMapEstimator final : public Estimator {
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const Split split(bsdf);
+            Ways ways;
             if (split.diffuse) {
                 const Vertex vertex{*chain.hit, *split.diffuse, chain.wo};
-                result += throughput * (stage == Stage::eye ? seen(vertex, stream)
-                                                            : landed(vertex, chain.length, depth, stream));
+                if (stage == Stage::eye) {
+                    result += throughput * seen(vertex, stream);
+                } else {
+                    const Landing landing = landed(vertex, chain.length, depth, stream);
+                    result += throughput * landing.radiance;
+                    if (landing.goes_on) ways.diffuse = &*split.diffuse;
+                }
             }
-            if (!split.rest) break;
-            // What is not diffuse: ask the lights, then follow the BSDF.
-            const Vertex vertex{*chain.hit, *split.rest, chain.wo};
-            result += throughput * next_event(scene_, vertex, stream);
-            const BsdfU u{stream.next(), stream.next2()};
-            const float u_survive = stream.next();
-            const auto sample = split.rest->sample(chain.wo, u, Transport::radiance);
-            if (!sample) break;
-            throughput *= sample->weight;
+            if (split.rest) {  // no photons there: ask the lights, then follow the BSDF
+                result += throughput * next_event(scene_, {*chain.hit, *split.rest, chain.wo}, stream);
+                ways.rest = &*split.rest;
+            }
+            const auto next = go_on(ways, chain.wo, rule, stream);
+            if (!next) break;
+            throughput *= next->sample.weight;
             const float survival = std::min(1.0F, max_component(throughput));
-            if (!(u_survive < survival)) break;
+            if (!(stream.next() < survival)) break;
             throughput /= survival;
-            rule = sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w);
-            ray = Ray{chain.hit->at.towards(sample->wi), sample->wi};
+            rule = next->rule;
+            ray = Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi};
         }
         return result;
     }
@@ -107,25 +111,59 @@ class PhotonMapEstimator final : public Estimator {
         Rgb gathered(0);
         for (int i = 0; i < settings_.gather_rays; ++i) {
             Stream branch = stream.split_stratified(0, static_cast<std::uint32_t>(i));
-            gathered += gather_ray(vertex, 0, branch);
+            gathered += gather_ray(vertex, branch);
         }
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
+    struct Landing {
+        Rgb radiance;
+        bool goes_on;  // what arrives over more than one bounce is still to be found
+    };
     // A diffuse surface where a gather ray landed, `length` away from where it began. An estimate whose
     // disc is wider than that would take in light from around the corner it is gathered for; then the ray
     // goes on.
-    Rgb landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
+    Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         const GatherResult indirect = indirect_landed(vertex);
         if (indirect.radius > length && depth + 1 < kMostBounces) {
-            return direct_light(scene_, vertex, stream).radiance +
-                   estimate(MapKind::caustic, vertex, gather_.landed).value +
-                   gather_ray(vertex, depth + 1, stream);
+            const Rgb direct = direct_light(scene_, vertex, stream).radiance;
+            return {direct + estimate(MapKind::caustic, vertex, gather_.landed).value, true};
         }
         const Rgb direct = settings_.direct == DirectMethod::mc
                                ? direct_light(scene_, vertex, stream).radiance
                                : estimate(MapKind::direct, vertex, gather_.landed).value;
-        return direct + indirect.value;
+        return {direct + indirect.value, false};
+    }
+
+    // The parts of a surface by which a ray may go on.
+    struct Ways {
+        const Bsdf* diffuse = nullptr;
+        const Bsdf* rest = nullptr;
+    };
+    struct Step {
+        BsdfSample sample;
+        EmissionRule rule;
+    };
+    // One of them, by chance where there are both: a ray that split in two at every surface would never end.
+    std::optional<Step> go_on(const Ways& ways, const V3f& wo, const EmissionRule& rule,
+                              Stream& stream) const {
+        const float u_way = stream.next();
+        const BsdfU u{stream.next(), stream.next2()};
+        float chance = 1;
+        const Bsdf* way = ways.diffuse ? ways.diffuse : ways.rest;
+        if (ways.diffuse && ways.rest) {
+            way = u_way < 0.5F ? ways.diffuse : ways.rest;
+            chance = 0.5F;
+        }
+        if (!way) return std::nullopt;
+        const auto sample = way->sample(wo, u, Transport::radiance);
+        if (!sample) return std::nullopt;
+        Step step{*sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
+        step.sample.weight /= chance;
+        if (way == ways.rest) {
+            step.rule = sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w);
+        }
+        return step;
     }
 
     // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of
@@ -147,12 +185,12 @@ class PhotonMapEstimator final : public Estimator {
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
     // elsewhere.
-    Rgb gather_ray(const Vertex& vertex, int depth, Stream& stream) const {
+    Rgb gather_ray(const Vertex& vertex, Stream& stream) const {
         const BsdfU u{stream.next(), stream.next2()};
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) return Rgb(0);
         const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-        return sample->weight * trace(ray, EmissionRule::none(), Stage::gather, depth, stream);
+        return sample->weight * trace(ray, EmissionRule::none(), Stage::gather, stream);
     }
 
     GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
