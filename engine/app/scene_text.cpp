@@ -92,11 +92,20 @@ void print_camera(std::ostream& out, const Job& job) {
 
 void print_surfaces(std::ostream& out, const Scene& scene) {
     const Scene::Counts counts = scene.counts();
-    fmt::print(out, "surfaces     {} triangles, {} spheres and disks", counts.triangles, counts.quadrics);
+    std::vector<std::string> parts = {fmt::format("{} triangles", counts.triangles),
+                                      fmt::format("{} quadrics", counts.quadrics)};
+    if (counts.patches > 0) parts.push_back(fmt::format("{} patches", counts.patches));
+    if (counts.curves > 0) parts.push_back(fmt::format("{} curve segments", counts.curves));
+    fmt::print(out, "surfaces     {}", fmt::join(parts, ", "));
     if (counts.degenerate_triangles > 0) {
         fmt::print(out, "; {} triangles without area left out", counts.degenerate_triangles);
     }
     fmt::print(out, "\n");
+    if (counts.instances > 0) {
+        fmt::print(out, "instances    {} of {} objects: {} triangles as seen\n", counts.instances,
+                   counts.prototypes, counts.triangles_seen);
+    }
+    fmt::print(out, "memory       {:.1f} MB of geometry\n", static_cast<double>(counts.geometry_bytes) / 1e6);
     const V3d origin = scene.origin();
     const Box3f& box = scene.bounds();
     if (!box.isEmpty()) {
