@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -23,25 +24,44 @@ void require_readable(const std::filesystem::path& file) {
     }
 }
 
-std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
+namespace {
+
+// Into a container of bytes or characters.
+template <typename Container>
+Container read_all(const std::filesystem::path& file) {
     require_readable(file);
     std::ifstream in(file, std::ios::binary | std::ios::ate);
     const std::streamoff size = in.tellg();
     if (size < 0) throw InputError({file.string()}, "its size cannot be told");
-    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+    Container bytes(static_cast<std::size_t>(size), typename Container::value_type{});
     in.seekg(0);
     in.read(reinterpret_cast<char*>(bytes.data()), size);
     if (!in) throw InputError({file.string()}, "reading stopped before the end of the file");
     return bytes;
 }
 
+bool begins_as_gzip(const std::filesystem::path& file) {
+    std::array<char, 2> first{};
+    std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+    return first[0] == '\x1f' && first[1] == '\x8b';
+}
+
+}  // namespace
+
+std::vector<std::byte> read_bytes(const std::filesystem::path& file) {
+    return read_all<std::vector<std::byte>>(file);
+}
+
 std::vector<std::byte> read_unpacked(const std::filesystem::path& file) {
     constexpr std::size_t kMost = std::size_t{1} << 36;  // what unpacks to more is a trap
     std::vector<std::byte> bytes = read_bytes(file);
-    return is_gzip(bytes) ? gunzip(bytes, file, kMost) : bytes;
+    if (is_gzip(bytes)) return gunzip(bytes, file, kMost);
+    return bytes;
 }
 
 std::string read_text(const std::filesystem::path& file) {
+    require_readable(file);
+    if (!begins_as_gzip(file)) return read_all<std::string>(file);  // no second copy of a large text
     const std::vector<std::byte> bytes = read_unpacked(file);
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }

@@ -114,11 +114,27 @@ Token Tokens::scan_string() {
     return {Token::Kind::string, text, offset};
 }
 
+// A long list would be copied each time it outgrows its memory. It ends at the next bracket (or later, behind
+// a comment that has one: this is only a guess), and its numbers are about as dense as the first ones, which
+// are `bytes` long. Never more than one for every two bytes, which is the shortest that numbers can be.
+void Tokens::reserve_rest(std::vector<double>& out, std::size_t bytes) const {
+    const auto left = static_cast<std::size_t>(end_ - at_);
+    const void* bracket = std::memchr(at_, ']', left);
+    const std::size_t rest =
+        bracket ? static_cast<std::size_t>(static_cast<const char*>(bracket) - at_) : left;
+    // bytes > 0: it spans kSample numbers.
+    const double guess =
+        1.05 * static_cast<double>(kSample) / static_cast<double>(bytes) * static_cast<double>(rest);
+    out.reserve(out.size() + std::min(rest / 2 + 1, static_cast<std::size_t>(guess)));
+}
+
 void Tokens::read_numbers(std::vector<double>& out) {
     // Invariant: token_ is the number to take next, at_ stands behind it.
     if (token_.kind != Token::Kind::number) return;
+    const char* const first = token_.text.data();
     out.push_back(number_value(token_.text, place()));
-    for (;;) {
+    for (std::size_t taken = 1;; ++taken) {
+        if (taken == kSample) reserve_rest(out, static_cast<std::size_t>(at_ - first));
         skip_space();
         double value = 0;
         const char* rest = at_ != end_ && starts_number(*at_) ? parse_plain(at_, end_, value) : nullptr;

@@ -68,8 +68,11 @@ class Tokens {
     void read_numbers(std::vector<double>& out);
 
   private:
+    static constexpr std::size_t kSample = 256;  // numbers after which the rest of a list is guessed
+
     void skip_space();
     void advance();
+    void reserve_rest(std::vector<double>& out, std::size_t bytes) const;
     Token scan_string();
 
     const Source* source_;

@@ -6,7 +6,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "tests/support/error_of.h"
@@ -49,6 +52,53 @@ TEST(Files, Unreadable_IsOneLineWithTheCause) {
     write(folder / "locked", "x");
     chmod((folder / "locked").c_str(), 0);
     EXPECT_NE(cause(folder / "locked").find("cannot be opened"), std::string::npos);
+}
+
+// gzip's stored form, which needs no compressor: header, one block as it is, CRC-32, length (RFC 1951, 1952).
+std::string gzip(std::string_view text) {
+    std::uint32_t crc = ~0U;
+    for (const char c : text) {
+        crc ^= static_cast<unsigned char>(c);
+        for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) != 0 ? 0xEDB88320U : 0);
+    }
+    const auto little = [](std::uint32_t value, int count) {
+        std::string bytes;
+        for (int i = 0; i < count; ++i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
+        return bytes;
+    };
+    const auto length = static_cast<std::uint32_t>(text.size());
+    return std::string("\x1f\x8b\x08\0\0\0\0\0\0\xff\x01", 11) + little(length, 2) + little(~length, 2) +
+           std::string(text) + little(~crc, 4) + little(length, 4);
+}
+
+TEST(Gunzip, IntactFile_ComesBackWhole) {
+    const testing::TemporaryFolder folder;
+    std::string text;
+    for (int i = 0; i < 50'000; ++i) text += static_cast<char>(i * i % 251);
+    write(folder / "one.gz", gzip(text));
+    EXPECT_EQ(read_text(folder / "one.gz"), text);
+    write(folder / "two.gz", gzip("first, ") + gzip("second"));
+    EXPECT_EQ(read_text(folder / "two.gz"), "first, second");
+}
+
+TEST(Gunzip, UpToItsBound_IsReadAndBeyondIsRefused) {
+    const testing::TemporaryFolder folder;
+    write(folder / "a.gz", gzip(std::string(10'000, 'x')));
+    const std::vector<std::byte> packed = read_bytes(folder / "a.gz");
+    EXPECT_EQ(gunzip(packed, "a.gz", 10'000).size(), 10'000U);
+    EXPECT_EQ(error_of([&] { gunzip(packed, "a.gz", 9'999); }),
+              "a.gz: unpacks to more than 9999 bytes; no more are accepted");
+}
+
+TEST(Gunzip, DamagedOrCutOff_SaysSo) {
+    const testing::TemporaryFolder folder;
+    const std::string whole = gzip("some text that is long enough");
+    write(folder / "cut.gz", whole.substr(0, whole.size() - 10));
+    EXPECT_NE(error_of([&] { read_text(folder / "cut.gz"); }).find("end too early"), std::string::npos);
+    std::string wrong = whole;
+    wrong[20] = static_cast<char>(wrong[20] ^ 1);  // the checksum no longer fits
+    write(folder / "wrong.gz", wrong);
+    EXPECT_NE(error_of([&] { read_text(folder / "wrong.gz"); }).find("damaged"), std::string::npos);
 }
 
 TEST(Files, Replace_Succeeding_LeavesOnlyTheNewFile) {

@@ -273,6 +273,40 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
     }
 }
 
+TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
+    Stream s(18, Purpose::test, 0, 0);
+    for (const float tilt : {0.0F, 0.4F, 1.2F}) {
+        // A straight band along x, its normal turned about x by the tilt.
+        const V3f normal(0, std::sin(tilt), std::cos(tilt)), across(0, std::cos(tilt), -std::sin(tilt));
+        SceneParts parts = parts_with_materials();
+        Curves curve;
+        curve.kind = Curves::Kind::ribbon;
+        for (int i = 0; i < 4; ++i) {
+            curve.control.emplace_back(static_cast<float>(i) / 3, 0.0F, 0.0F, 0.1F);
+            curve.n.push_back(normal);
+        }
+        curve.segments = {{0, 1}};
+        parts.curves = {curve};
+        const Scene scene(std::move(parts));
+        int met = 0;
+        for (int i = 0; i < 1000; ++i) {
+            V3f d(V3d(random_direction(s)));
+            if (std::fabs(d.dot(normal)) < 0.2F) continue;  // along the band: rounding decides
+            const float off = 0.4F * s.next() - 0.2F, x = 0.05F + 0.9F * s.next();
+            if (std::fabs(std::fabs(off) - 0.1F) < 2e-3F) continue;
+            const auto hit = scene.hit({V3f(x, 0, 0) + off * across - 2.0F * d, d});
+            // Unlike a flat curve, it does not turn to the ray: only what crosses the band itself meets it.
+            ASSERT_EQ(hit.has_value(), std::fabs(off) < 0.1F) << "tilt " << tilt << ", off " << off;
+            if (!hit) continue;
+            ++met;
+            EXPECT_NEAR(hit->t, 2, 1e-3F);
+            EXPECT_GT(std::fabs(hit->at.n.dot(normal)), 0.999F);
+            EXPECT_NEAR(hit->uv.x, x, 2e-3F);
+        }
+        EXPECT_GT(met, 200);
+    }
+}
+
 TEST(Shapes, FlatCurve_IsAsWideAsItIsSaidFromEverySide) {
     Stream s(17, Purpose::test, 0, 0);
     SceneParts parts = parts_with_materials();
