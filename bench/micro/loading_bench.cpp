@@ -1,10 +1,10 @@
 // What reading a scene costs on one core: bytes of scene text and of binary PLY per second of CPU time, and
 // apart from them the step from the draft to the scene's floats and the building of Embree's tree.
 //
-// A sheet of half a million triangles, a size that real meshes have. A scene is loaded once, into memory that
-// the process did not have before: so here all large blocks come fresh from the system in every iteration.
-// With blocks used again, binary PLY would seem several times as fast. The file itself is in the system's
-// cache.
+// A sheet of half a million triangles, a size that real meshes have, or ten of them (load/.../10). A scene is
+// loaded once, into memory that the process did not have before: so here all large blocks come fresh from the
+// system in every iteration. With blocks used again, binary PLY would seem several times as fast. The file
+// itself is in the system's cache.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <malloc.h>
@@ -45,14 +45,22 @@ PlyMesh sheet() {
     return mesh;
 }
 
+constexpr const char* kWorld = "WorldBegin\nLightSource \"infinite\"\n";
+
 std::string sheet_as_text() {
     const PlyMesh mesh = sheet();
-    std::string text = "WorldBegin\nLightSource \"infinite\"\nShape \"trianglemesh\" \"point3 P\" [\n";
+    std::string text = "Shape \"trianglemesh\" \"point3 P\" [\n";
     const auto out = std::back_inserter(text);
     for (const V3f& p : mesh.p) fmt::format_to(out, "{:.6g} {:.6g} {:.6g}\n", p.x, p.y, p.z);
     text += "] \"integer indices\" [\n";
     for (const V3i& t : mesh.triangles) fmt::format_to(out, "{} {} {}\n", t.x, t.y, t.z);
     return text + "]\n";
+}
+
+std::string repeated(const std::string& text, std::int64_t times) {
+    std::string all = kWorld;
+    for (; times > 0; --times) all += text;
+    return all;
 }
 
 std::string sheet_as_ply(bool ascii) {
@@ -80,9 +88,10 @@ std::string sheet_as_ply(bool ascii) {
     return ply;
 }
 
-void count(benchmark::State& state, std::size_t bytes) {
-    state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(bytes));
-    state.SetItemsProcessed(state.iterations() * kTriangles);
+// Sheets of so many bytes each; items are triangles.
+void count(benchmark::State& state, std::size_t bytes, std::int64_t sheets = 1) {
+    state.SetBytesProcessed(state.iterations() * sheets * static_cast<std::int64_t>(bytes));
+    state.SetItemsProcessed(state.iterations() * sheets * kTriangles);
 }
 
 // glibc's threshold for blocks of their own, fixed where it would otherwise grow with what is freed.
@@ -93,7 +102,7 @@ void take_fresh_memory() {
 void scene_text(benchmark::State& state) {
     take_fresh_memory();
     const testing::TemporaryFolder folder;
-    const std::string text = sheet_as_text();
+    const std::string text = repeated(sheet_as_text(), state.range(0));
     std::ofstream(folder / "sheet.pbrt", std::ios::binary) << text;
     Monitor silent;
     for (auto _ : state) {
@@ -101,9 +110,9 @@ void scene_text(benchmark::State& state) {
             read_draft(read_text(folder / "sheet.pbrt"), folder / "sheet.pbrt", SceneOverrides{}, silent);
         benchmark::DoNotOptimize(draft.meshes.front().p.data());
     }
-    count(state, text.size());
+    count(state, text.size() / static_cast<std::size_t>(state.range(0)), state.range(0));
 }
-BENCHMARK(scene_text)->Name("load/text")->Unit(benchmark::kMillisecond);
+BENCHMARK(scene_text)->Name("load/text")->Arg(1)->Arg(10)->Unit(benchmark::kMillisecond);
 
 void ply_file(benchmark::State& state, bool ascii) {
     take_fresh_memory();
@@ -122,19 +131,20 @@ void ply_shape(benchmark::State& state) {
     const testing::TemporaryFolder folder;
     const std::string ply = sheet_as_ply(false);
     std::ofstream(folder / "sheet.ply", std::ios::binary) << ply;
-    const std::string text = "WorldBegin\nShape \"plymesh\" \"string filename\" \"sheet.ply\"\n";
+    const std::string text =
+        repeated("Shape \"plymesh\" \"string filename\" \"sheet.ply\"\n", state.range(0));
     Monitor silent;
     for (auto _ : state) {
         const Draft draft = read_draft(text, folder / "sheet.pbrt", SceneOverrides{}, silent);
         benchmark::DoNotOptimize(draft.meshes.front().p.data());
     }
-    count(state, ply.size());
+    count(state, ply.size(), state.range(0));
 }
-BENCHMARK(ply_shape)->Name("load/ply_in_scene")->Unit(benchmark::kMillisecond);
+BENCHMARK(ply_shape)->Name("load/ply_in_scene")->Arg(1)->Arg(10)->Unit(benchmark::kMillisecond);
 
 void to_floats(benchmark::State& state) {
     take_fresh_memory();
-    const std::string text = sheet_as_text();
+    const std::string text = kWorld + sheet_as_text();
     Monitor silent;
     for (auto _ : state) {
         state.PauseTiming();
@@ -149,7 +159,7 @@ BENCHMARK(to_floats)->Name("load/assemble")->Unit(benchmark::kMillisecond);
 
 void embree(benchmark::State& state) {
     take_fresh_memory();
-    const std::string text = sheet_as_text();
+    const std::string text = kWorld + sheet_as_text();
     Monitor silent;
     for (auto _ : state) {
         state.PauseTiming();
