@@ -1,8 +1,7 @@
-"""A dark room in which a three-tube projector throws a landscape on the wall; rows of seats before it.
+"""A dark room in which a projector throws a rose window on the wall; armchairs before it.
 
-Metres; y up, the wall is z = 6. Each tube is a point of one primary behind a slide of its own: a screen of strips, cut so
-that each cell of the picture lets through as much as it is bright. The slides are the wall's picture drawn towards the
-tubes, so the three fall on each other.
+Metres; y up, the wall is z = 6. The slide is a picture for a light of the kind "projection": glass of many colours in leads, drawn
+by distance to the lines, so that its edges are as soft as one of its pixels.
 """
 import math
 import os
@@ -10,94 +9,126 @@ import random
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from workshop import Mesh, Noise, at, box, circle, here, lathe, loft, prism, stone_picture, write_all  # noqa: E402
+from workshop import Mesh, Noise, at, box, here, lathe, loft, stone_picture, write_all, write_png  # noqa: E402
 
-ACROSS, DOWN = 144, 90           # cells of the picture
-LEFT, RIGHT, LOW, HIGH, WALL = -1.9, 1.9, 0.85, 3.225, 6.0
-TUBES = [(-0.13, 1.02, 1.2), (0.0, 1.02, 1.2), (0.13, 1.02, 1.2)]
-THROW = 0.012                    # share of the way to the wall at which the slides stand
+SLIDE = 480                      # pixels of the slide's sides
+WALL, BACK = 6.0, -3.2           # the room's ends
+LENS = (0.0, 1.45, 1.2)          # where the slide's light starts
 
-
-def landscape():
-    """An evening: sky, sun, four ridges, a lake that mirrors them. A function of (u, v) from 0 to 1, linear colours."""
-    noise = [Noise(40 + i, 3, 5) for i in range(5)]
-
-    def ridge(layer, u):
-        base = (0.60, 0.53, 0.46, 0.40)[layer]
-        rough = (0.30, 0.24, 0.18, 0.10)[layer]
-        return base + rough * (noise[layer](u * (0.55 + 0.13 * layer) + 0.1 * layer, 0.3) - 0.5)
-
-    def above(u, v):
-        sun = math.hypot((u - 0.64) * 1.6, v - 0.63)
-        glow = math.exp(-sun * sun * 22)
-        t = max(0.0, min(1.0, (v - 0.4) / 0.6))
-        cloud = max(0.0, noise[4](u * 0.9, v * 3.2) - 0.52) * 2.2 * (1 - 0.5 * t)
-        sky = [a + (b - a) * t for a, b in zip((1.0, 0.42, 0.16), (0.05, 0.13, 0.42))]
-        color = [s + glow * g + cloud * c for s, g, c in zip(sky, (0.6, 0.42, 0.16), (0.75, 0.26, 0.24))]
-        if sun < 0.075:
-            color = [1.0, 0.93, 0.70]
-        for layer in range(4):
-            if v < ridge(layer, u):
-                haze = (0.62, 0.36, 0.16, 0.0)[layer]
-                body = (0.030, 0.038, 0.075)
-                color = [b + haze * (s - b) for b, s in zip(body, (0.60, 0.27, 0.26))]
-        return color
-
-    def color(u, v):
-        shore = 0.30
-        if v >= shore:
-            return above(u, v)
-        depth = (shore - v) / shore
-        wave = 0.012 * math.sin(90 * depth ** 0.6 + 9 * noise[4](u * 2, v * 6)) * depth
-        mirror = above(u + wave, shore + (shore - v) * 1.55 + wave)
-        return [0.62 * m + 0.01 for m in mirror]
-    return color
+RUBY, COBALT, SKY, GOLD, GREEN, VIOLET = ((0.93, 0.05, 0.06), (0.06, 0.14, 0.86), (0.25, 0.58, 0.97), (1.00, 0.72, 0.10),
+                                          (0.10, 0.66, 0.24), (0.56, 0.12, 0.72))
 
 
-def slides(parts):
-    picture = landscape()
-    dice = random.Random(6)
-    wide, tall = (RIGHT - LEFT) / ACROSS, (HIGH - LOW) / DOWN
-    for i in range(ACROSS):
-        for k in range(DOWN):
-            value = picture((i + 0.5) / ACROSS, (k + 0.5) / DOWN)
-            x, y, side = LEFT + wide * i, LOW + tall * k, dice.randrange(4)
-            for tube, v in zip(TUBES, value):
-                shut = 1 - max(0.004, min(1.0, 0.9 * v))
-                # The strip lies at any of the cell's sides: rows all alike would beat with the image's pixels.
-                x0, x1 = ((x, x + wide), (x, x + wide), (x, x + wide * shut), (x + wide * (1 - shut), x + wide))[side]
-                y0, y1 = ((y, y + tall * shut), (y + tall * (1 - shut), y + tall), (y, y + tall), (y, y + tall))[side]
-                strip(parts["slides"], tube, x0, x1, y0, y1)
-    for tube in TUBES:  # the frame round the picture
-        far = 3.0
-        strip(parts["slides"], tube, LEFT - far, LEFT, LOW - far, HIGH + far)
-        strip(parts["slides"], tube, RIGHT, RIGHT + far, LOW - far, HIGH + far)
-        strip(parts["slides"], tube, LEFT, RIGHT, LOW - far, LOW)
-        strip(parts["slides"], tube, LEFT, RIGHT, HIGH, HIGH + far)
+def sector(angle, count, shift=0.0):
+    """Which of `count` sectors, and the angle from its middle."""
+    step = 2 * math.pi / count
+    k = math.floor((angle - shift) / step + 0.5)
+    return k % count, angle - shift - k * step
 
 
-def strip(mesh, tube, x0, x1, y0, y1):
-    """A rectangle of the wall, drawn towards a tube."""
-    if y1 <= y0:
-        return
-    toward = lambda x, y: tuple(t + THROW * (w - t) for t, w in zip(tube, (x, y, WALL)))
-    mesh.quad(toward(x0, y0), toward(x1, y0), toward(x1, y1), toward(x0, y1))
+def rosette(x, y):
+    """A rose window on [-1, 1]²: (piece, colour, distance to the nearest lead). Twelve petals, twelve roundels, 24 lancets."""
+    r, a = math.hypot(x, y), math.atan2(y, x)
+    if r > 0.96:
+        return corner(x, y, r)
+    if r < 0.13:
+        k, d = sector(a, 6)
+        return ("eye", k), GOLD if r > 0.06 else RUBY, min(abs(r - 0.06), 0.13 - r, abs(r * math.sin(math.pi / 6 - abs(d))))
+    if r < 0.42:
+        k, d = sector(a, 12)
+        # A petal: an ellipse along its ray.
+        across, along = r * math.sin(d), r * math.cos(d) - 0.285
+        petal = math.hypot(along / 0.125, across / 0.062) - 1
+        rim = min(r - 0.13, 0.42 - r)
+        if petal < 0:
+            heart = math.hypot(along - 0.03, across) - 0.028
+            colour = GOLD if heart < 0 else (RUBY, COBALT)[k % 2]
+            return ("petal", k, heart < 0), colour, min(-petal * 0.062, abs(heart))
+        outer = along > 0
+        return ("between", k, d > 0, outer), (SKY if outer else GREEN), min(petal * 0.062, rim, r * (math.pi / 12 - abs(d)))
+    if r < 0.70:
+        k, d = sector(a, 12, math.pi / 12)
+        px, py = r * math.cos(d) - 0.56, r * math.sin(d)
+        roundel, rim = 0.112 - math.hypot(px, py), min(r - 0.42, 0.70 - r)
+        if roundel > 0:
+            lobe, turn = sector(math.atan2(py, px), 6)
+            q = math.hypot(px, py)
+            foil = 0.034 - math.hypot(q * math.cos(turn) - 0.056, q * math.sin(turn))
+            if q < 0.024:
+                return ("pistil", k), GOLD, 0.024 - q
+            if foil > 0:
+                return ("foil", k, lobe), (GOLD, SKY, GREEN)[k % 3], min(foil, q - 0.024)
+            return ("roundel", k), (RUBY, COBALT, VIOLET)[k % 3], min(-foil, roundel, q - 0.024)
+        return ("spandrel", k, d > 0, r > 0.56), (COBALT if r > 0.56 else RUBY), min(-roundel, rim, r * (math.pi / 12 - abs(d)))
+    k, d = sector(a, 24)
+    half = r * (math.pi / 24 - abs(d))
+    px, py = r * math.cos(d) - 0.835, r * math.sin(d)
+    head = 0.098 - math.hypot(px, py) if px > 0 else 0.098 - abs(py)
+    rim = min(r - 0.70, 0.96 - r)
+    if head > 0:
+        core = math.hypot(px / 1.5, py) - 0.034
+        colour = GOLD if core < 0 else (COBALT, VIOLET, GREEN, RUBY)[k % 4]
+        return ("lancet", k, core < 0), colour, min(head, rim, abs(core), half)
+    return ("corner", k, d > 0), SKY, min(-head, rim, half)
+
+
+def corner(x, y, r):
+    """Between the rose and the slide's edge: night blue with a roundel in each corner."""
+    edge = 0.985 - max(abs(x), abs(y))
+    if edge < 0:
+        return None
+    q = math.hypot(abs(x) - 0.82, abs(y) - 0.82)
+    which = (x > 0, y > 0)
+    rim = min(edge, r - 0.96, abs(q - 0.115), abs(q - 0.05))
+    if q < 0.115:
+        return ("roundel", which, q < 0.05), GOLD if q < 0.05 else RUBY, rim
+    return ("ground", which, abs(x) > abs(y)), (0.16, 0.22, 0.50), min(rim, abs(abs(x) - abs(y)) if q > 0.115 else rim)
+
+
+def slide(path):
+    glass, dice, tones = Noise(9, 14, 4), random.Random(6), {}
+    lead, pixel_size = 0.0062, 2.0 / SLIDE
+
+    def pixel(i, j):
+        x, y = (2 * i + 1) / SLIDE - 1, 1 - (2 * j + 1) / SLIDE
+        found = rosette(x, y)
+        if not found:
+            return (0.0, 0.0, 0.0)
+        piece, colour, distance = found
+        if piece not in tones:
+            tones[piece] = dice.uniform(0.78, 1.06)
+        light = tones[piece] * (0.72 + 0.5 * glass(0.5 + 0.5 * x, 0.5 + 0.5 * y))
+        open_ = max(0.0, min(1.0, (distance - lead) / pixel_size + 0.5))
+        return tuple(c * light * (0.02 + 0.98 * open_) for c in colour)
+    write_png(path, SLIDE, SLIDE, pixel)
 
 
 def projector(parts):
-    """A case with three hoods, on a table."""
+    """A case with a lens in a hood, on a stand; slots at its back let out a little light."""
     body, metal = parts["black"], parts["metal"]
-    body.join(box(-0.30, 0.30, 0.86, 1.18, 0.62, 1.10, 0.03))
-    for x, y, z in TUBES:
-        hood = lathe([(0.057, 0.0), (0.063, 0.0), (0.063, 0.15), (0.057, 0.15), (0.057, 0.0)], 28)
-        body.join(hood, lambda p: (x + p[0], y + p[2], z - 0.06 + p[1]))
-        ring = lathe([(0.063, 0.12), (0.069, 0.125), (0.069, 0.145), (0.063, 0.15)], 28)
-        metal.join(ring, lambda p: (x + p[0], y + p[2], z - 0.06 + p[1]))
-    parts["wood"].join(box(-0.5, 0.5, 0.80, 0.84, 0.45, 1.35, 0.01))
-    for x in (-0.44, 0.44):
-        for z in (0.52, 1.28):
-            parts["wood"].join(box(x - 0.03, x + 0.03, 0.0, 0.80, z - 0.03, z + 0.03, 0.006))
-    body.join(box(-0.2, 0.2, 0.84, 0.87, 0.68, 1.0))
+    x, y, z = LENS
+    body.join(box(-0.20, 0.20, y - 0.13, y + 0.13, 0.52, 1.08, 0.025))
+    body.join(lathe([(0.055, 0.0), (0.075, 0.0), (0.075, 0.12), (0.068, 0.12), (0.055, 0.0)], 40),
+              lambda p: (x + p[0], y + p[2], z - 0.14 + p[1]))
+    metal.join(lathe([(0.075, 0.08), (0.082, 0.085), (0.082, 0.115), (0.075, 0.12)], 40),
+               lambda p: (x + p[0], y + p[2], z - 0.14 + p[1]))
+    for k in range(2):  # two reels above the case
+        reel = lathe([(0.03, -0.02), (0.16, -0.02), (0.16, -0.012), (0.03, -0.012), (0.03, 0.012), (0.16, 0.012), (0.16, 0.02),
+                      (0.03, 0.02), (0.03, -0.02)], 48)
+        metal.join(reel, lambda p: (x + p[1] + 0.06, y + 0.31 + 0.02 * k + p[0], 0.62 + 0.36 * k + p[2]))
+        body.join(box(0.03, 0.09, y + 0.12, y + 0.33, 0.605 + 0.36 * k, 0.635 + 0.36 * k, 0.005))
+    for k in range(5):
+        h = y - 0.08 + 0.035 * k
+        parts["slots"].quad((-0.13, h, 0.5195), (-0.13, h + 0.012, 0.5195), (0.13, h + 0.012, 0.5195), (0.13, h, 0.5195))
+    top = y - 0.17
+    parts["wood"].join(box(-0.34, 0.34, top - 0.04, top, 0.42, 1.22, 0.01))
+    for px in (-0.29, 0.29):
+        for pz in (0.48, 1.16):
+            parts["wood"].join(box(px - 0.025, px + 0.025, 0.0, top - 0.04, pz - 0.025, pz + 0.025, 0.006))
+    parts["wood"].join(box(-0.29, 0.29, 0.35, 0.38, 0.48, 1.16, 0.006))
+    for px in (-0.14, 0.14):
+        for pz in (0.58, 1.02):
+            body.join(lathe([(0.0, 0.0), (0.025, 0.0), (0.025, 0.04), (0.0, 0.04)], 14), at(px, top, pz))
 
 
 def armchair():
@@ -121,7 +152,7 @@ def armchair():
 
 def room(parts):
     wall, floor = parts["wall"], parts["floor"]
-    x, z0, high = 3.9, -1.6, 3.7
+    x, z0, high = 3.9, BACK, 3.7
     wall.quad((-x, 0, WALL), (x, 0, WALL), (x, high, WALL), (-x, high, WALL))
     for s in (-1, 1):
         parts["side"].quad((s * x, 0, z0), (s * x, 0, WALL), (s * x, high, WALL), (s * x, high, z0))
@@ -135,7 +166,7 @@ def room(parts):
     for s in (-1, 1):
         parts["trim"].join(box(min(s * x, s * (x - 0.02)), max(s * x, s * (x - 0.02)), 0.0, 0.12, z0, WALL, 0.006))
     beam = box(-x, x, high - 0.22, high, -0.09, 0.09, 0.02)
-    parts["wood"].join(beam, *[at(0, 0, z) for z in (0.2, 1.9, 3.6, 5.3)])
+    parts["wood"].join(beam, *[at(0, 0, z) for z in (-1.5, 0.2, 1.9, 3.6, 5.3)])
     # Long curtains at both sides of the picture.
     for s in (-1, 1):
         fold = []
@@ -150,22 +181,20 @@ def room(parts):
 
 
 def main():
-    names = ("slides", "black", "metal", "wood", "wall", "side", "ceiling", "floor", "trim", "curtain", "chairs")
+    names = ("black", "metal", "slots", "wood", "wall", "side", "ceiling", "floor", "trim", "curtain", "bowl")
     parts = {name: Mesh() for name in names}
-    slides(parts)
     projector(parts)
     room(parts)
-    chair = armchair()
-    for x, z, turn in ((-1.75, 2.35, 8), (-0.78, 3.05, 4), (0.78, 3.05, -4), (1.75, 2.35, -8), (2.7, 1.6, -14), (-2.7, 1.6, 14)):
-        parts["chairs"].join(chair, at(x, 0, z, turn=turn))
+    parts["chair"] = armchair()  # one: the scene has instances of it
     table = lathe([(0.0, 0.42), (0.30, 0.42), (0.32, 0.44), (0.30, 0.46), (0.0, 0.46)], 40)
     parts["wood"].join(table, at(0, 0, 3.25)).join(lathe([(0.2, 0.0), (0.19, 0.02), (0.03, 0.04), (0.03, 0.42)], 24), at(0, 0, 3.25))
     bowl = lathe([(0.05, 0.46), (0.10, 0.48), (0.13, 0.54), (0.125, 0.54), (0.09, 0.485), (0.0, 0.475)], 32)
-    parts["metal"].join(bowl, at(0.05, 0, 3.2))
+    parts["bowl"].join(bowl, at(0.05, 0, 3.2))
     folder = here(__file__)
     parts["floor"].boxed(0.9)
     write_all(folder, parts, crease=35.0)
     stone_picture(os.path.join(folder, "mesh", "boards.png"), 192, (0.56, 0.40, 0.27), 0.45, seed=77)
+    slide(os.path.join(folder, "mesh", "slide.png"))
 
 
 main()
