@@ -8,16 +8,28 @@ cd "$(dirname "${BASH_SOURCE[0]}")"
 lucerna=../build/release/lucerna
 [ $# -gt 0 ] || set -- cathedral cloister office projector room stadium watch
 
-# lamp SCENE ARGUMENT...: scenes/SCENE/lamp.exr
+# lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
-    local scene=$1
+    local file=$1
     shift
     if [ ! -x "$lucerna" ]; then
-        echo "   no lamp for $scene: there is no $lucerna yet"
+        echo "   no $file: there is no $lucerna yet"
         return
     fi
-    "$lucerna" light acquire "$@" -o "$scene/lamp.exr" --quiet
-    echo "   scenes/$scene/lamp.exr"
+    "$lucerna" light "$@" -o "$file" --quiet
+    echo "   scenes/$file"
+}
+
+# chip COLOUR RGB: the watch's LED chip from its measured rays, by formula where they are not there. A formula's chip
+# lies in the package's middle; a measured one in its quadrant.
+chip() {
+    local rays=../../shared/data/osram-ostar-$1-100k.tm25ray
+    if [ -f "$rays" ]; then
+        lamp "watch/led-$1.exr" import "$rays"
+    else
+        echo "   no measured rays $rays: the $1 chip by formula"
+        lamp "watch/led-$1.exr" acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit W --colour "$2"
+    fi
 }
 
 for scene in "$@"; do
@@ -28,7 +40,12 @@ for scene in "$@"; do
     fi
     if [ -f "$scene/make.py" ]; then python3 "$scene/make.py"; fi
     case $scene in
-        cloister) lamp cloister --radius 35mm --exponent 16 --flux 1200 --unit lm --colour 1.17,0.97,0.72 ;;
-        room) lamp room --radius 35mm --exponent 20 --flux 1500 --unit lm --colour 1.28,0.96,0.55 ;;
+        cloister) lamp cloister/lamp.exr acquire --radius 35mm --exponent 16 --flux 1200 --unit lm --colour 1.17,0.97,0.72 ;;
+        room) lamp room/lamp.exr acquire --radius 35mm --exponent 20 --flux 1500 --unit lm --colour 1.28,0.96,0.55 ;;
+        watch)
+            chip green 0,1.353,0.448
+            chip blue 1.312,0,9.989
+            lamp watch/led-red.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit W --colour 4.42,0.084,0
+            ;;
     esac
 done

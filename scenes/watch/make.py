@@ -8,7 +8,7 @@ import random
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from workshop import Mesh, at, circle, here, lathe, loft, sweep, write_all  # noqa: E402
+from workshop import Mesh, at, box, circle, here, lathe, loft, sweep, write_all  # noqa: E402
 
 MILLI = 1e-3
 
@@ -186,6 +186,23 @@ def balance(z):
     return rim, hair
 
 
+def led():
+    """The LED in its own frame, light along +z: four chips (one is off) in a ceramic package, on a board with an arm."""
+    ceramic, board, chips = Mesh(), Mesh(), {}
+    ceramic.join(box(-2.95, 2.95, -2.4, 2.4, -1.2, -0.25, 0.12))
+    for x0, x1, y0, y1 in ((-2.6, 2.6, 1.75, 2.1), (-2.6, 2.6, -2.1, -1.75), (-2.6, -2.2, -1.75, 1.75), (2.2, 2.6, -1.75, 1.75)):
+        ceramic.join(box(x0, x1, y0, y1, -0.25, -0.06))
+    board.join(box(-5, 5, -4, 4, -2.6, -1.2, 0.2))
+    for k in range(7):  # the fins behind it
+        board.join(box(-4.6 + 1.5 * k, -4.2 + 1.5 * k, -3.8, 3.8, -5.4, -2.6))
+    board.join(box(-0.9, 0.9, -40, -3, -4.4, -3.2, 0.2))
+    for name, x, y in (("red", 0.69, -0.84), ("green", -0.68, 0.84), ("blue", 0.69, 0.81), ("off", -0.74, -0.83)):
+        chips["chip-" + name] = Mesh()
+        a, b, c, d = [(x + u, y + v, -0.05) for u, v in ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))]
+        chips["chip-" + name].quad(a, b, c, d)
+    return {"ceramic": ceramic, "board": board, **chips}
+
+
 def main():
     parts = {name: Mesh() for name in ("base", "bridges", "wheels", "steel", "screws", "rubies", "gold", "balance", "hair",
                                        "strap", "case")}
@@ -236,6 +253,7 @@ def main():
              for s, h in ((1.8, 0.0), (2.1, 0.15), (2.1, 2.2), (1.9, 2.5), (0.6, 2.6))]
     crown = loft(rings)
     parts["case"].join(crown, lambda p: (18.6 + p[1], p[0] - 0.9, p[2] + 0.6))
+    parts.update(led())
     folder = here(__file__)
     parts = {name: Mesh().join(mesh, lambda p: (MILLI * p[0], MILLI * p[1], MILLI * p[2]))
              for name, mesh in parts.items() if mesh.faces}
