@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About ten minutes on two cores.
+# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About fifteen minutes on two cores.
 # The settings beside each name are all there is to say about a picture.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail
@@ -20,15 +20,16 @@ picture() {
     python3 -c "import json,sys; s=json.load(open(sys.argv[1])); print('   %.0f s' % s['seconds']['total'])" "$out/$name.json"
 }
 
-wanted="${*:-cloister watch stadium projector office cathedral cornell-caustic}"
+wanted="${*:-cloister watch stadium projector office cathedral cornell cornell-caustic}"
 for name in $wanted; do
     if [ -f "scenes/$name/make.py" ]; then bash scenes/make.sh "$name"; fi
 done
 
-picture watch 640x480 -0.7 --integrator path --spp 64
-picture cloister 600x400 -3 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
+picture watch 640x480 -0.7 --integrator path --spp 96
+picture cloister 640x427 -3 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
 picture stadium 640x400 0 --integrator path --spp 64
-picture projector 540x341 0.3 --integrator path --spp 96
+picture projector 640x420 0.3 --integrator path --spp 144
 picture office 400x225 -7.6 --integrator igi --spp 16 --set nlights=256 nsets=16
 picture cathedral 400x500 -0.8 --integrator photonmap --spp 24 --set photons=2000000 gatherrays=2 radius=1
-picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=2000000 gatherrays=4
+picture cornell 400x400 0 --integrator path --spp 128
+picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4
