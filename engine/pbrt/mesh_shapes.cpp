@@ -58,7 +58,9 @@ std::optional<ObjectMesh> read_ply_mesh(const Reading& reading, Params& params) 
     try {
         ply = read_ply(reading.resolve(name));
     } catch (const InputError& error) {
-        fail(params.place_of("filename"), "{}", printable(error.what()));
+        const bool missing = !std::filesystem::exists(reading.resolve(name), status);
+        fail(params.place_of("filename"), "{}{}", printable(error.what()),
+             missing ? "; --skip-missing renders the rest without it" : "");
     }
     for (std::size_t i = 0; i < ply.p.size(); ++i) {
         if (is_finite(ply.p[i])) continue;

@@ -234,8 +234,8 @@ TEST_F(RunInfo, Scene_SaysWhatIsInIt) {
 
 TEST_F(RunInfo, Scene_SaysWhatWouldBeBuiltAndWhatWasIgnored) {
     write("odd.pbrt",
-               "Integrator \"photonmap\" \"string direct\" \"map\" WorldBegin\n"
-               "Material \"mirror\" Shape \"sphere\" \"float radios\" 2 LightSource \"point\"\n");
+          "Integrator \"photonmap\" \"string direct\" \"map\" WorldBegin\n"
+          "Material \"mirror\" Shape \"sphere\" \"float radios\" 2 LightSource \"point\"\n");
     const Outcome outcome = lucerna_run({"info", "odd.pbrt"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("direct map built: direct light is read from it"));
