@@ -12,41 +12,11 @@ namespace {
 
 using Type = Param::Type;
 
-// Complex refractive indices as linear sRGB, as Tungsten's table (Bitterli) has them: measured spectra
-// integrated against the CIE colour matching functions.
-struct Metal {
-    std::string_view name;
-    Rgb eta, k;
-};
-const Metal kMetals[] = {
-    {"Ag", {0.1552646F, 0.1167232F, 0.1383807F}, {4.8283433F, 3.1222459F, 2.1470504F}},
-    {"Al", {1.6574600F, 0.8803689F, 0.5212287F}, {9.2238691F, 6.2695232F, 4.8370012F}},
-    {"Au", {0.1431190F, 0.3749570F, 1.4424785F}, {3.9831604F, 2.3857207F, 1.6032152F}},
-    {"Cu", {0.2004377F, 0.9240334F, 1.1022120F}, {3.9129485F, 2.4528477F, 2.1421880F}},
-};
-
-// Refractive indices at the d line, 587.6 nm (the makers' data sheets).
-struct Glass {
-    std::string_view name;
-    double eta;
-};
-constexpr Glass kGlasses[] = {{"glass-BK7", 1.5168},    {"glass-BAF10", 1.67003}, {"glass-FK51A", 1.48656},
-                              {"glass-LASF9", 1.85025}, {"glass-SF5", 1.67271},   {"glass-SF10", 1.72825},
-                              {"glass-SF11", 1.78472}};
-
 // Indices beyond these are no glass, and nothing here divides by less.
 constexpr double kLeastEta = 0.01, kMostEta = 100;
 
 std::string only_string(const Param& param) {
     return param.strings.size() == 1 ? param.strings.front() : std::string();
-}
-
-std::optional<Rgb> named_metal(const std::string& name) {
-    for (const Metal& metal : kMetals) {
-        if (name == fmt::format("metal-{}-eta", metal.name)) return metal.eta;
-        if (name == fmt::format("metal-{}-k", metal.name)) return metal.k;
-    }
-    return std::nullopt;
 }
 
 const NamedTexture& color_texture(Reading& reading, const Param& param) {
@@ -91,9 +61,6 @@ RgbTexture read_color(Reading& reading, Params& params, std::string_view name, c
 RgbTexture read_index_spectrum(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
     const Param* param = params.find_any(name);
     if (param && param->type == Type::texture) return color_texture(reading, *param).texture;
-    if (param && param->type == Type::spectrum) {
-        if (const auto metal = named_metal(only_string(*param))) return RgbTexture::constant(*metal);
-    }
     return RgbTexture::constant(read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback));
 }
 
@@ -102,19 +69,15 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
     if (!param || param->type == Type::real || param->type == Type::texture) {
         return read_number(reading, params, name, fallback, kLeastEta, kMostEta);
     }
-    const std::string wanted = only_string(*param);
-    for (const Glass& glass : kGlasses) {
-        if (wanted != glass.name) continue;
-        reading.warn(param->place,
-                     fmt::format("{}: no dispersion, {} at 587.6 nm is taken", wanted, glass.eta));
-        return FloatTexture::constant(static_cast<float>(glass.eta));
-    }
-    const float eta = luminance(read_spectrum(reading, params, name, ColorUse::ratio).value_or(Rgb(1.5F)));
+    const Rgb index = read_spectrum(reading, params, name, ColorUse::ratio).value_or(Rgb(1.5F));
+    const bool grey = index.x == index.y && index.y == index.z;
+    const float eta = grey ? index.x : luminance(index);
     if (!(eta >= static_cast<float>(kLeastEta) && eta <= static_cast<float>(kMostEta))) {
         fail(params.place_of(name), "\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name,
              params.owner(), eta, kLeastEta, kMostEta);
     }
-    reading.warn(params.place_of(name), fmt::format("\"{}\": no dispersion, {:g} is taken", name, eta));
+    const std::string warning = fmt::format("\"{}\": no dispersion, {:g} is taken", name, eta);
+    if (only_string(*param).rfind("glass-", 0) != 0) reading.warn(params.place_of(name), warning);
     return FloatTexture::constant(eta);
 }
 

@@ -45,9 +45,11 @@ MaterialModel read_dielectric(Reading& reading, Params& params) {
     return glass;
 }
 
+// What pbrt takes where nothing is said: copper, as the spectra metal-Cu-eta and metal-Cu-k are read.
+const Rgb kCopperEta(0.166367F, 0.974422F, 1.213025F), kCopperK(3.247826F, 2.586601F, 2.357576F);
+
 ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::string& prefix) {
     ConductorMaterial metal;
-    const ConductorMaterial copper;
     const std::string eta = prefix + "eta", k = prefix + "k";
     if (params.has("reflectance")) {
         if (params.has(eta) || params.has(k)) {
@@ -57,8 +59,8 @@ ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::str
         metal.reflectance = read_color(reading, params, "reflectance", Rgb(0.5F));
         return metal;
     }
-    metal.eta = read_index_spectrum(reading, params, eta, copper.eta.at(V2f(0, 0)));
-    metal.k = read_index_spectrum(reading, params, k, copper.k.at(V2f(0, 0)));
+    metal.eta = read_index_spectrum(reading, params, eta, kCopperEta);
+    metal.k = read_index_spectrum(reading, params, k, kCopperK);
     return metal;
 }
 
@@ -69,10 +71,9 @@ MaterialModel read_conductor(Reading& reading, Params& params) {
 }
 
 MaterialModel read_metal(Reading& reading, Params& params) {
-    const ConductorMaterial copper;
     ConductorMaterial metal;
-    metal.eta = read_index_spectrum(reading, params, "eta", copper.eta.at(V2f(0, 0)));
-    metal.k = read_index_spectrum(reading, params, "k", copper.k.at(V2f(0, 0)));
+    metal.eta = read_index_spectrum(reading, params, "eta", kCopperEta);
+    metal.k = read_index_spectrum(reading, params, "k", kCopperK);
     metal.roughness = read_roughness(reading, params, 0.01, old_dialect(reading));
     return metal;
 }

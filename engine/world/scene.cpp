@@ -183,16 +183,21 @@ std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
 }
 
 bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
-    const V3f start = x.towards(w);
-    // The start already lies a little on the way; the end shall not move on.
-    const float t_max = distance - std::fmax(0.0F, (start - x.p).dot(w));
-    if (t_max <= 0) return true;
-    if (!is_usable_ray({start, w, t_max})) {
+    Ray ray{x.towards(w), w, distance};
+    if (std::isfinite(distance)) {
+        // The start was moved along the normal, the end must not move with it: a large surface's shift would
+        // carry an oblique ray beyond a small lamp, which would then hide itself.
+        const V3f way = x.p + distance * w - ray.o;
+        ray.t_max = way.length();
+        if (!(way.dot(w) > 0)) return true;  // the start already lies beyond the end
+        ray.d = way / ray.t_max;             // > 0: way has a part along w
+    }
+    if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
         return false;
     }
     impl_->rays.add();
-    return !impl_->accelerator->hidden({start, w, t_max}, kSurfaces);
+    return !impl_->accelerator->hidden(ray, kSurfaces);
 }
 
 Bsdf Scene::bsdf(const Hit& hit) const {
