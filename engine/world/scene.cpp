@@ -189,8 +189,8 @@ bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
         // carry an oblique ray beyond a small lamp, which would then hide itself.
         const V3f way = x.p + distance * w - ray.o;
         ray.t_max = way.length();
-        if (!(way.dot(w) > 0)) return true;  // the start already lies beyond the end
-        ray.d = way / ray.t_max;             // > 0: way has a part along w
+        if (way.dot(w) <= 0) return true;  // the start already lies beyond the end
+        ray.d = way / ray.t_max;           // > 0: way has a part along w
     }
     if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
