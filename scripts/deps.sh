@@ -7,9 +7,9 @@ packages=(
     g++ clang clang-format cmake ninja-build ccache
     # libraries the engine stands on
     libembree-dev libflann-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev zlib1g-dev
-    libomp-14-dev libclang-rt-14-dev librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev
-    # the scenes' generators
-    python3
+    libomp-14-dev libclang-rt-14-dev librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
+    # the scenes' generators and the plots of docs
+    python3 python3-matplotlib
     # tests and benchmarks
     libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
 )

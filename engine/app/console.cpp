@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <chrono>
 
-#include "engine/app/units.h"
 #include "engine/base/files.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {

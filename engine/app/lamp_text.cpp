@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/app/units.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {

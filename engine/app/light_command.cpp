@@ -2,43 +2,15 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
-#include <cmath>
-#include <memory>
-#include <optional>
+#include <filesystem>
 
-#include "engine/app/commands.h"
-#include "engine/app/console.h"
 #include "engine/app/lamp_text.h"
-#include "engine/app/options.h"
+#include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
-#include "engine/base/error.h"
-#include "engine/base/files.h"
-#include "lights/acquire.h"
 #include "lights/cell_table.h"
 
 namespace lucerna {
 namespace {
-
-constexpr const char* kImportFooter =
-    R"(What is not given is chosen from the rays. The light field is for a scene's
-  LightSource "lightfield" "string filename" "lamp.exr"
-
-Examples:
-  lucerna light import lamp.tm25ray -o lamp.exr
-  lucerna light import lamp.tm25ray -o lamp.exr --views 16x16 --pixels 96x96 --capture 99%
-  lucerna light import lamp.tm25ray -o lamp.exr --distance 40mm --height 0.5mm)";
-
-constexpr const char* kAcquireFooter =
-    R"(A virtual measuring bench in front of a flat emitter whose intensity falls off as cos^N.
-
-Examples:
-  lucerna light acquire -o lamp.exr
-  lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
-  lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
-
-constexpr const char* kInfoFooter = R"(Examples:
-  lucerna light info lamp.exr
-  lucerna light info lamp.tm25ray)";
 
 constexpr const char* kFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
@@ -47,245 +19,47 @@ constexpr const char* kFooter = R"(Examples:
 
 constexpr int kMostPerSide = 4096;  // views or pixels
 
-struct Common {
-    std::string output;
-    Workers workers;
-    bool quiet = false;
-};
+}  // namespace
 
-void add_common(CLI::App& app, Common& common) {
-    app.add_option("-o,--output", common.output, "the light field")->type_name("LAMP.exr")->required();
-    add_threads(app, common.workers);
-    app.add_flag("--quiet", common.quiet, "say nothing but warnings and errors");
+void add_lamp_output(CLI::App& app, LampOutput& output) {
+    app.add_option("-o,--output", output.file, "the light field")->type_name("LAMP.exr")->required();
+    add_threads(app, output.workers);
+    app.add_flag("--quiet", output.quiet, "say nothing but warnings and errors");
 }
 
-ConsoleSettings console_settings(const Common& common, const CommandContext& context) {
-    return {context.around.terminal, common.quiet, context.around.stop, {}};
+ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context) {
+    return {context.around.terminal, output.quiet, context.around.stop, {}};
 }
 
-// Adds the three that say how the planes are laid.
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
     add_word(app, "--views", "WxH", "filter positions on the sampling plane",
-             [&views](const std::string& word) { views = parse_size("--views", word, kMostPerSide); });
+             [&views](const std::string& word) { views = parse_size({"--views"}, word, kMostPerSide); });
     add_word(app, "--pixels", "WxH", "pixels of a view's image on the measurement plane",
-             [&pixels](const std::string& word) { pixels = parse_size("--pixels", word, kMostPerSide); });
+             [&pixels](const std::string& word) { pixels = parse_size({"--pixels"}, word, kMostPerSide); });
     add_word(app, "--distance", "LENGTH", "between the planes, as 40mm",
-             [&distance](const std::string& word) { distance = parse_length("--distance", word); });
+             [&distance](const std::string& word) { distance = parse_length({"--distance"}, word); });
 }
 
-// Writes the field and, as it belongs to the lamp, the table from which its particles are drawn. What is said
-// and tabulated is the field as a reader of the file will find it, rounded to halves.
-void finish(const LightField& made, const Common& common, ConsoleMonitor& monitor,
-            const CommandContext& context) {
-    write_light_field(common.output, made);
-    const LightField field = read_light_field(common.output);
-    load_or_build_cell_table(common.output, field, common.workers, monitor);
-    if (common.quiet) return;
-    print_light_field(context.out, field, common.workers);
+void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonitor& monitor,
+                 const CommandContext& context) {
+    write_light_field(output.file, made);
+    const LightField field = read_light_field(output.file);
+    load_or_build_cell_table(output.file, field, output.workers, monitor);
+    if (output.quiet) return;
+    print_light_field(context.out, field, output.workers);
     std::error_code unknown;
-    const auto size = std::filesystem::file_size(common.output, unknown);
-    fmt::print(context.out, "light field          {} ({})\n", common.output,
+    const auto size = std::filesystem::file_size(output.file, unknown);
+    fmt::print(context.out, "light field          {} ({})\n", output.file,
                unknown ? std::string("size unknown") : bytes_text(static_cast<double>(size)));
 }
-
-// --- import ---
-
-struct ImportOptions {
-    std::string rays;
-    FitOptions fit;
-    Common common;
-};
-
-// Errors about what is in the file, but not about its format, do not know its name.
-template <typename Work>
-auto naming(const std::string& file, Work&& work) {
-    try {
-        return work();
-    } catch (const InputError& error) {
-        if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
-        throw InputError({file}, error.what());
-    }
-}
-
-void act_import(const ImportOptions& options, const CommandContext& context) {
-    require_readable(options.rays);
-    require_writable(options.common.output, ".exr");
-    ConsoleMonitor monitor(context.out, context.err, console_settings(options.common, context));
-    const RaySet rays = read_tm25(options.rays, monitor);
-    const Projection made = naming(
-        options.rays, [&] { return fit_light_field(rays, options.fit, options.common.workers, monitor); });
-    finish(made.field, options.common, monitor, context);
-    if (!options.common.quiet) print_account(context.out, made.account, rays.unit);
-}
-
-void add_import(CLI::App& light, const CommandContext& context) {
-    const auto options = std::make_shared<ImportOptions>();
-    CLI::App& app =
-        *light.add_subcommand("import", "Make a light field from a measured lamp's rays (IES TM-25)");
-    app.footer(kImportFooter);
-    app.add_option("RAYS", options->rays, "ray file, .tm25ray")->required();
-    add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
-    add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 98%)",
-             [options](const std::string& word) { options->fit.capture = parse_share("--capture", word); });
-    add_word(app, "--height", "LENGTH",
-             "of the sampling plane in the rays' frame (default: where most rays start)",
-             [options](const std::string& word) { options->fit.z = parse_place("--height", word); });
-    add_common(app, options->common);
-    app.callback([options, &context] { act_import(*options, context); });
-}
-
-// --- acquire ---
-
-struct AcquireCommand {
-    std::string emitter = "disc";
-    double radius = 0.025;  // metres
-    V2d size{0.02, 0.01};   // metres
-    bool has_radius = false, has_size = false;
-    double exponent = 1, flux = 1000;  // flux in `unit`
-    std::string unit = "lm";
-    Rgb colour{1.0F};    // luminance 1
-    double setback = 0;  // metres
-    V2i views{9, 9}, pixels{128, 128};
-    double distance = 0;  // metres; 0: chosen
-    double capture = 0.98;
-    Common common;
-};
-
-// The planes in front of an emitter of half size `half`, as choose_rig lays them for rays: one filter beyond
-// the edge on every side, M at five times the size and as wide as holds the share of the flux [Ashdown 1995].
-Rig lay_planes(const AcquireCommand& command, const V2d& half) {
-    Rig rig;
-    rig.views = command.views;
-    rig.pixels = command.pixels;
-    rig.distance = command.distance > 0 ? command.distance : 10 * std::max(half.x, half.y);
-    // A cos^N lobe holds 1 - cos^(N+1) θ of its flux within θ. The share 1 would be the whole plane; 0.9999
-    // is 89° from the axis for N = 1.
-    const double share = std::min(command.capture, 0.9999);
-    const double cos_edge = std::pow(1 - share, 1 / (command.exponent + 1));
-    const double tan_edge = std::sqrt(1 - cos_edge * cos_edge) / cos_edge;  // share < 1, so the cosine is > 0
-    for (int axis = 0; axis < 2; ++axis) {
-        // Behind S the emitter's light has spread when it gets there.
-        const double covered = half[axis] + command.setback * tan_edge;
-        // Filters stand at ±(covered + Δ): (views - 1) Δ = 2 covered + 2 Δ; views >= 4 was checked.
-        rig.spacing[axis] = 2 * covered / (rig.views[axis] - 3);
-        const double m_half = half[axis] + (rig.distance + command.setback) * tan_edge;
-        rig.pixel[axis] = 2 * m_half / rig.pixels[axis];
-    }
-    return rig;
-}
-
-void check(const AcquireCommand& command) {
-    const bool disc = command.emitter == "disc";
-    if (!disc && command.emitter != "rectangle") {
-        input_error({"--emitter"}, "\"{}\" is not accepted; disc or rectangle is", command.emitter);
-    }
-    if (command.unit != "lm" && command.unit != "W") {
-        input_error({"--unit"}, "\"{}\" is not accepted; lm or W is", command.unit);
-    }
-    if (disc && command.has_size)
-        throw InputError({"--size"}, "a disc has a --radius; --size is for a rectangle");
-    if (!disc && command.has_radius)
-        throw InputError({"--radius"}, "a rectangle has a --size; --radius is for a disc");
-    if (std::min(command.views.x, command.views.y) < 4) {
-        input_error(
-            {"--views"},
-            "\"{}x{}\" is not accepted; at least 4 on a side are, as one filter stands beyond each edge",
-            command.views.x, command.views.y);
-    }
-}
-
-void act_acquire(const AcquireCommand& command, const CommandContext& context) {
-    check(command);
-    require_writable(command.common.output, ".exr");
-    ConsoleMonitor monitor(context.out, context.err, console_settings(command.common, context));
-    const bool disc = command.emitter == "disc";
-    const V2d half = disc ? V2d(command.radius, command.radius) : command.size * 0.5;
-    EmitterModel emitter =
-        cosine_emitter(disc ? EmitterModel::Outline::disc : EmitterModel::Outline::rectangle, half,
-                       command.flux, command.exponent);
-    emitter.setback = command.setback;
-    emitter.info.colour = command.colour;
-    emitter.info.unit = command.unit == "lm" ? FluxUnit::lumen : FluxUnit::watt;
-    emitter.info.provenance =
-        disc ? fmt::format("virtual acquisition of a disc of radius {}", length_text(command.radius))
-             : fmt::format("virtual acquisition of a rectangle of {} x {}", length_text(command.size.x),
-                           length_text(command.size.y));
-    emitter.info.provenance += fmt::format(", cos^{:g}, {:g} {}; lucerna {}", command.exponent, command.flux,
-                                           command.unit, program_version());
-    const LightField field = acquire(emitter, lay_planes(command, half), command.common.workers, monitor);
-    finish(field, command.common, monitor, context);
-}
-
-void add_emitter(CLI::App& app, AcquireCommand& command) {
-    app.add_option("--emitter", command.emitter, "disc (default) or rectangle")->type_name("SHAPE");
-    add_word(app, "--radius", "LENGTH", "of the disc (default 25mm)", [&command](const std::string& word) {
-        command.radius = parse_length("--radius", word);
-        command.has_radius = true;
-    });
-    add_word(app, "--size", "LENGTHxLENGTH", "of the rectangle (default 20mmx10mm)",
-             [&command](const std::string& word) {
-                 command.size = parse_length_pair("--size", word);
-                 command.has_size = true;
-             });
-    add_word(app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a matt emitter",
-             [&command](const std::string& word) {
-                 command.exponent = parse_number("--exponent", word, 1, 1000);
-             });
-    add_word(
-        app, "--flux", "NUMBER", "of the whole lamp (default 1000)",
-        [&command](const std::string& word) { command.flux = parse_number("--flux", word, 1e-9, 1e12); });
-    app.add_option("--unit", command.unit, "of the flux: lm (default) or W")->type_name("UNIT");
-    add_word(app, "--colour", "R,G,B", "of the light, linear sRGB; the flux stays (default 1,1,1)",
-             [&command](const std::string& word) { command.colour = parse_colour("--colour", word); });
-    add_word(app, "--setback", "LENGTH", "of the emitter behind the sampling plane (default 0)",
-             [&command](const std::string& word) {
-                 command.setback = parse_place("--setback", word);
-                 if (command.setback < 0)
-                     throw InputError({"--setback"}, "the emitter cannot stand before the plane");
-             });
-}
-
-void add_acquire(CLI::App& light, const CommandContext& context) {
-    const auto command = std::make_shared<AcquireCommand>();
-    CLI::App& app = *light.add_subcommand("acquire", "Make a light field of a lamp that has a formula");
-    app.footer(kAcquireFooter);
-    add_emitter(app, *command);
-    add_planes(app, command->views, command->pixels, command->distance);
-    add_word(app, "--capture", "SHARE", "of the light that the planes should catch (default 98%)",
-             [command](const std::string& word) { command->capture = parse_share("--capture", word); });
-    add_common(app, command->common);
-    app.callback([command, &context] { act_acquire(*command, context); });
-}
-
-// --- info ---
-
-void act_info(const std::string& file, const CommandContext& context) {
-    require_readable(file);
-    ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
-    if (std::filesystem::path(file).extension() == ".exr") {
-        print_light_field(context.out, read_light_field(file), {});
-    } else {
-        print_ray_set(context.out, read_tm25(file, monitor));
-    }
-}
-
-void add_info(CLI::App& light, const CommandContext& context) {
-    const auto file = std::make_shared<std::string>();
-    CLI::App& app = *light.add_subcommand("info", "Geometry, flux and losses of a light field or a ray file");
-    app.footer(kInfoFooter);
-    app.add_option("LAMP", *file, "light field (.exr) or rays (.tm25ray)")->required();
-    app.callback([file, &context] { act_info(*file, context); });
-}
-
-}  // namespace
 
 void add_light_command(CLI::App& program, const CommandContext& context) {
     CLI::App& light = *program.add_subcommand("light", "Make light fields of lamps, and look into them");
     light.footer(kFooter);
     light.require_subcommand(1);
-    add_import(light, context);
-    add_acquire(light, context);
-    add_info(light, context);
+    add_light_import(light, context);
+    add_light_acquire(light, context);
+    add_light_info(light, context);
 }
 
 }  // namespace lucerna

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/units.h"
 #include "engine/base/parallel.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 
@@ -25,7 +25,7 @@ CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string&
 inline void add_threads(CLI::App& app, Workers& workers) {
     add_word(app, "--threads", "N", "threads that work (default: one per processor)",
              [&workers](const std::string& word) {
-                 workers.threads = static_cast<int>(parse_whole("--threads", word, 1, 1024));
+                 workers.threads = static_cast<int>(parse_whole({"--threads"}, word, 1, 1024));
              });
 }
 

@@ -125,11 +125,11 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--exposure", "STOPS",
              "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
              [&command](const std::string& word) {
-                 command.exposure = parse_number("--exposure", word, -60, 60);
+                 command.exposure = parse_number({"--exposure"}, word, -60, 60);
              });
     add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",
              [&command](const std::string& word) {
-                 command.overrides.resolution = parse_size("--resolution", word, 65536);
+                 command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
              });
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
@@ -145,7 +145,7 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
            "--set",
            [&command](const std::vector<std::string>& words) {
                for (const std::string& word : words) {
-                   command.overrides.set.push_back(parse_assignment("--set", word));
+                   command.overrides.set.push_back(parse_assignment({"--set"}, word));
                }
            },
            "set a parameter of the integrator; may be repeated")
@@ -154,10 +154,10 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     add_word(app, "--spp", "N", "samples per pixel, in the place of the scene's",
              [&command](const std::string& word) {
-                 command.overrides.spp = static_cast<int>(parse_whole("--spp", word, 1, 1 << 24));
+                 command.overrides.spp = static_cast<int>(parse_whole({"--spp"}, word, 1, 1 << 24));
              });
     add_word(app, "--seed", "N", "starts the random numbers (default 0); the same seed gives the same image",
-             [&command](const std::string& word) { command.options.seed = parse_seed("--seed", word); });
+             [&command](const std::string& word) { command.options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command.options.workers);
 }
 

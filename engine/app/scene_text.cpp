@@ -7,8 +7,8 @@
 #include <array>
 #include <map>
 
-#include "engine/app/units.h"
 #include "engine/base/error.h"
+#include "engine/base/units.h"
 #include "engine/render/integrator.h"
 
 namespace lucerna {

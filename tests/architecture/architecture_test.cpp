@@ -43,6 +43,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<zlib.h>", {"engine/base/gunzip.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
+    {"<toml++/", {"engine/base/toml.cpp"}},
 };
 
 // The room whose folder holds the path; empty for what belongs to none (tests, bench).

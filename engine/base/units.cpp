@@ -1,4 +1,4 @@
-#include "engine/app/units.h"
+#include "engine/base/units.h"
 
 #include <fmt/format.h>
 
@@ -11,10 +11,6 @@
 
 namespace lucerna {
 namespace {
-
-Location at(std::string_view option) {
-    return {std::string(option)};
-}
 
 // The number that all of `word` is.
 template <typename T>
@@ -37,7 +33,9 @@ constexpr std::array<LengthUnit, 5> kLengthUnits{
 std::optional<double> metres(std::string_view word) {
     for (const LengthUnit& unit : kLengthUnits) {
         if (!word.ends_with(unit.name)) continue;
-        const auto number = whole_word<double>(word.substr(0, word.size() - unit.name.size()));
+        std::string_view digits = word.substr(0, word.size() - unit.name.size());
+        while (digits.ends_with(' ')) digits.remove_suffix(1);  // "40 mm", as printed
+        const auto number = whole_word<double>(digits);
         if (!number || !std::isfinite(*number)) return std::nullopt;
         return *number * unit.metres;
     }
@@ -53,78 +51,74 @@ std::optional<std::pair<std::string_view, std::string_view>> halves(std::string_
 
 }  // namespace
 
-double parse_number(std::string_view option, std::string_view word, double least, double most) {
+double parse_number(const Location& at, std::string_view word, double least, double most) {
     const auto value = whole_word<double>(word);
     if (!value || !(*value >= least && *value <= most)) {  // false for NaN
-        input_error(at(option), "\"{}\" is not accepted; a number from {:g} to {:g} is", word, least, most);
+        input_error(at, "\"{}\" is not accepted; a number from {:g} to {:g} is", word, least, most);
     }
     return *value;
 }
 
-std::int64_t parse_whole(std::string_view option, std::string_view word, std::int64_t least,
-                         std::int64_t most) {
+std::int64_t parse_whole(const Location& at, std::string_view word, std::int64_t least, std::int64_t most) {
     const auto value = whole_word<std::int64_t>(word);
     if (!value || *value < least || *value > most) {
-        input_error(at(option), "\"{}\" is not accepted; a whole number from {} to {} is", word, least, most);
+        input_error(at, "\"{}\" is not accepted; a whole number from {} to {} is", word, least, most);
     }
     return *value;
 }
 
-std::uint64_t parse_seed(std::string_view option, std::string_view word) {
+std::uint64_t parse_seed(const Location& at, std::string_view word) {
     const auto value = whole_word<std::uint64_t>(word);
-    if (!value)
-        input_error(at(option), "\"{}\" is not accepted; a whole number from 0 to {} is", word, UINT64_MAX);
+    if (!value) input_error(at, "\"{}\" is not accepted; a whole number from 0 to {} is", word, UINT64_MAX);
     return *value;
 }
 
-double parse_length(std::string_view option, std::string_view word) {
+double parse_length(const Location& at, std::string_view word) {
     const auto value = metres(word);
     if (!value || !(*value > 0)) {
-        input_error(at(option),
-                    "\"{}\" is not a length; a positive number with its unit is, as 40mm, 4cm, 1.2m", word);
+        input_error(at, "\"{}\" is not a length; a positive number with its unit is, as 40mm, 4cm, 1.2m",
+                    word);
     }
     return *value;
 }
 
-double parse_place(std::string_view option, std::string_view word) {
+double parse_place(const Location& at, std::string_view word) {
     const auto value = word == "0" ? 0.0 : metres(word);
-    if (!value)
-        input_error(at(option), "\"{}\" is not a place; a number with its unit is, as -2mm, 0, 1.2cm", word);
+    if (!value) input_error(at, "\"{}\" is not a place; a number with its unit is, as -2mm, 0, 1.2cm", word);
     return *value;
 }
 
-Imath::V2d parse_length_pair(std::string_view option, std::string_view word) {
+Imath::V2d parse_length_pair(const Location& at, std::string_view word) {
     const auto parts = halves(word);
     const auto x = parts ? metres(parts->first) : std::nullopt;
     const auto y = parts ? metres(parts->second) : std::nullopt;
     if (!x || !y || !(*x > 0) || !(*y > 0)) {
-        input_error(at(option), "\"{}\" is not a size; two positive lengths are, as 20mmx10mm", word);
+        input_error(at, "\"{}\" is not a size; two positive lengths are, as 20mmx10mm", word);
     }
     return {*x, *y};
 }
 
-V2i parse_size(std::string_view option, std::string_view word, int most) {
+V2i parse_size(const Location& at, std::string_view word, int most) {
     const auto parts = halves(word);
     const auto x = parts ? whole_word<int>(parts->first) : std::nullopt;
     const auto y = parts ? whole_word<int>(parts->second) : std::nullopt;
     if (!x || !y || *x < 1 || *y < 1 || *x > most || *y > most) {
-        input_error(at(option), "\"{}\" is not a size; two whole numbers from 1 to {} are, as 64x48", word,
-                    most);
+        input_error(at, "\"{}\" is not a size; two whole numbers from 1 to {} are, as 64x48", word, most);
     }
     return {*x, *y};
 }
 
-double parse_share(std::string_view option, std::string_view word) {
+double parse_share(const Location& at, std::string_view word) {
     const bool percent = word.ends_with('%');
     const auto number = whole_word<double>(percent ? word.substr(0, word.size() - 1) : word);
     const double share = number ? *number / (percent ? 100 : 1) : 0;
     if (!(share > 0 && share <= 1)) {  // false for NaN
-        input_error(at(option), "\"{}\" is not a share; more than 0 and at most 1 is, as 0.99 or 99%", word);
+        input_error(at, "\"{}\" is not a share; more than 0 and at most 1 is, as 0.99 or 99%", word);
     }
     return share;
 }
 
-Rgb parse_colour(std::string_view option, std::string_view word) {
+Rgb parse_colour(const Location& at, std::string_view word) {
     Rgb colour(0);
     std::string_view rest = word;
     bool good = true;
@@ -138,15 +132,15 @@ Rgb parse_colour(std::string_view option, std::string_view word) {
         rest.remove_prefix(std::min(rest.size(), comma + 1));
     }
     if (!good || !(luminance(colour) > 1e-6F)) {
-        input_error(at(option), "\"{}\" is not a colour; red, green and blue from 0 are, as 1,0.8,0.5", word);
+        input_error(at, "\"{}\" is not a colour; red, green and blue from 0 are, as 1,0.8,0.5", word);
     }
     return colour / luminance(colour);  // above 1e-6
 }
 
-std::pair<std::string, std::string> parse_assignment(std::string_view option, std::string_view word) {
+std::pair<std::string, std::string> parse_assignment(const Location& at, std::string_view word) {
     const std::size_t equals = word.find('=');
     if (equals == std::string_view::npos || equals == 0 || equals + 1 == word.size()) {
-        input_error(at(option), "\"{}\" is not accepted; key=value is, as --set photons=200000", word);
+        input_error(at, "\"{}\" is not accepted; key=value is, as --set photons=200000", word);
     }
     return {std::string(word.substr(0, equals)), std::string(word.substr(equals + 1))};
 }
