@@ -1,0 +1,65 @@
+// What a lamp casts on a plane that faces it: from its coefficients alone, without a renderer.
+//
+// On a plane parallel to S at distance z all cosines and distances cancel: a bundle of rays that is du dv
+// wide on S and ds dt wide on M is (z/D)² ds dt wide at a point that all of it passes, so that
+//
+//     E(x, y, z) = (D/z)² ∫∫ h(u, v, u + (x - u) D/z, v + (y - v) D/z) du dv            [LF 2, 3.2]
+//
+// and, h being a sum of products, each coefficient adds a product of two one-dimensional integrals of the
+// bell over the part of S from which the point is seen through a pixel. These have a closed form.
+//
+// Coefficients are taken as measured, negative ones included: that is the unbiased estimate, and it conserves
+// the measured flux. (A renderer's particles follow max(0, h), scaled back to the same flux; where the field
+// is smooth the two agree.)
+#pragma once
+
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "lights/light_field.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+
+// A rectangle on a plane parallel to S, in pixels. Lengths in metres.
+struct PlanePatch {
+    double distance = 0;  // of the plane from the frame's z = 0, towards +z
+    V2d centre{0, 0};
+    V2d size{0, 0};
+    V2i pixels{0, 0};
+
+    double pixel_area() const { return size.x / pixels.x * (size.y / pixels.y); }  // pixels >= 1
+    // Why this is no patch, in words; empty if it is one.
+    std::string fault() const;
+};
+
+// Mean irradiance of every pixel [flux unit/m²], rows from the least y upwards: [y * pixels.x + x]. May be
+// negative where the light is weaker than the noise. Throws InputError for a patch that is none.
+struct PlaneIrradiance {
+    PlanePatch patch;
+    std::vector<double> values;
+
+    double at(int x, int y) const {
+        return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(patch.pixels.x) +
+                      static_cast<std::size_t>(x)];
+    }
+    double flux() const;  // through the patch
+    double peak() const;
+};
+
+// In the field's frame: S is z = 0, its centre on the axis. distance >= 0; 0 is S itself.
+PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const Workers& workers,
+                        Monitor& monitor);
+// The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
+double irradiance(const LightField& field, const V3d& point);
+
+// Rays counted into the pixels, in the frame of the rays; those that never pass the plane towards +z are not.
+PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch);
+
+// A square about the light on the plane z = distance, that leaves out about 2 % of it on each side.
+PlanePatch frame_light(const LightField& field, double distance, int pixels, const Workers& workers,
+                       Monitor& monitor);
+PlanePatch frame_light(const RaySet& rays, double distance, int pixels);
+
+}  // namespace lucerna
