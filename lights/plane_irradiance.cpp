@@ -232,7 +232,7 @@ PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch) {
     const double per_area = 1 / patch.pixel_area();  // sizes are positive
     for (const LampRay& ray : rays.rays) {
         const double way = patch.distance - double{ray.o.z};
-        if (!(ray.d.z > 0) || way < 0) continue;
+        if (!(ray.d.z > 0)) continue;
         std::size_t pixel[2];
         bool inside = true;
         for (int axis = 0; axis < 2; ++axis) {
@@ -268,7 +268,7 @@ PlanePatch frame_light(const RaySet& rays, double distance, int pixels) {
     // The box that holds all but the flattest rays.
     std::vector<double> reach;
     for (const LampRay& ray : rays.rays) {
-        if (!(ray.d.z > 0) || distance < double{ray.o.z}) continue;
+        if (!(ray.d.z > 0)) continue;
         const double way = (distance - double{ray.o.z}) / double{ray.d.z};
         reach.push_back(std::max(std::fabs(double{ray.o.x} + way * double{ray.d.x}),
                                  std::fabs(double{ray.o.y} + way * double{ray.d.y})));

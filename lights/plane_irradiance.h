@@ -54,7 +54,8 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
 // The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
 double irradiance(const LightField& field, const V3d& point);
 
-// Rays counted into the pixels, in the frame of the rays; those that never pass the plane towards +z are not.
+// Rays counted into the pixels, in the frame of the rays. As in a light field they are whole lines: one that
+// starts beyond the plane counts where its line passes it. Those that do not go towards +z are left out.
 PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch);
 
 // A square about the light on the plane z = distance, that leaves out about 2 % of it on each side.

@@ -19,13 +19,17 @@ std::string percent(double part, double whole) {
 struct Negative {
     float peak = 0;         // the largest coefficient
     std::size_t count = 0;  // negative coefficients
+    double sum = 0;         // of them
 };
 
 Negative negatives(const LightField& field) {
     Negative found;
     for (const float e : field.coefficients()) {
         found.peak = std::max(found.peak, e);
-        found.count += e < 0;
+        if (e < 0) {
+            ++found.count;
+            found.sum += double{e};
+        }
     }
     return found;
 }
@@ -93,10 +97,13 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", info.captured,
                unit, percent(info.captured, lamp), info.missed, unit, percent(info.missed, lamp));
     fmt::print(out, "peak coefficient     {:.6g} {}/m^4\n", negative.peak, unit);
-    fmt::print(out, "negative             {} of {} coefficients ({})\n", negative.count,
-               field.coefficients().size(), percent(static_cast<double>(negative.count), count));
+    const double below = -negative.sum * field.rig().cell_volume();
+    fmt::print(out, "negative             {} of {} coefficients ({}), which sum to {} of the flux\n",
+               negative.count, field.coefficients().size(),
+               percent(static_cast<double>(negative.count), count), percent(below, flux));
     fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", info.colour.x, info.colour.y,
                info.colour.z);
+    fmt::print(out, "content hash         {:016x}\n", content_hash(field));
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
 }
 

@@ -15,7 +15,9 @@ namespace {
 constexpr const char* kFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
-  lucerna light info lamp.exr)";
+  lucerna light info lamp.exr
+  lucerna light project lamp.exr --distance 1m -o wall.exr --png
+  lucerna light view lamp.exr -o views.png)";
 
 constexpr int kMostPerSide = 4096;  // views or pixels
 
@@ -60,6 +62,8 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_import(light, context);
     add_light_acquire(light, context);
     add_light_info(light, context);
+    add_light_project(light, context);
+    add_light_view(light, context);
 }
 
 }  // namespace lucerna

@@ -1,11 +1,10 @@
 // lucerna light info: what is in a lamp's file.
-#include <filesystem>
 #include <memory>
 
+#include "engine/app/lamp_file.h"
 #include "engine/app/lamp_text.h"
 #include "engine/app/light_commands.h"
 #include "engine/base/files.h"
-#include "lights/ray_set.h"
 
 namespace lucerna {
 namespace {
@@ -17,10 +16,11 @@ constexpr const char* kInfoFooter = R"(Examples:
 void act_info(const std::string& file, const CommandContext& context) {
     require_readable(file);
     ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
-    if (std::filesystem::path(file).extension() == ".exr") {
-        print_light_field(context.out, read_light_field(file), {});
+    const LampFile lamp = read_lamp_file(file, monitor);
+    if (const auto* field = std::get_if<LightField>(&lamp)) {
+        print_light_field(context.out, *field, {});
     } else {
-        print_ray_set(context.out, read_tm25(file, monitor));
+        print_ray_set(context.out, std::get<RaySet>(lamp));
     }
 }
 

@@ -84,11 +84,11 @@ TEST(PlaneIrradiance, LambertianDisc_OnTheAxis_IsTheClosedForm) {
     ListeningMonitor monitor;
     constexpr double kRadius = 0.01, kFlux = 3;
     Rig rig;
-    rig.views = {33, 33};
-    rig.spacing = V2d(2 * kRadius / 30);
-    rig.pixels = {120, 120};
+    rig.views = {25, 25};
+    rig.spacing = V2d(2 * kRadius / 22);
+    rig.pixels = {45, 45};  // ±45 mm: all through which the points below see the disc
     rig.distance = 0.05;
-    rig.pixel = V2d(0.6 / 120);
+    rig.pixel = V2d(0.002);
     const LightField field = acquire(cosine_emitter(EmitterModel::Outline::disc, V2d(kRadius), kFlux), rig,
                                      Workers{2}, monitor, {2, 1});
     for (const double z : {0.01, 0.03, 0.1, 0.5}) {
@@ -104,11 +104,11 @@ TEST(PlaneIrradiance, Rays_Counted_AgreeWithTheirNumber) {
     rays.rays = {{{0, 0, 0}, {0, 0, 1}, 2.0F},        // lands in the middle
                  {{0, 0, 0}, {0.6F, 0, 0.8F}, 1.0F},  // 0.75 z to the right
                  {{0, 0, 0}, {0, 0, -1}, 5.0F},       // backward
-                 {{0, 0, 2}, {0, 0, 1}, 5.0F},        // starts behind the plane
+                 {{-0.9F, 0, 2}, {0, 0, 1}, 3.0F},    // starts beyond the plane: its line counts
                  {{0, 0, 0}, {1, 0, 1e-30F}, 5.0F}};  // grazing
     const PlaneIrradiance plane = project(rays, {1, {0, 0}, {2, 1}, {4, 1}});
-    EXPECT_EQ(plane.values, (std::vector<double>{0, 0, 4, 2}));  // 0.5 m² a pixel
-    EXPECT_EQ(plane.flux(), 3);
+    EXPECT_EQ(plane.values, (std::vector<double>{6, 0, 4, 2}));  // 0.5 m² a pixel
+    EXPECT_EQ(plane.flux(), 6);
 }
 
 TEST(PlaneIrradiance, Frame_AboutTheLight_HoldsNearlyAllOfIt) {
