@@ -6,64 +6,10 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "lights/placement.h"
 
 namespace lucerna {
 namespace {
-
-// Light frame to scene and back: an isometry times one scale. Axes have the scale's length.
-class Placement {
-  public:
-    Placement(const M44d& m, const V3d& centre, const Location& at) {
-        for (int row = 0; row < 4; ++row) {
-            for (int column = 0; column < 4; ++column) {
-                if (!std::isfinite(m[row][column]))
-                    throw InputError(at, "the lamp's placement is not finite");
-            }
-        }
-        if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
-            throw InputError(
-                at,
-                "the lamp's placement is projective; rotation, translation and uniform scale are accepted");
-        }
-        for (int axis = 0; axis < 3; ++axis) axis_[axis] = V3d(m[axis][0], m[axis][1], m[axis][2]);
-        scale2_ = (axis_[0].length2() + axis_[1].length2() + axis_[2].length2()) / 3;
-        if (!(scale2_ > 0) || !std::isfinite(scale2_) || !std::isfinite(1 / scale2_)) {
-            throw InputError(
-                at, "the lamp's placement is singular; rotation, translation and uniform scale are accepted");
-        }
-        // Each entry of A Aᵀ against that of scale² times the identity. Mirror images are isometries too.
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                if (std::fabs(axis_[i].dot(axis_[j]) / scale2_ - (i == j ? 1 : 0)) > 1e-4) {
-                    input_error(
-                        at,
-                        "the lamp's placement shears or scales unevenly (axes of length {:g}, {:g}, {:g}); "
-                        "rotation, translation and uniform scale are accepted",
-                        axis_[0].length(), axis_[1].length(), axis_[2].length());
-                }
-            }
-        }
-        m.multVecMatrix(centre, origin_);
-    }
-
-    double scale2() const { return scale2_; }
-    V3d point(const V2d& on_s) const { return origin_ + on_s.x * axis_[0] + on_s.y * axis_[1]; }
-    V3d vector(const V3d& v) const { return v.x * axis_[0] + v.y * axis_[1] + v.z * axis_[2]; }
-    V3d to_local_vector(const V3d& v) const {
-        return V3d(v.dot(axis_[0]), v.dot(axis_[1]), v.dot(axis_[2])) / scale2_;  // > 0: checked above
-    }
-    V3d to_local_point(const V3d& p) const { return to_local_vector(p - origin_); }
-    V3d normal() const { return axis_[2] / std::sqrt(scale2_); }
-
-  private:
-    V3d axis_[3];
-    V3d origin_;  // of S's centre
-    double scale2_ = 1;
-};
-
-V3f to_float(const V3d& v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
 
 class MeasuredLight final : public Light {
   public:
