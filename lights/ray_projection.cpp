@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "lights/acquire.h"
 #include "lights/bell.h"
+#include "lights/ray_projection.h"
 
 namespace lucerna {
 namespace {

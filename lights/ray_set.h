@@ -1,7 +1,7 @@
 // Rays that leave a lamp, as a goniophotometer or a simulation has recorded them.
 //
 // A ray file is a Monte Carlo sample of a lamp's light field: each ray carries a share of the flux. It can be
-// emitted as it is, or projected onto a light field (acquire.h).
+// emitted as it is, or projected onto a light field (ray_projection.h).
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,13 @@ struct RaySet {
     std::string provenance;                      // one line: what the file says about itself
 };
 
-// IES TM-25-13. The header's flux, if finite and positive, wins over the sum of the rays (a warning when they
-// differ by more than 0.1 %). Throws InputError naming file and cause.
+// IES TM-25-13 (.tm25ray), Zemax binary (.dat), LightTools binary (.ray). A header's flux, if finite and
+// positive, wins over the sum of the rays (a warning when they differ by more than 0.1 %). Throw InputError
+// naming file and cause.
 RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor);
+RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor);
+RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
+// Any of them, told by the first bytes, else by the name.
+RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 
 }  // namespace lucerna

@@ -15,7 +15,7 @@ using LampFile = std::variant<LightField, RaySet>;
 // .exr is a light field; else rays. Throws InputError naming file and cause.
 inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
     if (file.extension() == ".exr") return read_light_field(file);
-    return read_tm25(file, monitor);
+    return read_rays(file, monitor);
 }
 
 }  // namespace lucerna

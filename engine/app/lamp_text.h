@@ -4,8 +4,8 @@
 #include <ostream>
 
 #include "engine/base/parallel.h"
-#include "lights/acquire.h"
 #include "lights/light_field.h"
+#include "lights/ray_projection.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {

@@ -30,7 +30,7 @@ void add_light_info(CLI::App& light, const CommandContext& context) {
     const auto file = std::make_shared<std::string>();
     CLI::App& app = *light.add_subcommand("info", "Geometry, flux and losses of a light field or a ray file");
     app.footer(kInfoFooter);
-    app.add_option("LAMP", *file, "light field (.exr) or rays (.tm25ray)")->required();
+    app.add_option("LAMP", *file, "light field (.exr) or rays (.tm25ray, .dat, .ray)")->required();
     app.callback([file, &context] { act_info(*file, context); });
 }
 

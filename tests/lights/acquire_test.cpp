@@ -9,6 +9,7 @@
 #include "engine/base/warp.h"
 #include "lights/bell.h"
 #include "lights/measured.h"
+#include "lights/ray_projection.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/statistics.h"

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
-#include "lights/acquire.h"
+#include "lights/ray_projection.h"
 #include "lights/cell_table.h"
 #include "lights/measured.h"
 #include "tests/support/scenes.h"

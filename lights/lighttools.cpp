@@ -1,0 +1,104 @@
+// LightTools binary ray files (.ray): a header of 44 bytes, rows of seven or eight floats, an end mark.
+//
+// The header states no number of rays: they reach to the end mark, which must be where the file ends.
+#include <array>
+#include <cmath>
+
+#include "engine/base/cie.h"
+#include "lights/ray_reader.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::uint64_t kHeaderBytes = 44;
+constexpr char kEndMark[] = "LTRFEND";
+constexpr std::uint64_t kEndBytes = sizeof kEndMark - 1;
+constexpr std::size_t kFluxColumn = 6, kWavelengthColumn = 7;
+// Number 0 is the length unit of the model that the file came from, which the file does not name.
+constexpr NamedUnit kUnits[] = {{"the model's, taken for mm", 1e-3F},
+                                {"mm", 1e-3F},
+                                {"cm", 0.01F},
+                                {"m", 1},
+                                {"in", 0.0254F},
+                                {"ft", 0.3048F},
+                                {"um", 1e-6F},
+                                {"nm", 1e-9F}};
+
+struct Header {
+    double flux = 0;
+    float metres = 1;
+    bool per_ray = false;  // a wavelength in each row
+    FluxUnit unit = FluxUnit::watt;
+};
+
+Header read_header(RaySource& source, Monitor& monitor) {
+    const Location& at = source.at();
+    std::array<std::byte, kHeaderBytes> bytes{};
+    source.read(bytes.data(), bytes.size(), "header");
+    if (std::memcmp(bytes.data(), "LTRF", 4) != 0)
+        throw InputError(at, "no LightTools ray file: it does not start with LTRF");
+    const auto word = [&](std::uint64_t offset) { return value_at<std::int32_t>(bytes, offset); };
+    const auto require = [&](std::uint64_t offset, const char* what, std::int32_t accepted, const char* why) {
+        if (word(offset) == accepted) return;
+        input_error(at, "{} {}; {} ({}) is accepted", what, word(offset), accepted, why);
+    };
+    require(4, "version", 2, "no polarisation");
+    require(16, "far-field mark", 0, "rays with positions");
+    Header h;
+    const std::int32_t data = word(12);
+    if (data != 0 && data != 1) input_error(at, "data type {}; 0 (W) and 1 (lm) are accepted", data);
+    h.unit = data == 1 ? FluxUnit::lumen : FluxUnit::watt;
+    const std::int32_t colour = word(20);
+    if (colour != 0 && colour != 2)
+        input_error(at, "colour information {}; 0 (none) and 2 (wavelengths) are accepted", colour);
+    h.per_ray = colour == 2;
+    h.metres = metres_of_unit(word(24), kUnits, at);
+    if (word(24) == 0) {
+        monitor.warn(fmt::format("{}: lengths are in the unit of the model it came from; mm is assumed",
+                                 to_string(at)));
+    }
+    h.flux = double{value_at<float>(bytes, 40)};
+    return h;
+}
+
+// Rows between the header and the end mark.
+std::uint64_t count_rows(const RaySource& source, std::size_t floats) {
+    const std::uint64_t row_bytes = floats * sizeof(float);
+    if (source.left() < kEndBytes || (source.left() - kEndBytes) % row_bytes != 0) {
+        input_error(source.at(),
+                    "truncated: {} bytes after the header are no rows of {} bytes and an end mark of {}",
+                    source.left(), row_bytes, kEndBytes);
+    }
+    return (source.left() - kEndBytes) / row_bytes;
+}
+
+}  // namespace
+
+RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor) {
+    RaySource source(file);
+    const Header header = read_header(source, monitor);
+    const std::size_t floats = header.per_ray ? 8 : 7;
+    const std::uint64_t rays = count_rows(source, floats);
+    source.require_rows(rays, floats);
+
+    RaySet set;
+    set.unit = header.unit;
+    (header.unit == FluxUnit::lumen ? set.header_lumens : set.header_watts) = header.flux;
+    set.provenance = fmt::format("LightTools ray file {}, {} rays", file.filename().string(), rays);
+    RayColour colour(set.unit);
+    set.rays.reserve(rays);
+    RayTaker taker(set, header.metres);
+    read_rows(source, rays, floats, monitor, [&](const float* row) {
+        if (!taker.take(row, row[kFluxColumn]) || !header.per_ray) return;
+        colour.add(cie_xyz(double{row[kWavelengthColumn]}), double{row[kFluxColumn]});
+    });
+    char mark[kEndBytes];
+    source.read(mark, kEndBytes, "end mark");
+    if (std::memcmp(mark, kEndMark, kEndBytes) != 0)
+        throw InputError(source.at(), "the end mark LTRFEND is missing: the file is cut off or damaged");
+    set.colour = colour.colour();
+    taker.settle(header.flux, source, monitor);
+    return set;
+}
+
+}  // namespace lucerna

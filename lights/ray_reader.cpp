@@ -1,0 +1,137 @@
+#include "lights/ray_reader.h"
+
+#include <cmath>
+
+#include "engine/base/cie.h"
+#include "engine/base/files.h"
+
+namespace lucerna {
+
+RaySource::RaySource(const std::filesystem::path& file) : at_{file.string()} {
+    require_readable(file);
+    in_.open(file, std::ios::binary | std::ios::ate);
+    const std::streamoff size = in_.tellg();
+    if (size < 0) throw InputError(at_, "its size cannot be told");
+    left_ = static_cast<std::uint64_t>(size);
+    in_.seekg(0);
+}
+
+void RaySource::read(void* to, std::uint64_t bytes, const char* what) {
+    if (bytes > left_) {
+        input_error(at_, "truncated in the {}: {} bytes wanted, {} left", what, bytes, left_);
+    }
+    in_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
+    if (!in_) input_error(at_, "reading stopped in the {}", what);
+    left_ -= bytes;
+    offset_ += bytes;
+}
+
+void RaySource::skip(std::uint64_t bytes, const char* what) {
+    if (bytes > left_) {
+        input_error(at_, "truncated in the {}: {} bytes wanted, {} left", what, bytes, left_);
+    }
+    in_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
+    left_ -= bytes;
+    offset_ += bytes;
+}
+
+void RaySource::require_rows(std::uint64_t rays, std::size_t floats) const {
+    const std::uint64_t row_bytes = floats * sizeof(float);  // > 0: a row has a position at least
+    if (rays == 0) throw InputError(at_, "the file states 0 rays");
+    if (rays > left_ / row_bytes) {
+        input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
+                    left_);
+    }
+}
+
+std::string ascii_text(std::span<const std::byte> bytes) {
+    std::string text;
+    for (const std::byte b : bytes) {
+        if (b == std::byte{0}) break;
+        const char c = static_cast<char>(b);
+        text += c >= ' ' && c <= '~' ? c : ' ';
+    }
+    while (!text.empty() && text.back() == ' ') text.pop_back();
+    return text;
+}
+
+float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, const Location& at) {
+    if (number >= 0 && static_cast<std::size_t>(number) < units.size()) {
+        return units[static_cast<std::size_t>(number)].metres;
+    }
+    std::string accepted;
+    for (std::size_t i = 0; i < units.size(); ++i) {
+        accepted += fmt::format("{}{} ({})", i == 0 ? "" : ", ", i, units[i].name);
+    }
+    input_error(at, "length unit {}; {} are accepted", number, accepted);
+}
+
+void RayColour::add(const V3d& xyz) {
+    if (std::isfinite(xyz.x) && std::isfinite(xyz.y) && std::isfinite(xyz.z)) sum_ += xyz;
+}
+
+void RayColour::add(const V3d& xyz, double flux) {
+    if (unit_ == FluxUnit::watt)
+        add(flux * xyz);
+    else if (xyz.y > 0)
+        add(flux / xyz.y * xyz);
+}
+
+Rgb RayColour::colour() const {
+    return colour_of_luminance_one(xyz_to_rgb(sum_));
+}
+
+bool RayTaker::take(const float* row, float flux) {
+    const V3f o = metres_ * V3f(row[0], row[1], row[2]);
+    const V3d d(double{row[3]}, double{row[4]}, double{row[5]});
+    const bool has_flux = std::isfinite(flux) && flux >= 0;
+    if (has_flux) sum_ += double{flux};
+    // In double: the squares of directions as long as 1e20 would overflow a float.
+    const double length = std::sqrt(sqr(d.x) + sqr(d.y) + sqr(d.z));
+    if (!has_flux || !is_finite(o) || !std::isfinite(length)) {
+        ++set_.skipped_nan;
+    } else if (length < 1e-6) {
+        ++set_.skipped_zero_direction;
+    } else {
+        set_.rays.push_back({o, V3f(d / length), flux});
+        return true;
+    }
+    if (has_flux) set_.skipped_flux += double{flux};
+    return false;
+}
+
+void RayTaker::settle(double header_flux, const RaySource& source, Monitor& monitor) {
+    const std::string file = to_string(source.at());
+    if (set_.rays.empty())
+        throw InputError(source.at(), "no ray is usable: all have a bad position, direction or flux");
+    if (set_.skipped_nan + set_.skipped_zero_direction > 0) {
+        monitor.warn(
+            fmt::format("{}: {} rays skipped for a number that is not finite or a negative flux, {} for a "
+                        "direction of length 0",
+                        file, set_.skipped_nan, set_.skipped_zero_direction));
+    }
+    if (source.left() > 0) {
+        monitor.warn(fmt::format("{}: {} bytes after the last ray are ignored", file, source.left()));
+    }
+    settle_flux(header_flux, source.at(), monitor);
+}
+
+void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& monitor) {
+    set_.flux = sum_;
+    if (!std::isfinite(header_flux) || !(header_flux > 0)) return;
+    if (!(sum_ > 0)) {
+        input_error(at, "the header states {} {}, but the rays carry nothing", header_flux,
+                    flux_unit_name(set_.unit));
+    }
+    if (std::fabs(header_flux - sum_) > 1e-3 * header_flux) {
+        monitor.warn(
+            fmt::format("{}: the header states {:.6g} {}, the rays add up to {:.6g}; the header is believed",
+                        to_string(at), header_flux, flux_unit_name(set_.unit), sum_));
+    }
+    const double factor = header_flux / sum_;
+    for (LampRay& ray : set_.rays) ray.flux = static_cast<float>(double{ray.flux} * factor);
+    set_.skipped_flux *= factor;
+    set_.flux = header_flux;
+}
+
+}  // namespace lucerna

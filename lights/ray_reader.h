@@ -1,0 +1,112 @@
+// What the readers of ray files share: a source that knows what is left of it, what counts as a usable ray,
+// what colour the rays add up to, and whose word about the flux is believed.
+//
+// All three formats are little-endian floats in rows. Nothing is allocated on a header's word alone.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/monitor.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+
+static_assert(std::endian::native == std::endian::little, "ray files are read as they lie on the disk");
+
+inline constexpr float kMetresPerMillimetre = 1e-3F;
+
+// Reads a file forwards. Its errors are InputErrors that name the file and `what` was being read.
+class RaySource {
+  public:
+    explicit RaySource(const std::filesystem::path& file);
+    void read(void* to, std::uint64_t bytes, const char* what);
+    void skip(std::uint64_t bytes, const char* what);
+    // Throws unless there is at least one ray and the rest of the file holds `rays` rows of `floats` floats.
+    void require_rows(std::uint64_t rays, std::size_t floats) const;
+    std::uint64_t left() const { return left_; }
+    std::uint64_t offset() const { return offset_; }
+    const Location& at() const { return at_; }
+
+  private:
+    Location at_;
+    std::ifstream in_;
+    std::uint64_t left_ = 0, offset_ = 0;
+};
+
+template <typename T>
+T value_at(std::span<const std::byte> bytes, std::uint64_t offset) {
+    T value;
+    std::memcpy(&value, bytes.data() + offset, sizeof value);
+    return value;
+}
+
+// ASCII up to its NUL; what cannot be printed becomes a blank.
+std::string ascii_text(std::span<const std::byte> bytes);
+
+// The metres of a unit that a header numbers 0, 1, 2 …, for names[i]. Throws InputError for another number.
+struct NamedUnit {
+    const char* name;
+    float metres;
+};
+float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, const Location& at);
+
+// The sum of rays' colours, as CIE XYZ.
+class RayColour {
+  public:
+    explicit RayColour(FluxUnit unit) : unit_(unit) {}
+    void add(const V3d& xyz);  // not finite: left out
+    // A ray of this flux whose light has the colour `xyz` per watt. Luminous flux holds ȳ already: it is
+    // divided out.
+    void add(const V3d& xyz, double flux);
+    Rgb colour() const;  // luminance 1; white for nothing
+
+  private:
+    FluxUnit unit_;
+    V3d sum_{0, 0, 0};
+};
+
+// Puts rows into a set, or counts why not.
+class RayTaker {
+  public:
+    RayTaker(RaySet& set, float metres_per_unit) : set_(set), metres_(metres_per_unit) {}
+    // row: x y z and direction. False for a ray that is of no use.
+    bool take(const float* row, float flux);
+    // At the end: lets a finite, positive header flux win over the sum, warns of rays skipped and of bytes
+    // left over. Throws InputError if no ray is usable.
+    void settle(double header_flux, const RaySource& source, Monitor& monitor);
+
+  private:
+    void settle_flux(double header_flux, const Location& at, Monitor& monitor);
+
+    RaySet& set_;
+    float metres_;
+    double sum_ = 0;
+};
+
+// Calls row(const float*) for `rays` rows of `floats` floats, read block by block. require_rows() comes
+// first.
+template <typename Row>
+void read_rows(RaySource& source, std::uint64_t rays, std::size_t floats, Monitor& monitor, Row&& row) {
+    constexpr std::uint64_t kBlock = 1 << 14;
+    Phase phase(monitor, "reading rays", rays);
+    std::vector<float> block;
+    for (std::uint64_t done = 0; done < rays;) {
+        const std::uint64_t n = std::min(kBlock, rays - done);
+        block.resize(n * floats);
+        source.read(block.data(), n * floats * sizeof(float), "rays");
+        for (std::uint64_t i = 0; i < n; ++i) row(&block[i * floats]);
+        done += n;
+        phase.advance(n);
+    }
+}
+
+}  // namespace lucerna

@@ -1,0 +1,51 @@
+// Which reader a ray file is for: its first bytes say; where they are of no format known, its name does.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <string_view>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+namespace {
+
+struct Format {
+    std::string_view magic, suffix;
+    RaySet (*read)(const std::filesystem::path&, Monitor&);
+};
+constexpr Format kFormats[] = {
+    {"TM25", ".tm25ray", read_tm25},
+    {"LTRF", ".ray", read_lighttools},
+    {std::string_view("\xf2\x03\x00\x00", 4), ".dat", read_zemax},  // the number 1010
+};
+
+std::string suffix_of(const std::filesystem::path& file) {
+    std::string suffix = file.extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return suffix;
+}
+
+}  // namespace
+
+RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
+    require_readable(file);
+    std::array<char, 4> first{};
+    std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+    for (const Format& format : kFormats) {
+        if (std::equal(first.begin(), first.end(), format.magic.begin(), format.magic.end()))
+            return format.read(file, monitor);
+    }
+    // Its own reader says best what is wrong with it.
+    for (const Format& format : kFormats) {
+        if (suffix_of(file) == format.suffix) return format.read(file, monitor);
+    }
+    throw InputError(
+        {file.string()},
+        "no ray file: IES TM-25 (.tm25ray), Zemax binary (.dat) and LightTools binary (.ray) are accepted");
+}
+
+}  // namespace lucerna
