@@ -18,6 +18,14 @@ struct Range {
     double from, to;
 };
 
+// Between whole numbers the four duals over a point are quadratic on either half, and cross 0 here.
+constexpr std::array<double, 6> kDualKnots{0.0,
+                                           0.26230405792404127,  // Φ̃(x - 1): 1170 Φ = 161
+                                           0.3415650255319866,   // Φ̃(x - 2): 210 Φ = 49
+                                           0.5,
+                                           0.6584349744680134,   // Φ̃(x + 1)
+                                           0.7376959420759588};  // Φ̃(x)
+
 // Gauss nodes over a range, cut at the knots, which rise: the integrand is smooth between knots only.
 void place_nodes(const Range& range, std::span<const double> knots, int rule, std::vector<GaussNode>& nodes) {
     nodes.clear();
@@ -42,9 +50,10 @@ class PointIntegral {
           row_(static_cast<std::size_t>(rig.views.x)),
           sum_(static_cast<std::size_t>(rig.views.x) * static_cast<std::size_t>(rig.views.y)) {}
 
-    // Filters [first, last] of each axis matter. Afterwards sum(m, n) = ∫∫ Φ̃_m Φ̃_n L g du dv.
+    // Filters [first, last] of each axis matter. Afterwards sum(m, n) = ∫∫ max(0, ±Φ̃_m Φ̃_n) L g du dv, the
+    // signs side by side.
     void at(const V2d& on_m, const V2i& first, const V2i& last) {
-        std::fill(sum_.begin(), sum_.end(), 0.0);
+        std::fill(sum_.begin(), sum_.end(), Signs{});
         // The emitter's outline, seen from the point of M and drawn on S.
         const double w = emitter_.setback / (rig_.distance + emitter_.setback);  // distance > 0
         const V2d centre = w * on_m;
@@ -53,9 +62,11 @@ class PointIntegral {
         for (int a = 0; a < 2; ++a) {
             reach[a] = {rig_.filter(a, first[a]) - 2 * rig_.spacing[a],
                         rig_.filter(a, last[a]) + 2 * rig_.spacing[a]};
-            knots_[a].clear();  // the dual is a polynomial between multiples of half a spacing
-            for (int i = 2 * first[a] - 4; i <= 2 * last[a] + 4; ++i) {
-                knots_[a].push_back(rig_.filter(a, 0) + 0.5 * i * rig_.spacing[a]);
+            knots_[a].clear();  // the duals are polynomials of one sign between these
+            for (int i = first[a] - 2; i <= last[a] + 2; ++i) {
+                for (const double f : kDualKnots) {
+                    knots_[a].push_back(rig_.filter(a, 0) + (i + f) * rig_.spacing[a]);
+                }
             }
         }
         const auto row_at = [&](double v, double half_chord, double weight) {
@@ -89,9 +100,11 @@ class PointIntegral {
             row_at(centre.y + r * std::sin(node.x), half_chord, node.weight * half_chord);
         }
     }
-    double sum(int m, int n) const { return sum_[slot(m, n)]; }
+    const std::array<double, 2>& sum(int m, int n) const { return sum_[slot(m, n)]; }
 
   private:
+    using Signs = std::array<double, 2>;  // positive and negative part, both >= 0
+
     std::size_t slot(int m, int n) const {
         return static_cast<std::size_t>(m) * static_cast<std::size_t>(rig_.views.y) +
                static_cast<std::size_t>(n);
@@ -99,18 +112,26 @@ class PointIntegral {
 
     // Adds the nodes of one row to the (at most four) rows of filters over it.
     void add_row(double v, double weight, const V2d& on_m, double w) {
-        std::fill(row_.begin(), row_.end(), 0.0);
+        std::fill(row_.begin(), row_.end(), Signs{});
         for (const GaussNode& node : u_) {
             const V2d on_s(node.x, v);
             const V2d on_emitter = (on_s - w * on_m) / (1 - w);  // w < 1
             const V3d d = V3d(on_m.x - on_s.x, on_m.y - on_s.y, rig_.distance).normalized();
             const double value =
                 node.weight * emitter_.radiance(on_emitter, d) * rig_.geometric_term(on_s, on_m);
-            spread(0, node.x, [&](int m, double dual) { row_[static_cast<std::size_t>(m)] += dual * value; });
+            spread(0, node.x, [&](int m, double dual) {
+                row_[static_cast<std::size_t>(m)][dual < 0] += std::fabs(dual) * value;
+            });
         }
         spread(1, v, [&](int n, double dual) {
-            for (int m = 0; m < rig_.views.x; ++m)
-                sum_[slot(m, n)] += weight * dual * row_[static_cast<std::size_t>(m)];
+            const double share = weight * std::fabs(dual);
+            const std::size_t same = dual < 0;  // a product is positive where its factors agree
+            for (int m = 0; m < rig_.views.x; ++m) {
+                const Signs& row = row_[static_cast<std::size_t>(m)];
+                Signs& sum = sum_[slot(m, n)];
+                sum[0] += share * row[same];
+                sum[1] += share * row[1 - same];
+            }
         });
     }
     // Calls add(filter, Φ̃ / Δ) for the filters over a position.
@@ -131,7 +152,7 @@ class PointIntegral {
     int rule_;
     std::vector<double> knots_[2], angles_;
     std::vector<GaussNode> u_, v_;
-    std::vector<double> row_, sum_;
+    std::vector<Signs> row_, sum_;
 };
 
 // The views whose image holds global column P, which is P - mσ for view m.
@@ -153,11 +174,12 @@ double global_edge(const Rig& rig, int axis, int column) {
 
 // One pixel of the global grid on M, for all views that see it.
 void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& integral,
-                   std::vector<float>& coefficients) {
+                   FilterImages& images) {
     const auto [m0, m1] = views_of_column(rig, 0, column.x);
     const auto [n0, n1] = views_of_column(rig, 1, column.y);
     if (m0 > m1 || n0 > n1) return;  // a column between two sensors
-    std::vector<double> mean(static_cast<std::size_t>(m1 - m0 + 1) * static_cast<std::size_t>(n1 - n0 + 1));
+    std::vector<std::array<double, 2>> mean(static_cast<std::size_t>(m1 - m0 + 1) *
+                                            static_cast<std::size_t>(n1 - n0 + 1));
     for (const GaussNode& gx : gauss_rule(rule)) {
         for (const GaussNode& gy : gauss_rule(rule)) {
             integral.at({global_edge(rig, 0, column.x) + gx.x * rig.pixel.x,
@@ -165,15 +187,19 @@ void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& i
                         {m0, n0}, {m1, n1});
             std::size_t i = 0;
             for (int m = m0; m <= m1; ++m) {
-                for (int n = n0; n <= n1; ++n) mean[i++] += gx.weight * gy.weight * integral.sum(m, n);
+                for (int n = n0; n <= n1; ++n, ++i) {
+                    for (std::size_t sign = 0; sign < 2; ++sign)
+                        mean[i][sign] += gx.weight * gy.weight * integral.sum(m, n)[sign];
+                }
             }
         }
     }
     std::size_t i = 0;
     for (int m = m0; m <= m1; ++m) {
-        for (int n = n0; n <= n1; ++n) {
-            coefficients[rig.index(m, n, column.x - m * rig.shift.x, column.y - n * rig.shift.y)] =
-                static_cast<float>(mean[i++]);
+        for (int n = n0; n <= n1; ++n, ++i) {
+            const std::size_t at = rig.index(m, n, column.x - m * rig.shift.x, column.y - n * rig.shift.y);
+            images.positive[at] = static_cast<float>(mean[i][0] / filter_scale(rig, FilterSign::positive));
+            images.negative[at] = static_cast<float>(mean[i][1] / filter_scale(rig, FilterSign::negative));
         }
     }
 }
@@ -226,13 +252,14 @@ EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size,
     return emitter;
 }
 
-LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& workers, Monitor& monitor,
-                   const AcquireOptions& options) {
+FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
+                             Monitor& monitor, const AcquireOptions& options) {
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     if (!(emitter.setback >= 0) || !std::isfinite(emitter.setback)) {
         throw InputError(fmt::format("emitter: {} m behind the plane S; 0 or more", emitter.setback));
     }
-    std::vector<float> coefficients(rig.coefficients());
+    FilterImages images{rig, std::vector<float>(rig.coefficients()), std::vector<float>(rig.coefficients()),
+                        emitter.info, emitter.flux};
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
     // Each global pixel writes coefficients of its own, so columns may be done in any order.
@@ -240,16 +267,16 @@ LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& w
         if (monitor.stopped()) throw InputError("virtual acquisition: stopped");
         PointIntegral integral(emitter, rig, options.s_nodes);
         for (int q = 0; q < columns.y; ++q) {
-            acquire_pixel(rig, {static_cast<int>(p), q}, options.m_nodes, integral, coefficients);
+            acquire_pixel(rig, {static_cast<int>(p), q}, options.m_nodes, integral, images);
         }
         phase.advance(1);
     });
-    LightFieldInfo info = emitter.info;
-    double sum = 0;
-    for (const float e : coefficients) sum += double{e};
-    info.captured = sum * rig.cell_volume();
-    info.missed = emitter.flux - info.captured;
-    return LightField(rig, std::move(coefficients), std::move(info));
+    return images;
+}
+
+LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& workers, Monitor& monitor,
+                   const AcquireOptions& options) {
+    return field_of(acquire_filters(emitter, rig, workers, monitor, options));
 }
 
 }  // namespace lucerna

@@ -12,6 +12,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "lights/light_field.h"
+#include "lights/opacity.h"
 
 namespace lucerna {
 
@@ -44,9 +45,14 @@ struct AcquireOptions {
         3;  // Gauss nodes per pixel and axis on M, 1 to 5; more than 1 also smooths the emitter's pattern
 };
 
-// The light field that the rig would measure: E to about 1e-4 of its largest value for smooth radiance.
-// captured + missed = the emitter's flux. Throws InputError for a rig that is none, and when the user stops
-// it.
+// What the rig's sensor sees behind the positive and the negative film. Throws InputError for a rig that is
+// none, and when the user stops it.
+FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
+                             Monitor& monitor, const AcquireOptions& options = {});
+
+// field_of(acquire_filters()): the light field that the rig would measure: E to about 1e-4 of its largest
+// value for smooth radiance. captured + missed = the emitter's flux. Throws InputError for a rig that is
+// none, and when the user stops it.
 LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& workers, Monitor& monitor,
                    const AcquireOptions& options = {});
 
