@@ -7,46 +7,11 @@
 #include <cassert>
 #include <cmath>
 
-#include "lights/analytic.h"
 #include "lights/image_lights.h"
+#include "lights/shaped_point.h"
 
 namespace lucerna {
 namespace {
-
-// `Shape` draws directions and knows the intensity in each, in its own frame.
-template <typename Shape>
-class ShapedPointLight final : public Light {
-  public:
-    ShapedPointLight(std::string_view kind, std::shared_ptr<const Shape> shape, const V3f& position,
-                     const LightAxes& axes, const Rgb& scale)
-        : kind_(kind), shape_(std::move(shape)), position_(position), axes_(axes), scale_(scale) {}
-
-    std::string_view kind() const override { return kind_; }
-    bool is_delta() const override { return true; }
-    Rgb flux() const override { return scale_ * shape_->integral(); }
-
-    std::optional<Emitted> emit(const EmitU& u) const override {
-        const auto drawn = shape_->draw(u.direction);
-        if (!drawn) return std::nullopt;
-        const Rgb weight = scale_ * drawn->value / drawn->pdf_w;
-        if (is_black(weight) || !is_finite(weight)) return std::nullopt;
-        return Emitted{{position_}, axes_.to_world(drawn->w).normalized(), weight};
-    }
-
-    std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
-        const V3d way = V3d(x) - V3d(position_);
-        const double r = way.length();
-        if (!(r > 0)) return std::nullopt;
-        return illuminate_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
-    }
-
-  private:
-    std::string_view kind_;
-    std::shared_ptr<const Shape> shape_;
-    V3f position_;  // scene units
-    LightAxes axes_;
-    Rgb scale_;  // W/sr per unit of the image
-};
 
 // Solid angle between the axis and the corner (x, y) of the plane at distance 1.
 double corner_angle(double x, double y) {

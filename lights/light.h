@@ -16,6 +16,7 @@
 
 #include "engine/base/surface_point.h"
 #include "engine/base/vec.h"
+#include "lights/flux_unit.h"
 
 namespace lucerna {
 
@@ -63,10 +64,13 @@ class Light {
   public:
     virtual ~Light() = default;
 
-    // "point", "spot", "distant", "area", "infinite", "lightfield"
+    // "point", "spot", "distant", "area", "infinite", "lightfield", "ies", "ldt" …
     virtual std::string_view kind() const = 0;
 
-    // Total flux, colour by colour [W]. Its luminance is what lights are chosen by.
+    // What its numbers count: W, or lm for what comes from a photometric file; radiance is then in cd/m².
+    virtual FluxUnit unit() const { return FluxUnit::watt; }
+
+    // Total flux, colour by colour, in its unit. Its luminance is what lights are chosen by.
     virtual Rgb flux() const = 0;
     double power() const { return static_cast<double>(luminance(flux())); }
 

@@ -27,6 +27,7 @@ class MeasuredLight final : public Light {
                                               field_.rig().spacing.y * field_.rig().intervals(1)))) {}
 
     std::string_view kind() const override { return "lightfield"; }
+    FluxUnit unit() const override { return field_.info().unit; }
     Rgb flux() const override { return static_cast<float>(flux_) * field_.info().colour; }
     bool has_impostor() const override { return true; }
 

@@ -1,0 +1,60 @@
+// A point that shines by a shape: a lamp's distribution as an image or a photometric web, a slide before the
+// point.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "engine/base/vec.h"
+#include "lights/analytic.h"
+#include "lights/image_lights.h"
+#include "lights/light.h"
+
+namespace lucerna {
+
+// `Shape` draws directions (draw), knows the intensity in each (at) and over all of them (integral), in its
+// own frame.
+template <typename Shape>
+class ShapedPointLight final : public Light {
+  public:
+    ShapedPointLight(std::string_view kind, std::shared_ptr<const Shape> shape, const V3f& position,
+                     const LightAxes& axes, const Rgb& scale, FluxUnit unit = FluxUnit::watt)
+        : kind_(kind),
+          shape_(std::move(shape)),
+          position_(position),
+          axes_(axes),
+          scale_(scale),
+          unit_(unit) {}
+
+    std::string_view kind() const override { return kind_; }
+    bool is_delta() const override { return true; }
+    FluxUnit unit() const override { return unit_; }
+    Rgb flux() const override { return scale_ * shape_->integral(); }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        const auto drawn = shape_->draw(u.direction);
+        if (!drawn) return std::nullopt;
+        const Rgb weight = scale_ * drawn->value / drawn->pdf_w;
+        if (is_black(weight) || !is_finite(weight)) return std::nullopt;
+        return Emitted{{position_}, axes_.to_world(drawn->w).normalized(), weight};
+    }
+
+    std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
+        const V3d way = V3d(x) - V3d(position_);
+        const double r = way.length();
+        if (!(r > 0)) return std::nullopt;
+        return illuminate_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
+    }
+
+  private:
+    std::string_view kind_;
+    std::shared_ptr<const Shape> shape_;
+    V3f position_;  // scene units
+    LightAxes axes_;
+    Rgb scale_;  // flux unit/sr per unit of the shape
+    FluxUnit unit_;
+};
+
+}  // namespace lucerna
