@@ -5,39 +5,14 @@
 // by sums instead: ray_projection.h.
 #pragma once
 
-#include <functional>
-#include <string>
-
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "lights/emitter.h"
 #include "lights/light_field.h"
 #include "lights/opacity.h"
 
 namespace lucerna {
-
-// --- a lamp described by a formula
-// --------------------------------------------------------------------------------
-
-// A flat emitter on a plane parallel to S, centred on the axis. Nothing leaves outside its outline.
-struct EmitterModel {
-    enum class Outline : std::uint8_t { disc, rectangle } outline = Outline::disc;
-    V2d half_size{0, 0};  // metres; of a disc, x is the radius
-    double setback = 0;   // metres by which the emitter lies behind S, >= 0
-    // Radiance in flux unit / (m² sr) at a point of the emitter (metres from its centre) along a unit
-    // direction with d.z > 0. Should be smooth within the outline: edges are integrated over only where the
-    // outline has them.
-    std::function<double(const V2d& position, const V3d& direction)> radiance;
-    double flux = 0;      // in total, flux unit
-    LightFieldInfo info;  // colour, unit and provenance to pass on
-};
-
-// Intensity ∝ cos^exponent θ, that is radiance ∝ cos^(exponent - 1) θ: 1 is Lambertian, larger is narrower;
-// >= 1. `pattern`, if given, multiplies the radiance over the emitter: a function >= 0 on [-1, 1]²,
-// normalised so that the emitter's flux is `flux`. Throws InputError for sizes, flux or exponents out of
-// range.
-EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size, double flux,
-                            double exponent = 1, std::function<double(const V2d&)> pattern = {});
 
 struct AcquireOptions {
     int s_nodes = 3;  // Gauss nodes per half filter spacing on S, 1 to 5
