@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "lights/acquire_part.h"
 #include "lights/gauss.h"
 #include "lights/point_integral.h"
 
@@ -52,6 +53,56 @@ void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& i
     }
 }
 
+// Calls visit(index) for the first coefficient of every row of pixels that lies in a global column of M: one
+// per view that sees it, pixels.y coefficients each.
+template <typename Visit>
+void for_rows_of_column(const Rig& rig, int column, Visit&& visit) {
+    const auto [m0, m1] = views_of_column(rig, 0, column);
+    for (int m = m0; m <= m1; ++m)
+        for (int n = 0; n < rig.views.y; ++n) visit(rig.index(m, n, column - m * rig.shift.x, 0));
+}
+
+// Both signs of a column as one list, for the file of unfinished work.
+class ColumnValues {
+  public:
+    ColumnValues(FilterImages& images, int column) : images_(images), column_(column) {
+        std::size_t rows = 0;
+        for_rows_of_column(images.rig, column, [&](std::size_t /*first*/) { ++rows; });
+        values_.resize(2 * rows * length());
+    }
+    bool taken_from(AcquirePart& part) {
+        if (values_.empty() || !part.take(column_, values_)) return false;
+        auto from = values_.begin();
+        each_row([&](std::vector<float>& image, std::ptrdiff_t first) {
+            std::copy_n(from, length(), image.begin() + first);
+            from += static_cast<std::ptrdiff_t>(length());
+        });
+        return true;
+    }
+    void keep_in(AcquirePart& part) {
+        if (values_.empty()) return;
+        auto to = values_.begin();
+        each_row([&](const std::vector<float>& image, std::ptrdiff_t first) {
+            to = std::copy_n(image.begin() + first, length(), to);
+        });
+        part.keep(column_, values_);
+    }
+
+  private:
+    std::size_t length() const { return static_cast<std::size_t>(images_.rig.pixels.y); }
+    template <typename Visit>
+    void each_row(Visit&& visit) {
+        for (const FilterSign sign : kFilterSigns) {
+            for_rows_of_column(images_.rig, column_, [&](std::size_t first) {
+                visit(images_.of(sign), static_cast<std::ptrdiff_t>(first));
+            });
+        }
+    }
+    FilterImages& images_;
+    int column_;
+    std::vector<float> values_;
+};
+
 }  // namespace
 
 FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
@@ -65,11 +116,14 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
     // Each global pixel writes coefficients of its own, so columns may be done in any order.
-    parallel_chunks(workers, columns.x, [&](std::int64_t p) {
+    parallel_chunks(workers, columns.x, [&](std::int64_t chunk) {
         if (monitor.stopped()) throw InputError("virtual acquisition: stopped");
-        PointIntegral integral(emitter, rig, options.s_nodes);
-        for (int q = 0; q < columns.y; ++q) {
-            acquire_pixel(rig, {static_cast<int>(p), q}, options.m_nodes, integral, images);
+        const int p = static_cast<int>(chunk);
+        ColumnValues values(images, p);
+        if (!options.part || !values.taken_from(*options.part)) {
+            PointIntegral integral(emitter, rig, options.s_nodes);
+            for (int q = 0; q < columns.y; ++q) acquire_pixel(rig, {p, q}, options.m_nodes, integral, images);
+            if (options.part) values.keep_in(*options.part);
         }
         phase.advance(1);
     });

@@ -14,10 +14,13 @@
 
 namespace lucerna {
 
+class AcquirePart;
+
 struct AcquireOptions {
     int s_nodes = 3;  // Gauss nodes per half filter spacing on S, 1 to 5
-    int m_nodes =
-        3;  // Gauss nodes per pixel and axis on M, 1 to 5; more than 1 also smooths the emitter's pattern
+    int m_nodes = 3;  // Gauss nodes per pixel and axis on M, 1 to 5; they smooth the emitter's pattern, too
+    // Where finished work is kept and taken up again; may be null. Of the same emitter, rig and nodes.
+    AcquirePart* part = nullptr;
 };
 
 // What the rig's sensor sees behind the positive and the negative film. Throws InputError for a rig that is
