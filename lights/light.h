@@ -64,7 +64,7 @@ class Light {
   public:
     virtual ~Light() = default;
 
-    // "point", "spot", "distant", "area", "infinite", "lightfield", "ies", "ldt" …
+    // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "ies", "ldt" …
     virtual std::string_view kind() const = 0;
 
     // What its numbers count: W, or lm for what comes from a photometric file; radiance is then in cd/m².
@@ -92,6 +92,8 @@ class Light {
 
     // True if only illuminate() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }
+    // True if neither illuminate() nor seen() nor meet() ever answers: only particles carry this light.
+    virtual bool only_particles() const { return false; }
     // True if seen() can answer; renderers ask only these.
     virtual bool has_impostor() const { return false; }
 };

@@ -2,7 +2,6 @@
 //
 // The header states no number of rays: they reach to the end mark, which must be where the file ends.
 #include <array>
-#include <cmath>
 
 #include "engine/base/cie.h"
 #include "lights/ray_reader.h"

@@ -3,7 +3,6 @@
 // The header also holds a place, a rotation and a scale; the program that defines the format reads past them,
 // and so does this one.
 #include <array>
-#include <cmath>
 
 #include "engine/base/cie.h"
 #include "lights/ray_reader.h"
@@ -21,7 +20,7 @@ struct Header {
     std::int32_t rays = 0;
     std::string text;
     double flux = 0;        // of the ray set, in `unit`
-    double wavelength = 0;  // of all rays, nm; may be NaN
+    double wavelength = 0;  // of all rays, nm; NaN or 0: not stated
     float metres = 1;
     bool per_ray = false;  // a wavelength in each row
     FluxUnit unit = FluxUnit::watt;
@@ -69,7 +68,9 @@ RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor) {
     set.provenance = fmt::format("Zemax ray file {}, {} rays{}{}", file.filename().string(), rays,
                                  header.text.empty() ? "" : "; ", header.text);
     RayColour colour(set.unit);
-    if (!header.per_ray && std::isfinite(header.wavelength)) colour.add(cie_xyz(header.wavelength));
+    // Nothing visible stated: white.
+    if (!header.per_ray && header.wavelength >= 360 && header.wavelength <= 830)
+        colour.add(cie_xyz(header.wavelength));
     set.rays.reserve(rays);
     RayTaker taker(set, header.metres);
     read_rows(source, rays, floats, monitor, [&](const float* row) {

@@ -31,7 +31,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     require_readable(options.rays);
     require_writable(options.lamp.file, ".exr");
     ConsoleMonitor monitor(context.out, context.err, console_settings(options.lamp, context));
-    const RaySet rays = read_tm25(options.rays, monitor);
+    const RaySet rays = read_rays(options.rays, monitor);
     const Projection made = naming(
         options.rays, [&] { return fit_light_field(rays, options.fit, options.lamp.workers, monitor); });
     finish_lamp(made.field, options.lamp, monitor, context);
@@ -42,10 +42,10 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
 
 void add_light_import(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<ImportOptions>();
-    CLI::App& app =
-        *light.add_subcommand("import", "Make a light field from a measured lamp's rays (IES TM-25)");
+    CLI::App& app = *light.add_subcommand("import", "Make a light field from a measured lamp's rays");
     app.footer(kImportFooter);
-    app.add_option("RAYS", options->rays, "ray file, .tm25ray")->required();
+    app.add_option("RAYS", options->rays, "ray file: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
+        ->required();
     add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 98%)",
              [options](const std::string& word) { options->fit.capture = parse_share({"--capture"}, word); });

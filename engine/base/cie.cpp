@@ -45,6 +45,12 @@ Rgb xyz_to_rgb(const V3d& c) {
             static_cast<float>(0.055648 * c.x - 0.204043 * c.y + 1.057311 * c.z)};
 }
 
+V3d rgb_to_xyz(const Rgb& c) {
+    const double r = double{c.x}, g = double{c.y}, b = double{c.z};
+    return {0.412453 * r + 0.357580 * g + 0.180423 * b, 0.212671 * r + 0.715160 * g + 0.072169 * b,
+            0.019334 * r + 0.119193 * g + 0.950227 * b};
+}
+
 Rgb colour_of_luminance_one(const Rgb& c) {
     const float y = luminance(c);
     if (!is_finite(c) || !(y > 0)) return Rgb(1);

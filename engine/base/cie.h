@@ -23,6 +23,7 @@ V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
 
 // Linear sRGB (Rec. 709 primaries, white D65). Components are negative for colours outside the gamut.
 Rgb xyz_to_rgb(const V3d& xyz);
+V3d rgb_to_xyz(const Rgb& c);
 
 // The same colour with luminance 1, all components >= 0: a colour outside the gamut (pure green, say) is
 // mixed with grey of the same luminance until no component is negative. White if the luminance is not

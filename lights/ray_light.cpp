@@ -1,0 +1,106 @@
+#include "lights/ray_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "lights/placement.h"
+
+namespace lucerna {
+namespace {
+
+// Rays in proportion to their flux. The running sums are searched from where a guide of as many entries leads
+// to: a constant number of steps on average (Chen and Asau 1974), and a monotone map, so that stratified
+// numbers stay stratified over the file.
+class RayChoice {
+  public:
+    explicit RayChoice(const std::vector<LampRay>& rays) {
+        upto_.reserve(rays.size());
+        for (const LampRay& ray : rays) upto_.push_back(total_ += double{ray.flux});
+        guide_.resize(rays.size() + 1);
+        std::size_t item = 0;
+        for (std::size_t bucket = 0; bucket < rays.size(); ++bucket) {
+            const double begin = total_ * static_cast<double>(bucket) / static_cast<double>(rays.size());
+            while (item + 1 < rays.size() && upto_[item] <= begin) ++item;
+            guide_[bucket] = item;
+        }
+        guide_.back() = rays.empty() ? 0 : rays.size() - 1;
+    }
+    double total() const { return total_; }
+    // u in [0, 1). Requires total() > 0. A ray without flux is never chosen.
+    std::size_t draw(double u) const {
+        const double target = u * total_;
+        const auto n = static_cast<double>(upto_.size());
+        const auto bucket = std::min(upto_.size() - 1, static_cast<std::size_t>(u * n));
+        const auto first = upto_.begin() + static_cast<std::ptrdiff_t>(guide_[bucket]);
+        // Rounding of the bucket's border may point a little too far: the sums say.
+        const auto from = first != upto_.begin() && *(first - 1) > target ? upto_.begin() : first;
+        auto found = std::upper_bound(
+            from, upto_.begin() + static_cast<std::ptrdiff_t>(guide_[bucket + 1]) + 1, target);
+        if (found == upto_.end() || *found <= target) found = std::upper_bound(from, upto_.end(), target);
+        // Past the last ray by rounding: the last that has flux.
+        if (found == upto_.end()) found = std::lower_bound(upto_.begin(), upto_.end(), total_);
+        return static_cast<std::size_t>(found - upto_.begin());
+    }
+
+  private:
+    std::vector<double> upto_;  // sums of flux up to and with ray i
+    std::vector<std::size_t> guide_;
+    double total_ = 0;
+};
+
+class RayLight final : public Light {
+  public:
+    RayLight(RaySet set, const RayLightSettings& settings)
+        : set_(std::move(set)),
+          choice_(set_.rays),
+          placement_(settings.world_from_light, V3d(0, 0, 0), {settings.file.string()}),
+          flux_(settings.power > 0 ? double{settings.power}
+                                   : choice_.total() * double{settings.power_scale}) {}
+
+    std::string_view kind() const override { return "rayfile"; }
+    FluxUnit unit() const override { return set_.unit; }
+    bool is_delta() const override { return true; }
+    bool only_particles() const override { return true; }
+    Rgb flux() const override { return static_cast<float>(flux_) * set_.colour; }
+
+    std::optional<Emitted> emit(const EmitU& u) const override {
+        if (!(flux_ > 0)) return std::nullopt;
+        // One float tells 2^24 rays apart; files have more.
+        const double number = double{u.position.x} + 0x1p-24 * double{u.position.y};
+        const LampRay& ray = set_.rays[choice_.draw(std::min(number, 0x1.fffffffffffffp-1))];
+        const V3f d = to_float(placement_.vector(V3d(ray.d)).normalized());
+        return Emitted{{to_float(placement_.point(V3d(ray.o)))}, d, flux()};
+    }
+
+    std::optional<Incident> illuminate(const V3f& /*x*/, const V2f& /*u*/,
+                                       std::optional<CellId> /*cell*/) const override {
+        return std::nullopt;
+    }
+
+  private:
+    RaySet set_;
+    RayChoice choice_;
+    Placement placement_;
+    double flux_;  // of all that leaves [the set's unit]
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_ray_light(RaySet rays, const RayLightSettings& settings) {
+    const Location at{settings.file.string()};
+    if (!std::isfinite(settings.power_scale) || settings.power_scale < 0)
+        input_error(at, "power scale {}; finite and not negative", settings.power_scale);
+    if (!std::isfinite(settings.power) || settings.power < 0)
+        input_error(at, "power {}; finite and not negative (0: as measured)", settings.power);
+    const bool lit =
+        std::any_of(rays.rays.begin(), rays.rays.end(), [](const LampRay& ray) { return ray.flux > 0; });
+    if (!lit) throw InputError(at, "no ray carries flux");
+    return std::make_unique<RayLight>(std::move(rays), settings);
+}
+
+std::unique_ptr<Light> make_ray_light(const RayLightSettings& settings, Monitor& monitor) {
+    return make_ray_light(read_rays(settings.file, monitor), settings);
+}
+
+}  // namespace lucerna

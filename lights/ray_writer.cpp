@@ -1,0 +1,196 @@
+#include "lights/ray_writer.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+#include "engine/base/cie.h"
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+
+namespace lucerna {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "ray files are written as they lie in memory");
+
+constexpr double kMillimetresPerMetre = 1000;
+
+// A header: zeros, and what is put into them.
+class Bytes {
+  public:
+    explicit Bytes(std::size_t size) : bytes_(size, '\0') {}
+    template <typename T>
+    void put(std::size_t at, const T& value) {
+        assert(at + sizeof value <= bytes_.size());
+        std::memcpy(&bytes_[at], &value, sizeof value);
+    }
+    void put_text(std::size_t at, std::string_view text, std::size_t most) {
+        text.substr(0, most).copy(&bytes_[at], most);
+    }
+    // One character each, UTF-32; a character that is not ASCII becomes '?'.
+    void put_utf32(std::size_t at, std::string_view text, std::size_t most) {
+        for (std::size_t i = 0; i < std::min(text.size(), most); ++i) {
+            const char c = text[i];
+            put(at + 4 * i, static_cast<std::uint32_t>(c >= ' ' && c <= '~' ? c : '?'));
+        }
+    }
+    const std::string& all() const { return bytes_; }
+
+  private:
+    std::string bytes_;
+};
+
+// --- headers -----------------------------------------------------------------------------------------------
+
+// Does a TM-25 file of this keep the colour? Tristimulus X and Z stand beside a luminous flux, which is Y.
+bool has_tristimulus(const RayFileInfo& info) {
+    return info.unit == FluxUnit::lumen && info.colour != Rgb(1);
+}
+
+std::string tm25_header(const RayFileInfo& info) {
+    Bytes b(36288);
+    b.put_text(0, "TM25", 4);
+    b.put(4, std::int32_t{2013});
+    const bool luminous = info.unit == FluxUnit::lumen;
+    const auto flux = static_cast<float>(info.flux);
+    b.put(12, luminous ? flux : NAN);
+    b.put(16, luminous ? NAN : flux);
+    b.put(20, info.rays);
+    b.put(64, NAN), b.put(68, NAN), b.put(72, NAN);  // wavelengths: none
+    const std::int32_t flags[8] = {
+        1, 1, luminous ? 0 : 1, 0, luminous ? 1 : 0, 0, has_tristimulus(info) ? 1 : 0, 0};
+    b.put(256, flags);
+    b.put_utf32(288, info.text, 999);
+    return b.all();
+}
+
+std::string zemax_header(const RayFileInfo& info) {
+    Bytes b(208);
+    b.put(0, std::int32_t{1010});
+    b.put(4, static_cast<std::int32_t>(info.rays));
+    b.put_text(8, info.text, 99);
+    b.put(108, static_cast<float>(info.flux)), b.put(112, static_cast<float>(info.flux));
+    b.put(136, std::int32_t{4});                                      // mm
+    for (const std::size_t at : {164U, 168U, 172U}) b.put(at, 1.0F);  // scale
+    b.put(196, std::int32_t{info.unit == FluxUnit::lumen ? 1 : 0});
+    return b.all();
+}
+
+std::string lighttools_header(const RayFileInfo& info) {
+    Bytes b(44);
+    b.put_text(0, "LTRF", 4);
+    b.put(4, std::int32_t{2});
+    b.put(12, std::int32_t{info.unit == FluxUnit::lumen ? 1 : 0});
+    b.put(24, std::int32_t{1});  // mm
+    b.put(40, static_cast<float>(info.flux));
+    return b.all();
+}
+
+// --- formats -----------------------------------------------------------------------------------------------
+
+struct Format {
+    std::string_view suffix;
+    std::string (*header)(const RayFileInfo&);
+    std::uint64_t most_rays;
+    bool tristimulus;  // X and Z after the flux, where there is a colour
+    std::string_view end_mark;
+};
+constexpr Format kFormats[] = {
+    {".tm25ray", tm25_header, std::numeric_limits<std::uint64_t>::max(), true, ""},
+    {".dat", zemax_header, std::numeric_limits<std::int32_t>::max(), false, ""},
+    {".ray", lighttools_header, std::numeric_limits<std::uint64_t>::max(), false, "LTRFEND"},
+};
+
+const Format* format_of(const std::filesystem::path& file) {
+    std::string suffix = file.extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    for (const Format& format : kFormats) {
+        if (suffix == format.suffix) return &format;
+    }
+    return nullptr;
+}
+
+// Rows of floats from rays.
+class Rows {
+  public:
+    Rows(const Format& format, const RayFileInfo& info)
+        : coloured_(format.tristimulus && has_tristimulus(info)) {
+        if (coloured_) per_lumen_ = rgb_to_xyz(info.colour);
+    }
+    const std::vector<float>& of(const std::vector<LampRay>& rays) {
+        row_.clear();
+        for (const LampRay& ray : rays) {
+            for (int a = 0; a < 3; ++a)
+                row_.push_back(static_cast<float>(double{ray.o[a]} * kMillimetresPerMetre));
+            for (int a = 0; a < 3; ++a) row_.push_back(ray.d[a]);
+            row_.push_back(ray.flux);
+            if (!coloured_) continue;
+            for (const double share : {per_lumen_.x, per_lumen_.z})
+                row_.push_back(static_cast<float>(share * double{ray.flux}));
+        }
+        return row_;
+    }
+
+  private:
+    bool coloured_;
+    V3d per_lumen_{0, 0, 0};  // X, Y = 1, Z
+    std::vector<float> row_;
+};
+
+}  // namespace
+
+bool has_ray_suffix(const std::filesystem::path& file) {
+    return format_of(file) != nullptr;
+}
+
+bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info) {
+    const Format* format = format_of(file);
+    return info.colour == Rgb(1) || (format && format->tristimulus && has_tristimulus(info));
+}
+
+void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next) {
+    const Format* format = format_of(file);
+    if (!format)
+        input_error({file.string()}, "rays cannot be written under this name; {} are known", kRaySuffixes);
+    if (info.rays > format->most_rays) {
+        input_error({file.string()}, "{} rays; {} counts to {}", info.rays, format->suffix,
+                    format->most_rays);
+    }
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.exceptions(std::ios::badbit | std::ios::failbit);
+        const auto put = [&out](const void* from, std::size_t bytes) {
+            out.write(static_cast<const char*>(from), static_cast<std::streamsize>(bytes));
+        };
+        const std::string header = format->header(info);
+        put(header.data(), header.size());
+        Rows rows(*format, info);
+        std::vector<LampRay> block;
+        for (std::uint64_t done = 0; done < info.rays; done += block.size()) {
+            next(block);
+            assert(!block.empty() && block.size() <= info.rays - done);
+            const std::vector<float>& floats = rows.of(block);
+            put(floats.data(), floats.size() * sizeof(float));
+        }
+        put(format->end_mark.data(), format->end_mark.size());
+        out.flush();
+    });
+}
+
+void write_rays(const std::filesystem::path& file, const RaySet& set) {
+    RayFileInfo info;
+    info.rays = set.rays.size();
+    info.unit = set.unit;
+    for (const LampRay& ray : set.rays) info.flux += double{ray.flux};
+    info.colour = set.colour;
+    info.text = set.provenance;
+    write_rays(file, info, [&set](std::vector<LampRay>& block) { block = set.rays; });
+}
+
+}  // namespace lucerna

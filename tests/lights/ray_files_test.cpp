@@ -1,0 +1,224 @@
+// Zemax and LightTools ray files, field by field; and which reader a file finds.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <fstream>
+#include <functional>
+
+#include "engine/base/cie.h"
+#include "engine/base/error.h"
+#include "lights/ray_set.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/error_of.h"
+#include "tests/support/shared_data.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+template <typename T>
+void set(std::string& bytes, std::size_t at, const T& value) {
+    std::memcpy(&bytes[at], &value, sizeof value);
+}
+
+std::string rows(std::initializer_list<std::initializer_list<float>> values) {
+    std::string bytes;
+    for (const auto& row : values) {
+        for (const float v : row) bytes.append(reinterpret_cast<const char*>(&v), sizeof v);
+    }
+    return bytes;
+}
+
+// Two rays of 1 and 3 units of flux, lengths in mm.
+std::string zemax() {
+    std::string b(208, '\0');
+    set(b, 0, std::int32_t{1010});
+    set(b, 4, std::int32_t{2});
+    std::memcpy(&b[8], "a lamp\x01of two rays", 18);
+    set(b, 136, std::int32_t{4});
+    return b + rows({{1, 2, 3, 0, 0, 1, 1}, {-1, 0, 0, 0, 3, 4, 3}});
+}
+
+std::string lighttools() {
+    std::string b(44, '\0');
+    std::memcpy(b.data(), "LTRF", 4);
+    set(b, 4, std::int32_t{2});
+    set(b, 24, std::int32_t{1});
+    return b + rows({{1, 2, 3, 0, 0, 1, 1}, {-1, 0, 0, 0, 3, 4, 3}}) + "LTRFEND";
+}
+
+class RayFiles : public ::testing::Test {
+  protected:
+    RaySet read(const std::string& bytes, const std::string& name = "rays.bin") {
+        std::ofstream(folder_ / name, std::ios::binary) << bytes;
+        return read_rays(folder_ / name, monitor_);
+    }
+    std::string complaint(const std::string& bytes) {
+        const std::string message = testing::error_of([&] { read(bytes); });
+        EXPECT_THAT(message, AllOf(HasSubstr("rays.bin"), Not(HasSubstr("\n"))));
+        return message;
+    }
+    testing::TemporaryFolder folder_;
+    testing::ListeningMonitor monitor_;
+};
+
+void expect_the_two_rays(const RaySet& set) {
+    ASSERT_EQ(set.rays.size(), 2U);
+    EXPECT_NEAR(set.rays[0].o.y, 0.002F, 1e-9F);
+    EXPECT_NEAR(set.rays[1].o.x, -0.001F, 1e-9F);
+    EXPECT_NEAR(set.rays[1].d.y, 0.6F, 1e-6F);
+    EXPECT_NEAR(set.rays[1].d.z, 0.8F, 1e-6F);
+    EXPECT_EQ(set.rays[1].flux, 3);
+    EXPECT_EQ(set.flux, 4);
+    EXPECT_EQ(set.unit, FluxUnit::watt);
+    EXPECT_EQ(set.colour, Rgb(1));
+}
+
+TEST_F(RayFiles, BothVendors_SameRays_AreTheSameSet) {
+    expect_the_two_rays(read(zemax()));
+    expect_the_two_rays(read(lighttools()));
+    EXPECT_TRUE(monitor_.warnings.empty());
+    EXPECT_THAT(read(zemax()).provenance, HasSubstr("a lamp of two rays"));
+}
+
+TEST_F(RayFiles, LengthUnits_AreTurnedIntoMetres) {
+    const auto y_of = [&](std::string bytes, std::size_t at, std::int32_t unit) {
+        set(bytes, at, unit);
+        return read(bytes).rays[0].o.y;
+    };
+    const float zemax_metres[] = {1, 0.0254F, 0.01F, 0.3048F, 0.001F};
+    for (std::int32_t unit = 0; unit < 5; ++unit)
+        EXPECT_FLOAT_EQ(y_of(zemax(), 136, unit), 2 * zemax_metres[unit]);
+    const float lighttools_metres[] = {0.001F, 0.001F, 0.01F, 1, 0.0254F, 0.3048F, 1e-6F, 1e-9F};
+    for (std::int32_t unit = 0; unit < 8; ++unit)
+        EXPECT_FLOAT_EQ(y_of(lighttools(), 24, unit), 2 * lighttools_metres[unit]);
+    ASSERT_EQ(monitor_.warnings.size(), 1U);  // of unit 0
+    EXPECT_THAT(monitor_.warnings[0], HasSubstr("mm is assumed"));
+}
+
+TEST_F(RayFiles, LuminousFlux_StaysLumens) {
+    std::string z = zemax(), l = lighttools();
+    set(z, 196, std::int32_t{1});
+    set(l, 12, std::int32_t{1});
+    for (const std::string& bytes : {z, l}) {
+        const RaySet rays = read(bytes);
+        EXPECT_EQ(rays.unit, FluxUnit::lumen);
+        EXPECT_EQ(rays.flux, 4);
+    }
+}
+
+TEST_F(RayFiles, HeaderFlux_FiniteAndPositive_WinsWithAWarning) {
+    std::string z = zemax(), l = lighttools();
+    set(z, 112, 8.0F);
+    set(l, 40, 8.0F);
+    for (const std::string& bytes : {z, l}) {
+        const RaySet rays = read(bytes);
+        EXPECT_EQ(rays.flux, 8);
+        EXPECT_FLOAT_EQ(rays.rays[1].flux, 6);
+    }
+    ASSERT_EQ(monitor_.warnings.size(), 2U);
+    EXPECT_THAT(monitor_.warnings[0], HasSubstr("the header is believed"));
+}
+
+TEST_F(RayFiles, Wavelengths_GiveTheColour) {
+    const V3d blue = cie_xyz(470), red = cie_xyz(630);
+    const Rgb of_watts = colour_of_luminance_one(xyz_to_rgb(blue + 3.0 * red));
+    const Rgb of_lumens = colour_of_luminance_one(xyz_to_rgb(blue / blue.y + 3.0 / red.y * red));
+    std::string z =
+        zemax().substr(0, 208) + rows({{0, 0, 0, 0, 0, 1, 1, 0.47F}, {0, 0, 0, 0, 0, 1, 3, 0.63F}});
+    set(z, 192, std::int32_t{2});
+    std::string l = lighttools().substr(0, 44) +
+                    rows({{0, 0, 0, 0, 0, 1, 1, 470}, {0, 0, 0, 0, 0, 1, 3, 630}}) + "LTRFEND";
+    set(l, 20, std::int32_t{2});
+    for (const std::string& bytes : {z, l}) EXPECT_NEAR((read(bytes).colour - of_watts).length(), 0, 1e-4F);
+    set(z, 196, std::int32_t{1});
+    set(l, 12, std::int32_t{1});
+    for (const std::string& bytes : {z, l}) EXPECT_NEAR((read(bytes).colour - of_lumens).length(), 0, 1e-4F);
+    // One wavelength for all.
+    std::string single = zemax();
+    set(single, 116, 0.53F);
+    EXPECT_NEAR((read(single).colour - colour_of_luminance_one(xyz_to_rgb(cie_xyz(530)))).length(), 0, 1e-4F);
+}
+
+TEST_F(RayFiles, UnusableRays_AreCounted) {
+    std::string z = zemax();
+    set(z, 4, std::int32_t{4});
+    z += rows({{0, NAN, 0, 0, 0, 1, 1}, {0, 0, 0, 0, 0, 0, 5}});
+    std::string l = lighttools();
+    l.insert(l.size() - 7, rows({{0, NAN, 0, 0, 0, 1, 1}, {0, 0, 0, 0, 0, 0, 5}}));
+    for (const std::string& bytes : {z, l}) {
+        const RaySet rays = read(bytes);
+        EXPECT_EQ(rays.rays.size(), 2U);
+        EXPECT_EQ(rays.skipped_nan, 1U);
+        EXPECT_EQ(rays.skipped_zero_direction, 1U);
+        EXPECT_EQ(rays.skipped_flux, 6);
+        EXPECT_EQ(rays.flux, 10);
+    }
+}
+
+TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
+    const auto with = [](std::string bytes, std::size_t at, std::int32_t value) {
+        set(bytes, at, value);
+        return bytes;
+    };
+    EXPECT_THAT(complaint(with(zemax(), 4, 2147483647)), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(complaint(with(zemax(), 4, 3)), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(complaint(with(zemax(), 4, -1)), HasSubstr("-1 rays"));
+    EXPECT_THAT(complaint(with(zemax(), 136, 5)), HasSubstr("length unit 5; 0 (m)"));
+    EXPECT_THAT(complaint(with(zemax(), 192, 1)), HasSubstr("ray format 1"));
+    EXPECT_THAT(complaint(with(zemax(), 196, 2)), HasSubstr("flux type 2"));
+    EXPECT_THAT(complaint(zemax().substr(0, 100)), HasSubstr("truncated in the header"));
+    EXPECT_THAT(complaint(with(lighttools(), 4, 3)), HasSubstr("version 3"));
+    EXPECT_THAT(complaint(with(lighttools(), 12, 2)), HasSubstr("data type 2"));
+    EXPECT_THAT(complaint(with(lighttools(), 16, 1)), HasSubstr("far-field"));
+    EXPECT_THAT(complaint(with(lighttools(), 20, 1)), HasSubstr("colour information 1"));
+    EXPECT_THAT(complaint(with(lighttools(), 24, 9)), HasSubstr("length unit 9"));
+    EXPECT_THAT(complaint(lighttools().substr(0, 60)), HasSubstr("truncated"));
+    EXPECT_THAT(complaint(lighttools().substr(0, 44) + "LTRFEND"), HasSubstr("0 rays"));
+    std::string no_end = lighttools();
+    no_end.back() = 'X';
+    EXPECT_THAT(complaint(no_end), HasSubstr("LTRFEND"));
+}
+
+TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
+    expect_the_two_rays(read(lighttools(), "rays.dat"));
+    expect_the_two_rays(read(zemax(), "rays.ray"));
+    // What no reader knows is explained by the one that the name asks for.
+    EXPECT_THAT(testing::error_of([&] { read("rubbish", "rays.tm25ray"); }),
+                HasSubstr("does not start with TM25"));
+    EXPECT_THAT(testing::error_of([&] { read(std::string(300, 'x'), "rays.DAT"); }),
+                HasSubstr("no Zemax ray file"));
+    EXPECT_THAT(complaint("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
+    EXPECT_THAT(complaint("r"), HasSubstr("no ray file"));
+}
+
+TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {
+    LUCERNA_NEED_DATA(zemax_file, "three-rays-zemax.dat");
+    LUCERNA_NEED_DATA(lighttools_file, "three-rays-lighttools.ray");
+    testing::ListeningMonitor monitor;
+    const RaySet a = read_rays(zemax_file, monitor);
+    const RaySet b = read_rays(lighttools_file, monitor);
+    ASSERT_EQ(a.rays.size(), 3U);
+    ASSERT_EQ(b.rays.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(a.rays[i].o, b.rays[i].o);
+        EXPECT_EQ(a.rays[i].d, b.rays[i].d);
+        EXPECT_EQ(a.rays[i].flux, b.rays[i].flux);
+        EXPECT_NEAR(a.rays[i].d.length(), 1, 1e-6F);
+    }
+    EXPECT_EQ(a.unit, b.unit);
+    EXPECT_EQ(a.flux, b.flux);
+    EXPECT_NEAR(a.flux, 0.00310661, 1e-8);  // both headers state it, and 3 times as much for the rays
+    EXPECT_EQ(monitor.warnings.size(), 2U);
+    EXPECT_NEAR((a.colour - b.colour).length(), 0, 1e-5F);  // wavelengths in µm and in nm
+    EXPECT_NEAR(a.rays[0].o.x, -6.6684e-4F, 1e-8F);
+    EXPECT_NEAR(a.rays[0].d.z, 0.5F, 1e-6F);
+}
+
+}  // namespace
+}  // namespace lucerna
