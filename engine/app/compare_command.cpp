@@ -8,6 +8,7 @@
 #include "engine/app/commands.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
+#include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/render/compare.h"
 
@@ -69,11 +70,31 @@ void print_text(std::ostream& out, const Comparison& c) {
     if (c.z_test) print_z_test(out, *c.z_test);
 }
 
-std::string to_json(const CompareOptions& options, const Comparison& c) {
+constexpr const char* kUnit = "lucerna.unit";
+
+std::string unit_of(const Image& image) {
+    const auto found = image.attributes.find(kUnit);
+    return found == image.attributes.end() ? std::string() : one_line(found->second);
+}
+
+void print_units(std::ostream& out, const std::string& unit, const std::string& reference) {
+    const auto named = [](const std::string& name) { return name.empty() ? "not stated" : name; };
+    if (unit == reference) {
+        if (!unit.empty()) fmt::print(out, "unit           {}\n", unit);
+    } else {
+        fmt::print(out, "unit           {}, of the reference {}: NOT THE SAME\n", named(unit),
+                   named(reference));
+    }
+}
+
+std::string to_json(const CompareOptions& options, const Comparison& c, const std::string& unit,
+                    const std::string& reference_unit) {
     using Json = nlohmann::ordered_json;
     Json json;
     json["image"] = options.image;
     json["reference"] = options.reference;
+    json["unit"] = unit;
+    json["reference_unit"] = reference_unit;
     json["mse"] = c.mse;
     json["relative_mse"] = c.relative_mse;
     json["mape"] = c.mape;
@@ -110,13 +131,15 @@ std::string to_json(const CompareOptions& options, const Comparison& c) {
 void act(const CompareOptions& options, const CommandContext& context) {
     const bool to_file = !options.json.empty() && options.json != "-";
     if (to_file) require_writable(options.json, "");
-    const Comparison result =
-        compare(read_exr(options.image), read_exr(options.reference), options.image, options.reference);
+    const Image image = read_exr(options.image), reference = read_exr(options.reference);
+    const Comparison result = compare(image, reference, options.image, options.reference);
+    const std::string unit = unit_of(image), reference_unit = unit_of(reference);
     if (options.json == "-") {
-        context.out << to_json(options, result);
+        context.out << to_json(options, result, unit, reference_unit);
         return;
     }
-    if (to_file) write_text(options.json, to_json(options, result));
+    if (to_file) write_text(options.json, to_json(options, result, unit, reference_unit));
+    print_units(context.out, unit, reference_unit);
     print_text(context.out, result);
 }
 

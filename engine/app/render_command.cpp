@@ -27,6 +27,7 @@ Ctrl-C ends a render early and keeps what is there; a second one ends at once.
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
+  lucerna render room.pbrt --set quantity=illuminance -o lux.exr
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
 
@@ -102,9 +103,9 @@ void act(const RenderCommand& command, const CommandContext& context) {
     if (keep) {
         result.image.attributes.merge(header_attributes(facts, job, report));
         write_exr(output, result.image);
-        said.push_back(fmt::format("image    {} ({} x {}, {} spp, {})", output.string(), result.image.width,
-                                   result.image.height, report.samples_done,
-                                   duration_text(facts.render_seconds)));
+        said.push_back(fmt::format("image    {} ({} x {}, {}, {} spp, {})", output.string(),
+                                   result.image.width, result.image.height, report.notes.at("unit"),
+                                   report.samples_done, duration_text(facts.render_seconds)));
         if (command.png) said.push_back(write_picture(command, png_beside(output), result.image));
     } else {
         said.push_back("no image written: there is nothing in it yet");

@@ -40,17 +40,18 @@ void print_lights(std::ostream& out, const Scene& scene) {
         std::uint64_t count = 0;
         double power = 0;
     };
-    std::map<std::string_view, Kind> kinds;
+    std::map<std::pair<std::string_view, FluxUnit>, Kind> kinds;
     for (const auto& light : scene.lights()) {
-        Kind& kind = kinds[light->kind()];
+        Kind& kind = kinds[{light->kind(), light->unit()}];
         ++kind.count;
         kind.power += light->power();
     }
     if (kinds.empty()) fmt::print(out, "lights       none\n");
     for (const auto& [name, kind] : kinds) {
-        fmt::print(out, "lights       {} {}, {:.6g} in all (luminance; W, or lm for photometric lamps)\n",
-                   kind.count, name, kind.power);
+        fmt::print(out, "lights       {} {}, {:.6g} {} in all (luminance)\n", kind.count, name.first,
+                   kind.power, flux_unit_name(name.second));
     }
+    fmt::print(out, "unit         {}\n", unit_text(Quantity::radiance, common_unit(scene.lights())));
     if (scene.lights().size() < 2) return;
     for (std::size_t i = 0; i < std::min(scene.lights().size(), kMostListed); ++i) {
         const Rgb flux = scene.lights()[i]->flux();

@@ -19,6 +19,7 @@ struct PositionOf {
     V3d operator()(const SpotSpec& s) const { return s.position; }
     V3d operator()(const GoniometricSpec& s) const { return s.position; }
     V3d operator()(const ProjectionSpec& s) const { return s.position; }
+    V3d operator()(const PhotometricSpec& s) const { return s.position; }
     V3d operator()(const MeasuredSpec& s) const { return s.settings.world_from_light.translation(); }
     template <typename Other>
     std::optional<V3d> operator()(const Other&) const {
@@ -94,6 +95,10 @@ struct LightMaker {
     std::unique_ptr<Light> operator()(const ProjectionSpec& s) const {
         return make_projection_light(s.slide, to_scene(s.position, parts.origin), s.axes, s.scale * factor);
     }
+    std::unique_ptr<Light> operator()(const PhotometricSpec& s) const {
+        return make_photometric_light(s.kind, s.web, to_scene(s.position, parts.origin), s.axes,
+                                      s.scale * factor);
+    }
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         MeasuredSettings settings = s.settings;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
@@ -120,13 +125,31 @@ std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
     }
     const double power = light->power();
     if (!std::isfinite(power) || power < 0) {
-        fail(draft.place, "the light's power is {:g} W; finite power is accepted", power);
+        fail(draft.place, "the light's power is {:g} {}; finite power is accepted", power,
+             flux_unit_name(light->unit()));
     }
     if (power == 0) {
         maker.monitor.warn(
             fmt::format("{}: this {} light has no power", to_string(draft.place.location()), light->kind()));
     }
     return light;
+}
+
+// Lights that count their light in different units make an image of neither.
+void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
+                         const std::vector<std::unique_ptr<Light>>& lights, Monitor& monitor) {
+    std::optional<std::size_t> first;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        if (!(lights[i]->power() > 0)) continue;
+        if (!first) first = i;
+        const Light &one = *lights[*first], &other = *lights[i];
+        if (one.unit() == other.unit()) continue;
+        monitor.warn(
+            fmt::format("{}: this {} light is in {}, but the {} light at {} is in {}; the image adds both",
+                        to_string(drafts[i].place.location()), other.kind(), flux_unit_name(other.unit()),
+                        one.kind(), to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
+        return;
+    }
 }
 
 SceneMedia build_media(const Draft& draft, const V3d& origin) {
@@ -191,6 +214,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     for (const DraftLight& light : draft.lights) {
         parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor}));
     }
+    warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
                                    [](const Medium& medium) { return medium.emits(); });
     if (draft.lights.empty() && !glows)

@@ -25,6 +25,7 @@
 #include "engine/world/mesh.h"
 #include "lights/image_lights.h"
 #include "lights/measured.h"
+#include "lights/photometric.h"
 
 namespace lucerna {
 
@@ -108,6 +109,13 @@ struct ProjectionSpec {
     std::shared_ptr<const Slide> slide;
     Rgb scale;  // W/sr
 };
+struct PhotometricSpec {
+    std::string_view kind;  // "ies" or "ldt"
+    V3d position;
+    LightAxes axes;
+    std::shared_ptr<const PhotometricWeb> web;
+    Rgb scale;  // of its candela
+};
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin
 };
@@ -122,9 +130,9 @@ struct AreaSpec {
 struct DraftLight {
     Place place;
     std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
-                 ProjectionSpec, MeasuredSpec, AreaSpec>
+                 ProjectionSpec, PhotometricSpec, MeasuredSpec, AreaSpec>
         spec;
-    double power = 0;  // W; if > 0 the light is scaled to this luminous power
+    double power = 0;  // if > 0 the light is scaled to this luminous power, in its unit
 };
 
 // A medium; none yet while only its name has been said.

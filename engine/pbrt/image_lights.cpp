@@ -59,8 +59,13 @@ std::shared_ptr<const DirectionalImage> read_sphere(Reading& reading, Params& pa
     return std::make_shared<DirectionalImage>(named.image, map);
 }
 
-// The current transformation's axes; it may rotate, mirror and scale alike in all directions.
-LightAxes read_axes(const Reading& reading, const Params& params) {
+V3d read_position(Reading& reading, Params& params) {
+    return transform_point(reading.state.ctm, params.point("from", V3d(0)));
+}
+
+}  // namespace
+
+LightAxes light_axes(const Reading& reading, const Params& params) {
     const M44d& m = reading.state.ctm;
     if (!uniform_scale(m)) {
         fail(params.place(),
@@ -73,12 +78,6 @@ LightAxes read_axes(const Reading& reading, const Params& params) {
     return {axis(0), axis(1), axis(2)};
 }
 
-V3d read_position(Reading& reading, Params& params) {
-    return transform_point(reading.state.ctm, params.point("from", V3d(0)));
-}
-
-}  // namespace
-
 bool names_an_image(const Params& params) {
     return params.has("filename") || params.has("mapname");
 }
@@ -88,13 +87,13 @@ void read_image_infinite(Reading& reading, Params& params) {
     const Rgb factor = light_color(reading, params, "L");
     const Rgb color =
         with_illuminance(params, factor, image->illuminance() * static_cast<double>(luminance(factor)));
-    reading.draft.lights.push_back({params.place(), ImageInfiniteSpec{image, read_axes(reading, params),
+    reading.draft.lights.push_back({params.place(), ImageInfiniteSpec{image, light_axes(reading, params),
                                                                       scaled_color(reading, params, color)}});
 }
 
 void read_goniometric(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
-    LightAxes axes = read_axes(reading, params);
+    LightAxes axes = light_axes(reading, params);
     std::swap(axes.y, axes.z);  // the image's pole is the light's +y, in every version
     const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back({params.place(),
@@ -111,7 +110,7 @@ void read_projection(Reading& reading, Params& params) {
     const Rgb intensity = scaled_color(reading, params, light_color(reading, params, "I"));
     reading.draft.lights.push_back(
         {params.place(),
-         ProjectionSpec{read_position(reading, params), read_axes(reading, params), slide, intensity},
+         ProjectionSpec{read_position(reading, params), light_axes(reading, params), slide, intensity},
          positive_or_none(params, "power")});
 }
 

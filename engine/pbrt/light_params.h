@@ -24,4 +24,11 @@ void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);
 void read_projection(Reading& reading, Params& params);
 
+// Lights from photometric files: "ies" and "ldt".
+void read_photometric_light(Reading& reading, const std::string& kind, Params& params);
+
+// The current transformation's axes; it may rotate, mirror and scale alike in all directions. Fails for
+// others.
+LightAxes light_axes(const Reading& reading, const Params& params);
+
 }  // namespace lucerna

@@ -147,9 +147,12 @@ void read_light(Reading& reading, const std::string& kind, Params& params) {
     }
     if (kind == "goniometric" || kind == "goniophotometric") return read_goniometric(reading, params);
     if (kind == "projection") return read_projection(reading, params);
+    if (kind == "ies" || kind == "ldt") return read_photometric_light(reading, kind, params);
     if (kind == "lightfield") return read_light_field(reading, params);
-    refuse_kind(params.place(), "LightSource", kind,
-                {"point", "spot", "distant", "infinite", "goniometric", "projection", "lightfield"}, {});
+    refuse_kind(
+        params.place(), "LightSource", kind,
+        {"point", "spot", "distant", "infinite", "goniometric", "projection", "ies", "ldt", "lightfield"},
+        {});
 }
 
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {

@@ -12,8 +12,9 @@ class DirectEstimator final : public Estimator {
         : scene_(scene), settings_(settings) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream,
-                                [&](const Vertex& vertex) { return direct_light(scene_, vertex, stream); });
+        const auto shade = [&](const Vertex& vertex) { return direct_light(scene_, vertex, stream); };
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade);
     }
 
   private:

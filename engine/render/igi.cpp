@@ -31,11 +31,13 @@ class IgiEstimator final : public Estimator {
         // One well-distributed number chooses the set.
         const auto count = static_cast<float>(sets_.begins.size() - 1);
         const auto set = static_cast<std::size_t>(stream.next() * count);
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, [&](const Vertex& vertex) {
+        const auto shade = [&](const Vertex& vertex) {
             DirectLight shaded = direct_light(scene_, vertex, stream);
             shaded.radiance += indirect(vertex, set, stream);
             return shaded;
-        });
+        };
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade);
     }
 
   private:

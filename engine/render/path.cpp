@@ -17,14 +17,16 @@ class PathEstimator final : public Estimator {
         float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
         Ray ray = camera_ray;
         EmissionRule rule = EmissionRule::all();
+        const bool meter = settings_.quantity == Quantity::illuminance;
 
         for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
             const auto hit = scene_.hit(ray);
-            result += throughput * emission(scene_, ray, hit, rule);
+            const bool metered = meter && bounce == 0;
+            if (!metered) result += throughput * emission(scene_, ray, hit, rule);
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
 
             // Ask the lights.
-            const Bsdf bsdf = scene_.bsdf(*hit);
+            const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
             if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, stream);
@@ -45,7 +47,7 @@ class PathEstimator final : public Estimator {
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
-        return result;
+        return meter ? meter_reading(result) : result;
     }
 
   private:

@@ -70,9 +70,10 @@ class MediaPathEstimator final : public Estimator {
     };
 
     Leg travel(Path& path, Stream& stream) const;
+    Leg look(Path& path) const;
     void meet_lamps(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
                     Stream& stream) const;
-    bool leave(Path& path, const Leg& leg, Stream& stream) const;
+    bool leave(Path& path, const Leg& leg, bool metered, Stream& stream) const;
     template <typename Place>
     Rgb ask_light(const Place& place, Stream& stream) const;
     Rgb passed(const SurfacePoint& x, const V3f& w, float distance, std::int32_t medium,
@@ -87,11 +88,13 @@ Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Stream& stream) const {
     Path path;
     path.ray = camera_ray;
     path.medium = media_.camera;
+    const bool meter = settings_.quantity == Quantity::illuminance;
     for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
-        const Leg leg = travel(path, stream);
+        const bool metered = meter && bounce == 0;
+        const Leg leg = metered ? look(path) : travel(path, stream);
         if (!leg.hit && !leg.scattered) break;
         if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
-        if (!leave(path, leg, stream)) break;
+        if (!leave(path, leg, metered, stream)) break;
 
         // Russian roulette by what the path is still worth.
         const float u_survive = stream.next();
@@ -101,7 +104,19 @@ Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Stream& stream) const {
         if (!(u_survive < survival)) break;
         path.throughput /= survival;
     }
-    return path.result;
+    return meter ? meter_reading(path.result) : path.result;
+}
+
+// The first surface, for a meter that lies on it: what is between it and the camera does not matter.
+MediaPathEstimator::Leg MediaPathEstimator::look(Path& path) const {
+    for (int borders = 0; borders < kMaxBorders; ++borders) {
+        const auto hit = scene_.hit_or_border(path.ray);
+        if (!hit) return {};
+        if (!scene_.is_border(*hit)) return {hit, {}};
+        path.medium = medium_towards(hit->media, hit->at.n, path.ray.d, path.medium);
+        path.ray = Ray{hit->at.towards(path.ray.d), path.ray.d};
+    }
+    return {};
 }
 
 // Where a path is scattered that would have met `hit`: never on the far side of it, whatever was rounded.
@@ -166,7 +181,7 @@ void MediaPathEstimator::meet_lamps(Path& path, const Ray& rest, float travelled
 }
 
 // Asks the lights, and chooses where the path goes on. False: it ends.
-bool MediaPathEstimator::leave(Path& path, const Leg& leg, Stream& stream) const {
+bool MediaPathEstimator::leave(Path& path, const Leg& leg, bool metered, Stream& stream) const {
     if (leg.scattered) {
         path.result += path.throughput * ask_light(*leg.scattered, stream);
         const V3f wi = leg.scattered->phase.sample(leg.scattered->wo, stream.next2());
@@ -175,7 +190,7 @@ bool MediaPathEstimator::leave(Path& path, const Leg& leg, Stream& stream) const
         return true;
     }
     const Hit& hit = *leg.hit;
-    const Bsdf bsdf = scene_.bsdf(hit);
+    const Bsdf bsdf = metered ? white_receiver(hit) : scene_.bsdf(hit);
     const V3f wo = -path.ray.d;
     if (!bsdf.is_delta()) {
         path.result += path.throughput * ask_light(AtSurface{hit, bsdf, wo, path.medium}, stream);

@@ -46,6 +46,11 @@ class PhotonMapEstimator final : public Estimator {
           irradiance_(std::move(irradiance)) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
+        if (settings_.quantity == Quantity::illuminance) {
+            return meter_and_shade(scene_, ray, [&](const Vertex& vertex) {
+                return DirectLight{seen(vertex, stream), {}};
+            });
+        }
         return trace(ray, EmissionRule::all(), Stage::eye, stream);
     }
 

@@ -135,6 +135,11 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     report.numbers["rays.invalid"] = static_cast<double>(job.scene.invalid_rays());
     report.numbers["rays.total"] = static_cast<double>(job.scene.rays());
     result.image = film.develop(job.film.scale);
+    const Quantity quantity = quantity_of(job.integrator);
+    std::string unit = unit_text(quantity, common_unit(job.scene.lights()));
+    if (job.film.scale != 1) unit += fmt::format(", times {:g}", job.film.scale);
+    result.image.attributes["lucerna.unit"] = unit;
+    report.notes["unit"] = unit;
     return result;
 }
 

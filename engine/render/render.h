@@ -29,7 +29,9 @@ struct RenderReport {
 };
 
 struct RenderResult {
-    Image image;  // R G B, and variance.R variance.G variance.B of the pixel's mean
+    // R G B, and variance.R variance.G variance.B of the pixel's mean. The attribute "lucerna.unit" tells
+    // what the numbers count: "cd/m^2", "W/(m^2 sr)", "lx", "W/m^2".
+    Image image;
     RenderReport report;
 };
 

@@ -37,14 +37,21 @@ Field choice(std::string_view name, std::string_view help, std::vector<std::stri
     return {name, help, std::move(names), 0, last, true, as_byte(target)};
 }
 
+Field quantity(Quantity& target) {
+    return choice("quantity", "radiance, or illuminance: the light that arrives on the first surface seen",
+                  {"radiance", "illuminance"}, target);
+}
+
 std::vector<Field> fields_of(PathSettings& s) {
     return {whole("maxdepth", "longest path in bounces; 0: no limit, roulette ends every path", 0, kMostInt,
-                  s.max_depth)};
+                  s.max_depth),
+            quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
     return {
-        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth)};
+        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(PhotonMapSettings& s) {
@@ -72,6 +79,7 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         choice("metric", "photon distance: projected (tangent plane) or euclidean",
                {"projected", "euclidean"}, s.metric),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        quantity(s.quantity),
     };
 }
 
@@ -87,10 +95,15 @@ std::vector<Field> fields_of(IgiSettings& s) {
         real("rrcontinue", "chance that such a shadow ray is traced", 1e-6, 1, s.rr_continue),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        quantity(s.quantity),
     };
 }
 
 }  // namespace
+
+Quantity quantity_of(const IntegratorSettings& settings) {
+    return std::visit([](const auto& s) { return s.quantity; }, settings);
+}
 
 std::string_view integrator_name(const IntegratorSettings& settings) {
     constexpr std::string_view names[] = {"path", "direct", "photonmap", "igi"};

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/render/quantity.h"
 #include "photon/kernel.h"
 #include "photon/tangent_metric.h"
 
@@ -20,11 +21,13 @@ namespace lucerna {
 // The unbiased reference.
 struct PathSettings {
     int max_depth = 0;  // bounces; 0: no limit, roulette ends every path
+    Quantity quantity = Quantity::radiance;
 };
 
 // Direct light only; mirrors and glass are followed.
 struct DirectSettings {
     int max_specular_depth = 16;
+    Quantity quantity = Quantity::radiance;
 };
 
 enum class DirectMethod : std::uint8_t { mc, map };
@@ -46,6 +49,7 @@ struct PhotonMapSettings {
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     int max_specular_depth = 16;
+    Quantity quantity = Quantity::radiance;
 };
 
 struct IgiSettings {
@@ -56,6 +60,7 @@ struct IgiSettings {
     float rr_continue = 0.1F;      // with this chance of going on
     float indirect_scale = 1;
     int max_specular_depth = 5;
+    Quantity quantity = Quantity::radiance;
 };
 
 using IntegratorSettings = std::variant<PathSettings, DirectSettings, PhotonMapSettings, IgiSettings>;
@@ -85,6 +90,8 @@ struct Field {
 };
 
 std::vector<Field> fields(IntegratorSettings& settings);
+// What the image shows; every integrator can.
+Quantity quantity_of(const IntegratorSettings& settings);
 // Sets one parameter by name; throws InputError with the nearest known name and the list.
 void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
                    const Location& at);

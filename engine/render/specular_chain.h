@@ -5,6 +5,7 @@
 
 #include "engine/base/stream.h"
 #include "engine/render/direct_light.h"
+#include "engine/render/quantity.h"
 #include "engine/world/scene.h"
 
 namespace lucerna {
@@ -61,6 +62,15 @@ Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream,
         throughput *= shaded.specular->weight;
         ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
     }
+}
+
+// What a meter reads on the first surface along a camera ray, by the same `shade`.
+template <typename Shade>
+Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
+    const auto hit = scene.hit(ray);
+    if (!hit) return Rgb(0);
+    const Bsdf white = white_receiver(*hit);
+    return meter_reading(shade(Vertex{*hit, white, -ray.d}).radiance);
 }
 
 }  // namespace lucerna
