@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/stream.h"
 #include "engine/world/scene.h"
@@ -29,16 +30,26 @@ struct WalkHit {
     const LightPathStart& start;
 };
 
+// A path that leaves the scene, for good.
+struct WalkExit {
+    const SurfacePoint& from;
+    V3f d;      // direction of travel
+    Rgb power;  // W
+    PathClass path;
+    const LightPathStart& start;
+};
+
 // No path goes on for sure, so that even a closed box of albedo 1 comes to an end.
 inline constexpr float kMaxSurvival = 0.999F;
 // Against endless loops only; roulette ends paths long before (0.999^100000 is 1e-44).
 inline constexpr std::uint32_t kMaxBounces = 100'000;
 
-// Follows the path; calls visit(WalkHit) at every surface. Source of the roulette: [igi.md 2], with the
-// luminance of the power in place of that of the scale alone, so that every survivor carries the luminance
-// its parent had.
-template <typename Visit>
-void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit) {
+// Follows the path; calls visit(WalkHit) at every surface and leave(WalkExit) if it leaves the scene. Source
+// of the roulette: [igi.md 2], with the luminance of the power in place of that of the scale alone, so that
+// every survivor carries the luminance its parent had.
+template <typename Visit, typename Leave>
+void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
+          Leave&& leave) {
     ledger.emitted += V3d(start.power);
     Rgb power = start.power;
     PathClass path;
@@ -49,6 +60,7 @@ void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledge
         const auto hit = scene.hit(Ray{from.towards(d), d});
         if (!hit) {
             ledger.escaped += V3d(power);
+            leave(WalkExit{from, d, power, path, start});
             return;
         }
         ++ledger.hits;
@@ -82,6 +94,11 @@ void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledge
         d = sample->wi;
     }
     ledger.cut += V3d(power);
+}
+
+template <typename Visit>
+void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit) {
+    walk(scene, start, stream, ledger, std::forward<Visit>(visit), [](const WalkExit& /*exit*/) {});
 }
 
 }  // namespace lucerna

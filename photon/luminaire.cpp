@@ -1,0 +1,103 @@
+#include "photon/luminaire.h"
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "photon/walk.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
+
+void trace_path(const Scene& scene, std::uint64_t seed, std::uint32_t path, LuminaireBlock& made) {
+    Stream stream = Stream::stratified(seed, Purpose::acquisition, 0, path);
+    ++made.tally.ledger.paths;
+    const auto start = emit_path(scene, stream);
+    if (!start) {
+        ++made.tally.ledger.not_emitted;
+        return;
+    }
+    walk(
+        scene, *start, stream, made.tally.ledger, [](const WalkHit& /*at*/) {},
+        [&](const WalkExit& exit) {
+            if (!(exit.d.z > kLeastForward)) {
+                made.tally.backward += V3d(exit.power);
+                return;
+            }
+            made.tally.forward += V3d(exit.power);
+            made.rays.push_back({V3f(V3d(exit.from.p) + scene.origin()), exit.d, luminance(exit.power)});
+        });
+}
+
+}  // namespace
+
+void check_luminaire(const Scene& scene, const LuminairePlan& plan) {
+    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
+        throw InputError(fmt::format("{} light paths; 1 to 4294967296 can be traced", plan.paths));
+    }
+    if (plan.block < 1) throw InputError(fmt::format("blocks of {} light paths; 1 or more", plan.block));
+    for (const auto& light : scene.lights()) {
+        if (light->kind() == "distant" || light->kind() == "infinite") {
+            throw InputError(fmt::format(
+                "a luminaire is lit by its own lights, which have a place; this one has a light of kind {}",
+                light->kind()));
+        }
+    }
+    double power = 0;
+    for (const auto& light : scene.lights()) power += light->power();
+    if (!(power > 0)) throw InputError("the luminaire has no light with any power");
+    if (!scene.media().all.empty()) {
+        throw InputError("media in a luminaire: its light is followed from surface to surface only");
+    }
+}
+
+LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, std::int64_t index,
+                               const Workers& workers) {
+    const std::int64_t first = index * plan.block;
+    const std::int64_t count = std::min(plan.block, plan.paths - first);
+    std::vector<LuminaireBlock> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
+    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+        LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
+        made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
+        for (std::int64_t path = first + begin; path < first + end; ++path) {
+            trace_path(scene, plan.seed, static_cast<std::uint32_t>(path), made);
+        }
+    });
+    LuminaireBlock block;
+    std::size_t rays = 0;
+    for (const LuminaireBlock& chunk : chunks) rays += chunk.rays.size();
+    block.rays.reserve(rays);
+    for (const LuminaireBlock& chunk : chunks) {
+        block.rays.insert(block.rays.end(), chunk.rays.begin(), chunk.rays.end());
+        block.tally.add(chunk.tally);
+    }
+    return block;
+}
+
+RaySet trace_rays(const Scene& scene, const LuminairePlan& plan, FluxUnit unit, const Workers& workers,
+                  Monitor& monitor) {
+    check_luminaire(scene, plan);
+    RaySet set;
+    set.unit = unit;
+    LuminaireTally tally;
+    Phase phase(monitor, "light paths", static_cast<std::uint64_t>(plan.paths));
+    for (std::int64_t index = 0; index < plan.blocks(); ++index) {
+        if (monitor.stopped()) throw InputError("stopped before all light paths were traced");
+        const LuminaireBlock block = trace_luminaire(scene, plan, index, workers);
+        set.rays.insert(set.rays.end(), block.rays.begin(), block.rays.end());
+        tally.add(block.tally);
+        phase.advance(block.tally.ledger.paths);
+    }
+    const double share = 1.0 / static_cast<double>(plan.paths);  // paths >= 1
+    tally.scale(share);
+    const Rgb forward(V3f(tally.forward));
+    set.flux = double{luminance(Rgb(V3f(tally.forward + tally.backward)))};
+    set.skipped_flux = double{luminance(Rgb(V3f(tally.backward)))};
+    if (!(luminance(forward) > 0)) throw InputError("no light leaves the luminaire towards +z");
+    set.colour = forward / luminance(forward);
+    for (LampRay& ray : set.rays) ray.flux *= static_cast<float>(share);
+    return set;
+}
+
+}  // namespace lucerna

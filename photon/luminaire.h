@@ -1,0 +1,73 @@
+// A luminaire that the engine traces itself: lights among mirrors and glass, seen from outside.
+//
+// Particles start at the luminaire's own lights and walk until they are absorbed or leave it for good; those
+// that leave towards +z are rays of the lamp, as a ray file would hold them. They come in blocks, so that a
+// thousand million of them need no more memory than one block, and each block is a function of the plan and
+// its number alone: work can be stopped after any block and taken up again with the next.
+//
+// The lamp's frame is the scene's world. Every particle has its own numbers, so that blocks are the same on
+// any number of threads.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/world/scene.h"
+#include "lights/ray_set.h"
+#include "photon/ledger.h"
+
+namespace lucerna {
+
+struct LuminairePlan {
+    std::int64_t paths = 0;  // light paths, 1 to 2^32
+    std::int64_t block = std::int64_t{1}
+                         << 20;  // paths per block, >= 1; a power of two keeps blocks stratified
+    std::uint64_t seed = 0;
+
+    std::int64_t blocks() const { return (paths + block - 1) / block; }
+};
+
+// Where the light went: the ledger, and what escaped told apart. Sums over paths until scaled by 1 / paths,
+// then the flux of one lamp, in the unit of its lights.
+struct LuminaireTally {
+    Ledger ledger;
+    V3d forward{0, 0, 0};   // left towards +z: the rays
+    V3d backward{0, 0, 0};  // left backwards or sideways
+
+    void add(const LuminaireTally& other) {
+        ledger.add(other.ledger);
+        forward += other.forward;
+        backward += other.backward;
+    }
+    void scale(double factor) {
+        ledger.scale(factor);
+        forward *= factor;
+        backward *= factor;
+    }
+};
+
+struct LuminaireBlock {
+    std::vector<LampRay>
+        rays;  // metres, in the world's frame; flux is the luminance of the path's power, not yet / paths
+    LuminaireTally tally;  // of these paths
+};
+
+// Rays with a smaller d.z leave sideways: they would pass S at infinity.
+inline constexpr float kLeastForward = 1e-6F;
+
+// Throws InputError, with the cause, unless the scene can be traced as a luminaire: lights that have a place
+// and power, no media, a plan in range.
+void check_luminaire(const Scene& scene, const LuminairePlan& plan);
+
+// Block number `index` in [0, plan.blocks()) of a plan that check_luminaire() accepts.
+LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, std::int64_t index,
+                               const Workers& workers);
+
+// All blocks in one set, for luminaires of few rays: their flux is the lamp's, and colour that of the rays.
+// Throws InputError as check_luminaire() does, when no ray leaves, and when the user stops it.
+RaySet trace_rays(const Scene& scene, const LuminairePlan& plan, FluxUnit unit, const Workers& workers,
+                  Monitor& monitor);
+
+}  // namespace lucerna
