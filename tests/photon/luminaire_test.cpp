@@ -1,0 +1,216 @@
+// Luminaires traced by the engine: what a mirror does by formula, and where the light went.
+#include "photon/luminaire.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "tests/support/error_of.h"
+#include "tests/support/media.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using ::testing::HasSubstr;
+using testing::SceneMaker;
+
+constexpr float kFocal = 0.01F;
+constexpr float kRim = 0.03F;
+
+// A parabolic mirror that opens towards +z, its focus at the origin; perfect.
+void add_mirror(SceneMaker& make) {
+    const auto silver = make.material(MirrorMaterial{RgbTexture::constant(Rgb(1.0F))});
+    Quadric& bowl = make.sphere({0, 0, -kFocal}, kRim, silver);
+    bowl.kind = Quadric::Kind::paraboloid;
+    bowl.z_min = 0;
+    bowl.z_max = kRim * kRim / (4 * kFocal);
+}
+
+// A black ball that glows, about the origin.
+void add_ball(SceneMaker& make, const V3f& centre, float radius) {
+    Quadric& ball = make.sphere(centre, radius, make.diffuse(Rgb(0.0F)));
+    ball.traits.light = make.light(make_area_light(SphereEmitter{centre, radius}, Rgb(1.0F), false));
+}
+
+LuminairePlan plan(std::int64_t paths, std::int64_t block = 1 << 20) {
+    LuminairePlan made;
+    made.paths = paths;
+    made.block = block;
+    made.seed = 3;
+    return made;
+}
+
+// How far outside the cone of the ball, seen from where they left the mirror, rays go: max of sin angle / (a
+// / ρ).
+double widest(const Scene& scene, float radius) {
+    double worst = 0;
+    for (const LampRay& ray : trace_luminaire(scene, plan(100'000), 0, Workers{2}).rays) {
+        if (ray.o.length() < 2 * radius) continue;  // straight from the ball
+        // A point of the paraboloid is as far from the focus as from the directrix.
+        const double rho = 2 * double{kFocal} + double{ray.o.z};
+        const double sine = std::hypot(double{ray.d.x}, double{ray.d.y});
+        worst = std::max(worst, sine * rho / double{radius});
+    }
+    return worst;
+}
+
+TEST(Luminaire, PointAtTheFocusOfAParabola_GivesAParallelBeamOfItsClosedForm) {
+    SceneMaker make;
+    add_mirror(make);
+    make.light(make_point_light(V3f(0.0F), Rgb(1 / (4 * kPi))));
+    const Scene scene = make.build();
+    const LuminaireBlock block = trace_luminaire(scene, plan(200'000), 0, Workers{2});
+    constexpr int kRings = 24;
+    std::vector<std::uint64_t> counted(kRings);
+    double mirrored = 0;
+    for (const LampRay& ray : block.rays) {
+        if (ray.o.length() < 1e-6F) continue;  // straight from the source
+        EXPECT_LT(std::hypot(ray.d.x, ray.d.y), 2e-6F);
+        const double r = std::hypot(double{ray.o.x}, double{ray.o.y});
+        ++counted[static_cast<std::size_t>(std::min(kRings - 1.0, r / double{kRim} * kRings))];
+        mirrored += double{ray.flux};
+    }
+    // A ray at the angle θ from the mirror's axis meets it where tan θ/2 = r / 2f, so 1 - cos θ = 2 q² / (1 +
+    // q²).
+    const auto share = [](double r) {
+        const double q2 = sqr(r / (2 * double{kFocal}));
+        return q2 / (1 + q2);
+    };
+    const double all = share(double{kRim});
+    double rays = 0;
+    for (const std::uint64_t count : counted) rays += static_cast<double>(count);
+    std::vector<double> expected, uniform;
+    for (int i = 0; i < kRings; ++i) {
+        const double inner = i * double{kRim} / kRings;
+        const double outer = (i + 1) * double{kRim} / kRings;
+        expected.push_back(rays * (share(outer) - share(inner)) / all);
+        uniform.push_back(rays * (outer * outer - inner * inner) / sqr(double{kRim}));
+    }
+    EXPECT_TRUE(testing::chi_square(counted, expected).accepted());
+    EXPECT_FALSE(testing::chi_square(counted, uniform).accepted());
+    EXPECT_NEAR(mirrored / 200'000, all, 2e-3);  // of 1 W
+    EXPECT_LT(block.tally.ledger.imbalance(), 1e-5);
+}
+
+TEST(Luminaire, BallAtTheFocus_SpreadsByItsSizeSeenFromTheMirror) {
+    SceneMaker make;
+    add_mirror(make);
+    add_ball(make, V3f(0.0F), 2e-4F);
+    const double spread = widest(make.build(), 2e-4F);
+    EXPECT_LE(spread, 1.001);
+    EXPECT_GT(spread, 0.98);
+    SceneMaker beside;
+    add_mirror(beside);
+    add_ball(beside, {0, 0, 2e-4F}, 2e-4F);
+    EXPECT_GT(widest(beside.build(), 2e-4F), 1.5);
+}
+
+// Mirror, glass, a coloured diffuse wall, an opening: light ends in every way.
+Scene busy_lamp() {
+    SceneMaker make;
+    add_mirror(make);
+    add_ball(make, {0.001F, 0, 0.001F}, 1e-3F);
+    make.sphere({0, 0, 0.03F}, 0.008F, make.material(DielectricMaterial{}));
+    make.quad({0.02F, -0.02F, 0}, {0, 0.04F, 0}, {0, 0, 0.05F}, make.diffuse(Rgb(0.8F, 0.5F, 0.2F)));
+    return make.build();
+}
+
+TEST(Luminaire, Ledger_ClosesAndTellsForwardFromBackward) {
+    const LuminaireBlock block = trace_luminaire(busy_lamp(), plan(100'000), 0, Workers{2});
+    const Ledger& ledger = block.tally.ledger;
+    EXPECT_LT(ledger.imbalance(), 1e-5);
+    double rays = 0;
+    for (const LampRay& ray : block.rays) {
+        EXPECT_GT(ray.d.z, 0);
+        rays += double{ray.flux};
+    }
+    EXPECT_NEAR(double{luminance(Rgb(V3f(block.tally.forward)))} / rays, 1, 1e-5);
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR((block.tally.forward[c] + block.tally.backward[c]) / ledger.escaped[c], 1, 1e-12);
+        EXPECT_GT(block.tally.backward[c], 0);
+        EXPECT_GT(ledger.absorbed[c], 0);
+    }
+    EXPECT_GT(block.tally.forward.x, block.tally.forward.z);  // the wall is red
+}
+
+bool same(const LampRay& a, const LampRay& b) {
+    return a.o == b.o && a.d == b.d && a.flux == b.flux;
+}
+
+TEST(Luminaire, OnAnyThreadsAndInAnyBlocks_SendsTheSameRays) {
+    const Scene lamp = busy_lamp();
+    const LuminaireBlock once = trace_luminaire(lamp, plan(30'000), 0, Workers{1});
+    for (const int threads : {2, 3}) {
+        const LuminaireBlock again = trace_luminaire(lamp, plan(30'000), 0, Workers{threads});
+        ASSERT_EQ(once.rays.size(), again.rays.size());
+        EXPECT_TRUE(std::equal(once.rays.begin(), once.rays.end(), again.rays.begin(), same));
+        EXPECT_EQ(once.tally.ledger.absorbed, again.tally.ledger.absorbed);
+    }
+    const LuminairePlan blocks = plan(30'000, 7'000);
+    EXPECT_EQ(blocks.blocks(), 5);
+    std::vector<LampRay> joined;
+    std::uint64_t paths = 0;
+    for (std::int64_t i = 0; i < blocks.blocks(); ++i) {
+        const LuminaireBlock block = trace_luminaire(lamp, blocks, i, Workers{2});
+        joined.insert(joined.end(), block.rays.begin(), block.rays.end());
+        paths += block.tally.ledger.paths;
+    }
+    EXPECT_EQ(paths, 30'000U);
+    ASSERT_EQ(joined.size(), once.rays.size());
+    EXPECT_TRUE(std::equal(joined.begin(), joined.end(), once.rays.begin(), same));
+}
+
+TEST(Luminaire, AsARaySet_CarriesItsFluxAndColour) {
+    SceneMaker make;
+    make.quad_light({0, 0, 0}, {0.01F, 0, 0}, {0, 0.01F, 0}, make.diffuse(Rgb(0.0F)), Rgb(2, 1, 0.5F));
+    Monitor silent;
+    const Scene scene = make.build();
+    const RaySet set = trace_rays(scene, plan(10'000), FluxUnit::lumen, Workers{2}, silent);
+    const double expected = scene.lights()[0]->power();  // all of it leaves upwards
+    double sum = 0;
+    for (const LampRay& ray : set.rays) sum += double{ray.flux};
+    EXPECT_NEAR(sum / expected, 1, 1e-4);
+    EXPECT_NEAR(set.flux / expected, 1, 1e-4);
+    EXPECT_EQ(set.unit, FluxUnit::lumen);
+    EXPECT_NEAR(set.colour.x / set.colour.z, 4, 1e-3);
+    EXPECT_NEAR(luminance(set.colour), 1, 1e-5);
+}
+
+TEST(Luminaire, OfAPlaceFarFromTheWorldsOrigin_StaysThere) {
+    SceneParts parts;
+    parts.origin = V3d(2, -1, 0.5);
+    parts.lights.push_back(make_point_light(V3f(0.25F, 0, 0), Rgb(1.0F)));
+    const Scene scene(std::move(parts), Workers{1});
+    const LuminaireBlock block = trace_luminaire(scene, plan(100), 0, Workers{1});
+    ASSERT_FALSE(block.rays.empty());
+    EXPECT_EQ(block.rays[0].o, V3f(2.25F, -1, 0.5F));
+}
+
+std::string refusal(const Scene& scene, const LuminairePlan& of) {
+    return testing::error_of([&] { check_luminaire(scene, of); });
+}
+
+TEST(Luminaire, ThatCannotBeTraced_IsRefusedWithTheCause) {
+    SceneMaker dark;
+    EXPECT_THAT(refusal(dark.build(), plan(10)), HasSubstr("no light with any power"));
+    SceneMaker sun;
+    sun.light(make_distant_light({0, 0, -1}, Rgb(1.0F), {}));
+    EXPECT_THAT(refusal(sun.build(), plan(10)), HasSubstr("of kind distant"));
+    SceneMaker fog;
+    fog.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
+    fog.region(testing::homogeneous(Rgb(1.0F), Rgb(1.0F)));
+    EXPECT_THAT(refusal(fog.build(), plan(10)), HasSubstr("media"));
+    SceneMaker lamp;
+    lamp.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
+    const Scene scene = lamp.build();
+    EXPECT_EQ(refusal(scene, plan(10)), "no error");
+    EXPECT_THAT(refusal(scene, plan(0)), HasSubstr("1 to 4294967296"));
+    EXPECT_THAT(refusal(scene, plan((std::int64_t{1} << 32) + 1)), HasSubstr("1 to 4294967296"));
+}
+
+}  // namespace
+}  // namespace lucerna
