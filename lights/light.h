@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 #include "engine/base/surface_point.h"
@@ -76,6 +77,12 @@ class Light {
 
     // A particle that leaves the light. No sample: nothing leaves there (a clamped cell, a dark texel).
     virtual std::optional<Emitted> emit(const EmitU& u) const = 0;
+
+    // The same particles, many at once: a lamp of large tables reads them so that its waits overlap. The
+    // spans have the same size.
+    virtual void emit_many(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
+        for (std::size_t i = 0; i < u.size(); ++i) out[i] = emit(u[i]);
+    }
 
     // A direction from x towards the light. `cell` restricts the choice to one cell of a light field (the
     // density is then that of the restricted choice). No sample: nothing arrives at x.

@@ -32,17 +32,18 @@ void deposit(const WalkHit& at, const MapPlan& plan, Harvest& harvest) {
 
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
-    for (std::int64_t path = begin; path < end; ++path) {
-        Stream stream =
-            Stream::stratified(plan.seed, Purpose::emission, plan.pass, static_cast<std::uint32_t>(path));
-        ++harvest.ledger.paths;
-        const auto start = emit_path(scene, stream);
-        if (!start) {
-            ++harvest.ledger.not_emitted;
-            continue;
-        }
-        walk(scene, *start, stream, harvest.ledger, [&](const WalkHit& at) { deposit(at, plan, harvest); });
-    }
+    Emission emission(scene, plan.seed, Purpose::emission, plan.pass);
+    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
+                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+                          ++harvest.ledger.paths;
+                          if (!start) {
+                              ++harvest.ledger.not_emitted;
+                              return;
+                          }
+                          Stream stream = Stream::stratified(plan.seed, Purpose::emission, plan.pass, path);
+                          walk(scene, *start, stream, harvest.ledger,
+                               [&](const WalkHit& at) { deposit(at, plan, harvest); });
+                      });
     return harvest;
 }
 

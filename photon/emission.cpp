@@ -1,21 +1,47 @@
 #include "photon/emission.h"
 
+#include <algorithm>
+
 namespace lucerna {
 
-std::optional<LightPathStart> emit_path(const Scene& scene, Stream& stream) {
-    // Draw in a fixed order, so that each kind of number is stratified over the paths.
-    const float u_light = stream.next();
-    EmitU u;
-    u.position = stream.next2();
-    u.direction = stream.next2();
-    u.salt = stream.bits();
+void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart>> out) {
+    std::fill(out.begin(), out.end(), std::nullopt);
 
-    const auto pick = scene.picker().pick(u_light);
-    if (!pick) return std::nullopt;
-    const auto emitted = scene.lights()[pick->light]->emit(u);
-    if (!emitted || is_black(emitted->weight)) return std::nullopt;
-    return LightPathStart{pick->light, emitted->cell, emitted->from, emitted->d,
-                          emitted->weight / pick->probability};  // a picked light has probability > 0
+    // Choose lights.
+    choices_.clear();
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        const EmitNet::Point point = net_.at(first + static_cast<std::uint32_t>(i));
+        const auto pick = scene_.picker().pick(point.light);
+        if (pick)
+            choices_.push_back({pick->light, static_cast<std::uint32_t>(i), pick->probability, point.u});
+    }
+
+    // Ask each of them once.
+    const auto by_light = [](const Choice& a, const Choice& b) {
+        return a.light != b.light ? a.light < b.light : a.place < b.place;
+    };
+    if (scene_.lights().size() > 1) std::sort(choices_.begin(), choices_.end(), by_light);
+    for (std::size_t from = 0; from < choices_.size();) {
+        std::size_t to = from + 1;
+        while (to < choices_.size() && choices_[to].light == choices_[from].light) ++to;
+        emit_group(std::span(choices_).subspan(from, to - from), out);
+        from = to;
+    }
+}
+
+void Emission::emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out) {
+    numbers_.clear();
+    for (const Choice& choice : group) numbers_.push_back(choice.u);
+    emitted_.resize(group.size());
+    const std::uint32_t light = group.front().light;
+    scene_.lights()[light]->emit_many(numbers_, emitted_);
+    for (std::size_t i = 0; i < group.size(); ++i) {
+        const std::optional<Emitted>& emitted = emitted_[i];
+        if (!emitted || is_black(emitted->weight)) continue;
+        out[group[i].place] =
+            LightPathStart{light, emitted->cell, emitted->from, emitted->d,
+                           emitted->weight / group[i].probability};  // a picked light has probability > 0
+    }
 }
 
 }  // namespace lucerna

@@ -1,10 +1,17 @@
 // The first moment of a photon's life: a light is chosen by its power and asked for a particle.
+//
+// Light paths start in batches: their numbers come from one net, and each light is asked once for all its
+// particles of a batch, so that the reads of a measured lamp's tables overlap. A path's start is the same in
+// whatever batch it is asked for.
 #pragma once
 
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "engine/base/stream.h"
 #include "engine/world/scene.h"
+#include "lights/emit_net.h"
 
 namespace lucerna {
 
@@ -16,7 +23,47 @@ struct LightPathStart {
     Rgb power;  // W; its mean over paths is the flux of all lights together
 };
 
-// No sample: no light has power, or the light had nothing to emit for these numbers.
-std::optional<LightPathStart> emit_path(const Scene& scene, Stream& stream);
+// Starts the paths of one pass. For one thread: it keeps its working memory.
+class Emission {
+  public:
+    // A batch that stays within a core's second cache.
+    static constexpr std::size_t kBatch = 512;
+
+    Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass)
+        : scene_(scene), net_(seed, purpose, pass) {}
+
+    // Paths first, first + 1 …, as many as `out` has places. No sample: no light has power, or the light had
+    // nothing to emit for these numbers.
+    void start(std::uint32_t first, std::span<std::optional<LightPathStart>> out);
+
+    // Calls visit(path, start) for the paths [begin, end) in order.
+    template <typename Visit>
+    void for_each(std::uint64_t begin, std::uint64_t end, Visit&& visit) {
+        starts_.resize(kBatch);
+        for (std::uint64_t first = begin; first < end; first += kBatch) {
+            const std::span batch(starts_.data(), std::min<std::uint64_t>(kBatch, end - first));
+            start(static_cast<std::uint32_t>(first), batch);
+            for (std::size_t i = 0; i < batch.size(); ++i) {
+                visit(static_cast<std::uint32_t>(first + i), batch[i]);
+            }
+        }
+    }
+
+  private:
+    struct Choice {
+        std::uint32_t light;
+        std::uint32_t place;  // in the batch
+        float probability;
+        EmitU u;
+    };
+    void emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out);
+
+    const Scene& scene_;
+    EmitNet net_;
+    std::vector<Choice> choices_;
+    std::vector<EmitU> numbers_;
+    std::vector<std::optional<Emitted>> emitted_;
+    std::vector<std::optional<LightPathStart>> starts_;
+};
 
 }  // namespace lucerna

@@ -8,27 +8,31 @@ struct OneSet {
     Ledger ledger;
 };
 
+// Stores what a hit scatters as a virtual light.
+void store(const WalkHit& at, std::vector<VirtualLight>& lights) {
+    // Mirrors and smooth glass scatter no light that a shadow ray could bring.
+    if (at.bsdf.is_delta() || at.bsdf.is_black()) return;
+    SurfacePoint lit = at.hit.at;
+    if (lit.n.dot(at.d) > 0) lit.n = -lit.n;
+    const Rgb contribution = at.power * at.bsdf.albedo(-at.d) * kInvPi;
+    if (!is_black(contribution)) lights.push_back({lit, contribution});
+}
+
 OneSet walk_set(const Scene& scene, const VirtualLightPlan& plan, std::uint32_t set) {
     OneSet result;
-    for (std::uint32_t path = 0; path < plan.paths; ++path) {
-        // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets.
-        Stream stream =
-            Stream::stratified(plan.seed, Purpose::virtual_light, plan.pass, set * plan.paths + path);
-        ++result.ledger.paths;
-        const auto start = emit_path(scene, stream);
-        if (!start) {
-            ++result.ledger.not_emitted;
-            continue;
-        }
-        walk(scene, *start, stream, result.ledger, [&](const WalkHit& at) {
-            // Mirrors and smooth glass scatter no light that a shadow ray could bring.
-            if (at.bsdf.is_delta() || at.bsdf.is_black()) return;
-            SurfacePoint lit = at.hit.at;
-            if (lit.n.dot(at.d) > 0) lit.n = -lit.n;
-            const Rgb contribution = at.power * at.bsdf.albedo(-at.d) * kInvPi;
-            if (!is_black(contribution)) result.lights.push_back({lit, contribution});
+    Emission emission(scene, plan.seed, Purpose::virtual_light, plan.pass);
+    // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets.
+    const std::uint64_t first = std::uint64_t{set} * plan.paths;
+    emission.for_each(
+        first, first + plan.paths, [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+            ++result.ledger.paths;
+            if (!start) {
+                ++result.ledger.not_emitted;
+                return;
+            }
+            Stream stream = Stream::stratified(plan.seed, Purpose::virtual_light, plan.pass, path);
+            walk(scene, *start, stream, result.ledger, [&](const WalkHit& at) { store(at, result.lights); });
         });
-    }
     return result;
 }
 

@@ -3,31 +3,39 @@
 // Sources: Sobol 1967; Owen 1998; Kollig and Keller, "Efficient Multidimensional Sampling", 2002; the hash
 // that stands for the scrambling tree is of the form of Laine and Karras, "Stratified Sampling for Stochastic
 // Transparency", 2011: every step of it carries bits upwards only, which is what makes it a nested
-// permutation when it works on the reversed word.
+// permutation when it works on the reversed word. Beyond two dimensions: direction numbers of Joe and Kuo,
+// "Constructing Sobol Sequences with Better Two-Dimensional Projections", 2008.
 #pragma once
 
+#include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 
 #include "engine/base/vec.h"
 
 namespace lucerna {
 
-inline std::uint32_t reverse_bits(std::uint32_t x) {
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     x = __builtin_bswap32(x);
     x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
     x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
     return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
-// Nested uniform scrambling of a word whose most significant bit comes first.
-inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
-    x = reverse_bits(x);
+// Nested uniform scrambling of a word whose least significant bit comes first.
+inline std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t seed) {
     x ^= x * 0x3d20adeaU;
     x += seed;
     x *= (seed >> 16) | 1U;
     x ^= x * 0x05526c56U;
     x ^= x * 0x53a22864U;
-    return reverse_bits(x);
+    return x;
+}
+
+// Nested uniform scrambling of a word whose most significant bit comes first.
+inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
+    return reverse_bits(owen_scramble_reversed(reverse_bits(x), seed));
 }
 
 // Second Sobol dimension, whose generator matrix is Pascal's triangle modulo 2 (the first is reverse_bits).
@@ -42,6 +50,64 @@ inline std::uint32_t sobol_1(std::uint32_t index) {
 // [0,1) from the upper 24 bits: every value is exact in a float and 1 is never reached.
 inline float to_unit(std::uint32_t x) {
     return static_cast<float>(x >> 8) * 0x1p-24F;
+}
+
+inline constexpr std::size_t kSobolDimensions = 5;
+
+namespace sobol {
+
+// A column of the generator matrices per bit of the index, all dimensions side by side (eight words: one
+// vector register), each word reversed, as the scrambling wants it.
+using Columns = std::array<std::array<std::uint32_t, 8>, 32>;
+
+// A primitive polynomial modulo 2 by its degree and inner coefficients, and the first numbers of its
+// recurrence.
+struct Start {
+    unsigned degree, inner;
+    std::array<std::uint32_t, 3> m;
+};
+inline constexpr std::array<Start, kSobolDimensions - 1> kStarts{
+    {{1, 0, {1, 0, 0}}, {2, 1, {1, 3, 0}}, {3, 1, {1, 3, 1}}, {3, 2, {1, 1, 1}}}};
+
+constexpr Columns make_columns() {
+    Columns columns{};
+    for (unsigned k = 0; k < 32; ++k) columns[k][0] = 1U << k;  // van der Corput: the index itself
+    for (std::size_t d = 1; d < kSobolDimensions; ++d) {
+        const Start& start = kStarts[d - 1];
+        std::array<std::uint32_t, 32> v{};
+        for (unsigned k = 0; k < 32; ++k) {
+            if (k < start.degree) {
+                v[k] = start.m[k] << (31 - k);
+                continue;
+            }
+            v[k] = v[k - start.degree] ^ (v[k - start.degree] >> start.degree);
+            for (unsigned i = 1; i < start.degree; ++i) {
+                if ((start.inner >> (start.degree - 1 - i)) & 1U) v[k] ^= v[k - i];
+            }
+        }
+        for (unsigned k = 0; k < 32; ++k) columns[k][d] = reverse_bits(v[k]);
+    }
+    return columns;
+}
+inline constexpr Columns kColumns = make_columns();
+
+}  // namespace sobol
+
+// Point `index` of Sobol's sequence in five dimensions, each scrambled on its own by a seed: any 2^k
+// consecutive points from a multiple of 2^k on are a net in every pair of dimensions and in all of them
+// together.
+inline std::array<float, kSobolDimensions> scrambled_sobol(
+    std::uint32_t index, const std::array<std::uint32_t, kSobolDimensions>& seeds) {
+    std::array<std::uint32_t, 8> x{};
+    for (; index != 0; index &= index - 1) {
+        const auto& column = sobol::kColumns[static_cast<std::size_t>(std::countr_zero(index))];
+        for (std::size_t d = 0; d < 8; ++d) x[d] ^= column[d];
+    }
+    std::array<float, kSobolDimensions> u{};
+    for (std::size_t d = 0; d < kSobolDimensions; ++d) {
+        u[d] = to_unit(reverse_bits(owen_scramble_reversed(x[d], seeds[d])));
+    }
+    return u;
 }
 
 }  // namespace lucerna
