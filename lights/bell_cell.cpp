@@ -80,29 +80,6 @@ double bisect(double from, double to, double target, Rising&& rising) {
     return 0.5 * (from + to);
 }
 
-// Chooses the first of two with the given weights and leaves u uniform again. first + second > 0.
-bool choose_first(float& u, float first, float second) {
-    const float p = first / (first + second);
-    constexpr float kBelowOne = 0x1.fffffep-1F;
-    if (u < p) {
-        u = std::min(u / p, kBelowOne);
-        return true;
-    }
-    u = p < 1 ? std::min((u - p) / (1 - p), kBelowOne) : 0;
-    return p >= 1;  // rounding may leave u = p = 1 - ulp; a weight of zero is never chosen
-}
-
-// From the mixture of the positive members: a pair of half-bells, each with density 2 Φ on its side.
-V2f draw_positive(const BellCell& c, V2f u) {
-    const auto plus = [&c](int i, int j) { return std::max(0.0F, c.e[i][j]); };
-    const bool left = choose_first(u.x, plus(0, 0) + plus(0, 1), plus(1, 0) + plus(1, 1));
-    const int i = left ? 0 : 1;
-    const bool low = choose_first(u.y, plus(i, 0), plus(i, 1));
-    const float x = inverse_bell_integral(0.5F * u.x);
-    const float y = inverse_bell_integral(0.5F * u.y);
-    return {left ? x : 1 - x, low ? y : 1 - y};
-}
-
 }  // namespace
 
 double BellCell::clamped_mean() const {
@@ -119,18 +96,15 @@ double BellCell::clamped_mean() const {
 }
 
 V2f BellCell::draw(const V2f& u, std::uint32_t salt) const {
-    if (!has_negative()) return draw_positive(*this, u);
-    BellCell positive = *this;
-    for (auto& row : positive.e) {
-        for (float& member : row) member = std::max(0.0F, member);
-    }
+    const V2f at = draw_positive(u);
+    return stays(at, salt) ? at : draw_again(salt);
+}
+
+V2f BellCell::draw_again(std::uint32_t salt) const {
     Stream stream(salt, Purpose::emission, 1, 0);
-    V2f numbers = u;
-    for (int i = 0; i < kTries; ++i) {
-        const V2f at = draw_positive(*this, numbers);
-        const float bound = positive.value(at.x, at.y);
-        if (stream.next() * bound < value(at.x, at.y)) return at;
-        numbers = stream.next2();
+    for (int i = 1; i < kTries; ++i) {
+        const V2f at = draw_positive(stream.next2());
+        if (stays(at, stream.bits())) return at;
     }
     return draw_by_inversion(stream.next2());
 }

@@ -5,8 +5,10 @@
 // emitted is max(0, h).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
+#include "engine/base/net.h"
 #include "engine/base/vec.h"
 #include "lights/bell.h"
 
@@ -21,7 +23,7 @@ struct BellCell {
         const float b = bell(y);
         return a * (e[0][0] * b + e[0][1] * (1 - b)) + (1 - a) * (e[1][0] * b + e[1][1] * (1 - b));
     }
-    bool has_negative() const { return e[0][0] < 0 || e[0][1] < 0 || e[1][0] < 0 || e[1][1] < 0; }
+    bool has_negative() const { return (e[0][0] < 0) | (e[0][1] < 0) | (e[1][0] < 0) | (e[1][1] < 0); }
 
     // ∫∫ h over the unit square: each product of half-bells integrates to 1/4.
     double signed_mean() const {
@@ -37,11 +39,54 @@ struct BellCell {
     // 0.
     V2f draw(const V2f& u, std::uint32_t salt) const;
 
+    // Its parts, for whoever draws many at once: the first point, from the mixture of the positive members;
+    // whether it stays; and what happens if it does not.
+    V2f draw_positive(V2f u) const;
+    bool stays(const V2f& at, std::uint32_t salt) const;
+    V2f draw_again(std::uint32_t salt) const;
+
     static constexpr int kTries = 24;
 
     // The fallback on its own, for every kind of cell: inverts the marginal in y, then the conditional in x.
     // Slow.
     V2f draw_by_inversion(const V2f& u) const;
 };
+
+// Chooses the first of two with the given weights and leaves u uniform again. first + second > 0. Without a
+// branch, as all of the following: loops over many cells become vector instructions.
+inline bool choose_first(float& u, float first, float second) {
+    constexpr float kBelowOne = 0x1.fffffep-1F;
+    const float p = first / (first + second);
+    // Rounding may leave p = 1 with a second weight of zero, which is never chosen.
+    const bool chosen = (u < p) | (p >= 1);
+    const float from = chosen ? 0.0F : p;
+    const float width = chosen ? p : 1 - p;  // > 0: of what was chosen
+    u = std::min((u - from) / width, kBelowOne);
+    return chosen;
+}
+
+// A pair of half-bells, each with density 2 Φ on its side.
+inline V2f BellCell::draw_positive(V2f u) const {
+    const float e00 = std::max(0.0F, e[0][0]), e01 = std::max(0.0F, e[0][1]);
+    const float e10 = std::max(0.0F, e[1][0]), e11 = std::max(0.0F, e[1][1]);
+    const bool left = choose_first(u.x, e00 + e01, e10 + e11);
+    const bool low = choose_first(u.y, left ? e00 : e10, left ? e01 : e11);
+    const float x = inverse_bell_integral(0.5F * u.x);
+    const float y = inverse_bell_integral(0.5F * u.y);
+    return {left ? x : 1 - x, low ? y : 1 - y};
+}
+
+inline bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
+    const float a = bell(at.x), b = bell(at.y);
+    const float bound = a * (std::max(0.0F, e[0][0]) * b + std::max(0.0F, e[0][1]) * (1 - b)) +
+                        (1 - a) * (std::max(0.0F, e[1][0]) * b + std::max(0.0F, e[1][1]) * (1 - b));
+    // The finisher of MurmurHash3: every bit of the salt reaches every bit of the number.
+    salt ^= salt >> 16;
+    salt *= 0x85ebca6bU;
+    salt ^= salt >> 13;
+    salt *= 0xc2b2ae35U;
+    salt ^= salt >> 16;
+    return (!has_negative()) | (to_unit(salt) * bound < value(at.x, at.y));
+}
 
 }  // namespace lucerna

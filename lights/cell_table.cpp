@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -11,7 +12,6 @@ namespace {
 
 constexpr std::size_t kItemsPerBucket = 4;
 constexpr std::size_t kWindow = 8;  // entries compared at once: one vector instruction
-constexpr std::size_t kBlock = 32;  // draws whose reads overlap
 constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId keeps the largest number for "no cell"
 
@@ -149,37 +149,32 @@ CellTable::Draw CellTable::draw(const std::array<float, 4>& u) const {
             {n.remainder, o.remainder, p.remainder, q.remainder}};
 }
 
-void CellTable::draw(std::span<const std::array<float, 4>> u, std::span<Draw> out) const {
-    for (std::size_t from = 0; from < u.size(); from += kBlock) {
-        const std::size_t n = std::min(kBlock, u.size() - from);
-        draw_block(u.subspan(from, n), out.subspan(from, n));
-    }
-}
-
-void CellTable::draw_block(std::span<const std::array<float, 4>> u, std::span<Draw> out) const {
-    std::array<ConditionalTables::Draw, kBlock> n, o, p;
-    std::array<std::size_t, kBlock> row;
+void CellTable::draw(Block& block, std::size_t size) const {
+    assert(size <= Block::kSize);
+    Block::Column<std::size_t> row;
+    const auto keep = [&block](std::size_t axis, std::size_t i, const ConditionalTables::Draw& draw) {
+        block.link[axis][i] = draw.probability;
+        block.remainder[axis][i] = draw.remainder;
+        return draw.item;
+    };
     // Each loop asks for what the next one reads.
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        n[i] = u_.draw(0, u[i][0]);
-        o[i] = v_.draw(static_cast<std::size_t>(n[i].item), u[i][1]);
-        row[i] = static_cast<std::size_t>(n[i].item) * size_[1] + static_cast<std::size_t>(o[i].item);
-        s_.fetch_guide(row[i], u[i][2]);
+    for (std::size_t i = 0; i < size; ++i) {
+        block.n[i] = keep(0, i, u_.draw(0, block.u[0][i]));
+        const auto n = static_cast<std::size_t>(block.n[i]);
+        block.o[i] = keep(1, i, v_.draw(n, block.u[1][i]));
+        row[i] = n * size_[1] + static_cast<std::size_t>(block.o[i]);
+        s_.fetch_guide(row[i], block.u[2][i]);
     }
-    for (std::size_t i = 0; i < u.size(); ++i) s_.fetch_sums(row[i], u[i][2]);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        p[i] = s_.draw(row[i], u[i][2]);
-        row[i] = row[i] * size_[2] + static_cast<std::size_t>(p[i].item);
-        t_.fetch_guide(row[i], u[i][3]);
+    for (std::size_t i = 0; i < size; ++i) s_.fetch_sums(row[i], block.u[2][i]);
+    for (std::size_t i = 0; i < size; ++i) {
+        block.p[i] = keep(2, i, s_.draw(row[i], block.u[2][i]));
+        row[i] = row[i] * size_[2] + static_cast<std::size_t>(block.p[i]);
+        t_.fetch_guide(row[i], block.u[3][i]);
     }
-    for (std::size_t i = 0; i < u.size(); ++i) t_.fetch_sums(row[i], u[i][3]);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        const auto q = t_.draw(row[i], u[i][3]);
-        out[i] = {{n[i].item, o[i].item, p[i].item, q.item},
-                  static_cast<CellId>(row[i] * size_[3] + static_cast<std::size_t>(q.item)),
-                  double{n[i].probability} * double{o[i].probability} * double{p[i].probability} *
-                      double{q.probability},
-                  {n[i].remainder, o[i].remainder, p[i].remainder, q.remainder}};
+    for (std::size_t i = 0; i < size; ++i) t_.fetch_sums(row[i], block.u[3][i]);
+    for (std::size_t i = 0; i < size; ++i) {
+        block.q[i] = keep(3, i, t_.draw(row[i], block.u[3][i]));
+        block.id[i] = static_cast<CellId>(row[i] * size_[3] + static_cast<std::size_t>(block.q[i]));
     }
 }
 

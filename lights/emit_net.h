@@ -27,7 +27,10 @@ class EmitNet {
     Point at(std::uint32_t path) const {
         // The first dimensions are the best distributed: they go to the particle.
         const auto x = scrambled_sobol(path, seeds_);
-        return {x[4], {{x[0], x[1]}, {x[2], x[3]}, owen_scramble(path, salt_)}};  // a salt for every path
+        return {x[4],
+                {{x[0], x[1]},
+                 {x[2], x[3]},
+                 owen_scramble_reversed(path, salt_)}};  // the salt: one for every path
     }
 
   private:

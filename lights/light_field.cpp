@@ -45,8 +45,8 @@ std::size_t Rig::coefficients() const {
            static_cast<std::size_t>(pixels.x) * static_cast<std::size_t>(pixels.y);
 }
 
-LightField::LightField(const Rig& rig, std::vector<float> coefficients, LightFieldInfo info)
-    : rig_(rig), coefficients_(std::move(coefficients)), info_(std::move(info)) {
+LightField::LightField(const Rig& rig, const std::vector<float>& coefficients, LightFieldInfo info)
+    : rig_(rig), coefficients_(coefficients.begin(), coefficients.end()), info_(std::move(info)) {
     if (const std::string fault = rig_.fault(); !fault.empty()) throw InputError("light field: " + fault);
     if (coefficients_.size() != rig_.coefficients()) {
         throw InputError(fmt::format("light field: {} coefficients where the geometry has {}",

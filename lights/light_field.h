@@ -29,6 +29,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/huge_pages.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "lights/bell_cell.h"
@@ -96,7 +97,7 @@ class LightField {
   public:
     // Coefficients E[m][n][k][l], l fastest, in flux unit per m⁴, all finite. Throws InputError if the
     // geometry is none, the number of coefficients is wrong or one is not finite (naming its view and pixel).
-    LightField(const Rig& rig, std::vector<float> coefficients, LightFieldInfo info = {});
+    LightField(const Rig& rig, const std::vector<float>& coefficients, LightFieldInfo info = {});
 
     // The same field under another description.
     LightField with(LightFieldInfo info) && {
@@ -140,7 +141,7 @@ class LightField {
 
   private:
     Rig rig_;
-    std::vector<float> coefficients_;
+    HugeVector<float> coefficients_;
     LightFieldInfo info_;
 };
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "lights/cell_emission.h"
 #include "lights/placement.h"
 
 namespace lucerna {
@@ -17,14 +18,13 @@ class MeasuredLight final : public Light {
         : field_(std::move(field)),
           table_(std::move(table)),
           placement_(settings.world_from_light, field_.rig().centre, {settings.file.string()}),
-          mode_(settings.mode),
           flux_(flux),
           gain_(flux > 0 ? flux / table_.flux()
                          : 0.0),  // the caller saw to it: a positive flux has a table of some
-          normal_(to_float(placement_.normal())),
           extent_(static_cast<float>(std::sqrt(placement_.scale2()) *
                                      std::max(field_.rig().spacing.x * field_.rig().intervals(0),
-                                              field_.rig().spacing.y * field_.rig().intervals(1)))) {}
+                                              field_.rig().spacing.y * field_.rig().intervals(1)))),
+          emission_(field_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
 
     std::string_view kind() const override { return "lightfield"; }
     FluxUnit unit() const override { return field_.info().unit; }
@@ -32,33 +32,15 @@ class MeasuredLight final : public Light {
     bool has_impostor() const override { return true; }
 
     std::optional<Emitted> emit(const EmitU& u) const override {
-        if (!(flux_ > 0)) return std::nullopt;
-        const Rig& rig = field_.rig();
-        const CellTable::Draw draw = table_.draw({u.position.x, u.position.y, u.direction.x, u.direction.y});
-        V2f within(draw.remainder[0], draw.remainder[1]);
-        double weight = flux_;
-        if (mode_ != EmissionMode::constant) {
-            const BellCell members = field_.members(draw.cell);
-            if (mode_ == EmissionMode::exact) {
-                within = members.draw(within, salt_of(u));
-            } else {
-                // h over the density of the draw: the cell's probability spread over its volume [LF 4].
-                const double h = std::max(0.0, double{members.value(within.x, within.y)});
-                weight = gain_ * h * rig.cell_volume() / draw.probability;
-                if (!(weight > 0)) return std::nullopt;
-            }
-        }
-        const V2d on_s(rig.interval_edge(0, draw.cell.n) + double{within.x} * rig.spacing.x,
-                       rig.interval_edge(1, draw.cell.o) + double{within.y} * rig.spacing.y);
-        const V2d on_m(
-            rig.column_edge(0, draw.cell.n, draw.cell.p) + double{draw.remainder[2]} * rig.pixel.x,
-            rig.column_edge(1, draw.cell.o, draw.cell.q) + double{draw.remainder[3]} * rig.pixel.y);
-        const V3d d = placement_.vector({on_m.x - on_s.x, on_m.y - on_s.y, rig.distance}).normalized();
-        const V3f p = to_float(placement_.point(on_s));
-        return Emitted{{p, normal_, surface_error(p, extent_)},
-                       to_float(d),
-                       static_cast<float>(weight) * field_.info().colour,
-                       draw.id};
+        std::optional<Emitted> one;
+        emit_many({&u, 1}, {&one, 1});
+        return one;
+    }
+    void emit_many(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const override {
+        if (flux_ > 0)
+            emission_.emit(u, out);
+        else
+            std::fill(out.begin(), out.end(), std::nullopt);
     }
 
     std::optional<Incident> illuminate(const V3f& x, const V2f& u,
@@ -140,23 +122,14 @@ class MeasuredLight final : public Light {
         };
         return table_.id({n, o, column(0, n), column(1, o)});
     }
-    // Rejection's own numbers: the salt, stirred with the draw so that callers without one still get
-    // different ones.
-    static std::uint32_t salt_of(const EmitU& u) {
-        const auto stir = [](std::uint32_t h, float x) {
-            return (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b1U;
-        };
-        return stir(stir(stir(stir(u.salt, u.position.x), u.position.y), u.direction.x), u.direction.y);
-    }
 
     LightField field_;
     CellTable table_;
     Placement placement_;
-    EmissionMode mode_;
-    double flux_;  // of all that leaves [field's unit]
-    double gain_;  // flux_ over the clamped field's
-    V3f normal_;
+    double flux_;   // of all that leaves [field's unit]
+    double gain_;   // flux_ over the clamped field's
     float extent_;  // the larger side of S, scene units
+    CellEmission emission_;
 };
 
 }  // namespace

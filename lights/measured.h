@@ -10,14 +10,12 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "lights/cell_emission.h"
 #include "lights/cell_table.h"
 #include "lights/light.h"
 #include "lights/light_field.h"
 
 namespace lucerna {
-
-// How a particle is placed within its cell [LF 5.1, appendix B].
-enum class EmissionMode : std::uint8_t { constant, exact, weighted };
 
 struct MeasuredSettings {
     std::filesystem::path file;

@@ -116,17 +116,22 @@ void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
 
 void draw_cells(benchmark::State& state, bool large) {
     const CellTable& table = table_of(large);
-    std::vector<std::array<float, 4>> u;
-    for (const EmitU& e : numbers()) u.push_back({e.position.x, e.position.y, e.direction.x, e.direction.y});
-    std::vector<CellTable::Draw> out(kBatch);
+    const std::vector<EmitU> u = numbers();
+    CellTable::Block block;
     std::size_t at = 0;
     for (auto _ : state) {
-        table.draw(std::span(u).subspan(at, kBatch), out);
-        benchmark::DoNotOptimize(out.data());
+        for (std::size_t i = 0; i < CellTable::Block::kSize; ++i) {
+            block.u[0][i] = u[at + i].position.x;
+            block.u[1][i] = u[at + i].position.y;
+            block.u[2][i] = u[at + i].direction.x;
+            block.u[3][i] = u[at + i].direction.y;
+        }
+        table.draw(block, CellTable::Block::kSize);
+        benchmark::DoNotOptimize(&block);
         benchmark::ClobberMemory();
-        at = (at + kBatch) % u.size();
+        at = (at + CellTable::Block::kSize) % u.size();
     }
-    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(CellTable::Block::kSize));
 }
 
 void net_numbers(benchmark::State& state) {

@@ -1,6 +1,7 @@
 // A point on a surface, with what is needed to leave that surface safely in float32.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/vec.h"
@@ -13,7 +14,7 @@ inline constexpr float kSurfaceUlps = 8 * 0x1p-23F;
 // `error` bounds how far `p` may lie off the true surface: proportional to the largest coordinate and to the
 // size of the primitive, because both are what the intersection subtracts.
 inline float surface_error(const V3f& p, float primitive_extent) {
-    const float largest = std::fmax(std::fabs(p.x), std::fmax(std::fabs(p.y), std::fabs(p.z)));
+    const float largest = std::max(std::fabs(p.x), std::max(std::fabs(p.y), std::fabs(p.z)));
     return kSurfaceUlps * (largest + primitive_extent);
 }
 

@@ -15,7 +15,7 @@ class Accelerator {
   public:
     struct Placed {
         std::uint32_t prototype;
-        Placement placement;
+        InstancePlacement placement;
     };
     // All three must outlive the accelerator and stay where they are. `origin` is the world position of
     // (0,0,0), for textures of cut-outs.

@@ -110,7 +110,7 @@ void Scene::Impl::take_shapes() {
     instances.reserve(parts.instances.size());
     for (const Instance& instance : parts.instances) {
         assert(instance.prototype < prototypes.size());
-        instances.push_back({instance.prototype, Placement(instance.world_from_prototype)});
+        instances.push_back({instance.prototype, InstancePlacement(instance.world_from_prototype)});
     }
     parts.instances = {};
 }

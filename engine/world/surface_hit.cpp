@@ -257,7 +257,7 @@ V3f carried(const M44d& m, const V3f& v) {
 }  // namespace
 
 // Embree has the map in float32: so has everyone else.
-Placement::Placement(const M44d& world_from_local) {
+InstancePlacement::InstancePlacement(const M44d& world_from_local) {
     for (int i = 0; i < 4; ++i) {
         for (int j = 0; j < 4; ++j) {
             to_world[i][j] = static_cast<double>(static_cast<float>(world_from_local[i][j]));
@@ -269,14 +269,14 @@ Placement::Placement(const M44d& world_from_local) {
     reach = static_cast<float>(to_local.translation().length());
 }
 
-LocalRay Placement::local(const Ray& ray) const {
+LocalRay InstancePlacement::local(const Ray& ray) const {
     LocalRay out;
     to_local.multVecMatrix(V3d(ray.o), out.o);
     to_local.multDirMatrix(V3d(ray.d), out.d);
     return out;
 }
 
-Hit Placement::world(const Hit& hit) const {
+Hit InstancePlacement::world(const Hit& hit) const {
     const auto normal = [this](const V3f& n) {  // by the inverse transpose: n' = A⁻¹ n for row vectors
         const V3d from(n);
         V3d out;

@@ -36,13 +36,13 @@ struct CurvePoint {
 Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, double t);
 
 // The hit carried from a prototype's frame by an affine map.
-struct Placement {
+struct InstancePlacement {
     M44d to_world, to_local;
     float scale = 1;          // at most this much longer does a vector become
     float inverse_scale = 1;  // the same of the way back
     float reach = 0;          // length of to_local's translation, prototype units
 
-    explicit Placement(const M44d& world_from_local);
+    explicit InstancePlacement(const M44d& world_from_local);
     LocalRay local(const Ray& ray) const;
     Hit world(const Hit& hit) const;
 };

@@ -138,23 +138,29 @@ TEST(CellTable, Draws_OfARandomSignedField_FollowTheFluxOfTheCells) {
     }
 }
 
-TEST(CellTable, Draws_ManyAtOnce_AreTheSingleOnes) {
+TEST(CellTable, Draws_InABlock_AreTheSingleOnes) {
     const CellTable table = build(random_field(rig_a(), -1, 1, 20));
-    std::vector<std::array<float, 4>> u;
-    for (int i = 0; i < 1001; ++i) {
-        Stream stream(3, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        u.push_back(four(stream));
+    for (const std::size_t size : {std::size_t{1}, std::size_t{5}, CellTable::Block::kSize}) {
+        std::vector<std::array<float, 4>> u(size);
+        CellTable::Block block;
+        for (std::size_t i = 0; i < size; ++i) {
+            Stream stream(3, Purpose::test, 0, i);
+            u[i] = four(stream);
+            for (std::size_t axis = 0; axis < 4; ++axis) block.u[axis][i] = u[i][axis];
+        }
+        table.draw(block, size);
+        for (std::size_t i = 0; i < size; ++i) {
+            const CellTable::Draw one = table.draw(u[i]);
+            EXPECT_EQ(block.id[i], one.id);
+            EXPECT_EQ(block.probability(i), one.probability);
+            for (std::size_t axis = 0; axis < 4; ++axis) {
+                EXPECT_EQ(block.remainder[axis][i], one.remainder[axis]);
+            }
+            EXPECT_EQ(table.id({block.n[i], block.o[i], block.p[i], block.q[i]}), one.id);
+        }
     }
-    std::vector<CellTable::Draw> many(u.size());
-    table.draw(u, many);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        const CellTable::Draw one = table.draw(u[i]);
-        EXPECT_EQ(many[i].id, one.id);
-        EXPECT_EQ(many[i].probability, one.probability);
-        EXPECT_EQ(many[i].remainder, one.remainder);
-        EXPECT_EQ(table.id(many[i].cell), one.id);
-    }
-    table.draw({}, {});
+    CellTable::Block none;
+    table.draw(none, 0);
 }
 
 TEST(CellTable, Intervals_Drawn_HaveTheirMarginal) {

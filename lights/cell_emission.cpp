@@ -1,0 +1,168 @@
+#include "lights/cell_emission.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace lucerna {
+namespace {
+
+constexpr std::size_t kLanes = CellTable::Block::kSize;
+template <typename T>
+using Column = CellTable::Block::Column<T>;
+
+// The numbers of a cell's rejection: the salt, stirred with the draw so that callers without one still get
+// different ones.
+std::uint32_t salt_of(const EmitU& u) {
+    const auto stir = [](std::uint32_t h, float x) {
+        return (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b1U;
+    };
+    return stir(stir(stir(stir(u.salt, u.position.x), u.position.y), u.direction.x), u.direction.y);
+}
+
+}  // namespace
+
+// A block of particles in the making, side by side.
+struct CellEmission::Lanes {
+    CellTable::Block cells;
+    std::array<Column<float>, 4> e;  // the cells' members: lower or upper filter along u, then along v
+    Column<float> x, y;              // place within the interval
+    Column<double> weight;           // flux unit
+    std::array<Column<float>, 3> p, d;
+    Column<float> error;
+
+    BellCell members(std::size_t i) const { return {{{e[0][i], e[1][i]}, {e[2][i], e[3][i]}}}; }
+};
+
+CellEmission::CellEmission(const LightField& field, const CellTable& table, const Placement& placement,
+                           const Settings& settings)
+    : field_(field),
+      table_(table),
+      placement_(placement),
+      settings_(settings),
+      normal_(to_float(placement.normal())) {}
+
+void CellEmission::emit(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
+    for (std::size_t from = 0; from < u.size(); from += kLanes) {
+        const std::size_t size = std::min(kLanes, u.size() - from);
+        emit_block(u.subspan(from, size), out.subspan(from, size));
+    }
+}
+
+void CellEmission::emit_block(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
+    const std::size_t size = u.size();
+    Lanes lanes;  // NOLINT: every column is written before it is read
+
+    // Draw the cells.
+    for (std::size_t i = 0; i < size; ++i) {
+        lanes.cells.u[0][i] = u[i].position.x;
+        lanes.cells.u[1][i] = u[i].position.y;
+        lanes.cells.u[2][i] = u[i].direction.x;
+        lanes.cells.u[3][i] = u[i].direction.y;
+    }
+    table_.draw(lanes.cells, size);
+
+    // Choose places within them, and weights.
+    lanes.x = lanes.cells.remainder[0];
+    lanes.y = lanes.cells.remainder[1];
+    lanes.weight.fill(settings_.flux);
+    if (settings_.mode != EmissionMode::constant) fetch_members(lanes, size);
+    if (settings_.mode == EmissionMode::exact) place_exactly(lanes, u);
+    if (settings_.mode == EmissionMode::weighted) weigh(lanes, size);
+
+    // Put them into the scene.
+    place(lanes, size);
+    for (std::size_t i = 0; i < size; ++i) {
+        if (!(lanes.weight[i] > 0)) {
+            out[i] = std::nullopt;
+            continue;
+        }
+        out[i] = Emitted{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
+                         {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
+                         static_cast<float>(lanes.weight[i]) * field_.info().colour,
+                         lanes.cells.id[i]};
+    }
+}
+
+void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
+    static constexpr float kNone = 0;  // of views and pixels that the rig does not have
+    const Rig& rig = field_.rig();
+    const float* const first = field_.coefficients().data();
+    std::array<Column<const float*>, 4> at;
+    const CellTable::Block& c = lanes.cells;
+    const auto outside = [](int i, int count) {
+        return static_cast<unsigned>(i) >= static_cast<unsigned>(count);
+    };
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            for (std::size_t lane = 0; lane < size; ++lane) {
+                const int m = c.n[lane] - 1 + i, n = c.o[lane] - 1 + j;
+                const int k = c.p[lane] - i * rig.shift.x, l = c.q[lane] - j * rig.shift.y;
+                const bool none = outside(m, rig.views.x) | outside(n, rig.views.y) |
+                                  outside(k, rig.pixels.x) | outside(l, rig.pixels.y);
+                const float* const member = none ? &kNone : first + rig.index(m, n, k, l);
+                __builtin_prefetch(member);
+                at[static_cast<std::size_t>(2 * i + j)][lane] = member;
+            }
+        }
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t lane = 0; lane < size; ++lane) lanes.e[k][lane] = *at[k][lane];
+    }
+}
+
+void CellEmission::place_exactly(Lanes& lanes, std::span<const EmitU> u) const {
+    Column<std::uint32_t> salt;
+    Column<bool> stays;
+    for (std::size_t i = 0; i < u.size(); ++i) salt[i] = salt_of(u[i]);
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        const BellCell members = lanes.members(i);
+        const V2f at = members.draw_positive({lanes.x[i], lanes.y[i]});
+        lanes.x[i] = at.x;
+        lanes.y[i] = at.y;
+        stays[i] = members.stays(at, salt[i]);
+    }
+    for (std::size_t i = 0; i < u.size(); ++i) {
+        if (stays[i]) continue;
+        const V2f at = lanes.members(i).draw_again(salt[i]);
+        lanes.x[i] = at.x;
+        lanes.y[i] = at.y;
+    }
+}
+
+void CellEmission::weigh(Lanes& lanes, std::size_t size) const {
+    // h over the density of the draw: the cell's probability spread over its volume [LF 4].
+    const double factor = settings_.gain * field_.rig().cell_volume();
+    for (std::size_t i = 0; i < size; ++i) {
+        const float h = std::max(0.0F, lanes.members(i).value(lanes.x[i], lanes.y[i]));
+        lanes.weight[i] = factor * double{h} / lanes.cells.probability(i);  // > 0: the cell was drawn
+    }
+}
+
+void CellEmission::place(Lanes& lanes, std::size_t size) const {
+    const Rig& rig = field_.rig();
+    const CellTable::Block& c = lanes.cells;
+    // Edges are linear in the cell's numbers: that of number 0, and the step from one to the next.
+    const V2d edge_s(rig.interval_edge(0, 0), rig.interval_edge(1, 0));
+    const V2d edge_m(rig.column_edge(0, 0, 0), rig.column_edge(1, 0, 0));
+    const V2d travel(rig.column_edge(0, 1, 0) - edge_m.x, rig.column_edge(1, 1, 0) - edge_m.y);
+    for (std::size_t i = 0; i < size; ++i) {
+        const V2d on_s(edge_s.x + (c.n[i] + double{lanes.x[i]}) * rig.spacing.x,
+                       edge_s.y + (c.o[i] + double{lanes.y[i]}) * rig.spacing.y);
+        const V2d on_m(edge_m.x + c.n[i] * travel.x + (c.p[i] + double{c.remainder[2][i]}) * rig.pixel.x,
+                       edge_m.y + c.o[i] * travel.y + (c.q[i] + double{c.remainder[3][i]}) * rig.pixel.y);
+        const V3d p = placement_.point(on_s);
+        const V3d d = placement_.vector({on_m.x - on_s.x, on_m.y - on_s.y, rig.distance});
+        const double shorten = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);  // D > 0, and the scale
+        lanes.p[0][i] = static_cast<float>(p.x);
+        lanes.p[1][i] = static_cast<float>(p.y);
+        lanes.p[2][i] = static_cast<float>(p.z);
+        lanes.d[0][i] = static_cast<float>(d.x * shorten);
+        lanes.d[1][i] = static_cast<float>(d.y * shorten);
+        lanes.d[2][i] = static_cast<float>(d.z * shorten);
+    }
+    for (std::size_t i = 0; i < size; ++i) {
+        lanes.error[i] = surface_error({lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, settings_.extent);
+    }
+}
+
+}  // namespace lucerna
