@@ -10,9 +10,6 @@
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kItemsPerBucket = 4;
-constexpr std::size_t kWindow = 8;  // entries compared at once: one vector instruction
-constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId keeps the largest number for "no cell"
 
 }  // namespace
@@ -41,32 +38,6 @@ double ConditionalTables::set(std::size_t row, const double* weights) {
         guide[b] = static_cast<std::uint16_t>(i);
     }
     return total;
-}
-
-ConditionalTables::Draw ConditionalTables::draw(std::size_t row, float u) const {
-    const float* upto = &upto_[row * items_];
-    const std::uint16_t* guide = &guide_[guide_at(row, u)];
-    std::size_t from = guide[0];
-    std::size_t to = guide[1];  // the answer is the first entry above u, in [from, to]
-    // Rarely more than a window: only where many improbable items share a bucket.
-    while (to - from > kWindow) {
-        const std::size_t middle = (from + to) / 2;
-        if (upto[middle] > u)
-            to = middle;
-        else
-            from = middle + 1;
-    }
-    // Count without branching: a branch that waits for memory would keep the next draw from starting.
-    const auto candidates = static_cast<std::uint32_t>(to - from);
-    std::uint32_t below = 0;
-    for (std::uint32_t k = 0; k < kWindow; ++k) {
-        below += static_cast<std::uint32_t>(upto[from + k] <= u) & static_cast<std::uint32_t>(k < candidates);
-    }
-    from += below;
-    const float before = from > 0 ? upto[from - 1] : 0.0F;
-    const float width = upto[from] - before;
-    const float remainder = width > 0 ? std::clamp((u - before) / width, 0.0F, kBelowOne) : 0.0F;
-    return {static_cast<int>(from), width, remainder};
 }
 
 bool ConditionalTables::sound() const {
@@ -152,29 +123,39 @@ CellTable::Draw CellTable::draw(const std::array<float, 4>& u) const {
 void CellTable::draw(Block& block, std::size_t size) const {
     assert(size <= Block::kSize);
     Block::Column<std::size_t> row;
-    const auto keep = [&block](std::size_t axis, std::size_t i, const ConditionalTables::Draw& draw) {
-        block.link[axis][i] = draw.probability;
-        block.remainder[axis][i] = draw.remainder;
-        return draw.item;
+    std::array<Block::Column<float>, 4> before, upto;
+    const auto find = [&](std::size_t axis, const ConditionalTables& table, std::size_t at, std::size_t i) {
+        const ConditionalTables::Step step = table.find(at, block.u[axis][i]);
+        before[axis][i] = step.before;
+        upto[axis][i] = step.upto;
+        return step.item;
     };
     // Each loop asks for what the next one reads.
     for (std::size_t i = 0; i < size; ++i) {
-        block.n[i] = keep(0, i, u_.draw(0, block.u[0][i]));
+        block.n[i] = find(0, u_, 0, i);
         const auto n = static_cast<std::size_t>(block.n[i]);
-        block.o[i] = keep(1, i, v_.draw(n, block.u[1][i]));
+        block.o[i] = find(1, v_, n, i);
         row[i] = n * size_[1] + static_cast<std::size_t>(block.o[i]);
         s_.fetch_guide(row[i], block.u[2][i]);
     }
     for (std::size_t i = 0; i < size; ++i) s_.fetch_sums(row[i], block.u[2][i]);
     for (std::size_t i = 0; i < size; ++i) {
-        block.p[i] = keep(2, i, s_.draw(row[i], block.u[2][i]));
+        block.p[i] = find(2, s_, row[i], i);
         row[i] = row[i] * size_[2] + static_cast<std::size_t>(block.p[i]);
         t_.fetch_guide(row[i], block.u[3][i]);
     }
     for (std::size_t i = 0; i < size; ++i) t_.fetch_sums(row[i], block.u[3][i]);
     for (std::size_t i = 0; i < size; ++i) {
-        block.q[i] = keep(3, i, t_.draw(row[i], block.u[3][i]));
+        block.q[i] = find(3, t_, row[i], i);
         block.id[i] = static_cast<CellId>(row[i] * size_[3] + static_cast<std::size_t>(block.q[i]));
+    }
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+        for (std::size_t i = 0; i < size; ++i) {
+            const auto draw =
+                ConditionalTables::finish({0, before[axis][i], upto[axis][i]}, block.u[axis][i]);
+            block.link[axis][i] = draw.probability;
+            block.remainder[axis][i] = draw.remainder;
+        }
     }
 }
 

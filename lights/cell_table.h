@@ -11,6 +11,7 @@
 // the guide.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -45,8 +46,19 @@ class ConditionalTables {
     };
     // u in [0,1). Items of weight 0 are never drawn. The answer is an item of the row whatever the tables
     // hold.
-    Draw draw(std::size_t row, float u) const;
-    // Ask the memory for what draw(row, u) will read first, and for what it will read then.
+    Draw draw(std::size_t row, float u) const { return finish(find(row, u), u); }
+    // Its two halves, for whoever draws many at once: what the tables say, and what follows from it.
+    struct Step {
+        std::int32_t item;
+        float before, upto;  // P(less), P(no more)
+    };
+    Step find(std::size_t row, float u) const;
+    static Draw finish(const Step& step, float u) {
+        const float width = step.upto - step.before;
+        const float rest = std::min(std::max((u - step.before) / width, 0.0F), kBelowOne);
+        return {step.item, width, width > 0 ? rest : 0.0F};
+    }
+    // Ask the memory for what find(row, u) will read first, and for what it will read then.
     void fetch_guide(std::size_t row, float u) const { __builtin_prefetch(&guide_[guide_at(row, u)]); }
     void fetch_sums(std::size_t row, float u) const {
         __builtin_prefetch(&upto_[row * items_ + guide_[guide_at(row, u)]]);
@@ -66,6 +78,11 @@ class ConditionalTables {
     const HugeVector<std::uint16_t>& guide() const { return guide_; }
 
   private:
+    static constexpr std::size_t kItemsPerBucket = 4;
+    static constexpr std::size_t kWindow = 8;  // entries compared at once: one vector instruction
+    static constexpr float kBelowOne = 0x1.fffffep-1F;
+    static constexpr float kNothing = 0;
+
     std::size_t guide_at(std::size_t row, float u) const {
         return row * (buckets_ + 1) + static_cast<std::size_t>(u * static_cast<float>(buckets_));
     }
@@ -75,6 +92,30 @@ class ConditionalTables {
     HugeVector<float> upto_;           // per row: upto[i] = P(item <= i); the last is 1. Padded at the end
     HugeVector<std::uint16_t> guide_;  // per row, buckets + 1: the first item with upto > bucket / buckets
 };
+
+inline ConditionalTables::Step ConditionalTables::find(std::size_t row, float u) const {
+    const float* const upto = &upto_[row * items_];
+    const std::uint16_t* const guide = &guide_[guide_at(row, u)];
+    std::uint32_t from = guide[0];
+    std::uint32_t to = guide[1];  // the answer is the first entry above u, in [from, to]
+    // Rarely more than a window: only where many improbable items share a bucket.
+    while (to - from > kWindow) {
+        const std::uint32_t middle = (from + to) / 2;
+        if (upto[middle] > u)
+            to = middle;
+        else
+            from = middle + 1;
+    }
+    // Count without branching: a branch that waits for memory would keep the next draw from starting.
+    const std::uint32_t candidates = to - from;
+    std::uint32_t below = 0;
+    for (std::uint32_t k = 0; k < kWindow; ++k) {
+        below += static_cast<std::uint32_t>(upto[from + k] <= u) & static_cast<std::uint32_t>(k < candidates);
+    }
+    from += below;
+    const float* const previous = from > 0 ? &upto[from - 1] : &kNothing;
+    return {static_cast<std::int32_t>(from), *previous, upto[from]};
+}
 
 class CellTable {
   public:
