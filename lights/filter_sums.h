@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "lights/acquire.h"
+#include "lights/ray_projection.h"
 #include "lights/light_field.h"
 #include "lights/opacity.h"
 

@@ -1,8 +1,10 @@
 #include "photon/luminaire.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/base/error.h"
+#include "photon/emission.h"
 #include "photon/walk.h"
 
 namespace lucerna {
@@ -10,16 +12,9 @@ namespace {
 
 constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
 
-void trace_path(const Scene& scene, std::uint64_t seed, std::uint32_t path, LuminaireBlock& made) {
-    Stream stream = Stream::stratified(seed, Purpose::acquisition, 0, path);
-    ++made.tally.ledger.paths;
-    const auto start = emit_path(scene, stream);
-    if (!start) {
-        ++made.tally.ledger.not_emitted;
-        return;
-    }
+void trace_path(const Scene& scene, const LightPathStart& start, Stream& stream, LuminaireBlock& made) {
     walk(
-        scene, *start, stream, made.tally.ledger, [](const WalkHit& /*at*/) {},
+        scene, start, stream, made.tally.ledger, [](const WalkHit& /*at*/) {},
         [&](const WalkExit& exit) {
             if (!(exit.d.z > kLeastForward)) {
                 made.tally.backward += V3d(exit.power);
@@ -60,9 +55,17 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
         LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
         made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
-        for (std::int64_t path = first + begin; path < first + end; ++path) {
-            trace_path(scene, plan.seed, static_cast<std::uint32_t>(path), made);
-        }
+        Emission emission(scene, plan.seed, Purpose::acquisition, 0);
+        emission.for_each(static_cast<std::uint64_t>(first + begin), static_cast<std::uint64_t>(first + end),
+                          [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+                              ++made.tally.ledger.paths;
+                              if (!start) {
+                                  ++made.tally.ledger.not_emitted;
+                                  return;
+                              }
+                              Stream stream(plan.seed, Purpose::acquisition, 0, path);
+                              trace_path(scene, *start, stream, made);
+                          });
     });
     LuminaireBlock block;
     std::size_t rays = 0;
