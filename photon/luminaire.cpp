@@ -63,7 +63,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
                                   ++made.tally.ledger.not_emitted;
                                   return;
                               }
-                              Stream stream(plan.seed, Purpose::acquisition, 0, path);
+                              Stream stream = Stream::stratified(plan.seed, Purpose::acquisition, 0, path);
                               trace_path(scene, *start, stream, made);
                           });
     });
