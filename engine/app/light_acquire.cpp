@@ -1,27 +1,39 @@
 // lucerna light acquire: a lamp on the virtual measuring bench.
 #include <fmt/format.h>
 
+#include <bit>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/world/texture_image.h"
 #include "lights/acquire.h"
+#include "lights/acquire_part.h"
+#include "lights/projector.h"
+#include "lights/rig_file.h"
 
 namespace lucerna {
 namespace {
 
 constexpr const char* kAcquireFooter =
-    R"(A virtual measuring bench in front of a flat emitter whose intensity falls off as cos^N.
+    R"(RIG.toml describes the measuring rig and the lamp before it: a disc, a rectangle, a slide projector or a scene;
+docs/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
+as cos^N, and the planes are laid to suit it.
+
+Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
 
 Examples:
+  lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
   lucerna light acquire -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
 
-struct AcquireCommand {
+// A lamp told by options alone.
+struct QuickLamp {
     std::string emitter = "disc";
     double radius = 0.025;  // metres
     V2d size{0.02, 0.01};   // metres
@@ -33,115 +45,227 @@ struct AcquireCommand {
     V2i views{9, 9}, pixels{128, 128};
     double distance = 0;  // metres; 0: chosen
     double capture = 0.98;
+};
+
+struct AcquireCommand {
+    std::string rig;  // a file; empty: the quick lamp
+    QuickLamp quick;
     LampOutput lamp;
 };
 
-// The planes in front of an emitter of half size `half`, as choose_rig lays them for rays: one filter beyond
-// the edge on every side, M at five times the size and as wide as holds the share of the flux [Ashdown 1995].
-Rig lay_planes(const AcquireCommand& command, const V2d& half) {
+// The planes in front of the emitter, as choose_rig lays them for rays: one filter beyond the edge on every
+// side, M at five times the size and as wide as holds the share of the flux [Ashdown 1995].
+Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
     Rig rig;
-    rig.views = command.views;
-    rig.pixels = command.pixels;
-    rig.distance = command.distance > 0 ? command.distance : 10 * std::max(half.x, half.y);
+    rig.views = lamp.views;
+    rig.pixels = lamp.pixels;
+    rig.distance = lamp.distance > 0 ? lamp.distance : 10 * std::max(half.x, half.y);
+    rig.centre.z = lamp.setback;
     // A cos^N lobe holds 1 - cos^(N+1) θ of its flux within θ. The share 1 would be the whole plane; 0.9999
     // is 89° from the axis for N = 1.
-    const double share = std::min(command.capture, 0.9999);
-    const double cos_edge = std::pow(1 - share, 1 / (command.exponent + 1));
+    const double share = std::min(lamp.capture, 0.9999);
+    const double cos_edge = std::pow(1 - share, 1 / (lamp.exponent + 1));
     const double tan_edge = std::sqrt(1 - cos_edge * cos_edge) / cos_edge;  // share < 1, so the cosine is > 0
     for (int axis = 0; axis < 2; ++axis) {
         // Behind S the emitter's light has spread when it gets there.
-        const double covered = half[axis] + command.setback * tan_edge;
+        const double covered = half[axis] + lamp.setback * tan_edge;
         // Filters stand at ±(covered + Δ): (views - 1) Δ = 2 covered + 2 Δ; views >= 4 was checked.
         rig.spacing[axis] = 2 * covered / (rig.views[axis] - 3);
-        const double m_half = half[axis] + (rig.distance + command.setback) * tan_edge;
+        const double m_half = half[axis] + (rig.distance + lamp.setback) * tan_edge;
         rig.pixel[axis] = 2 * m_half / rig.pixels[axis];
     }
     return rig;
 }
 
-void check(const AcquireCommand& command) {
-    const bool disc = command.emitter == "disc";
-    if (!disc && command.emitter != "rectangle") {
-        input_error({"--emitter"}, "\"{}\" is not accepted; disc or rectangle is", command.emitter);
-    }
-    if (command.unit != "lm" && command.unit != "W") {
-        input_error({"--unit"}, "\"{}\" is not accepted; lm or W is", command.unit);
-    }
-    if (disc && command.has_size)
+void check(const QuickLamp& lamp) {
+    const bool disc = lamp.emitter == "disc";
+    if (!disc && lamp.emitter != "rectangle")
+        input_error({"--emitter"}, "\"{}\" is not accepted; disc or rectangle is", lamp.emitter);
+    if (lamp.unit != "lm" && lamp.unit != "W")
+        input_error({"--unit"}, "\"{}\" is not accepted; lm or W is", lamp.unit);
+    if (disc && lamp.has_size)
         throw InputError({"--size"}, "a disc has a --radius; --size is for a rectangle");
-    if (!disc && command.has_radius)
+    if (!disc && lamp.has_radius)
         throw InputError({"--radius"}, "a rectangle has a --size; --radius is for a disc");
-    if (std::min(command.views.x, command.views.y) < 4) {
+    if (std::min(lamp.views.x, lamp.views.y) < 4) {
         input_error(
             {"--views"},
             "\"{}x{}\" is not accepted; at least 4 on a side are, as one filter stands beyond each edge",
-            command.views.x, command.views.y);
+            lamp.views.x, lamp.views.y);
     }
 }
 
-void act_acquire(const AcquireCommand& command, const CommandContext& context) {
-    check(command);
-    require_writable(command.lamp.file, ".exr");
-    ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
-    const bool disc = command.emitter == "disc";
-    const V2d half = disc ? V2d(command.radius, command.radius) : command.size * 0.5;
-    EmitterModel emitter =
-        cosine_emitter(disc ? EmitterModel::Outline::disc : EmitterModel::Outline::rectangle, half,
-                       command.flux, command.exponent);
-    emitter.setback = command.setback;
-    emitter.info.colour = command.colour;
-    emitter.info.unit = command.unit == "lm" ? FluxUnit::lumen : FluxUnit::watt;
-    emitter.info.provenance =
-        disc ? fmt::format("virtual acquisition of a disc of radius {}", length_text(command.radius))
-             : fmt::format("virtual acquisition of a rectangle of {} x {}", length_text(command.size.x),
-                           length_text(command.size.y));
-    emitter.info.provenance += fmt::format(", cos^{:g}, {:g} {}; lucerna {}", command.exponent, command.flux,
-                                           command.unit, program_version());
-    const LightField field = acquire(emitter, lay_planes(command, half), command.lamp.workers, monitor);
-    finish_lamp(field, command.lamp, monitor, context);
+RigDescription describe(const QuickLamp& lamp) {
+    check(lamp);
+    RigDescription description;
+    EmitterDescription& emitter = description.emitter;
+    const bool disc = lamp.emitter == "disc";
+    emitter.kind = disc ? EmitterDescription::Kind::disc : EmitterDescription::Kind::rectangle;
+    emitter.half_size = disc ? V2d(lamp.radius, lamp.radius) : lamp.size * 0.5;
+    emitter.exponent = lamp.exponent;
+    emitter.flux = lamp.flux;
+    emitter.unit = lamp.unit == "lm" ? FluxUnit::lumen : FluxUnit::watt;
+    emitter.colour = lamp.colour;
+    emitter.setback = lamp.setback;
+    description.rig = lay_planes(lamp, emitter.half_size);
+    return description;
 }
 
-void add_emitter(CLI::App& app, AcquireCommand& command) {
-    app.add_option("--emitter", command.emitter, "disc (default) or rectangle")->type_name("SHAPE");
-    add_word(app, "--radius", "LENGTH", "of the disc (default 25mm)", [&command](const std::string& word) {
-        command.radius = parse_length({"--radius"}, word);
-        command.has_radius = true;
+// A lamp with a formula, and the key of all that goes into its measurement.
+struct NamedEmitter {
+    EmitterModel model;
+    std::uint64_t key = 0;
+};
+
+std::uint64_t hash_of(const Image& image) {
+    std::uint64_t hash = 0xcbf29ce484222325U ^ static_cast<std::uint64_t>(image.width);
+    for (const float x : image.data) {
+        hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x100000001b3U;
+        hash ^= hash >> 29;
+    }
+    return hash;
+}
+
+EmitterModel flat_emitter(const EmitterDescription& from) {
+    const bool disc = from.kind == EmitterDescription::Kind::disc;
+    EmitterModel model = cosine_emitter(disc ? EmitterModel::Outline::disc : EmitterModel::Outline::rectangle,
+                                        from.half_size, from.flux, from.exponent);
+    model.setback = from.setback;
+    model.info.provenance =
+        disc ? fmt::format("virtual acquisition of a disc of radius {}", length_text(from.half_size.x))
+             : fmt::format("virtual acquisition of a rectangle of {} x {}", length_text(2 * from.half_size.x),
+                           length_text(2 * from.half_size.y));
+    model.info.provenance += fmt::format(", cos^{:g}", from.exponent);
+    return model;
+}
+
+Projector projector_of(const EmitterDescription& from) {
+    Projector projector;
+    projector.aperture = from.half_size.x;
+    projector.focal_length = from.focal_length;
+    projector.focus = from.focus;
+    projector.setback = from.setback;
+    projector.slide_size = from.slide_size;
+    projector.inverted = from.inverted;
+    projector.flux = from.flux;
+    return projector;
+}
+
+NamedEmitter emitter_of(const RigDescription& description) {
+    const EmitterDescription& from = description.emitter;
+    NamedEmitter emitter;
+    emitter.key = description_key(description);
+    if (from.kind == EmitterDescription::Kind::projector) {
+        const std::shared_ptr<const Image> slide = read_texture_image(from.slide);
+        emitter.model =
+            naming(from.slide.string(), [&] { return projector_emitter(projector_of(from), *slide); });
+        emitter.key ^= hash_of(*slide);
+    } else {
+        emitter.model = flat_emitter(from);
+    }
+    for (const char c : program_version()) emitter.key = emitter.key * 31 + static_cast<unsigned char>(c);
+    emitter.model.info.colour = from.colour;
+    emitter.model.info.unit = from.unit;
+    emitter.model.info.provenance +=
+        fmt::format(", {:g} {}; lucerna {}", from.flux, flux_unit_name(from.unit), program_version());
+    return emitter;
+}
+
+// What the sensor sees; work that was begun is taken up from `part`.
+FilterImages acquire_formula(const RigDescription& description, const std::filesystem::path& part_file,
+                             const Workers& workers, Monitor& monitor) {
+    const NamedEmitter emitter = emitter_of(description);
+    AcquirePart part(part_file, emitter.key);
+    if (part.columns() > 0)
+        monitor.info(fmt::format("{}: going on after {} columns", part_file.string(), part.columns()));
+    AcquireOptions options = description.quality;
+    options.part = &part;
+    try {
+        return acquire_filters(emitter.model, description.rig, workers, monitor, options);
+    } catch (const InputError& error) {
+        if (!monitor.stopped()) throw;
+        throw InputError(
+            fmt::format("{}; the same command goes on from {}", error.what(), part_file.string()));
+    }
+}
+
+FilterImages acquire_images(const RigDescription& description, const std::filesystem::path& part_file,
+                            const Workers& workers, Monitor& monitor) {
+    if (description.emitter.kind == EmitterDescription::Kind::scene)
+        throw InputError({description.emitter.scene.string()}, "scenes cannot be measured yet");
+    return acquire_formula(description, part_file, workers, monitor);
+}
+
+void act_acquire(const AcquireCommand& command, const CommandContext& context) {
+    const RigDescription description =
+        command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
+    require_writable(command.lamp.file, ".exr");
+    ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
+    const std::filesystem::path part_file = command.lamp.file + ".part";
+    const FilterImages images = acquire_images(description, part_file, command.lamp.workers, monitor);
+    finish_lamp(field_of(images), command.lamp, monitor, context);
+    std::error_code none;
+    std::filesystem::remove(part_file, none);
+}
+
+void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
+    app.add_option("--emitter", lamp.emitter, "disc (default) or rectangle")->type_name("SHAPE");
+    add_word(app, "--radius", "LENGTH", "of the disc (default 25mm)", [&lamp](const std::string& word) {
+        lamp.radius = parse_length({"--radius"}, word);
+        lamp.has_radius = true;
     });
     add_word(app, "--size", "LENGTHxLENGTH", "of the rectangle (default 20mmx10mm)",
-             [&command](const std::string& word) {
-                 command.size = parse_length_pair({"--size"}, word);
-                 command.has_size = true;
+             [&lamp](const std::string& word) {
+                 lamp.size = parse_length_pair({"--size"}, word);
+                 lamp.has_size = true;
              });
     add_word(app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a matt emitter",
-             [&command](const std::string& word) {
-                 command.exponent = parse_number({"--exponent"}, word, 1, 1000);
+             [&lamp](const std::string& word) {
+                 lamp.exponent = parse_number({"--exponent"}, word, 1, 1000);
              });
     add_word(
         app, "--flux", "NUMBER", "of the whole lamp (default 1000)",
-        [&command](const std::string& word) { command.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
-    app.add_option("--unit", command.unit, "of the flux: lm (default) or W")->type_name("UNIT");
+        [&lamp](const std::string& word) { lamp.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
+    app.add_option("--unit", lamp.unit, "of the flux: lm (default) or W")->type_name("UNIT");
     add_word(app, "--colour", "R,G,B", "of the light, linear sRGB; the flux stays (default 1,1,1)",
-             [&command](const std::string& word) { command.colour = parse_colour({"--colour"}, word); });
+             [&lamp](const std::string& word) { lamp.colour = parse_colour({"--colour"}, word); });
     add_word(app, "--setback", "LENGTH", "of the emitter behind the sampling plane (default 0)",
-             [&command](const std::string& word) {
-                 command.setback = parse_place({"--setback"}, word);
-                 if (command.setback < 0)
+             [&lamp](const std::string& word) {
+                 lamp.setback = parse_place({"--setback"}, word);
+                 if (lamp.setback < 0)
                      throw InputError({"--setback"}, "the emitter cannot stand before the plane");
              });
+}
+
+// A rig file says it all: an option beside it would be ignored, and that is a mistake.
+void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
+    for (const CLI::Option* option : app.get_options()) {
+        const std::string name = option->get_name();
+        if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--threads" ||
+            name == "--quiet" || name == "--help")
+            continue;
+        input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
+    }
 }
 
 }  // namespace
 
 void add_light_acquire(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<AcquireCommand>();
-    CLI::App& app = *light.add_subcommand("acquire", "Make a light field of a lamp that has a formula");
+    CLI::App& app = *light.add_subcommand("acquire", "Measure a lamp on a virtual rig");
     app.footer(kAcquireFooter);
-    add_emitter(app, *command);
-    add_planes(app, command->views, command->pixels, command->distance);
-    add_word(app, "--capture", "SHARE", "of the light that the planes should catch (default 98%)",
-             [command](const std::string& word) { command->capture = parse_share({"--capture"}, word); });
+    app.add_option("RIG", command->rig, "a description of rig and lamp")->type_name("RIG.toml");
+    QuickLamp& quick = command->quick;
+    add_quick_lamp(app, quick);
+    add_planes(app, quick.views, quick.pixels, quick.distance);
+    add_word(
+        app, "--capture", "SHARE", "of the light that the planes should catch (default 98%)",
+        [command](const std::string& word) { command->quick.capture = parse_share({"--capture"}, word); });
     add_lamp_output(app, command->lamp);
-    app.callback([command, &context] { act_acquire(*command, context); });
+    app.callback([command, &context, &app] {
+        if (!command->rig.empty()) refuse_options_beside_rig(app, command->rig);
+        act_acquire(*command, context);
+    });
 }
 
 }  // namespace lucerna
