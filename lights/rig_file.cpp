@@ -138,7 +138,7 @@ EmitterDescription read_emitter(const TomlTable& table) {
     } else {
         emitter.flux = table.number("flux", kLeastFlux, kMostFlux);
     }
-    emitter.colour = read_colour(table);
+    if (emitter.kind != Kind::scene) emitter.colour = read_colour(table);  // a scene's lights have their own
     if (emitter.kind == Kind::disc) read_disc(table, emitter);
     if (emitter.kind == Kind::rectangle) read_rectangle(table, emitter);
     if (emitter.kind == Kind::projector) read_projector(table, emitter);

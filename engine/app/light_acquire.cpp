@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "engine/app/acquire_scene.h"
 #include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
 #include "engine/base/error.h"
@@ -189,10 +190,28 @@ FilterImages acquire_formula(const RigDescription& description, const std::files
     }
 }
 
+// A luminaire traced by the engine; says where its light went.
+FilterImages acquire_luminaire(const RigDescription& description, const std::filesystem::path& part_file,
+                               const Workers& workers, Monitor& monitor) {
+    const EmitterDescription& from = description.emitter;
+    const SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
+    SceneAcquisition made = acquire_scene(emitter, description.rig, part_file, workers, monitor);
+    const std::string_view unit = flux_unit_name(from.unit);
+    const FluxAccount& account = made.account;
+    monitor.info(
+        fmt::format("of {:.4g} {} from its lights {:.4g} leave the luminaire: {:.4g} backwards, "
+                    "{:.4g} beside S, {:.4g} beside M, {:.4g} in the field",
+                    made.emitted, unit, account.total, account.backward, account.beside_s, account.beside_m,
+                    account.captured));
+    monitor.info(fmt::format("noise of the coefficients {:.3g} %, all together", 100 * made.noise.relative));
+    made.images.info.provenance += fmt::format("; lucerna {}", program_version());
+    return std::move(made.images);
+}
+
 FilterImages acquire_images(const RigDescription& description, const std::filesystem::path& part_file,
                             const Workers& workers, Monitor& monitor) {
     if (description.emitter.kind == EmitterDescription::Kind::scene)
-        throw InputError({description.emitter.scene.string()}, "scenes cannot be measured yet");
+        return acquire_luminaire(description, part_file, workers, monitor);
     return acquire_formula(description, part_file, workers, monitor);
 }
 
@@ -219,13 +238,11 @@ void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
                  lamp.size = parse_length_pair({"--size"}, word);
                  lamp.has_size = true;
              });
-    add_word(app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a matt emitter",
-             [&lamp](const std::string& word) {
-                 lamp.exponent = parse_number({"--exponent"}, word, 1, 1000);
-             });
     add_word(
-        app, "--flux", "NUMBER", "of the whole lamp (default 1000)",
-        [&lamp](const std::string& word) { lamp.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
+        app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a matt emitter",
+        [&lamp](const std::string& word) { lamp.exponent = parse_number({"--exponent"}, word, 1, 1000); });
+    add_word(app, "--flux", "NUMBER", "of the whole lamp (default 1000)",
+             [&lamp](const std::string& word) { lamp.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
     app.add_option("--unit", lamp.unit, "of the flux: lm (default) or W")->type_name("UNIT");
     add_word(app, "--colour", "R,G,B", "of the light, linear sRGB; the flux stays (default 1,1,1)",
              [&lamp](const std::string& word) { lamp.colour = parse_colour({"--colour"}, word); });
