@@ -55,6 +55,10 @@ CameraModel read_camera(const TomlTable& table) {
         camera.place[axis] = table.position(names[axis], 0.0);
     }
     camera.photograph = table.wholes("photograph", 1, kMostPhotograph, camera.photograph);
+    if (table.has("pedestal")) camera.pedestal = table.number("pedestal", 0, 65535);
+    camera.darks = table.whole("darks", 0, 1000, camera.darks);
+    camera.format = camera.bits == 32 ? table.choice("format", {"exr"}, "exr")
+                                      : table.choice("format", {"png", "tiff"}, "png");
     table.done();
     return camera;
 }

@@ -36,6 +36,10 @@ struct CameraModel {
     // screen at z = D), and the photograph's size. A place of z = 0: straight behind the screen, far enough.
     Imath::V3d place{0, 0, 0};
     V2i photograph{0, 0};  // pixels; 0: oversampling times M's
+    // Counts of no light; below 0: six deviations of the read noise, so that noise is not cut off at black.
+    double pedestal = -1;
+    int darks = 4;               // photographs of no light, of every exposure time
+    std::string format = "png";  // of photographs: png, tiff, or exr for floats
 };
 
 // The table [camera]; what it lacks stays as above. Throws InputError naming line and column.

@@ -56,22 +56,6 @@ void derive_shift(const TomlTable& table, Rig& rig) {
     }
 }
 
-Rig read_planes(const TomlTable& table) {
-    Rig rig;
-    const std::string setup = table.choice("setup", {"A", "B"});
-    rig.views = table.wholes("views", 1, kMostViews);
-    rig.pixels = table.wholes("pixels", 1, kMostPixels);
-    rig.spacing = one_of(table, {"spacing", "filter"}, {4, 4});
-    const V2d pixels(rig.pixels.x, rig.pixels.y);
-    rig.pixel = one_of(table, {"pixel", setup == "A" ? "sensor" : "screen"}, pixels);
-    rig.distance = table.length("distance");
-    if (setup == "A") derive_shift(table, rig);
-    if (const std::string fault = rig.fault(); !fault.empty())
-        throw InputError(table.place(), "[rig]: " + fault);
-    table.done();
-    return rig;
-}
-
 void read_disc(const TomlTable& table, EmitterDescription& emitter) {
     const double radius = table.length("radius");
     emitter.half_size = {radius, radius};
@@ -103,20 +87,6 @@ void read_scene(const TomlTable& table, EmitterDescription& emitter) {
     constexpr int kMostRays = 2'000'000'000, kMostSeed = 2147483647;
     emitter.rays = table.whole("rays", 1, kMostRays, static_cast<int>(emitter.rays));
     emitter.seed = static_cast<std::uint64_t>(table.whole("seed", 0, kMostSeed, 0));
-}
-
-Rgb read_colour(const TomlTable& table) {
-    if (!table.has("colour")) return Rgb(1.0F);
-    const std::vector<double> parts = table.numbers("colour", 0, 1e6);
-    if (parts.size() != 3) {
-        input_error(table.place_of("colour"), "\"colour\" has {} values; red, green and blue are accepted",
-                    parts.size());
-    }
-    const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
-                     static_cast<float>(parts[2]));
-    if (!(luminance(colour) > 1e-6F))
-        throw InputError(table.place_of("colour"), "\"colour\" is black; one with light in it is accepted");
-    return colour / luminance(colour);  // above 1e-6
 }
 
 EmitterDescription read_emitter(const TomlTable& table) {
@@ -175,6 +145,36 @@ class Key {
 };
 
 }  // namespace
+
+Rig read_planes(const TomlTable& table) {
+    Rig rig;
+    const std::string setup = table.choice("setup", {"A", "B"});
+    rig.views = table.wholes("views", 1, kMostViews);
+    rig.pixels = table.wholes("pixels", 1, kMostPixels);
+    rig.spacing = one_of(table, {"spacing", "filter"}, {4, 4});
+    const V2d pixels(rig.pixels.x, rig.pixels.y);
+    rig.pixel = one_of(table, {"pixel", setup == "A" ? "sensor" : "screen"}, pixels);
+    rig.distance = table.length("distance");
+    if (setup == "A") derive_shift(table, rig);
+    if (const std::string fault = rig.fault(); !fault.empty())
+        throw InputError(table.place(), "[rig]: " + fault);
+    table.done();
+    return rig;
+}
+
+Rgb read_colour(const TomlTable& table) {
+    if (!table.has("colour")) return Rgb(1.0F);
+    const std::vector<double> parts = table.numbers("colour", 0, 1e6);
+    if (parts.size() != 3) {
+        input_error(table.place_of("colour"), "\"colour\" has {} values; red, green and blue are accepted",
+                    parts.size());
+    }
+    const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
+                     static_cast<float>(parts[2]));
+    if (!(luminance(colour) > 1e-6F))
+        throw InputError(table.place_of("colour"), "\"colour\" is black; one with light in it is accepted");
+    return colour / luminance(colour);  // above 1e-6
+}
 
 RigDescription read_rig(const TomlTable& table) {
     RigDescription description;

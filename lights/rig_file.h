@@ -51,6 +51,11 @@ struct RigDescription {
 RigDescription read_rig_file(const std::filesystem::path& file);
 RigDescription read_rig(const TomlTable& table);
 
+// Parts of it, for other descriptions of measurements: the table [rig], and the key "colour" (white if there
+// is none).
+Rig read_planes(const TomlTable& table);
+Rgb read_colour(const TomlTable& table);
+
 // A name for all numbers of a description; the files that it names count by their names only.
 std::uint64_t description_key(const RigDescription& description);
 

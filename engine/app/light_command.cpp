@@ -62,6 +62,7 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_import(light, context);
     add_light_acquire(light, context);
     add_light_emit(light, context);
+    add_light_assemble(light, context);
     add_light_info(light, context);
     add_light_project(light, context);
     add_light_view(light, context);

@@ -44,6 +44,7 @@ auto naming(const std::string& file, Work&& work) {
 void add_light_import(CLI::App& light, const CommandContext& context);
 void add_light_acquire(CLI::App& light, const CommandContext& context);
 void add_light_emit(CLI::App& light, const CommandContext& context);
+void add_light_assemble(CLI::App& light, const CommandContext& context);
 void add_light_info(CLI::App& light, const CommandContext& context);
 void add_light_project(CLI::App& light, const CommandContext& context);
 void add_light_view(CLI::App& light, const CommandContext& context);
