@@ -21,6 +21,7 @@ struct PositionOf {
     V3d operator()(const ProjectionSpec& s) const { return s.position; }
     V3d operator()(const PhotometricSpec& s) const { return s.position; }
     V3d operator()(const MeasuredSpec& s) const { return s.settings.world_from_light.translation(); }
+    V3d operator()(const RayFileSpec& s) const { return s.settings.world_from_light.translation(); }
     template <typename Other>
     std::optional<V3d> operator()(const Other&) const {
         return std::nullopt;
@@ -103,6 +104,11 @@ struct LightMaker {
         MeasuredSettings settings = s.settings;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
         return make_measured_light(settings, workers, monitor);
+    }
+    std::unique_ptr<Light> operator()(const RayFileSpec& s) const {
+        RayLightSettings settings = s.settings;
+        settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
+        return make_ray_light(settings, monitor);
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         return make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);

@@ -26,6 +26,7 @@
 #include "lights/image_lights.h"
 #include "lights/measured.h"
 #include "lights/photometric.h"
+#include "lights/ray_light.h"
 
 namespace lucerna {
 
@@ -119,6 +120,9 @@ struct PhotometricSpec {
 struct MeasuredSpec {
     MeasuredSettings settings;  // world_from_light not yet relative to the origin
 };
+struct RayFileSpec {
+    RayLightSettings settings;  // likewise
+};
 // Emits from a surface of the draft.
 struct AreaSpec {
     enum class Surface : std::uint8_t { mesh, quadric } surface;
@@ -130,7 +134,7 @@ struct AreaSpec {
 struct DraftLight {
     Place place;
     std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
-                 ProjectionSpec, PhotometricSpec, MeasuredSpec, AreaSpec>
+                 ProjectionSpec, PhotometricSpec, MeasuredSpec, RayFileSpec, AreaSpec>
         spec;
     double power = 0;  // if > 0 the light is scaled to this luminous power, in its unit
 };

@@ -30,5 +30,8 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
 // The current transformation's axes; it may rotate, mirror and scale alike in all directions. Fails for
 // others.
 LightAxes light_axes(const Reading& reading, const Params& params);
+// Lamps measured.
+void read_light_field(Reading& reading, Params& params);
+void read_ray_file(Reading& reading, Params& params);
 
 }  // namespace lucerna

@@ -1,4 +1,5 @@
-// Lights: point, spot, distant, infinite, diffuse areas, and our own measured lamps ("lightfield").
+// Lights: point, spot, distant, infinite, diffuse areas, and our own measured lamps ("lightfield",
+// "rayfile").
 //
 // Radiance and intensity are taken as pbrt's numbers stand, in W; "power" and "illuminance" set the luminance
 // of the light's flux or irradiance (pbrt calls them photometric; one unit of luminance is one unit of either
@@ -104,36 +105,6 @@ void read_infinite(Reading& reading, Params& params) {
     reading.draft.lights.push_back({params.place(), InfiniteSpec{scaled_color(reading, params, color)}});
 }
 
-EmissionMode read_emission(Params& params) {
-    const std::string name = params.string("emission", "exact");
-    if (name == "constant") return EmissionMode::constant;
-    if (name == "exact") return EmissionMode::exact;
-    if (name == "weighted") return EmissionMode::weighted;
-    fail(params.place_of("emission"), "emission \"{}\" is unknown; constant, exact and weighted are accepted",
-         shown(name));
-}
-
-void read_light_field(Reading& reading, Params& params) {
-    if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
-    MeasuredSettings lamp;
-    lamp.file = reading.resolve(params.string("filename", ""));
-    lamp.world_from_light = reading.state.ctm;
-    lamp.power_scale = static_cast<float>(params.real_within("scale", 1, 0, 1e30));
-    lamp.power = static_cast<float>(positive_or_none(params, "power"));
-    lamp.mode = read_emission(params);
-    if (!uniform_scale(lamp.world_from_light)) {
-        fail(params.place(),
-             "{} is stretched or sheared by its transformation; rotation, translation and one scale "
-             "for all directions are accepted",
-             params.owner());
-    }
-    if (swaps_handedness(lamp.world_from_light)) {
-        fail(params.place(), "{} is mirrored by its transformation; a measured lamp cannot be",
-             params.owner());
-    }
-    reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});
-}
-
 }  // namespace
 
 void read_light(Reading& reading, const std::string& kind, Params& params) {
@@ -149,10 +120,11 @@ void read_light(Reading& reading, const std::string& kind, Params& params) {
     if (kind == "projection") return read_projection(reading, params);
     if (kind == "ies" || kind == "ldt") return read_photometric_light(reading, kind, params);
     if (kind == "lightfield") return read_light_field(reading, params);
-    refuse_kind(
-        params.place(), "LightSource", kind,
-        {"point", "spot", "distant", "infinite", "goniometric", "projection", "ies", "ldt", "lightfield"},
-        {});
+    if (kind == "rayfile") return read_ray_file(reading, params);
+    refuse_kind(params.place(), "LightSource", kind,
+                {"point", "spot", "distant", "infinite", "goniometric", "projection", "ies", "ldt",
+                 "lightfield", "rayfile"},
+                {});
 }
 
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {

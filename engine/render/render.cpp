@@ -7,6 +7,7 @@
 #include "engine/base/stream.h"
 #include "engine/render/film.h"
 #include "engine/render/integrator.h"
+#include "engine/render/unseen_lights.h"
 
 namespace lucerna {
 namespace {
@@ -109,6 +110,7 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     Film film(size.x, size.y, FilterSampler(job.film.filter).weight());
 
     // Prepare.
+    warn_of_unseen_lights(job.scene, job.integrator, monitor);
     const Stopwatch preparing;
     const auto integrator = make_integrator(job.integrator);
     const auto estimator =

@@ -264,13 +264,14 @@ TEST(ChooseRig, WideAndNarrowLobes_CatchTheShareAskedFor) {
 }
 
 TEST(ChooseRig, Options_AreObeyed) {
+    Monitor silent;
     const RaySet set = rays_of(Outline::disc, {0.002, 0}, 10, 2, 1000, 5);
     FitOptions options;
     options.views = {7, 5};
     options.pixels = {11, 13};
     options.distance = 0.3;
     options.z = 0.01;
-    const Rig rig = choose_rig(set, options);
+    const Rig rig = choose_rig(set, options, silent);
     EXPECT_EQ(rig.views, V2i(7, 5));
     EXPECT_EQ(rig.pixels, V2i(11, 13));
     EXPECT_EQ(rig.distance, 0.3);
@@ -280,12 +281,13 @@ TEST(ChooseRig, Options_AreObeyed) {
     const auto refused = [&](const std::function<void(FitOptions&)>& spoil) {
         FitOptions o;
         spoil(o);
-        EXPECT_THROW(choose_rig(set, o), InputError);
+        EXPECT_THROW(choose_rig(set, o, silent), InputError);
     };
     refused([](FitOptions& o) { o.views.x = -1; });
     refused([](FitOptions& o) { o.pixels.y = 100000; });
     refused([](FitOptions& o) { o.distance = NAN; });
     refused([](FitOptions& o) { o.capture = 1; });
+    refused([](FitOptions& o) { o.noise = 0; });
     refused([](FitOptions& o) { o.z = INFINITY; });
 }
 
@@ -294,8 +296,8 @@ TEST(ChooseRig, OddRaySets_GiveAFieldOrAnError) {
     RaySet down;
     down.flux = 1;
     down.rays.push_back({{0, 0, 0}, {0, 0, -1}, 1});
-    EXPECT_THROW(choose_rig(down, {}), InputError);
-    EXPECT_THROW(choose_rig({}, {}), InputError);
+    EXPECT_THROW(choose_rig(down, {}, silent), InputError);
+    EXPECT_THROW(choose_rig({}, {}, silent), InputError);
     RaySet one;
     one.flux = 1;
     one.rays.push_back({{0.5F, 0, 0}, {0, 0, 1}, 1});

@@ -1,0 +1,13 @@
+// Lights that only particles carry, and methods that do not look for them there.
+#pragma once
+
+#include "engine/base/monitor.h"
+#include "engine/render/settings.h"
+#include "engine/world/scene.h"
+
+namespace lucerna {
+
+// One warning if some light's direct light, or all of its light, will be missing from the picture.
+void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method, Monitor& monitor);
+
+}  // namespace lucerna
