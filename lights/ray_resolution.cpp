@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kMostRays = 150'000;      // of a trial; the rest says little more
+constexpr std::size_t kMostRays = 60'000;       // of a trial; the rest says little more
 constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 80 MB in memory
 constexpr int kViews[] = {4, 5, 6, 8, 11, 15, 20, 27, 36, 48, 64};
 constexpr int kLeastPixels = 4, kMostPixels = 256;
@@ -176,10 +176,14 @@ bool choose_resolution(const RaySet& set, std::span<const std::size_t> rays, con
     const PixelSearch search(set, rays, wish);
     Phase phase(monitor, "choosing the resolution", std::size(kViews));
     PixelSearch::Found best;
+    int worse = 0;
     for (const int views : kViews) {
         const PixelSearch::Found found = search.with_views(views, rig);
-        if (found.risk < best.risk) best = found;
+        worse = found.risk < best.risk ? 0 : worse + 1;
+        if (worse == 0) best = found;
         phase.advance(1);
+        // Past the best, more views only get noisier.
+        if (worse == 2 && best.views > 0) break;
         if (wish.views.x > 0 && wish.views.y > 0) break;
     }
     const bool quiet_enough = best.views > 0;
