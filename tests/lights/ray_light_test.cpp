@@ -200,24 +200,24 @@ testing::ChiSquare against(const LightField& truth, const RaySet& rays, double s
 TEST(LampEmission, RaysOfAField_AreTheFieldAgain) {
     const testing::TemporaryFolder folder;
     Rig rig = testing::rig_b();
-    rig.pixels = {6, 6};
+    rig.pixels = {5, 5};
     const LightField field = smooth_field(rig);
     for (const EmissionMode mode : {EmissionMode::exact, EmissionMode::weighted}) {
-        for (const char* name : {"out.tm25ray", "out.dat", "out.ray"}) {
+        for (const char* name : {"out.tm25ray", "out.dat"}) {
             testing::ListeningMonitor monitor;
             const LampEmission lamp(field, "field.exr", mode, 23, {}, monitor);
-            const RayFileInfo info = lamp.write(folder / name, 200'000, monitor);
+            const RayFileInfo info = lamp.write(folder / name, 100'000, monitor);
             EXPECT_EQ(info.unit, FluxUnit::lumen);
             EXPECT_NEAR(info.flux / field.flux(), 1, 1e-6);
             EXPECT_EQ(monitor.warnings.size(), std::string_view(name) == "out.tm25ray" ? 0U : 1U);  // colour
             Monitor silent;
             const RaySet rays = read_rays(folder / name, silent);
-            EXPECT_EQ(rays.rays.size(), 200'000U);
+            EXPECT_EQ(rays.rays.size(), 100'000U);
             EXPECT_EQ(rays.unit, FluxUnit::lumen);
             EXPECT_NEAR(rays.flux / field.flux(), 1, 1e-5);
             const auto fit = against(field, rays, 1);
             EXPECT_TRUE(fit.accepted()) << name << ": " << fit.statistic << " of " << fit.degrees;
-            const auto wrong = against(field, rays, 1.02);
+            const auto wrong = against(field, rays, 1.06);
             EXPECT_FALSE(wrong.accepted()) << name << ": " << wrong.statistic << " of " << wrong.degrees;
         }
     }

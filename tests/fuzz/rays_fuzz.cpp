@@ -1,0 +1,68 @@
+// libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes in, rays
+// that are numbers or an InputError out. A TM-25 header has 36,000 bytes of text, of which the input
+// holds 16.
+#include <unistd.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "engine/base/error.h"
+#include "lights/ray_set.h"
+
+namespace {
+
+std::filesystem::path file_of_this_process() {
+    return std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + ".rays");
+}
+
+void require(bool good, const char* what) {
+    if (good) return;
+    std::fprintf(stderr, "%s\n", what);
+    std::abort();
+}
+
+void require_sound(const lucerna::RaySet& set) {
+    require(!set.rays.empty(), "a set without rays");
+    require(std::isfinite(set.flux) && set.flux >= 0, "the flux is no number");
+    require(lucerna::is_finite(set.colour) && lucerna::luminance(set.colour) > 0, "the colour is none");
+    for (const lucerna::LampRay& ray : set.rays) {
+        require(lucerna::is_finite(ray.o), "a position is no number");
+        require(std::fabs(ray.d.length() - 1) < 1e-4F, "a direction is no unit vector");
+        require(std::isfinite(ray.flux) && ray.flux >= 0, "a ray's flux is no number");
+    }
+    require(set.provenance.find('\n') == std::string::npos, "the provenance is not one line");
+}
+
+}  // namespace
+
+namespace {
+
+constexpr std::size_t kBeforeText = 288, kTextHere = 16, kText = 36000;
+
+std::string unfolded(const std::uint8_t* data, std::size_t size) {
+    std::string bytes(reinterpret_cast<const char*>(data), size);
+    if (bytes.starts_with("TM25") && size > kBeforeText + kTextHere)
+        bytes.insert(kBeforeText + kTextHere, kText - kTextHere, '\0');
+    return bytes;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::filesystem::path file = file_of_this_process();
+    std::ofstream(file, std::ios::binary) << unfolded(data, size);
+    lucerna::Monitor silent;
+    try {
+        require_sound(lucerna::read_rays(file, silent));
+    } catch (const lucerna::InputError& error) {
+        const std::string message = error.what();
+        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+    }
+    return 0;
+}
