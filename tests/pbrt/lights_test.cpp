@@ -182,6 +182,24 @@ TEST(Lights, LightField_TakesFileScalePowerAndMode) {
     EXPECT_THAT(refusal_of_world(with + "\"float scale\" -1"), HasSubstr("-1 is not accepted"));
 }
 
+TEST(Lights, RayFile_TakesFileScaleAndPower) {
+    const auto lamp = only<RayFileSpec>(
+                          "Translate 1 2 3 LightSource \"rayfile\" \"string filename\" \"lamp.tm25ray\" "
+                          "\"float scale\" 2")
+                          .settings;
+    EXPECT_EQ(lamp.file, "lamp.tm25ray");
+    EXPECT_EQ(lamp.power, 0);
+    EXPECT_EQ(lamp.power_scale, 2);
+    EXPECT_EQ(lamp.world_from_light.translation(), V3d(1, 2, 3));
+    EXPECT_THAT(refusal_of_world("LightSource \"rayfile\""), HasSubstr("lacks \"string filename\""));
+    EXPECT_THAT(refusal_of_world("Scale -1 1 1 LightSource \"rayfile\" \"string filename\" \"lamp.dat\""),
+                HasSubstr("mirrored"));
+    EXPECT_THAT(refusal_of_world("LightSource \"rayfile\" \"string filename\" \"a.ray\" \"string emission\" "
+                                 "\"exact\""),
+                HasSubstr("emission"));
+    EXPECT_THAT(refusal_of_world("LightSource \"rayfiles\""), HasSubstr("did you mean \"rayfile\"?"));
+}
+
 TEST(Lights, MissingLampFile_IsRefusedAtItsPlace) {
     try {
         parts_of_world("LightSource \"lightfield\" \"string filename\" \"lamp.exr\"");
