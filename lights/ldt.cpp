@@ -201,10 +201,24 @@ PhotometricWeb read_ldt(const std::filesystem::path& file, Monitor& monitor) {
     return parse_ldt(read_text(file), file.string(), monitor);
 }
 
-PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& monitor) {
+namespace {
+
+std::string suffix_of(const std::filesystem::path& file) {
     std::string suffix = file.extension().string();
     std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return suffix;
+}
+
+}  // namespace
+
+bool is_photometric(const std::filesystem::path& file) {
+    const std::string suffix = suffix_of(file);
+    return suffix == ".ies" || suffix == ".ldt";
+}
+
+PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& monitor) {
+    const std::string suffix = suffix_of(file);
     if (suffix == ".ies") return read_ies(file, monitor);
     if (suffix == ".ldt") return read_ldt(file, monitor);
     input_error({file.string()}, "\"{}\" is no photometric file; .ies and .ldt are accepted",

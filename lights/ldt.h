@@ -21,6 +21,7 @@ PhotometricWeb read_ldt(const std::filesystem::path& file, Monitor& monitor);
 PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor& monitor);
 
 // By the file's ending, .ies or .ldt in any case.
+bool is_photometric(const std::filesystem::path& file);
 PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& monitor);
 
 }  // namespace lucerna

@@ -11,11 +11,13 @@
 #include "engine/app/console.h"
 #include "engine/app/lamp_text.h"
 #include "engine/app/options.h"
+#include "engine/app/photometric_text.h"
 #include "engine/app/scene_text.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/pbrt/read_scene.h"
+#include "lights/ldt.h"
 
 namespace lucerna {
 namespace {
@@ -145,6 +147,10 @@ void act(const InfoOptions& options, const CommandContext& context) {
     require_readable(options.file);
     const std::string suffix = std::filesystem::path(options.file).extension().string();
     if (suffix == ".exr") return print_image(context.out, options.file);
+    if (is_photometric(options.file)) {
+        ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
+        return print_photometric(context.out, read_photometric(options.file, monitor), FluxUnit::lumen);
+    }
     if (suffix == ".tm25ray") {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_ray_set(context.out, read_tm25(options.file, monitor));
@@ -159,8 +165,9 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app =
         *program.add_subcommand("info", "What a scene, an image or a lamp holds; the integrators");
     app.footer(kFooter);
-    app.add_option("FILE", options->file,
-                   "scene (.pbrt), image (.exr), light field (.exr) or rays (.tm25ray)");
+    app.add_option(
+        "FILE", options->file,
+        "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)");
     app.add_flag("--skip-missing", options->skip_missing,
                  "leave out what lies in files that are not there, with a warning");
     app.add_flag("--integrators", options->integrators, "all integrators and their parameters");

@@ -66,6 +66,7 @@ void add_light_command(CLI::App& program, const CommandContext& context) {
     add_light_info(light, context);
     add_light_project(light, context);
     add_light_view(light, context);
+    add_light_farfield(light, context);
 }
 
 }  // namespace lucerna

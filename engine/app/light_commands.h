@@ -48,5 +48,6 @@ void add_light_assemble(CLI::App& light, const CommandContext& context);
 void add_light_info(CLI::App& light, const CommandContext& context);
 void add_light_project(CLI::App& light, const CommandContext& context);
 void add_light_view(CLI::App& light, const CommandContext& context);
+void add_light_farfield(CLI::App& light, const CommandContext& context);
 
 }  // namespace lucerna

@@ -4,18 +4,23 @@
 #include "engine/app/lamp_file.h"
 #include "engine/app/lamp_text.h"
 #include "engine/app/light_commands.h"
+#include "engine/app/photometric_text.h"
 #include "engine/base/files.h"
+#include "lights/ldt.h"
 
 namespace lucerna {
 namespace {
 
 constexpr const char* kInfoFooter = R"(Examples:
   lucerna light info lamp.exr
-  lucerna light info lamp.tm25ray)";
+  lucerna light info lamp.tm25ray
+  lucerna light info lamp.ies)";
 
 void act_info(const std::string& file, const CommandContext& context) {
     require_readable(file);
     ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
+    if (is_photometric(file))
+        return print_photometric(context.out, read_photometric(file, monitor), FluxUnit::lumen);
     const LampFile lamp = read_lamp_file(file, monitor);
     if (const auto* field = std::get_if<LightField>(&lamp)) {
         print_light_field(context.out, *field, {});
@@ -28,9 +33,11 @@ void act_info(const std::string& file, const CommandContext& context) {
 
 void add_light_info(CLI::App& light, const CommandContext& context) {
     const auto file = std::make_shared<std::string>();
-    CLI::App& app = *light.add_subcommand("info", "Geometry, flux and losses of a light field or a ray file");
+    CLI::App& app = *light.add_subcommand("info", "Geometry, flux and losses of a lamp's file");
     app.footer(kInfoFooter);
-    app.add_option("LAMP", *file, "light field (.exr) or rays (.tm25ray, .dat, .ray)")->required();
+    app.add_option("LAMP", *file,
+                   "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+        ->required();
     app.callback([file, &context] { act_info(*file, context); });
 }
 
