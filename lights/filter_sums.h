@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "lights/ray_projection.h"
 #include "lights/light_field.h"
 #include "lights/opacity.h"
+#include "lights/ray_projection.h"
 
 namespace lucerna {
 
