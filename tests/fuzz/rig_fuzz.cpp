@@ -1,0 +1,38 @@
+// libFuzzer's entry to rig descriptions: text in, a rig that light fields accept or one line of complaint
+// out.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "engine/base/error.h"
+#include "lights/rig_file.h"
+
+namespace {
+
+void require(bool good, const char* what) {
+    if (good) return;
+    std::fprintf(stderr, "%s\n", what);
+    std::abort();
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    using lucerna::EmitterDescription;
+    try {
+        const std::string_view text(reinterpret_cast<const char*>(data), size);
+        const lucerna::RigDescription d = lucerna::read_rig(lucerna::TomlTable::parse(text, "rig.toml"));
+        require(d.rig.fault().empty(), "a rig that is none");
+        require(d.emitter.kind == EmitterDescription::Kind::scene || d.emitter.flux > 0,
+                "a lamp without flux");
+        require(std::isfinite(d.emitter.setback) && std::isfinite(d.emitter.focus), "a length that is none");
+        require(lucerna::description_key(d) == lucerna::description_key(d), "a key that changes");
+    } catch (const lucerna::InputError& error) {
+        const std::string_view message = error.what();
+        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+    }
+    return 0;
+}
