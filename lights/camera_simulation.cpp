@@ -124,7 +124,7 @@ class Photographer {
           camera_(camera),
           folder_(folder),
           scale_(camera),
-          view_(camera_view(images.rig, camera)),
+          view_(checked_view(images.rig, camera)),
           to_photograph_(plane_to_photograph(images.rig.pixels, view_.size, view_.corners)) {
         sensitivity_ = camera.sensitivity > 0 ? camera.sensitivity : sensitivity_for_brightest();
         dark_current_.resize(pixels());
@@ -139,26 +139,26 @@ class Photographer {
         return static_cast<std::size_t>(view_.size.x) * static_cast<std::size_t>(view_.size.y);
     }
 
-    void take_darks() const {
+    Photograph dark(int number) const {
         const std::vector<float> nothing(pixels());
-        std::uint32_t number = kDarkPhotographs;
-        for (std::size_t e = 0; e < camera_.exposures.size(); ++e) {
-            for (int i = 0; i < camera_.darks; ++i)
-                take(dark_file(e, i), nothing, camera_.exposures[e], number++);
-        }
+        const auto exposure =
+            static_cast<std::size_t>(number / camera_.darks);  // there are some if there is a number
+        return take(nothing, camera_.exposures[exposure],
+                    kDarkPhotographs + static_cast<std::uint32_t>(number));
     }
+    int darks() const { return camera_.darks * static_cast<int>(camera_.exposures.size()); }
 
-    void take_view(int m, int n) const {
+    Photograph view(const ShotId& which) const {
         const Rig& rig = images_.rig;
         const auto plane = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
         std::vector<float> seen(pixels());
-        auto number = static_cast<std::uint32_t>((m * rig.views.y + n) * 2) *
-                      static_cast<std::uint32_t>(camera_.exposures.size());
-        for (const FilterSign sign : kFilterSigns) {
-            to_photograph_.means({images_.of(sign).data() + rig.index(m, n, 0, 0), plane}, seen);
-            const std::vector<Shot> shots = manifest_.shots(m, n, sign);
-            for (const Shot& shot : shots) take(shot.file, seen, shot.seconds, number++);
-        }
+        to_photograph_.means({images_.of(which.sign).data() + rig.index(which.m, which.n, 0, 0), plane},
+                             seen);
+        const int film = (which.m * rig.views.y + which.n) * 2 + (which.sign == FilterSign::positive ? 0 : 1);
+        const auto exposures = static_cast<std::uint32_t>(camera_.exposures.size());
+        const auto exposure = static_cast<std::uint32_t>(which.number);
+        return take(seen, camera_.exposures[exposure],
+                    static_cast<std::uint32_t>(film) * exposures + exposure);
     }
 
     // The description of it all; its file is manifest.place.
@@ -188,6 +188,12 @@ class Photographer {
     }
 
   private:
+    static CameraView checked_view(const Rig& rig, const CameraModel& camera) {
+        if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
+        if ((rig.shift.x > 0) != (rig.shift.y > 0))
+            throw InputError("rig: its sensor travels along one side only; photographs are of Setup A or B");
+        return camera_view(rig, camera);
+    }
     double sensitivity_for_brightest() const {
         float most = 0;
         for (const FilterSign sign : kFilterSigns) {
@@ -201,8 +207,7 @@ class Photographer {
         return folder_ / fmt::format("dark_{}_{:03}{}", exposure, number, suffix());
     }
 
-    void take(const std::filesystem::path& file, std::span<const float> irradiance, double seconds,
-              std::uint32_t number) const {
+    Photograph take(std::span<const float> irradiance, double seconds, std::uint32_t number) const {
         Photograph photograph{view_.size, std::vector<float>(pixels()), scale_.most};
         for (std::size_t i = 0; i < photograph.counts.size(); ++i) {
             Stream stream(camera_.seed, Purpose::acquisition, number, i);
@@ -210,7 +215,7 @@ class Photographer {
                 (sensitivity_ * std::max(double{irradiance[i]}, 0.0) + double{dark_current_[i]}) * seconds;
             photograph.counts[i] = simulated_count(electrons, camera_, scale_, stream);
         }
-        write_photograph(file, photograph);
+        return photograph;
     }
 
     const FilterImages& images_;
@@ -235,22 +240,40 @@ void make_folder(const std::filesystem::path& folder) {
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor) {
     const Rig& rig = images.rig;
-    if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     Photographer photographer(images, camera, folder);
     const Manifest& manifest = photographer.describe();
     make_folder(folder);
     // An old manifest would describe a mixture until the new one is there.
     std::error_code none;
     std::filesystem::remove(manifest.place.file, none);
-    photographer.take_darks();
     const std::int64_t views = std::int64_t{rig.views.x} * rig.views.y;
-    Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views));
+    Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views + photographer.darks()));
+    parallel_chunks(workers, photographer.darks(), [&](std::int64_t number) {
+        write_photograph(manifest.darks[static_cast<std::size_t>(number)].file,
+                         photographer.dark(static_cast<int>(number)));
+        phase.advance(1);
+    });
     parallel_chunks(workers, views, [&](std::int64_t view) {
         if (monitor.stopped()) throw InputError("photographs: stopped");
-        photographer.take_view(static_cast<int>(view / rig.views.y), static_cast<int>(view % rig.views.y));
+        const int m = static_cast<int>(view / rig.views.y), n = static_cast<int>(view % rig.views.y);
+        for (const FilterSign sign : kFilterSigns) {
+            int number = 0;
+            for (const Shot& shot : manifest.shots(m, n, sign))
+                write_photograph(shot.file, photographer.view({false, number++, m, n, sign}));
+        }
         phase.advance(1);
     });
     write_manifest(manifest.place.file, manifest);
+}
+
+Assembly photographed(const FilterImages& images, const CameraModel& camera, const Workers& workers,
+                      Monitor& monitor, const AssembleOptions& options) {
+    Photographer photographer(images, camera, {});
+    const Manifest manifest = photographer.describe();
+    const auto take = [&](const Shot&, const ShotId& which) {
+        return which.dark ? photographer.dark(which.number) : photographer.view(which);
+    };
+    return assemble(manifest, take, workers, monitor, options);
 }
 
 }  // namespace lucerna

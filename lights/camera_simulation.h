@@ -14,6 +14,7 @@
 #include "lights/camera_model.h"
 #include "lights/manifest.h"
 #include "lights/opacity.h"
+#include "lights/photographs.h"
 
 namespace lucerna {
 
@@ -22,6 +23,11 @@ namespace lucerna {
 // cannot be written, if the camera does not see the whole screen, and when the user stops it.
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor);
+
+// The images as they come back from such photographs, without files: assemble() of write_photographs(), bit
+// for bit.
+Assembly photographed(const FilterImages& images, const CameraModel& camera, const Workers& workers,
+                      Monitor& monitor, const AssembleOptions& options = {});
 
 // --- the parts of it
 

@@ -260,6 +260,7 @@ Manifest read_manifest(const TomlTable& table) {
     Manifest manifest;
     manifest.place = table.place();
     manifest.rig = read_planes(table.table("rig"));
+    manifest.rig.centre.z = table.position("setback", 0.0);
     manifest.info.unit = table.choice("unit", {"W", "lm"}) == "W" ? FluxUnit::watt : FluxUnit::lumen;
     manifest.info.colour = read_colour(table);
     manifest.info.provenance = one_line(table.text("provenance", ""));

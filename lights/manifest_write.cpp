@@ -91,6 +91,8 @@ std::string manifest_text(const Manifest& manifest) {
         "# Photographs of a lamp behind the filters of a rig; `lucerna light assemble` reads it.\n";
     text += fmt::format("unit = \"{}\"\n", flux_unit_name(manifest.info.unit));
     if (manifest.flux > 0) text += fmt::format("flux = {}  # of the whole lamp\n", manifest.flux);
+    if (manifest.rig.centre.z != 0)
+        text += fmt::format("setback = \"{}m\"  # of the lamp behind S\n", manifest.rig.centre.z);
     const Rgb& colour = manifest.info.colour;
     if (colour != Rgb(1.0F)) text += fmt::format("colour = [{}, {}, {}]\n", colour.x, colour.y, colour.z);
     if (!manifest.info.provenance.empty())

@@ -8,7 +8,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/photograph.h"
 #include "lights/exposure.h"
 
 namespace lucerna {
@@ -60,8 +59,10 @@ void require_photographs(const Manifest& manifest) {
 // What all views share: the format of the photographs, the dark frames, the way to M.
 class Bench {
   public:
-    Bench(const Manifest& manifest, const Workers& workers)
-        : manifest_(manifest), first_(read_photograph(any_file(manifest), manifest.channel)) {
+    Bench(const Manifest& manifest, const PhotographReader& reader, const Workers& workers)
+        : manifest_(manifest),
+          reader_(reader),
+          first_(reader(manifest.shots(0, 0, FilterSign::positive).front(), {})) {
         const CameraCalibration& camera = manifest.camera;
         const bool whole = first_.most > 0;
         noise_.gain = camera.gain;
@@ -96,8 +97,8 @@ class Bench {
     }
 
     // Photographs must be of one size and kind.
-    Photograph read(const std::filesystem::path& file) const {
-        Photograph photograph = read_photograph(file, manifest_.channel);
+    Photograph read(const Shot& shot, const ShotId& which) const {
+        Photograph photograph = reader_(shot, which);
         if (photograph.size != first_.size || photograph.most != first_.most) {
             const auto kind = [](const Photograph& p) {
                 return fmt::format("{} x {} pixels of {}", p.size.x, p.size.y,
@@ -105,7 +106,7 @@ class Bench {
                                    : p.most == 255 ? "8 bits"
                                                    : "16 bits");
             };
-            throw InputError({file.string()},
+            throw InputError({shot.file.string()},
                              fmt::format("{}, where the others have {}; the same are accepted",
                                          kind(photograph), kind(first_)));
         }
@@ -137,10 +138,6 @@ class Bench {
 
   private:
     static bool same(double a, double b) { return std::fabs(a - b) <= kSameTime * std::max(a, b); }
-    static std::filesystem::path any_file(const Manifest& manifest) {
-        return manifest.shots(0, 0, FilterSign::positive).front().file;
-    }
-
     void add_darks(const Workers& workers) {
         if (manifest_.darks.empty())
             flat_ = flat_dark(first_.size, static_cast<float>(manifest_.camera.pedestal));
@@ -149,8 +146,10 @@ class Bench {
                                           [&](const auto& dark) { return same(dark.first, shot.seconds); });
             if (done) continue;
             std::vector<std::vector<float>> frames;
-            for (const Shot& other : manifest_.darks) {
-                if (same(other.seconds, shot.seconds)) frames.push_back(read(other.file).counts);
+            for (std::size_t i = 0; i < manifest_.darks.size(); ++i) {
+                const Shot& other = manifest_.darks[i];
+                if (same(other.seconds, shot.seconds))
+                    frames.push_back(read(other, {true, static_cast<int>(i)}).counts);
             }
             darks_.emplace_back(shot.seconds,
                                 dark_frame(frames, first_.size, noise_, manifest_.camera.pedestal, workers));
@@ -158,6 +157,7 @@ class Bench {
     }
 
     const Manifest& manifest_;
+    const PhotographReader& reader_;
     Photograph first_;
     CountNoise noise_;
     std::vector<std::pair<double, DarkFrame>> darks_;
@@ -184,7 +184,7 @@ class Assembler {
         counts.reserve(shots.size());
         for (const Shot& shot : shots) {
             const DarkFrame& dark = bench_.dark(shot);
-            counts.push_back(bench_.read(shot.file).counts);
+            counts.push_back(bench_.read(shot, {false, static_cast<int>(counts.size()), m, n, sign}).counts);
             exposures.push_back(
                 {shot.seconds, counts.back(), dark.level, dark.variance, manifest_.camera.pedestal});
         }
@@ -282,7 +282,15 @@ void join(const std::vector<Findings>& all, bool noise_known, Assembly& assembly
 Assembly assemble(const Manifest& manifest, const Workers& workers, Monitor& monitor,
                   const AssembleOptions& options) {
     require_photographs(manifest);
-    const Bench bench(manifest, workers);
+    const auto from_files = [&](const Shot& shot, const ShotId&) {
+        return read_photograph(shot.file, manifest.channel);
+    };
+    return assemble(manifest, from_files, workers, monitor, options);
+}
+
+Assembly assemble(const Manifest& manifest, const PhotographReader& reader, const Workers& workers,
+                  Monitor& monitor, const AssembleOptions& options) {
+    const Bench bench(manifest, reader, workers);
     const AreaMap to_plane = bench.to_plane();
     const Rig& rig = manifest.rig;
     Assembly assembly;

@@ -7,15 +7,29 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/photograph.h"
 #include "lights/manifest.h"
 #include "lights/opacity.h"
 
 namespace lucerna {
+
+// One photograph of a measurement: of a view behind a film, its exposures counted from 0 as they rise; or the
+// number of a dark frame.
+struct ShotId {
+    bool dark = false;
+    int number = 0;  // of the exposure, or of the dark frame in Manifest::darks
+    int m = 0, n = 0;
+    FilterSign sign = FilterSign::positive;
+};
+
+// Gives a photograph; called from many threads.
+using PhotographReader = std::function<Photograph(const Shot& shot, const ShotId& which)>;
 
 struct AssembleOptions {
     bool deviations = false;  // also give every coefficient's
@@ -41,5 +55,9 @@ struct Assembly {
 // frame where others have; and when the user stops it.
 Assembly assemble(const Manifest& manifest, const Workers& workers, Monitor& monitor,
                   const AssembleOptions& options = {});
+
+// The same of photographs that are no files.
+Assembly assemble(const Manifest& manifest, const PhotographReader& reader, const Workers& workers,
+                  Monitor& monitor, const AssembleOptions& options = {});
 
 }  // namespace lucerna

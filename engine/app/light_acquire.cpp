@@ -14,6 +14,7 @@
 #include "engine/world/texture_image.h"
 #include "lights/acquire.h"
 #include "lights/acquire_part.h"
+#include "lights/camera_simulation.h"
 #include "lights/projector.h"
 #include "lights/rig_file.h"
 
@@ -29,6 +30,7 @@ Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command g
 
 Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
+  lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
   lucerna light acquire -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
@@ -51,6 +53,7 @@ struct QuickLamp {
 struct AcquireCommand {
     std::string rig;  // a file; empty: the quick lamp
     QuickLamp quick;
+    std::string photographs;  // a folder; empty: none are wanted
     LampOutput lamp;
 };
 
@@ -215,13 +218,25 @@ FilterImages acquire_images(const RigDescription& description, const std::filesy
     return acquire_formula(description, part_file, workers, monitor);
 }
 
+// What comes back from the camera of the description, if it has one; its photographs are written if they are
+// wanted.
+FilterImages through_camera(FilterImages images, const RigDescription& description,
+                            const AcquireCommand& command, Monitor& monitor) {
+    const CameraModel camera = description.camera.value_or(CameraModel());
+    if (!command.photographs.empty())
+        write_photographs(images, camera, command.photographs, command.lamp.workers, monitor);
+    if (!description.camera) return images;
+    return photographed(images, camera, command.lamp.workers, monitor).images;
+}
+
 void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
     require_writable(command.lamp.file, ".exr");
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     const std::filesystem::path part_file = command.lamp.file + ".part";
-    const FilterImages images = acquire_images(description, part_file, command.lamp.workers, monitor);
+    const FilterImages images = through_camera(
+        acquire_images(description, part_file, command.lamp.workers, monitor), description, command, monitor);
     finish_lamp(field_of(images), command.lamp, monitor, context);
     std::error_code none;
     std::filesystem::remove(part_file, none);
@@ -258,8 +273,8 @@ void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
 void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
-        if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--threads" ||
-            name == "--quiet" || name == "--help")
+        if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--photographs" ||
+            name == "--threads" || name == "--quiet" || name == "--help")
             continue;
         input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
     }
@@ -272,6 +287,9 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
     CLI::App& app = *light.add_subcommand("acquire", "Measure a lamp on a virtual rig");
     app.footer(kAcquireFooter);
     app.add_option("RIG", command->rig, "a description of rig and lamp")->type_name("RIG.toml");
+    app.add_option("--photographs", command->photographs,
+                   "also write what the rig's camera photographs, and a manifest for light assemble")
+        ->type_name("FOLDER");
     QuickLamp& quick = command->quick;
     add_quick_lamp(app, quick);
     add_planes(app, quick.views, quick.pixels, quick.distance);

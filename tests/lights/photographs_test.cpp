@@ -185,7 +185,6 @@ TEST(Photographs, NoiseAndExposures_GiveTheFieldWithinThePredictedNoise_AndNoOth
             ListeningMonitor monitor;
             const FilterImages images = smooth_images(small_rig(travels));
             CameraModel camera = noisy_camera();
-            camera.hot_pixels = 0.002;
             camera.format = format;
             camera.seed = travels ? 5 : 6;
             write_photographs(images, camera, folder / "shots", {2}, monitor);
@@ -223,6 +222,7 @@ TEST(Photographs, AnyThreads_MakeTheSameFilesAndTheSameField) {
     Monitor monitor;
     const FilterImages images = smooth_images(small_rig(true));
     std::vector<std::vector<float>> fields;
+    fields.push_back(photographed(images, noisy_camera(), {3}, monitor).images.positive);  // without files
     for (const int threads : {1, 4}) {
         const std::filesystem::path shots = folder / std::to_string(threads);
         write_photographs(images, noisy_camera(), shots, {threads}, monitor);
@@ -230,6 +230,7 @@ TEST(Photographs, AnyThreads_MakeTheSameFilesAndTheSameField) {
             assemble(read_manifest(shots / "manifest.toml"), {threads}, monitor).images.positive);
     }
     EXPECT_EQ(fields[0], fields[1]);
+    EXPECT_EQ(fields[0], fields[2]);
 }
 
 TEST(Photographs, HotPixels_AreNoneOfTheLight) {
