@@ -12,8 +12,8 @@ using Imath::V2d;
 
 constexpr double kRadius = 250, kMargin = 50, kHead = 64, kFoot = 44;  // pixels
 constexpr double kWidth = 2 * (kRadius + kMargin);
-constexpr double kFaint = 0.005;  // of the peak: what is less above the horizon is not drawn
-constexpr double kStep = 0.5;     // degrees between the points of a curve
+constexpr double kFaint = 0.02;  // of the peak: what is less above the horizon is not drawn
+constexpr double kStep = 0.5;    // degrees between the points of a curve
 
 std::string escaped(std::string_view text) {
     std::string result;

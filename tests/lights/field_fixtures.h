@@ -48,6 +48,32 @@ inline LightField random_field(const Rig& rig, float low, float high, std::uint6
     return {rig, std::move(e), std::move(info)};
 }
 
+// A Lambertian disc on S of radiance 1: the coefficients are the flux density at each filter and pixel, times
+// the share of the disc in the filter's square. To second order in the spacing and the pixels.
+inline LightField lambertian_disc(const Rig& rig, double radius, LightFieldInfo info = {}) {
+    constexpr int kSteps = 16;
+    std::vector<float> e(rig.coefficients());
+    for (int m = 0; m < rig.views.x; ++m) {
+        for (int n = 0; n < rig.views.y; ++n) {
+            const V2d at(rig.filter(0, m), rig.filter(1, n));
+            double share = 0;
+            for (int i = 0; i < kSteps * kSteps; ++i) {
+                const V2d step((i % kSteps + 0.5) / kSteps - 0.5, (i / kSteps + 0.5) / kSteps - 0.5);
+                share += (at + step * rig.spacing).length() < radius ? 1.0 / (kSteps * kSteps) : 0.0;
+            }
+            for (int k = 0; k < rig.pixels.x; ++k) {
+                for (int l = 0; l < rig.pixels.y; ++l) {
+                    const V2d sensor(rig.shift.x > 0 ? at.x : 0.0, rig.shift.y > 0 ? at.y : 0.0);
+                    const V2d on_m = sensor + V2d((k + 0.5 - 0.5 * rig.pixels.x) * rig.pixel.x,
+                                                  (l + 0.5 - 0.5 * rig.pixels.y) * rig.pixel.y);
+                    e[rig.index(m, n, k, l)] = static_cast<float>(share * rig.geometric_term(at, on_m));
+                }
+            }
+        }
+    }
+    return {rig, std::move(e), std::move(info)};
+}
+
 // Φ, written down once more.
 inline double phi(double x) {
     x = std::fabs(x);

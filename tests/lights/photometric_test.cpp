@@ -197,7 +197,7 @@ TEST(PhotometricWeb, Draw_FollowsTheIntensity) {
 
 TEST(PhotometricWeb, Draw_OfAnotherLamp_IsToldApart) {
     PhotometricGrid brighter = rough_grid(PhotometricPlanes::c);
-    for (std::size_t i = 0; i < brighter.candela.size(); i += 2) brighter.candela[i] *= 1.1F;
+    for (std::size_t i = 0; i < brighter.candela.size(); i += 2) brighter.candela[i] *= 1.3F;
     const PhotometricWeb web(rough_grid(PhotometricPlanes::c));
     const Histogram h = histogram(PhotometricWeb(brighter), web, 40'000);
     EXPECT_FALSE(chi_square(h.counts, h.expected).accepted());

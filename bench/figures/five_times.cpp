@@ -1,0 +1,196 @@
+// How wrong a far-field lamp is near by: the five-times rule, measured, for docs/photometry.md.
+//
+// Three lamps light a square surface that faces them and is as wide as it is far. Each is taken once as it is
+// and once as a point with its own far-field intensities, and the two are compared over the distance in sizes
+// of the lamp. Writes lines "lamp,distance,axis,rms,worst": errors as shares, on the axis (or the surface's
+// middle), over the surface (root of the mean square, over the mean) and at its worst (over the peak).
+//
+// usage: five_times LED.tm25ray|- > five-times.csv
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "lights/far_field.h"
+#include "lights/gauss.h"
+#include "lights/plane_irradiance.h"
+
+namespace {
+
+using namespace lucerna;
+
+constexpr int kDistances = 49;
+constexpr double kFirst = 0.5, kLast = 20;  // sizes
+
+// Irradiance at (x, y) of the plane at distance z; the lamp's size is 1.
+struct Compared {
+    std::string name;
+    std::function<double(double x, double y, double z)> near, far;
+    int pixels = 41;
+};
+
+// A Lambertian disc of radiance 1, in closed form: a parallel disc's form factor.
+double disc_irradiance(double x, double y, double z) {
+    const double r2 = x * x + y * y, z2 = z * z, a2 = 0.25;
+    const double sum = z2 + r2 + a2;
+    return M_PI / 2 * (1 - (z2 + r2 - a2) / std::sqrt(sum * sum - 4 * r2 * a2));
+}
+
+double point_irradiance(double x, double y, double z, const std::function<double(double cosine)>& intensity) {
+    const double d2 = x * x + y * y + z * z;
+    const double cosine = z / std::sqrt(d2);
+    return intensity(cosine) * cosine / d2;
+}
+
+Compared disc() {
+    return {"Lambertian disc", disc_irradiance, [](double x, double y, double z) {
+                return point_irradiance(x, y, z, [](double cosine) { return M_PI / 4 * cosine; });
+            }};
+}
+
+// Three round emitters in a triangle, each with a beam of cos^m; together they fill a circle of diameter 1.
+struct Trio {
+    static constexpr double kRadius = 0.12, kRing = 0.5 - kRadius, kExponent = 60;
+
+    static double intensity(double cosine) { return 3 * std::pow(cosine, kExponent); }
+    static double near(double x, double y, double z) {
+        // Rings and sectors over each emitter; its light is smooth, so a few are enough.
+        constexpr int kSectors = 12;
+        double sum = 0;
+        for (int lamp = 0; lamp < 3; ++lamp) {
+            const double turn = 2 * M_PI * (lamp + 0.25) / 3;
+            for (const GaussNode& ring : gauss_rule(4)) {
+                const double radius = kRadius * std::sqrt(ring.x);
+                for (int sector = 0; sector < kSectors; ++sector) {
+                    const double angle = 2 * M_PI * (sector + 0.5) / kSectors;
+                    const double u = kRing * std::cos(turn) + radius * std::cos(angle);
+                    const double v = kRing * std::sin(turn) + radius * std::sin(angle);
+                    sum += ring.weight / kSectors *
+                           point_irradiance(x - u, y - v, z, [](double c) { return std::pow(c, kExponent); });
+                }
+            }
+        }
+        return sum;
+    }
+};
+
+Compared trio() {
+    return {"three narrow beams", Trio::near,
+            [](double x, double y, double z) { return point_irradiance(x, y, z, Trio::intensity); }};
+}
+
+// Where the light of a ray file leaves, seen from the front: the middle, and the diameter around it that
+// holds 98 % of the light.
+struct Extent {
+    V3d centre{0, 0, 0};
+    double size = 0;  // metres
+};
+
+Extent extent_of(const RaySet& rays) {
+    Extent extent;
+    double sum = 0;
+    for (const LampRay& ray : rays.rays) {
+        extent.centre += V3d(ray.o) * double{ray.flux};
+        sum += double{ray.flux};
+    }
+    extent.centre /= sum;  // a ray set that was read has flux
+    std::vector<double> reach;
+    for (const LampRay& ray : rays.rays)
+        reach.push_back(std::hypot(double{ray.o.x} - extent.centre.x, double{ray.o.y} - extent.centre.y));
+    const auto nth = reach.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(reach.size()));
+    std::nth_element(reach.begin(), nth, reach.end());
+    extent.size = 2 * *nth;
+    return extent;
+}
+
+struct Errors {
+    double axis, rms, worst;
+};
+
+Errors errors_of(const std::vector<double>& near, const std::vector<double>& far) {
+    double mean = 0, peak = 0, square = 0, worst = 0;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        mean += near[i] / static_cast<double>(near.size());
+        peak = std::max(peak, near[i]);
+        square += sqr(far[i] - near[i]) / static_cast<double>(near.size());
+        worst = std::max(worst, std::fabs(far[i] - near[i]));
+    }
+    const std::size_t middle = near.size() / 2;  // sides are odd
+    return {far[middle] / near[middle] - 1, std::sqrt(square) / mean, worst / peak};
+}
+
+void print(const std::string& name, double distance, const Errors& errors) {
+    fmt::print("{},{:.4f},{:.6f},{:.6f},{:.6f}\n", name, distance, errors.axis, errors.rms, errors.worst);
+}
+
+double distance_at(int i) {
+    return kFirst * std::pow(kLast / kFirst, static_cast<double>(i) / (kDistances - 1));
+}
+
+void compare_formulas(const Compared& lamp) {
+    for (int i = 0; i < kDistances; ++i) {
+        const double z = distance_at(i);
+        std::vector<double> near, far;
+        for (int y = 0; y < lamp.pixels; ++y) {
+            for (int x = 0; x < lamp.pixels; ++x) {
+                const double px = ((x + 0.5) / lamp.pixels - 0.5) * z,
+                             py = ((y + 0.5) / lamp.pixels - 0.5) * z;
+                near.push_back(lamp.near(px, py, z));
+                far.push_back(lamp.far(px, py, z));
+            }
+        }
+        print(lamp.name, z, errors_of(near, far));
+    }
+}
+
+// The measured LED: its rays counted on the surface, against its far field. Few and wide pixels, because
+// 100,000 rays are few.
+void compare_rays(const std::filesystem::path& file) {
+    constexpr int kPixels = 3, kFine = 40;
+    Monitor silent;
+    RaySet rays = read_rays(file, silent);
+    const Extent extent = extent_of(rays);
+    for (LampRay& ray : rays.rays) ray.o -= V3f(extent.centre);
+    const PhotometricWeb web = far_field(rays, {2.5, 15});
+    for (int i = 0; i < kDistances; ++i) {
+        const double z = distance_at(i) * extent.size;
+        const PlaneIrradiance near = project(rays, {z, {0, 0}, {z, z}, {kPixels, kPixels}});
+        std::vector<double> far;
+        for (int p = 0; p < kPixels * kPixels; ++p) {
+            double sum = 0;
+            for (int s = 0; s < kFine * kFine; ++s) {
+                const double x = ((p % kPixels + (s % kFine + 0.5) / kFine) / kPixels - 0.5) * z;
+                const double y = ((p / kPixels + (s / kFine + 0.5) / kFine) / kPixels - 0.5) * z;
+                const V3d way(x, y, z);
+                const double d2 = way.length2();
+                sum += web.intensity(way / std::sqrt(d2)) * z / std::sqrt(d2) / d2;
+            }
+            far.push_back(sum / (kFine * kFine));
+        }
+        print("measured LED", distance_at(i), errors_of(near.values, far));
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 2) {
+        fmt::print(stderr, "usage: five_times LED.tm25ray|- > five-times.csv\n");
+        return 1;
+    }
+    try {
+        fmt::print("lamp,distance,axis,rms,worst\n");
+        compare_formulas(disc());
+        compare_formulas(trio());
+        if (std::string(argv[1]) != "-") compare_rays(argv[1]);
+    } catch (const InputError& error) {
+        fmt::print(stderr, "five_times: {}\n", error.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# The five-times rule, measured: docs/pictures/five-times.png and the table of docs/photometry.md. A few seconds.
+# usage: bench/figures/five_times.sh [LED.tm25ray]     default: the measured LED of the shared data, if it is there
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+led=${1:-../shared/data/osram-ostar-green-100k.tm25ray}
+[ -e "$led" ] || led=-
+csv=$(mktemp)
+trap 'rm -f "$csv"' EXIT
+cmake --build build/release --target figure_five_times >/dev/null
+build/release/bench/figure_five_times "$led" >"$csv"
+mkdir -p docs/pictures
+/usr/bin/python3 bench/figures/five_times.py "$csv" docs/pictures/five-times.png

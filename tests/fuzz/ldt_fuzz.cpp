@@ -1,0 +1,9 @@
+// libFuzzer's entry to the reader of EULUMDAT files: bytes in, a web whose flux and directions are sound or
+// an InputError out.
+#include "lights/ldt.h"
+
+#include "tests/fuzz/photometric_fuzz.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    return lucerna::testing::fuzz_photometric(data, size, lucerna::parse_ldt);
+}

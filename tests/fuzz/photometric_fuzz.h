@@ -1,0 +1,48 @@
+// What both readers of photometric files must hold, whatever the bytes.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "engine/base/error.h"
+#include "lights/ies.h"
+#include "lights/photometric.h"
+
+namespace lucerna::testing {
+
+inline void require(bool good, const char* what) {
+    if (good) return;
+    std::fprintf(stderr, "%s\n", what);
+    std::abort();
+}
+
+inline void require_sound(const PhotometricWeb& web) {
+    require(std::isfinite(web.flux()) && web.flux() >= 0, "the flux is no flux");
+    const double value = web.intensity(V3d(0.6, 0.0, 0.8));
+    require(std::isfinite(value) && value >= 0 && value <= web.peak() * (1 + 1e-9),
+            "an intensity beyond the table");
+    if (const auto drawn = web.draw({0.3F, 0.7F})) {
+        require(std::fabs(drawn->w.length() - 1) < 1e-4F, "a direction is not unit");
+        require(drawn->pdf_w > 0, "a density is not positive");
+    }
+    require(ies_text(web, "fuzz").size() > 100, "nothing was written");
+}
+
+template <typename Parse>
+int fuzz_photometric(const std::uint8_t* data, std::size_t size, Parse&& parse) {
+    Monitor silent;
+    try {
+        require_sound(parse(std::string_view(reinterpret_cast<const char*>(data), size), "lamp", silent));
+    } catch (const InputError& error) {
+        const std::string message = error.what();
+        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+    }
+    return 0;
+}
+
+}  // namespace lucerna::testing
