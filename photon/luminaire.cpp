@@ -1,10 +1,8 @@
 #include "photon/luminaire.h"
 
 #include <algorithm>
-#include <optional>
 
 #include "engine/base/error.h"
-#include "photon/emission.h"
 #include "photon/walk.h"
 
 namespace lucerna {
@@ -12,17 +10,32 @@ namespace {
 
 constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
 
-void trace_path(const Scene& scene, const LightPathStart& start, Stream& stream, LuminaireBlock& made) {
-    walk(
-        scene, start, stream, made.tally.ledger, [](const WalkHit& /*at*/) {},
-        [&](const WalkExit& exit) {
-            if (!(exit.d.z > kLeastForward)) {
-                made.tally.backward += V3d(exit.power);
-                return;
-            }
-            made.tally.forward += V3d(exit.power);
-            made.rays.push_back({V3f(V3d(exit.from.p) + scene.origin()), exit.d, luminance(exit.power)});
-        });
+// What a particle is when it leaves.
+void leave(const WalkExit& exit, const V3d& origin, LuminaireBlock& made) {
+    if (!(exit.d.z > kLeastForward)) {
+        made.tally.backward += V3d(exit.power);
+        return;
+    }
+    made.tally.forward += V3d(exit.power);
+    made.rays.push_back({V3f(V3d(exit.from.p) + origin), exit.d, luminance(exit.power)});
+}
+
+void trace_paths(const Scene& scene, std::uint64_t seed, std::int64_t begin, std::int64_t end,
+                 LuminaireBlock& made) {
+    Emission emission(scene, seed, Purpose::acquisition, 0);
+    Ledger& ledger = made.tally.ledger;
+    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
+                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+                          ++ledger.paths;
+                          if (!start) {
+                              ++ledger.not_emitted;
+                              return;
+                          }
+                          Stream stream = Stream::stratified(seed, Purpose::acquisition, 0, path);
+                          walk(
+                              scene, *start, stream, ledger, [](const WalkHit& /*at*/) {},
+                              [&](const WalkExit& exit) { leave(exit, scene.origin(), made); });
+                      });
 }
 
 }  // namespace
@@ -55,17 +68,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
         LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
         made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
-        Emission emission(scene, plan.seed, Purpose::acquisition, 0);
-        emission.for_each(static_cast<std::uint64_t>(first + begin), static_cast<std::uint64_t>(first + end),
-                          [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                              ++made.tally.ledger.paths;
-                              if (!start) {
-                                  ++made.tally.ledger.not_emitted;
-                                  return;
-                              }
-                              Stream stream = Stream::stratified(plan.seed, Purpose::acquisition, 0, path);
-                              trace_path(scene, *start, stream, made);
-                          });
+        trace_paths(scene, plan.seed, first + begin, first + end, made);
     });
     LuminaireBlock block;
     std::size_t rays = 0;
