@@ -16,7 +16,7 @@ constexpr std::uint64_t kMaxCells = 4'000'000'000U;  // CellId keeps the largest
 
 ConditionalTables::ConditionalTables(std::size_t rows, int items)
     : items_(static_cast<std::size_t>(items)),
-      buckets_(std::bit_ceil((items_ + kItemsPerBucket - 1) / kItemsPerBucket)),
+      buckets_(buckets_for(items_)),
       upto_(rows * items_ + kWindow),
       guide_(rows * (buckets_ + 1)) {}
 
@@ -74,6 +74,15 @@ CellTable::CellTable(const LightField& field) {
     v_ = ConditionalTables(size_[0], static_cast<int>(size_[1]));
     s_ = ConditionalTables(size_[0] * size_[1], static_cast<int>(size_[2]));
     t_ = ConditionalTables(size_[0] * size_[1] * size_[2], static_cast<int>(size_[3]));
+}
+
+std::uint64_t CellTable::bytes_for(const Rig& rig) {
+    std::uint64_t rows = 1, bytes = 0;
+    for (const int items : {rig.intervals(0), rig.intervals(1), rig.columns(0), rig.columns(1)}) {
+        bytes += ConditionalTables::bytes_for(rows, static_cast<std::uint64_t>(items));
+        rows *= static_cast<std::uint64_t>(items);  // each below 65536
+    }
+    return bytes;
 }
 
 CellTable::CellTable(const LightField& field, const Workers& workers, Monitor& monitor) : CellTable(field) {

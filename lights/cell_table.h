@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -68,6 +69,10 @@ class ConditionalTables {
         return upto[item] - (item > 0 ? upto[item - 1] : 0.0F);
     }
 
+    static std::uint64_t bytes_for(std::uint64_t rows, std::uint64_t items) {
+        return (rows * items + kWindow) * sizeof(float) +
+               rows * (buckets_for(items) + 1) * sizeof(std::uint16_t);
+    }
     std::size_t bytes() const { return upto_.size() * sizeof(float) + guide_.size() * sizeof(std::uint16_t); }
     // Are these tables such as set() makes? For data that come from a file.
     bool sound() const;
@@ -83,6 +88,9 @@ class ConditionalTables {
     static constexpr float kBelowOne = 0x1.fffffep-1F;
     static constexpr float kNothing = 0;
 
+    static std::uint64_t buckets_for(std::uint64_t items) {
+        return std::bit_ceil((items + kItemsPerBucket - 1) / kItemsPerBucket);
+    }
     std::size_t guide_at(std::size_t row, float u) const {
         return row * (buckets_ + 1) + static_cast<std::size_t>(u * static_cast<float>(buckets_));
     }
@@ -176,6 +184,8 @@ class CellTable {
     std::uint64_t field_hash() const { return hash_; }
     std::uint64_t cells() const { return std::uint64_t{size_[0]} * size_[1] * size_[2] * size_[3]; }
     std::size_t bytes() const { return u_.bytes() + v_.bytes() + s_.bytes() + t_.bytes(); }
+    // Of a table for this rig, without making one.
+    static std::uint64_t bytes_for(const Rig& rig);
 
     // Throws InputError if the file cannot be written.
     void save(const std::filesystem::path& file) const;

@@ -87,27 +87,64 @@ double LightField::clamped_flux(const Workers& workers) const {
     return sum * rig_.cell_volume();
 }
 
-float LightField::flux_density(const V2d& on_s, const V2d& on_m) const {
+std::optional<LightField::Place> LightField::place_of(const V2d& on_s, const V2d& on_m) const {
     int interval[2];
     int column[2];
     float within[2];
     for (int axis = 0; axis < 2; ++axis) {
         const double x = (on_s[axis] - rig_.interval_edge(axis, 0)) / rig_.spacing[axis];
-        if (!(x >= 0 && x < rig_.intervals(axis))) return 0;
+        if (!(x >= 0 && x < rig_.intervals(axis))) return std::nullopt;
         interval[axis] = static_cast<int>(x);
         within[axis] = static_cast<float>(x - interval[axis]);
         const double p = (on_m[axis] - rig_.column_edge(axis, interval[axis], 0)) / rig_.pixel[axis];
-        if (!(p >= 0 && p < rig_.columns(axis))) return 0;
+        if (!(p >= 0 && p < rig_.columns(axis))) return std::nullopt;
         column[axis] = static_cast<int>(p);
     }
-    return std::max(0.0F,
-                    members({interval[0], interval[1], column[0], column[1]}).value(within[0], within[1]));
+    return Place{{interval[0], interval[1], column[0], column[1]}, {within[0], within[1]}};
+}
+
+float LightField::flux_density(const V2d& on_s, const V2d& on_m) const {
+    const auto place = place_of(on_s, on_m);
+    if (!place) return 0;
+    return std::max(0.0F, members(place->cell).value(place->within[0], place->within[1]));
+}
+
+float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
+    const auto place = place_of(on_s, on_m);
+    if (!place) return 0;
+    const Cell& cell = place->cell;
+    const V2d pixel(rig_.column_edge(0, cell.n, cell.p) + 0.5 * rig_.pixel.x,
+                    rig_.column_edge(1, cell.o, cell.q) + 0.5 * rig_.pixel.y);
+    BellCell scaled = members(cell);
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            // Also of the filters before the first and after the last, whose coefficients are 0.
+            const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
+            const double g = rig_.geometric_term(filter, pixel);  // > 0: the pixel lies at a finite place
+            scaled.e[i][j] = static_cast<float>(double{scaled.e[i][j]} / g);
+        }
+    }
+    return std::max(0.0F, scaled.value(place->within[0], place->within[1]));
 }
 
 float LightField::radiance(const V2d& on_s, const V2d& on_m) const {
     const float h = flux_density(on_s, on_m);
     if (!(h > 0)) return 0;  // also where g itself is 0: rays that pass M at infinity
     return static_cast<float>(double{h} / rig_.geometric_term(on_s, on_m));
+}
+
+double storage_scale(std::span<const float> coefficients) {
+    constexpr int kLargestExponent = 10;  // 2^10 = 1024
+    float largest = 0;
+    for (const float e : coefficients) largest = std::max(largest, std::fabs(e));
+    double scale = 1;
+    for (int round = 0; round < 2 && largest > 0; ++round) {
+        int exponent = 0;
+        std::frexp(largest, &exponent);  // largest < 2^exponent
+        scale = std::ldexp(1.0, exponent - kLargestExponent);
+        largest = from_stored(stored_half(largest, scale), scale);  // may have become a power of 2
+    }
+    return scale;
 }
 
 std::uint64_t content_hash(const LightField& field) {
@@ -126,7 +163,11 @@ std::uint64_t content_hash(const LightField& field) {
         add(std::bit_cast<std::uint64_t>(rig.pixel[axis]));
     }
     add(std::bit_cast<std::uint64_t>(rig.distance));
-    for (const float e : field.coefficients()) add(std::bit_cast<std::uint32_t>(e));
+    const double scale = storage_scale(field.coefficients());
+    for (const float e : field.coefficients()) {
+        const float held = from_stored(stored_half(e, scale), scale);
+        add(held == 0 ? 0U : std::bit_cast<std::uint32_t>(held));  // one zero
+    }
     return hash;
 }
 

@@ -24,7 +24,6 @@ namespace lucerna {
 namespace {
 
 constexpr int kVersion = 1;
-constexpr int kLargestExponent = 10;  // 2^10 = 1024
 constexpr const char* kVersionName = "lightfieldVersion";
 
 // Where coefficient (m, n, k, l) lies in the atlas.
@@ -54,16 +53,6 @@ struct Atlas {
         }
     }
 };
-
-// The power of 2 by which the coefficients are divided.
-double storage_scale(std::span<const float> coefficients) {
-    float largest = 0;
-    for (const float e : coefficients) largest = std::fmax(largest, std::fabs(e));
-    if (largest == 0) return 1;
-    int exponent = 0;
-    std::frexp(largest, &exponent);  // largest <= 2^exponent
-    return std::ldexp(1.0, exponent - kLargestExponent);
-}
 
 Imf::Header make_header(const LightField& field, double scale) {
     const Rig& rig = field.rig();
@@ -212,7 +201,7 @@ void write_light_field(const std::filesystem::path& file, const LightField& fiel
     const Atlas atlas{field.rig()};
     std::vector<half> pixels(field.coefficients().size());
     atlas.for_each([&](std::size_t i, std::size_t pixel) {
-        pixels[pixel] = half(static_cast<float>(double{field.coefficients()[i]} / scale));
+        pixels[pixel] = stored_half(field.coefficients()[i], scale);
     });
     replace_file(file, [&](const std::filesystem::path& temporary) {
         Imf::OutputFile out(temporary.c_str(), make_header(field, scale));

@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "lights/cell_emission.h"
+#include "lights/emit_net.h"
 #include "lights/placement.h"
 
 namespace lucerna {
@@ -14,7 +15,8 @@ namespace {
 
 class MeasuredLight final : public Light {
   public:
-    MeasuredLight(LightField field, CellTable table, const MeasuredSettings& settings, double flux)
+    MeasuredLight(LightField field, CellTable table, const MeasuredSettings& settings, double flux,
+                  std::unique_ptr<const LampShape> shape)
         : field_(std::move(field)),
           table_(std::move(table)),
           placement_(settings.world_from_light, field_.rig().centre, {settings.file.string()}),
@@ -24,6 +26,7 @@ class MeasuredLight final : public Light {
           extent_(static_cast<float>(std::sqrt(placement_.scale2()) *
                                      std::max(field_.rig().spacing.x * field_.rig().intervals(0),
                                               field_.rig().spacing.y * field_.rig().intervals(1)))),
+          shape_(std::move(shape)),
           emission_(field_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
 
     std::string_view kind() const override { return "lightfield"; }
@@ -37,10 +40,31 @@ class MeasuredLight final : public Light {
         return one;
     }
     void emit_many(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const override {
-        if (flux_ > 0)
-            emission_.emit(u, out);
-        else
+        if (!(flux_ > 0)) {
             std::fill(out.begin(), out.end(), std::nullopt);
+            return;
+        }
+        emission_.emit(u, out);
+        if (shape_) lift(out);
+    }
+
+    // The share of the flux along lines that miss the shape, estimated.
+    double beside_shape() const {
+        constexpr std::size_t kLines = 4096;
+        if (!shape_ || !(flux_ > 0)) return 0;
+        std::vector<EmitU> u;
+        const EmitNet net(0, Purpose::emission, 0);
+        for (std::uint32_t i = 0; i < kLines; ++i) u.push_back(net.at(i).u);
+        std::vector<std::optional<Emitted>> out(kLines);
+        emission_.emit(u, out);
+        double missed = 0, all = 0;
+        for (const auto& e : out) {
+            if (!e) continue;
+            const auto weight = static_cast<double>(luminance(e->weight));
+            all += weight;
+            if (!shape_->last_crossing(V3d(e->from.p), V3d(e->d))) missed += weight;
+        }
+        return all > 0 ? missed / all : 0;
     }
 
     std::optional<Incident> illuminate(const V3f& x, const V2f& u,
@@ -48,7 +72,7 @@ class MeasuredLight final : public Light {
         if (!(flux_ > 0)) return std::nullopt;
         const Rig& rig = field_.rig();
         const V3d local = placement_.to_local_point(V3d(x));
-        if (!(local.z > 0)) return std::nullopt;
+        if (!(local.z > 0 || shape_)) return std::nullopt;
         // Choose an interval of S by its share of the flux, or take the one asked for; then a point of it.
         CellTable::IntervalDraw at{0, 0, 1, u};
         if (from) {
@@ -58,84 +82,163 @@ class MeasuredLight final : public Light {
         } else {
             at = table_.draw_interval(u);
         }
-        const V2d on_s(rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
-                       rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y);
-        const V3d way(local.x - on_s.x, local.y - on_s.y, local.z);
-        const V2d on_m = extend(on_s, way);
-        const double radiance = radiance_along(on_s, on_m);
+        Line line{{rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
+                   rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y},
+                  {},
+                  at.n,
+                  at.o};
+        line.way = V3d(local.x - line.on_s.x, local.y - line.on_s.y, local.z);
+        const double radiance = radiance_along(line);
         if (!(radiance > 0)) return std::nullopt;
-        const double distance = way.length() * std::sqrt(placement_.scale2());
-        const double pdf_w = density(at.probability, way);
-        const V3f w = to_float(-placement_.vector(way).normalized());
-        const float margin = surface_error(x, extent_);
-        return Incident{w, std::max(0.0F, static_cast<float>(distance) - margin),
+        const double distance = distance_to_origin(line, x);
+        if (!(distance > 0)) return std::nullopt;
+        const double pdf_w = density(at.probability, line.way);
+        return Incident{to_float(-travel(line)), static_cast<float>(distance),
                         static_cast<float>(radiance / pdf_w) * field_.info().colour,
-                        static_cast<float>(pdf_w), cell_at(at.n, at.o, on_m)};
+                        static_cast<float>(pdf_w), cell_at(line)};
     }
 
+    // S itself, where the line of the ray does not cross the shape.
     std::optional<Seen> seen(const Ray& ray) const override {
+        const auto line = line_of(ray);
+        if (!line || !(line->way.z > 0)) return std::nullopt;
+        const V3d way = placement_.vector(line->way);
+        const double t = way.length();
+        if (!(t <= double{ray.t_max})) return std::nullopt;
+        const Seen found = found_along(*line, static_cast<float>(t));
+        if (!(luminance(found.radiance) > 0)) return std::nullopt;
+        if (shape_ && shape_->last_crossing(placement_.point(line->on_s), travel(*line))) return std::nullopt;
+        return found;
+    }
+
+    // The shape, where the light of the ray's line begins on it and not further on.
+    Seen meet(const Ray& ray, float t, const V3f& /*n*/) const override {
+        const Seen dark{Rgb(0.0F), 0, t};
+        const auto line = line_of(ray);
+        if (!line || !shape_) return dark;
+        const Seen found = found_along(*line, t);
+        if (!(luminance(found.radiance) > 0)) return dark;
+        const V3d along = travel(*line);
+        const auto origin = shape_->last_crossing(placement_.point(line->on_s), along);
+        if (!origin) return dark;
+        const double beyond = (V3d(origin->p) - V3d(ray.o)).dot(-along) - double{t};
+        return beyond > -kSameCrossing * double{shape_->extent()} ? found : dark;
+    }
+
+  private:
+    // Two crossings of a line nearer than this share of the shape's extent are one.
+    static constexpr double kSameCrossing = 1e-4;
+
+    // A line of the field: its point of S, and the way from there to a point elsewhere on it, which lies
+    // behind S if way.z < 0. Light frame.
+    struct Line {
+        V2d on_s;
+        V3d way;
+        int n, o;  // the interval of S
+    };
+
+    // Of the light along the line: its direction in the scene.
+    V3d travel(const Line& line) const {
+        const V3d d = placement_.vector(line.way).normalized();
+        return line.way.z > 0 ? d : -d;
+    }
+
+    // The line of a ray that runs against the light, with the way to where the ray begins. None if it misses
+    // S.
+    std::optional<Line> line_of(const Ray& ray) const {
         if (!(flux_ > 0)) return std::nullopt;
         const Rig& rig = field_.rig();
         const V3d o = placement_.to_local_point(V3d(ray.o));
         const V3d d = placement_.to_local_vector(V3d(ray.d));
-        if (!(o.z > 0 && d.z < 0)) return std::nullopt;
+        if (!(d.z < 0)) return std::nullopt;
         const double t = -o.z / d.z;  // d is scaled as o is: t counts scene units
-        if (!(t <= double{ray.t_max})) return std::nullopt;
-        const V2d on_s(o.x + t * d.x, o.y + t * d.y);
-        int interval[2];
+        Line line{{o.x + t * d.x, o.y + t * d.y}, -t * d, 0, 0};
         for (int a = 0; a < 2; ++a) {
-            const double x = (on_s[a] - rig.interval_edge(a, 0)) / rig.spacing[a];
+            const double x = (line.on_s[a] - rig.interval_edge(a, 0)) / rig.spacing[a];
             if (!(x >= 0 && x < rig.intervals(a))) return std::nullopt;
-            interval[a] = static_cast<int>(x);
+            (a == 0 ? line.n : line.o) = static_cast<int>(x);
         }
-        const V3d way = -t * d;
-        const double radiance = radiance_along(on_s, extend(on_s, way));
-        if (!(radiance > 0)) return std::nullopt;
-        const double pdf_w = density(double{table_.interval_probability(interval[0], interval[1])}, way);
-        return Seen{static_cast<float>(radiance) * field_.info().colour, static_cast<float>(pdf_w),
-                    static_cast<float>(t)};
+        return line;
     }
 
-  private:
-    // The ray from a point of S along `way` (way.z > 0), where it passes M. Beyond all bounds for grazing
-    // ways.
-    V2d extend(const V2d& on_s, const V3d& way) const {
-        const double stretch = field_.rig().distance / way.z;
-        return {on_s.x + way.x * stretch, on_s.y + way.y * stretch};
+    // What a ray along the line sees at distance t, and how probable illuminate() makes it.
+    Seen found_along(const Line& line, float t) const {
+        const double radiance = radiance_along(line);
+        const double pdf_w = density(double{table_.interval_probability(line.n, line.o)}, line.way);
+        return {static_cast<float>(radiance) * field_.info().colour, static_cast<float>(pdf_w), t};
+    }
+
+    // How far the way from x to where the line's light begins must be free; nothing above 0 if x lies behind
+    // that.
+    double distance_to_origin(const Line& line, const V3f& x) const {
+        if (shape_) {
+            const V3d along = travel(line);
+            const auto origin = shape_->last_crossing(placement_.point(line.on_s), along);
+            if (origin) {
+                // The ray ends where it is `gap` in front of the shape; a grazing one (cosine 0) gives -inf.
+                const double gap = double{origin->error} + double{surface_error(x, shape_->extent())};
+                const double cosine = std::fabs(V3d(origin->n).dot(along));
+                return (V3d(x) - V3d(origin->p)).dot(along) - gap / cosine;
+            }
+        }
+        if (!(line.way.z > 0)) return 0;
+        const double distance = line.way.length() * std::sqrt(placement_.scale2());
+        return std::max(0x1p-126, distance - double{surface_error(x, extent_)});
+    }
+
+    // Particles start where their lines last cross the shape.
+    void lift(std::span<std::optional<Emitted>> particles) const {
+        for (auto& particle : particles) {
+            if (!particle) continue;
+            if (const auto origin = shape_->last_crossing(V3d(particle->from.p), V3d(particle->d))) {
+                particle->from = *origin;
+            }
+        }
+    }
+
+    // Where the line passes M. Beyond all bounds for grazing ones. way.z != 0.
+    V2d on_m(const Line& line) const {
+        const double stretch = field_.rig().distance / line.way.z;
+        return {line.on_s.x + line.way.x * stretch, line.on_s.y + line.way.y * stretch};
     }
     // In the scene: the same flux through lengths that are `scale` times as long.
-    double radiance_along(const V2d& on_s, const V2d& on_m) const {
-        return gain_ * double{field_.radiance(on_s, on_m)} / placement_.scale2();
+    double radiance_along(const Line& line) const {
+        if (line.way.z == 0) return 0;  // a point of S: no line
+        return gain_ * double{field_.radiance(line.on_s, on_m(line))} / placement_.scale2();
     }
     // Per solid angle at the far end of `way` [light frame], for a point uniform in an interval of this
     // probability: pdf_a R² / cosθ; scale² cancels between area and R².
     double density(double probability, const V3d& way) const {
         const Rig& rig = field_.rig();
         const double r2 = way.length2();
-        return probability / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) / way.z;  // way.z > 0
+        // Only asked where there is radiance, and so a way.
+        return probability / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) / std::fabs(way.z);
     }
-    CellId cell_at(int n, int o, const V2d& on_m) const {
+    CellId cell_at(const Line& line) const {
         const Rig& rig = field_.rig();
+        const V2d m = on_m(line);
         const auto column = [&](int axis, int interval) {
-            const double x = (on_m[axis] - rig.column_edge(axis, interval, 0)) / rig.pixel[axis];
+            const double x = (m[axis] - rig.column_edge(axis, interval, 0)) / rig.pixel[axis];
             return std::clamp(static_cast<int>(x), 0, rig.columns(axis) - 1);
         };
-        return table_.id({n, o, column(0, n), column(1, o)});
+        return table_.id({line.n, line.o, column(0, line.n), column(1, line.o)});
     }
 
     LightField field_;
     CellTable table_;
     Placement placement_;
-    double flux_;   // of all that leaves [field's unit]
-    double gain_;   // flux_ over the clamped field's
-    float extent_;  // the larger side of S, scene units
+    double flux_;                             // of all that leaves [field's unit]
+    double gain_;                             // flux_ over the clamped field's
+    float extent_;                            // the larger side of S, scene units
+    std::unique_ptr<const LampShape> shape_;  // may be null
     CellEmission emission_;
 };
 
 }  // namespace
 
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
-                                           const MeasuredSettings& settings, Monitor& monitor) {
+                                           const MeasuredSettings& settings, Monitor& monitor,
+                                           std::unique_ptr<const LampShape> shape) {
     const Location at{settings.file.string()};
     if (!std::isfinite(settings.power_scale) || settings.power_scale < 0) {
         input_error(at, "power scale {}; finite and not negative", settings.power_scale);
@@ -154,14 +257,21 @@ std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                  to_string(at), measured, flux_unit_name(field.info().unit)));
         flux = 0;
     }
-    return std::make_unique<MeasuredLight>(std::move(field), std::move(table), settings, flux);
+    auto light =
+        std::make_unique<MeasuredLight>(std::move(field), std::move(table), settings, flux, std::move(shape));
+    if (const double beside = light->beside_shape(); beside > 0.01) {
+        monitor.warn(
+            fmt::format("{}: {:.3g} % of the lamp's light misses its shape and begins on the sampling plane",
+                        to_string(at), 100 * beside));
+    }
+    return light;
 }
 
 std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, const Workers& workers,
-                                           Monitor& monitor) {
+                                           Monitor& monitor, std::unique_ptr<const LampShape> shape) {
     LightField field = read_light_field(settings.file);
     CellTable table = load_or_build_cell_table(settings.file, field, workers, monitor);
-    return make_measured_light(std::move(field), std::move(table), settings, monitor);
+    return make_measured_light(std::move(field), std::move(table), settings, monitor, std::move(shape));
 }
 
 }  // namespace lucerna

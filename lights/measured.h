@@ -12,6 +12,7 @@
 #include "engine/base/vec.h"
 #include "lights/cell_emission.h"
 #include "lights/cell_table.h"
+#include "lights/lamp_shape.h"
 #include "lights/light.h"
 #include "lights/light_field.h"
 
@@ -27,9 +28,12 @@ struct MeasuredSettings {
 };
 
 // Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale;
-// a folder that cannot be written is a warning). Throws InputError naming file and cause.
+// a folder that cannot be written is a warning). Throws InputError naming file and cause. With a shape, which
+// then must carry this light in the scene, the lamp is seen on it instead of on S; if more than a hundredth
+// of its light misses the shape there is a warning.
 std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, const Workers& workers,
-                                           Monitor& monitor);
+                                           Monitor& monitor,
+                                           std::unique_ptr<const LampShape> shape = nullptr);
 
 // The same from a field in memory and its table; settings.file only names it in messages.
 //
@@ -40,6 +44,7 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 // instead: the paper's approximation.) A field whose measured flux is not positive emits nothing (a warning
 // if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
-                                           const MeasuredSettings& settings, Monitor& monitor);
+                                           const MeasuredSettings& settings, Monitor& monitor,
+                                           std::unique_ptr<const LampShape> shape = nullptr);
 
 }  // namespace lucerna

@@ -5,6 +5,7 @@
 // places. A particle is complete: position, direction, weight and cell, written to a span. One thread.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -134,6 +135,146 @@ void draw_cells(benchmark::State& state, bool large) {
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(CellTable::Block::kSize));
 }
 
+// The clamped means of all cells, in the order of CellId.
+std::vector<double> cell_weights(bool large) {
+    const LightField& field = field_of(large);
+    const CellTable& table = table_of(large);
+    std::vector<double> weights(table.cells());
+    for (std::size_t id = 0; id < weights.size(); ++id) {
+        weights[id] = field.members(*table.cell(static_cast<CellId>(id))).clamped_mean();
+    }
+    return weights;
+}
+
+// The chain of conditionals, each found by halving.
+class BinarySearch {
+  public:
+    BinarySearch(const Rig& rig, std::vector<double> weights)
+        : size_{static_cast<std::size_t>(rig.intervals(0)), static_cast<std::size_t>(rig.intervals(1)),
+                static_cast<std::size_t>(rig.columns(0)), static_cast<std::size_t>(rig.columns(1))} {
+        for (std::size_t link = 4; link-- > 0;) {
+            const std::size_t items = size_[link], rows = weights.size() / items;
+            std::vector<double> sums(rows);
+            upto_[link].resize(weights.size());
+            for (std::size_t row = 0; row < rows; ++row) {
+                for (std::size_t i = 0; i < items; ++i) sums[row] += weights[row * items + i];
+                double sum = 0;
+                for (std::size_t i = 0; i < items; ++i) {
+                    sum += weights[row * items + i];
+                    upto_[link][row * items + i] = sums[row] > 0 ? static_cast<float>(sum / sums[row]) : 0.0F;
+                }
+            }
+            weights = std::move(sums);
+        }
+    }
+
+    CellId draw(const std::array<float, 4>& u, float& remainder) const {
+        std::size_t row = 0;
+        remainder = 0;
+        for (std::size_t link = 0; link < 4; ++link) {
+            const float* const first = &upto_[link][row * size_[link]];
+            const float* const found = std::upper_bound(first, first + size_[link] - 1, u[link]);
+            const float before = found == first ? 0.0F : found[-1];
+            remainder += (u[link] - before) / (*found - before);  // as ours: where in the cell
+            row = row * size_[link] + static_cast<std::size_t>(found - first);
+        }
+        return static_cast<CellId>(row);
+    }
+
+  private:
+    std::array<std::size_t, 4> size_;
+    std::array<HugeVector<float>, 4> upto_;
+};
+
+class AliasTable {
+  public:
+    explicit AliasTable(const std::vector<double>& weights) : entries_(weights.size()) {
+        double total = 0;
+        for (const double w : weights) total += w;
+        std::vector<double> share(weights.size());
+        std::vector<std::uint32_t> small, large;
+        for (std::size_t i = 0; i < weights.size(); ++i) {
+            share[i] = weights[i] / total * static_cast<double>(weights.size());
+            (share[i] < 1 ? small : large).push_back(static_cast<std::uint32_t>(i));
+        }
+        while (!small.empty() && !large.empty()) {
+            const std::uint32_t low = small.back(), high = large.back();
+            small.pop_back();
+            entries_[low] = {static_cast<float>(share[low]), high};
+            share[high] -= 1 - share[low];
+            if (share[high] < 1) {
+                large.pop_back();
+                small.push_back(high);
+            }
+        }
+        for (const auto* rest : {&small, &large}) {
+            for (const std::uint32_t i : *rest) entries_[i] = {1, i};
+        }
+    }
+
+    CellId draw(const std::array<float, 4>& u) const {
+        // Two floats for the place: one has too few bits for so many cells.
+        const double where = double{u[0]} + double{u[1]} * 0x1p-24;
+        const auto i = static_cast<std::size_t>(where * static_cast<double>(entries_.size()));
+        return u[2] < entries_[i].keep ? static_cast<CellId>(i) : entries_[i].other;
+    }
+    std::size_t bytes() const { return entries_.size() * sizeof(Entry); }
+
+  private:
+    struct Entry {
+        float keep = 0;
+        std::uint32_t other = 0;
+    };
+    HugeVector<Entry> entries_;
+};
+
+// Runs draw(u) over and over.
+template <typename DrawCell>
+void draw_singly(benchmark::State& state, DrawCell&& draw) {
+    std::vector<std::array<float, 4>> u;
+    for (const EmitU& e : numbers()) u.push_back({e.position.x, e.position.y, e.direction.x, e.direction.y});
+    std::size_t at = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(draw(u[at]));
+        at = (at + 1) % u.size();
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+void single_table(benchmark::State& state, bool large) {
+    const CellTable& table = table_of(large);
+    draw_singly(state, [&](const std::array<float, 4>& u) { return table.draw(u); });
+    state.counters["bytes"] = static_cast<double>(table.bytes());
+}
+void single_binary(benchmark::State& state, bool large) {
+    const BinarySearch search(field_of(large).rig(), cell_weights(large));
+    draw_singly(state, [&](const std::array<float, 4>& u) {
+        float remainder = 0;
+        const CellId id = search.draw(u, remainder);
+        return std::pair(id, remainder);
+    });
+}
+void single_alias(benchmark::State& state, bool large) {
+    const AliasTable table(cell_weights(large));
+    draw_singly(state, [&](const std::array<float, 4>& u) { return table.draw(u); });
+    state.counters["bytes"] = static_cast<double>(table.bytes());
+}
+void single_brute(benchmark::State& state, bool large) {
+    const std::vector<double> weights = cell_weights(large);
+    double total = 0;
+    for (const double w : weights) total += w;
+    draw_singly(state, [&](const std::array<float, 4>& u) {
+        // The cells have to be looked at whatever the number: their sum is what the number is compared with.
+        double sum = 0;
+        std::size_t found = 0;
+        for (std::size_t i = 0; i < weights.size(); ++i) {
+            sum += weights[i];
+            found += sum <= double{u[0]} * total;
+        }
+        return found;
+    });
+}
+
 void net_numbers(benchmark::State& state) {
     const EmitNet net(1, Purpose::bench, 0);
     std::uint32_t i = 0;
@@ -141,6 +282,16 @@ void net_numbers(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations());
 }
 
+BENCHMARK_CAPTURE(single_table, small, false)->Name("other/ours/8x8x16x16");
+BENCHMARK_CAPTURE(single_table, large, true)->Name("other/ours/32x32x128x128");
+BENCHMARK_CAPTURE(single_binary, small, false)->Name("other/binary_search/8x8x16x16");
+BENCHMARK_CAPTURE(single_binary, large, true)->Name("other/binary_search/32x32x128x128");
+BENCHMARK_CAPTURE(single_alias, small, false)->Name("other/alias/8x8x16x16");
+BENCHMARK_CAPTURE(single_alias, large, true)->Name("other/alias/32x32x128x128");
+BENCHMARK_CAPTURE(single_brute, small, false)->Name("other/all_cells/8x8x16x16");
+BENCHMARK_CAPTURE(single_brute, large, true)
+    ->Name("other/all_cells/32x32x128x128")
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(net_numbers)->Name("emission/numbers");
 BENCHMARK_CAPTURE(build_table, large, true, false)
     ->Name("table/build/32x32x128x128")

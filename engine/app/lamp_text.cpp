@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/base/units.h"
+#include "lights/cell_table.h"
 
 namespace lucerna {
 namespace {
@@ -103,6 +104,9 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
                percent(static_cast<double>(negative.count), count), percent(below, flux));
     fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", info.colour.x, info.colour.y,
                info.colour.z);
+    fmt::print(out,
+               "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
+               4e-6 * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
     fmt::print(out, "content hash         {:016x}\n", content_hash(field));
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
 }

@@ -6,6 +6,7 @@
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/transforms.h"
+#include "engine/world/traced_shape.h"
 #include "lights/analytic.h"
 
 namespace lucerna {
@@ -111,7 +112,19 @@ struct LightMaker {
         return make_ray_light(settings, monitor);
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
+        if (s.lamp) return lamp_on_shape(s);
         return make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);
+    }
+    std::unique_ptr<Light> lamp_on_shape(const AreaSpec& s) const {
+        MeasuredSettings settings = *s.lamp;
+        settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
+        Shapes shape;
+        if (s.surface == AreaSpec::Surface::quadric)
+            shape.quadrics.push_back(parts.quadrics[s.index]);
+        else
+            shape.meshes.push_back(parts.meshes[mesh_of[s.index]]);
+        return make_measured_light(settings, workers, monitor,
+                                   make_traced_shape(std::move(shape), parts.origin));
     }
 };
 

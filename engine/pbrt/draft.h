@@ -129,6 +129,7 @@ struct AreaSpec {
     std::size_t index;
     Rgb radiance;
     bool two_sided;
+    std::shared_ptr<const MeasuredSettings> lamp = {};  // seen on the surface, in place of the above
 };
 
 struct DraftLight {

@@ -129,8 +129,19 @@ void read_light(Reading& reading, const std::string& kind, Params& params) {
 
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {
     if (kind.empty() || kind == "none") return nullptr;
+    if (kind == "lightfield") {
+        // As the light source of that name, but it waits for its shape.
+        accept_sampling(params);
+        read_light_field(reading, params);
+        AreaLight area;
+        area.place = params.place();
+        area.lamp = std::make_shared<const MeasuredSettings>(
+            std::get<MeasuredSpec>(reading.draft.lights.back().spec).settings);
+        reading.draft.lights.pop_back();
+        return std::make_shared<const AreaLight>(area);
+    }
     if (kind != "diffuse" && kind != "area") {  // "area" is version 1's and 2's name
-        refuse_kind(params.place(), "AreaLightSource", kind, {"diffuse"}, {});
+        refuse_kind(params.place(), "AreaLightSource", kind, {"diffuse", "lightfield"}, {});
     }
     if (params.has("filename")) {
         fail(params.place_of("filename"), "{} with \"filename\" is not supported yet", params.owner());

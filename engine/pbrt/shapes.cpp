@@ -139,8 +139,16 @@ bool emits(const Reading& reading, const Params& params) {
 
 std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size_t index) {
     const AreaLight& area = *reading.state.area_light;
+    for (const DraftLight& light : reading.draft.lights) {
+        const auto* other = std::get_if<AreaSpec>(&light.spec);
+        if (area.lamp && other && other->lamp == area.lamp) {
+            fail(area.place,
+                 "a measured lamp is seen on one shape, and this is given two; end its AttributeBegin after "
+                 "the first");
+        }
+    }
     reading.draft.lights.push_back(
-        {area.place, AreaSpec{surface, index, area.radiance, area.two_sided}, area.power});
+        {area.place, AreaSpec{surface, index, area.radiance, area.two_sided, area.lamp}, area.power});
     return static_cast<std::int32_t>(reading.draft.lights.size() - 1);
 }
 

@@ -22,6 +22,7 @@ struct AreaLight {
     Rgb radiance{1.0F};  // scale applied
     double power = 0;    // W; 0: as the radiance says
     bool two_sided = false;
+    std::shared_ptr<const MeasuredSettings> lamp = {};  // a measured lamp, in place of all the above
 };
 
 // A material, and where in the draft it stands once a surface uses it.

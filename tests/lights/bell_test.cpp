@@ -191,5 +191,20 @@ TEST(BellCell, DrawTest_OfAnotherCell_IsRejected) {
     EXPECT_FALSE(test_draws(kCells[4], cell_of(1, -1, -1, -0.7F), false, 100000).accepted());
 }
 
+TEST(Bell, InverseIntegral_InSinglePrecision_IsThatInDouble) {
+    float before = -1;
+    for (int i = 0; i <= 100000; ++i) {
+        const float y = 0.5F * static_cast<float>(i) / 100000;
+        const float x = inverse_bell_integral(y);
+        EXPECT_NEAR(double{x}, inverse_bell_integral(double{y}), 1.2e-7) << y;
+        EXPECT_GE(x, before - 1.2e-7F);
+        before = x;
+    }
+    EXPECT_EQ(inverse_bell_integral(0.0F), 0.0F);
+    EXPECT_EQ(inverse_bell_integral(0.5F), 1.0F);
+    EXPECT_EQ(inverse_bell_integral(2.0F), 1.0F);
+    EXPECT_EQ(inverse_bell_integral(-1.0F), 0.0F);
+}
+
 }  // namespace
 }  // namespace lucerna

@@ -241,6 +241,7 @@ TEST(CellTableFile, Kept_IsReusedOnlyForItsOwnField) {
     const CellTable second = load_or_build_cell_table(lamp, field, {}, monitor);
     EXPECT_EQ(monitor.infos.size(), 1U);
     EXPECT_EQ(second.flux(), first.flux());
+    EXPECT_EQ(first.bytes(), CellTable::bytes_for(field.rig()));
     for (CellId id = 0; id < first.cells(); ++id)
         EXPECT_EQ(first.probability(*first.cell(id)), second.probability(*second.cell(id)));
 

@@ -109,6 +109,77 @@ TEST(MeasuredLight, ConstantEmission_IsAnApproximationThatTheSameTestSees) {
     expect_moments(random_field(rig_b(), -1, 2, 31), EmissionMode::constant, false);
 }
 
+TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
+    for (const EmissionMode mode : {EmissionMode::constant, EmissionMode::exact, EmissionMode::weighted}) {
+        MeasuredSettings settings;
+        settings.mode = mode;
+        settings.world_from_light.rotate(V3d(0.3, -1.0, 0.5));
+        const auto light = make(random_field(rig_a(), -1, 1.2F, 41), settings);
+        for (const int size : {0, 1, 7, 63, 64, 65, 1000}) {
+            std::vector<EmitU> u;
+            for (int i = 0; i < size; ++i) u.push_back(emit_numbers(42, i));
+            std::vector<std::optional<Emitted>> many(u.size());
+            light->emit_many(u, many);
+            for (std::size_t i = 0; i < u.size(); ++i) {
+                const auto one = light->emit(u[i]);
+                ASSERT_EQ(one.has_value(), many[i].has_value());
+                if (!one) continue;
+                EXPECT_EQ(one->from.p, many[i]->from.p);
+                EXPECT_EQ(one->from.n, many[i]->from.n);
+                EXPECT_EQ(one->from.error, many[i]->from.error);
+                EXPECT_EQ(one->d, many[i]->d);
+                EXPECT_EQ(one->weight, many[i]->weight);
+                EXPECT_EQ(one->cell, many[i]->cell);
+            }
+        }
+    }
+    const auto dark = make({rig_b(), std::vector<float>(rig_b().coefficients())});
+    std::vector<std::optional<Emitted>> none(3, Emitted{});
+    dark->emit_many(std::vector<EmitU>(3), none);
+    for (const auto& e : none) EXPECT_FALSE(e);
+}
+
+TEST(MeasuredLight, SmallestFields_EmitWhatTheyHold) {
+    // One view, one pixel, one coefficient; one view of many pixels; many views of one pixel.
+    for (const auto& [views, pixels] : {std::pair(V2i(1, 1), V2i(1, 1)), std::pair(V2i(1, 1), V2i(4, 5)),
+                                        std::pair(V2i(3, 2), V2i(1, 1))}) {
+        Rig rig = rig_b();
+        rig.views = views;
+        rig.pixels = pixels;
+        for (const EmissionMode mode :
+             {EmissionMode::constant, EmissionMode::exact, EmissionMode::weighted}) {
+            MeasuredSettings settings;
+            settings.mode = mode;
+            const LightField field = random_field(rig, 0.1F, 1, 43);
+            const auto light = make(field, settings);
+            RunningStats flux, square;
+            for (int i = 0; i < 20000; ++i) {
+                const auto e = light->emit(emit_numbers(44, i));
+                if (!e) {  // `weighted`, on the very edge of the outer bells
+                    flux.add(0), square.add(0);
+                    continue;
+                }
+                const Passed at(*e, rig);
+                EXPECT_LE(std::fabs(at.on_s.x), 0.5001 * rig.intervals(0) * rig.spacing.x);
+                EXPECT_LE(std::fabs(at.on_m.y), 0.5001 * rig.columns(1) * rig.pixel.y);
+                flux.add(double{luminance(e->weight)});
+                square.add(double{luminance(e->weight)} * sqr(at.on_s.x / rig.spacing.x));
+            }
+            EXPECT_NEAR(flux.mean(), field.flux(), 4 * flux.standard_error() + 1e-5 * field.flux());
+            if (views == V2i(1, 1) && mode != EmissionMode::constant) {
+                // The bell's own second moment.
+                double moment = 0;
+                for (int i = 0; i < 1000; ++i)
+                    moment += sqr((i + 0.5) / 1000) * testing::phi((i + 0.5) / 1000) / 500;
+                EXPECT_NEAR(square.mean(), field.flux() * moment, 4 * square.standard_error());
+            }
+        }
+    }
+    std::vector<float> e(rig_b().coefficients(), 1.0F);
+    e[7] = NAN;
+    EXPECT_THROW(LightField(rig_b(), e), InputError);
+}
+
 TEST(MeasuredLight, Particles_FallIntoTheirCellsByClampedFlux) {
     const LightField field = random_field(rig_a(), -1, 1.5F, 32);
     Monitor silent;
