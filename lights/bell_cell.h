@@ -86,7 +86,8 @@ inline bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
     salt ^= salt >> 13;
     salt *= 0xc2b2ae35U;
     salt ^= salt >> 16;
-    return (!has_negative()) | (to_unit(salt) * bound < value(at.x, at.y));
+    // Without negative members the bound is the very value, and a number below 1 times it is less.
+    return to_unit(salt) * bound < value(at.x, at.y);
 }
 
 }  // namespace lucerna
