@@ -198,233 +198,229 @@ TEST(Lights, RayFile_TakesFileScaleAndPower) {
                                  "\"exact\""),
                 HasSubstr("emission"));
     EXPECT_THAT(refusal_of_world("LightSource \"rayfiles\""), HasSubstr("did you mean \"rayfile\"?"));
-    TEST(Lights, LightFieldOnAShape_TakesThatShapeAndItsOwnFrame) {
-        const TemporaryFolder folder;
-        Rig rig;
-        rig.views = rig.pixels = {2, 2};
-        rig.spacing = rig.pixel = {0.01, 0.01};
-        rig.distance = 0.05;
-        write_light_field(folder / "lamp.exr", LightField(rig, std::vector<float>(16, 1.0F)));
-        const std::string with =
-            "AreaLightSource \"lightfield\" \"string filename\" \"" + (folder / "lamp.exr").string() + "\" ";
-        for (const char* shape : {"Shape \"sphere\" \"float radius\" 0.5 ",
-                                  "Shape \"cylinder\" \"float radius\" 0.5 \"float zmin\" -1 \"float zmax\" "
-                                  "1 Rotate 90 1 0 0 "}) {
-            // The shape's own transformation does not move the lamp.
-            const SceneParts parts =
-                parts_of_world("AttributeBegin Translate 0 0 3 " + with + "AttributeBegin Rotate 90 1 0 0 " +
-                               shape + "AttributeEnd " + "AttributeEnd");
-            ASSERT_EQ(parts.lights.size(), 1U);
-            EXPECT_EQ(parts.lights[0]->kind(), "lightfield");
-            EXPECT_GT(parts.lights[0]->power(), 0);
-            const auto particle = parts.lights[0]->emit({{0.5F, 0.5F}, {0.5F, 0.5F}});
-            ASSERT_TRUE(particle);
-            EXPECT_NEAR(static_cast<double>(particle->from.p.z) + parts.origin.z, 3.5, 1e-4);
-            EXPECT_GT(particle->d.z, 0.5F);
-            const std::int32_t light =
-                parts.quadrics.empty() ? parts.meshes[0].traits.light : parts.quadrics[0].traits.light;
-            EXPECT_EQ(light, 0);
-        }
-        EXPECT_THAT(refusal_of_world(with + "Shape \"sphere\" Shape \"sphere\""), HasSubstr("on one shape"));
-        EXPECT_THAT(refusal_of_world("AreaLightSource \"lightfield\" Shape \"sphere\""),
-                    HasSubstr("lacks \"string filename\""));
-        EXPECT_THAT(refusal_of_world("Scale 1 1 2 " + with + "Shape \"sphere\""), HasSubstr("stretched"));
-        EXPECT_TRUE(read_world(with).draft.lights.empty()) << "it waits for a shape";
-    }
+}
 
-    TEST(Lights, MissingLampFile_IsRefusedAtItsPlace) {
-        try {
-            parts_of_world("LightSource \"lightfield\" \"string filename\" \"lamp.exr\"");
-            FAIL();
-        } catch (const InputError& error) {
-            EXPECT_THAT(error.what(), HasSubstr("scene.pbrt:2:1: "));
-            EXPECT_THAT(error.what(), HasSubstr("lamp.exr"));
-        }
+TEST(Lights, LightFieldOnAShape_TakesThatShapeAndItsOwnFrame) {
+    const TemporaryFolder folder;
+    Rig rig;
+    rig.views = rig.pixels = {2, 2};
+    rig.spacing = rig.pixel = {0.01, 0.01};
+    rig.distance = 0.05;
+    write_light_field(folder / "lamp.exr", LightField(rig, std::vector<float>(16, 1.0F)));
+    const std::string with =
+        "AreaLightSource \"lightfield\" \"string filename\" \"" + (folder / "lamp.exr").string() + "\" ";
+    for (const char* shape :
+         {"Shape \"sphere\" \"float radius\" 0.5 ",
+          "Shape \"cylinder\" \"float radius\" 0.5 \"float zmin\" -1 \"float zmax\" 1 "}) {
+        // The shape's own transformation does not turn the lamp.
+        const SceneParts parts =
+            parts_of_world("AttributeBegin Translate 0 0 3 " + with + "AttributeBegin Rotate 90 1 0 0 " +
+                           shape + "AttributeEnd AttributeEnd");
+        ASSERT_EQ(parts.lights.size(), 1U);
+        EXPECT_EQ(parts.lights[0]->kind(), "lightfield");
+        EXPECT_GT(parts.lights[0]->power(), 0);
+        const auto particle = parts.lights[0]->emit({{0.5F, 0.5F}, {0.5F, 0.5F}});
+        ASSERT_TRUE(particle);
+        EXPECT_NEAR(static_cast<double>(particle->from.p.z) + parts.origin.z, 3.5, 0.02);
+        EXPECT_GT(particle->d.z, 0.9F);
+        EXPECT_EQ(parts.quadrics.empty() ? parts.meshes[0].traits.light : parts.quadrics[0].traits.light, 0);
     }
+    EXPECT_THAT(refusal_of_world(with + "Shape \"sphere\" Shape \"sphere\""), HasSubstr("on one shape"));
+    EXPECT_THAT(refusal_of_world("AreaLightSource \"lightfield\" Shape \"sphere\""),
+                HasSubstr("lacks \"string filename\""));
+    EXPECT_THAT(refusal_of_world("Scale 1 1 2 " + with + "Shape \"sphere\""), HasSubstr("stretched"));
+    EXPECT_TRUE(read_world(with).draft.lights.empty()) << "it waits for a shape";
+}
 
-    TEST(Lights, DarkScenes_AreWarnedOf) {
+TEST(Lights, MissingLampFile_IsRefusedAtItsPlace) {
+    try {
+        parts_of_world("LightSource \"lightfield\" \"string filename\" \"lamp.exr\"");
+        FAIL();
+    } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("scene.pbrt:2:1: "));
+        EXPECT_THAT(error.what(), HasSubstr("lamp.exr"));
+    }
+}
+
+TEST(Lights, DarkScenes_AreWarnedOf) {
+    RecordingMonitor monitor;
+    assemble(
+        read_draft(std::string(kHead) + "LightSource \"point\" \"rgb I\" [0 0 0]", "scene.pbrt", {}, monitor),
+        {1}, monitor);
+    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt:2:1: this point light has no power"));
+    monitor.warnings.clear();
+    assemble(read_draft(std::string(kHead), "scene.pbrt", {}, monitor), {1}, monitor);
+    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt: the scene has no light"));
+}
+
+Rgb color_of(const std::string& parameter) {
+    return only<PointSpec>("LightSource \"point\" \"" + parameter).intensity;
+}
+
+TEST(Lights, Colours_OfEverySpelling_AreTaken) {
+    EXPECT_NEAR(luminance(color_of("spectrum I\" [400 5 700 5]")), 5, 1e-4) << "numbers as they stand";
+    EXPECT_GT(color_of("spectrum I\" [400 5 700 5]").x, 5.5F) << "equal energy is pink";
+    EXPECT_NEAR(luminance(color_of("spectrum I\" \"stdillum-D65\"")), 1, 1e-5);
+    const Rgb white = color_of("spectrum I\" \"stdillum-D65\"");
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1, 0.01) << c;
+    // Version 4: luminance 1. Version 3: the largest spectral value is the scale; at 2900 K it lies at 1 µm.
+    const Rgb warm = color_of("blackbody I\" 2900");
+    EXPECT_NEAR(luminance(warm), 1, 1e-5);
+    EXPECT_GT(warm.x, 2.0F * warm.z);
+    const Rgb scaled = color_of("blackbody I\" [2900 3]");
+    EXPECT_LT(luminance(scaled), 1.5F);
+    EXPECT_NEAR(scaled.x / luminance(scaled), warm.x, 1e-4);
+    const Rgb xyz = color_of("xyz I\" [1.90094 2 2.17766]");
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(xyz[c], 2, 0.01) << c;
+}
+
+struct ImageFolder {
+    TemporaryFolder folder;
+    // An image that is red in the upper left corner pixel and black elsewhere.
+    void write(const std::string& name, int width, int height) const {
+        Image image = Image::rgb(width, height);
+        image.set_rgb(0, 0, Rgb(2, 0, 0));
+        write_exr(folder / name, image);
+    }
+    Assembled assembled(const std::string& world, RecordingMonitor& monitor,
+                        bool skip_missing = false) const {
+        SceneOverrides overrides;
+        overrides.skip_missing = skip_missing;
+        Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", overrides, monitor);
+        return assemble(std::move(draft), {1}, monitor);
+    }
+    std::unique_ptr<Light> light(const std::string& world) const {
         RecordingMonitor monitor;
-        assemble(read_draft(std::string(kHead) + "LightSource \"point\" \"rgb I\" [0 0 0]", "scene.pbrt", {},
-                            monitor),
-                 {1}, monitor);
-        EXPECT_THAT(monitor.warnings,
-                    ::testing::ElementsAre("scene.pbrt:2:1: this point light has no power"));
-        monitor.warnings.clear();
-        assemble(read_draft(std::string(kHead), "scene.pbrt", {}, monitor), {1}, monitor);
-        EXPECT_THAT(monitor.warnings, ::testing::ElementsAre("scene.pbrt: the scene has no light"));
+        return std::move(assembled(world, monitor).parts.lights.at(0));
     }
-
-    Rgb color_of(const std::string& parameter) {
-        return only<PointSpec>("LightSource \"point\" \"" + parameter).intensity;
+    std::string refusal(const std::string& world) const {
+        RecordingMonitor monitor;
+        return error_of([&] { assembled(world, monitor); });
     }
+};
 
-    TEST(Lights, Colours_OfEverySpelling_AreTaken) {
-        EXPECT_NEAR(luminance(color_of("spectrum I\" [400 5 700 5]")), 5, 1e-4) << "numbers as they stand";
-        EXPECT_GT(color_of("spectrum I\" [400 5 700 5]").x, 5.5F) << "equal energy is pink";
-        EXPECT_NEAR(luminance(color_of("spectrum I\" \"stdillum-D65\"")), 1, 1e-5);
-        const Rgb white = color_of("spectrum I\" \"stdillum-D65\"");
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(white[c], 1, 0.01) << c;
-        // Version 4: luminance 1. Version 3: the largest spectral value is the scale; at 2900 K it lies at 1
-        // µm.
-        const Rgb warm = color_of("blackbody I\" 2900");
-        EXPECT_NEAR(luminance(warm), 1, 1e-5);
-        EXPECT_GT(warm.x, 2.0F * warm.z);
-        const Rgb scaled = color_of("blackbody I\" [2900 3]");
-        EXPECT_LT(luminance(scaled), 1.5F);
-        EXPECT_NEAR(scaled.x / luminance(scaled), warm.x, 1e-4);
-        const Rgb xyz = color_of("xyz I\" [1.90094 2 2.17766]");
-        for (int c = 0; c < 3; ++c) EXPECT_NEAR(xyz[c], 2, 0.01) << c;
-    }
+Rgb sky(const Light& light, const V3f& w) {
+    return light.seen({V3f(0.0F), w.normalized()}).value().radiance;
+}
 
-    struct ImageFolder {
-        TemporaryFolder folder;
-        // An image that is red in the upper left corner pixel and black elsewhere.
-        void write(const std::string& name, int width, int height) const {
-            Image image = Image::rgb(width, height);
-            image.set_rgb(0, 0, Rgb(2, 0, 0));
-            write_exr(folder / name, image);
-        }
-        Assembled assembled(const std::string& world, RecordingMonitor& monitor,
-                            bool skip_missing = false) const {
-            SceneOverrides overrides;
-            overrides.skip_missing = skip_missing;
-            Draft draft = read_draft(std::string(kHead) + world, folder / "scene.pbrt", overrides, monitor);
-            return assemble(std::move(draft), {1}, monitor);
-        }
-        std::unique_ptr<Light> light(const std::string& world) const {
-            RecordingMonitor monitor;
-            return std::move(assembled(world, monitor).parts.lights.at(0));
-        }
-        std::string refusal(const std::string& world) const {
-            RecordingMonitor monitor;
-            return error_of([&] { assembled(world, monitor); });
-        }
+TEST(ImageLights, InfiniteMapname_IsByLatitudeAndLongitude) {
+    const ImageFolder images;
+    images.write("sky.exr", 8, 4);
+    const auto light = images.light(
+        "LightSource \"infinite\" \"string mapname\" \"sky.exr\" \"rgb L\" [3 1 1] \"float scale\" 2");
+    EXPECT_EQ(sky(*light, {0.1F, 0.05F, 1}), Rgb(12, 0, 0)) << "upper left: near +z, a little beyond +x";
+    EXPECT_EQ(sky(*light, {0.1F, -0.05F, 1}), Rgb(0.0F));
+    EXPECT_EQ(sky(*light, {0.1F, 0.05F, -1}), Rgb(0.0F));
+    // Turned with the scene, and mirrored.
+    const auto turned =
+        images.light("Rotate -90 1 0 0 LightSource \"infinite\" \"string mapname\" \"sky.exr\"");
+    EXPECT_EQ(sky(*turned, {0.1F, 1, -0.05F}), Rgb(2, 0, 0)) << "z became y, y became -z";
+    const auto mirrored =
+        images.light("Scale 1 -1 1 LightSource \"infinite\" \"string mapname\" \"sky.exr\"");
+    EXPECT_EQ(sky(*mirrored, {0.1F, -0.05F, 1}), Rgb(2, 0, 0));
+    EXPECT_THAT(images.refusal("Scale 1 2 1 LightSource \"infinite\" \"string mapname\" \"sky.exr\""),
+                HasSubstr("stretched or sheared"));
+}
+
+TEST(ImageLights, InfiniteFilename_IsEqualArea) {
+    const ImageFolder images;
+    images.write("square.exr", 8, 8);
+    images.write("wide.exr", 8, 4);
+    images.write("odd.exr", 7, 4);
+    const auto light = images.light("LightSource \"infinite\" \"string filename\" \"square.exr\"");
+    EXPECT_EQ(sky(*light, {-0.1F, -0.1F, -1}), Rgb(2, 0, 0)) << "the corners are -z; left is -x, top is -y";
+    EXPECT_EQ(sky(*light, {0.1F, -0.1F, -1}), Rgb(0.0F));
+    RecordingMonitor monitor;
+    images.assembled("LightSource \"infinite\" \"string filename\" \"wide.exr\"", monitor);
+    EXPECT_THAT(monitor.warnings.at(0), HasSubstr("8 × 4 is no square: taken by latitude and longitude"));
+    EXPECT_THAT(images.refusal("LightSource \"infinite\" \"string filename\" \"odd.exr\""),
+                HasSubstr("the image is 7 × 4; a square"));
+}
+
+TEST(ImageLights, Illuminance_IsWhatAPlaneThatFacesZReceives) {
+    const ImageFolder images;
+    Image image = Image::rgb(64, 64);
+    std::fill(image.data.begin(), image.data.end(), 3.0F);
+    write_exr(images.folder / "grey.exr", image);
+    const auto light =
+        images.light("LightSource \"infinite\" \"string filename\" \"grey.exr\" \"float illuminance\" 100");
+    EXPECT_NEAR(luminance(sky(*light, {1, 2, 3})), 100 / M_PI, 0.05) << "by texel centres";
+}
+
+TEST(ImageLights, Goniometric_HasItsPoleAtY) {
+    const ImageFolder images;
+    images.write("lamp.exr", 8, 4);
+    images.write("square.exr", 8, 8);
+    const auto towards = [](const Light& light, const V3f& x) {
+        const auto incident = light.illuminate(x, {0.5F, 0.5F});
+        return incident ? incident->weight.x : 0.0F;
     };
-
-    Rgb sky(const Light& light, const V3f& w) {
-        return light.seen({V3f(0.0F), w.normalized()}).value().radiance;
-    }
-
-    TEST(ImageLights, InfiniteMapname_IsByLatitudeAndLongitude) {
-        const ImageFolder images;
-        images.write("sky.exr", 8, 4);
-        const auto light = images.light(
-            "LightSource \"infinite\" \"string mapname\" \"sky.exr\" \"rgb L\" [3 1 1] \"float scale\" 2");
-        EXPECT_EQ(sky(*light, {0.1F, 0.05F, 1}), Rgb(12, 0, 0)) << "upper left: near +z, a little beyond +x";
-        EXPECT_EQ(sky(*light, {0.1F, -0.05F, 1}), Rgb(0.0F));
-        EXPECT_EQ(sky(*light, {0.1F, 0.05F, -1}), Rgb(0.0F));
-        // Turned with the scene, and mirrored.
-        const auto turned =
-            images.light("Rotate -90 1 0 0 LightSource \"infinite\" \"string mapname\" \"sky.exr\"");
-        EXPECT_EQ(sky(*turned, {0.1F, 1, -0.05F}), Rgb(2, 0, 0)) << "z became y, y became -z";
-        const auto mirrored =
-            images.light("Scale 1 -1 1 LightSource \"infinite\" \"string mapname\" \"sky.exr\"");
-        EXPECT_EQ(sky(*mirrored, {0.1F, -0.05F, 1}), Rgb(2, 0, 0));
-        EXPECT_THAT(images.refusal("Scale 1 2 1 LightSource \"infinite\" \"string mapname\" \"sky.exr\""),
-                    HasSubstr("stretched or sheared"));
-    }
-
-    TEST(ImageLights, InfiniteFilename_IsEqualArea) {
-        const ImageFolder images;
-        images.write("square.exr", 8, 8);
-        images.write("wide.exr", 8, 4);
-        images.write("odd.exr", 7, 4);
-        const auto light = images.light("LightSource \"infinite\" \"string filename\" \"square.exr\"");
-        EXPECT_EQ(sky(*light, {-0.1F, -0.1F, -1}), Rgb(2, 0, 0))
-            << "the corners are -z; left is -x, top is -y";
-        EXPECT_EQ(sky(*light, {0.1F, -0.1F, -1}), Rgb(0.0F));
-        RecordingMonitor monitor;
-        images.assembled("LightSource \"infinite\" \"string filename\" \"wide.exr\"", monitor);
-        EXPECT_THAT(monitor.warnings.at(0), HasSubstr("8 × 4 is no square: taken by latitude and longitude"));
-        EXPECT_THAT(images.refusal("LightSource \"infinite\" \"string filename\" \"odd.exr\""),
-                    HasSubstr("the image is 7 × 4; a square"));
-    }
-
-    TEST(ImageLights, Illuminance_IsWhatAPlaneThatFacesZReceives) {
-        const ImageFolder images;
-        Image image = Image::rgb(64, 64);
-        std::fill(image.data.begin(), image.data.end(), 3.0F);
-        write_exr(images.folder / "grey.exr", image);
-        const auto light = images.light(
-            "LightSource \"infinite\" \"string filename\" \"grey.exr\" \"float illuminance\" 100");
-        EXPECT_NEAR(luminance(sky(*light, {1, 2, 3})), 100 / M_PI, 0.05) << "by texel centres";
-    }
-
-    TEST(ImageLights, Goniometric_HasItsPoleAtY) {
-        const ImageFolder images;
-        images.write("lamp.exr", 8, 4);
-        images.write("square.exr", 8, 8);
-        const auto towards = [](const Light& light, const V3f& x) {
-            const auto incident = light.illuminate(x, {0.5F, 0.5F});
-            return incident ? incident->weight.x : 0.0F;
-        };
-        for (const std::string name : {"goniometric", "goniophotometric"}) {
-            const auto light = images.light("LightSource \"" + name +
-                                            "\" \"string mapname\" \"lamp.exr\" \"rgb I\" [3 1 1]");
-            EXPECT_FLOAT_EQ(towards(*light, V3f(0.1F, 1, 0.05F) * 2.0F), 6 / (4 * 1.0125F));
-            EXPECT_EQ(towards(*light, {0.1F, 1, -0.05F}), 0);
-            EXPECT_EQ(towards(*light, {0.1F, 0.05F, 1}), 0);
-        }
+    for (const std::string name : {"goniometric", "goniophotometric"}) {
         const auto light =
-            images.light("LightSource \"goniometric\" \"string filename\" \"square.exr\" \"float power\" 5");
-        EXPECT_GT(towards(*light, {-0.1F, -1, -0.1F}), 0);
-        EXPECT_EQ(towards(*light, {0.1F, -1, 0.1F}), 0);
-        EXPECT_NEAR(light->power(), 5, 1e-4);
+            images.light("LightSource \"" + name + "\" \"string mapname\" \"lamp.exr\" \"rgb I\" [3 1 1]");
+        EXPECT_FLOAT_EQ(towards(*light, V3f(0.1F, 1, 0.05F) * 2.0F), 6 / (4 * 1.0125F));
+        EXPECT_EQ(towards(*light, {0.1F, 1, -0.05F}), 0);
+        EXPECT_EQ(towards(*light, {0.1F, 0.05F, 1}), 0);
     }
+    const auto light =
+        images.light("LightSource \"goniometric\" \"string filename\" \"square.exr\" \"float power\" 5");
+    EXPECT_GT(towards(*light, {-0.1F, -1, -0.1F}), 0);
+    EXPECT_EQ(towards(*light, {0.1F, -1, 0.1F}), 0);
+    EXPECT_NEAR(light->power(), 5, 1e-4);
+}
 
-    TEST(ImageLights, Projection_IsUprightInVersion4Only) {
-        const ImageFolder images;
-        images.write("slide.exr", 4, 2);
-        const auto lit = [](const Light& light, const V3f& x) { return light.illuminate(x, {}).has_value(); };
-        const auto v4 = images.light(
-            "Translate 0 0 1 LightSource \"projection\" \"string filename\" \"slide.exr\" \"float power\" 7");
-        // 90 degrees across the shorter side: at distance 1, x in (-2, 2), y in (-1, 1).
-        const V3f origin(0, 0, 0);  // the scene's, which is where the only light stands
-        EXPECT_TRUE(lit(*v4, origin + V3f(-1.5F, 0.5F, 1)));
-        EXPECT_FALSE(lit(*v4, origin + V3f(-1.5F, -0.5F, 1)));
-        EXPECT_FALSE(lit(*v4, origin + V3f(-0.5F, 0.5F, 1)));
-        EXPECT_FALSE(lit(*v4, origin + V3f(-1.5F, 0.5F, -1)));
-        EXPECT_FALSE(lit(*v4, origin + V3f(-2.1F, 0.5F, 1)));
-        EXPECT_NEAR(v4->power(), 7, 1e-4);
-        const auto v3 =
-            images.light("LightSource \"projection\" \"string mapname\" \"slide.exr\" \"float fov\" 90");
-        EXPECT_TRUE(lit(*v3, {-1.5F, -0.5F, 1}));
-        EXPECT_FALSE(lit(*v3, {-1.5F, 0.5F, 1}));
-    }
+TEST(ImageLights, Projection_IsUprightInVersion4Only) {
+    const ImageFolder images;
+    images.write("slide.exr", 4, 2);
+    const auto lit = [](const Light& light, const V3f& x) { return light.illuminate(x, {}).has_value(); };
+    const auto v4 = images.light(
+        "Translate 0 0 1 LightSource \"projection\" \"string filename\" \"slide.exr\" \"float power\" 7");
+    // 90 degrees across the shorter side: at distance 1, x in (-2, 2), y in (-1, 1).
+    const V3f origin(0, 0, 0);  // the scene's, which is where the only light stands
+    EXPECT_TRUE(lit(*v4, origin + V3f(-1.5F, 0.5F, 1)));
+    EXPECT_FALSE(lit(*v4, origin + V3f(-1.5F, -0.5F, 1)));
+    EXPECT_FALSE(lit(*v4, origin + V3f(-0.5F, 0.5F, 1)));
+    EXPECT_FALSE(lit(*v4, origin + V3f(-1.5F, 0.5F, -1)));
+    EXPECT_FALSE(lit(*v4, origin + V3f(-2.1F, 0.5F, 1)));
+    EXPECT_NEAR(v4->power(), 7, 1e-4);
+    const auto v3 =
+        images.light("LightSource \"projection\" \"string mapname\" \"slide.exr\" \"float fov\" 90");
+    EXPECT_TRUE(lit(*v3, {-1.5F, -0.5F, 1}));
+    EXPECT_FALSE(lit(*v3, {-1.5F, 0.5F, 1}));
+}
 
-    TEST(ImageLights, MissingImage_IsRefusedOrGrey) {
-        const ImageFolder images;
-        const std::string world = "LightSource \"infinite\" \"string mapname\" \"no.exr\" \"rgb L\" [2 2 2]";
-        EXPECT_THAT(images.refusal(world), HasSubstr("no such file"));
-        RecordingMonitor monitor;
-        const Assembled scene = images.assembled(world, monitor, true);
-        EXPECT_THAT(monitor.warnings.at(0), HasSubstr("the file is missing, grey is taken"));
-        EXPECT_EQ(sky(*scene.parts.lights.at(0), {1, 2, 3}), Rgb(1.0F));
-    }
+TEST(ImageLights, MissingImage_IsRefusedOrGrey) {
+    const ImageFolder images;
+    const std::string world = "LightSource \"infinite\" \"string mapname\" \"no.exr\" \"rgb L\" [2 2 2]";
+    EXPECT_THAT(images.refusal(world), HasSubstr("no such file"));
+    RecordingMonitor monitor;
+    const Assembled scene = images.assembled(world, monitor, true);
+    EXPECT_THAT(monitor.warnings.at(0), HasSubstr("the file is missing, grey is taken"));
+    EXPECT_EQ(sky(*scene.parts.lights.at(0), {1, 2, 3}), Rgb(1.0F));
+}
 
-    TEST(Lights, BadColours_AreRefused) {
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 -2 3]"),
-                    HasSubstr("scene.pbrt:2:32: \"rgb I\": -2 is not accepted"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 1e39 3]"),
-                    HasSubstr("1e+39 is not accepted"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" [3000 1 2]"),
-                    HasSubstr("\"I\" has 3 numbers; kelvins are accepted, or kelvins and a scale"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" 0"),
-                    HasSubstr("0 K is not accepted"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 700]"),
-                    HasSubstr("\"I\" has 3 numbers; pairs"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 300 1]"),
-                    HasSubstr("scene.pbrt:2:41: wavelength 300 does not follow 400"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 -1 500 1]"),
-                    HasSubstr("-1 at 400 nm is not accepted"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" \"stdilum-D65\""),
-                    HasSubstr("did you mean \"stdillum-D65\"?"));
-        EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" \"no.spd\""),
-                    HasSubstr("scene.pbrt:2:21: no.spd: no such file"));
-        EXPECT_THAT(refusal_of_world("LightSource \"projection\""), HasSubstr("lacks \"string filename\""));
-        EXPECT_THAT(refusal_of_world("LightSource \"goniometrik\""),
-                    HasSubstr("did you mean \"goniometric\"?"));
-    }
+TEST(Lights, BadColours_AreRefused) {
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 -2 3]"),
+                HasSubstr("scene.pbrt:2:32: \"rgb I\": -2 is not accepted"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 1e39 3]"),
+                HasSubstr("1e+39 is not accepted"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" [3000 1 2]"),
+                HasSubstr("\"I\" has 3 numbers; kelvins are accepted, or kelvins and a scale"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" 0"),
+                HasSubstr("0 K is not accepted"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 700]"),
+                HasSubstr("\"I\" has 3 numbers; pairs"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 300 1]"),
+                HasSubstr("scene.pbrt:2:41: wavelength 300 does not follow 400"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 -1 500 1]"),
+                HasSubstr("-1 at 400 nm is not accepted"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" \"stdilum-D65\""),
+                HasSubstr("did you mean \"stdillum-D65\"?"));
+    EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" \"no.spd\""),
+                HasSubstr("scene.pbrt:2:21: no.spd: no such file"));
+    EXPECT_THAT(refusal_of_world("LightSource \"projection\""), HasSubstr("lacks \"string filename\""));
+    EXPECT_THAT(refusal_of_world("LightSource \"goniometrik\""), HasSubstr("did you mean \"goniometric\"?"));
+}
 
 }  // namespace
 }  // namespace lucerna
