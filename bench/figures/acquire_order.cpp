@@ -6,12 +6,13 @@
 #include "tests/support/smooth_lamp.h"
 
 int main() {
-    const lucerna::EmitterModel lamp = lucerna::testing::smooth_lamp(1);
+    const lucerna::testing::SmoothLamp lamp(30);
     fmt::print("# spacing distance error\n");
-    for (const double z : {1e-9, 0.002, 0.01}) {
-        for (const int views : {8, 13, 18, 23, 33, 43}) {
-            fmt::print("{:.6g} {:g} {:.6g}\n", lucerna::testing::rig_before_lamp(views, 64).spacing.x, z,
-                       lucerna::testing::rms_error(lamp, views, z));
+    for (const int views : {8, 13, 18, 23, 33, 43}) {
+        const lucerna::LightField field = lucerna::testing::measured(lamp, views, 64);
+        for (const double z : {0.0, 0.001, 0.002, 0.005}) {
+            fmt::print("{:.6g} {:g} {:.6g}\n", field.rig().spacing.x, z,
+                       lucerna::testing::rms_error(lamp, field, z));
         }
     }
     return 0;

@@ -13,28 +13,36 @@ namespace lucerna::testing {
 inline constexpr double kLampRadius = 0.01;
 
 // A disc that is brightest in its middle and fades out towards its edge.
-inline EmitterModel smooth_lamp(double exponent) {
-    return cosine_emitter(EmitterModel::Outline::disc, {kLampRadius, 0}, 1, exponent, [](const V2d& p) {
-        const double rest = std::max(0.0, 1 - p.length2());
-        return rest * rest;
-    });
-}
+struct SmoothLamp {
+    explicit SmoothLamp(double exponent_)
+        : exponent(exponent_),
+          model(cosine_emitter(EmitterModel::Outline::disc, {kLampRadius, 0}, 1, exponent_, [](const V2d& p) {
+              const double rest = std::max(0.0, 1 - p.length2());
+              return rest * rest;
+          })) {}
+    double exponent;
+    EmitterModel model;
+};
 
-// ∫ L cos²θ / R² over the emitter: rings by the midpoint rule, angles by the trapezium rule.
-inline double irradiance_of(const EmitterModel& lamp, const V3d& point) {
+// ∫ L cos²θ / R² over the emitter: rings by the midpoint rule, angles by the trapezium rule. On the emitter
+// itself a cosine power has the closed form 2π L₀ / (exponent + 1).
+inline double irradiance_of(const SmoothLamp& lamp, const V3d& point) {
+    const double pi = std::acos(-1.0);
+    const auto& radiance = lamp.model.radiance;
+    if (point.z == 0) return radiance({point.x, point.y}, {0, 0, 1}) * 2 * pi / (lamp.exponent + 1);
     constexpr int kRings = 200, kAngles = 128;
     double sum = 0;
     for (int i = 0; i < kRings; ++i) {
         const double r = kLampRadius * (i + 0.5) / kRings;
         for (int j = 0; j < kAngles; ++j) {
-            const double phi = 2 * std::acos(-1.0) * j / kAngles;
+            const double phi = 2 * pi * j / kAngles;
             const V2d at(r * std::cos(phi), r * std::sin(phi));
             const V3d way(point.x - at.x, point.y - at.y, point.z);
             const V3d d = way.normalized();
-            sum += r * lamp.radiance(at, d) * d.z * d.z / way.length2();
+            sum += r * radiance(at, d) * d.z * d.z / way.length2();
         }
     }
-    return sum * kLampRadius / kRings * 2 * std::acos(-1.0) / kAngles;
+    return sum * kLampRadius / kRings * 2 * pi / kAngles;
 }
 
 inline Rig rig_before_lamp(int views, int pixels) {
@@ -47,14 +55,17 @@ inline Rig rig_before_lamp(int views, int pixels) {
     return rig;
 }
 
-// Root mean square error of the irradiance over a square of 0.6 of the lamp's radius, relative to the
-// middle's.
-inline double rms_error(const EmitterModel& lamp, int views, double z) {
+inline LightField measured(const SmoothLamp& lamp, int views, int pixels) {
     Monitor silent;
     AcquireOptions options;
     options.s_nodes = 2;
     options.m_nodes = 1;
-    const LightField field = acquire(lamp, rig_before_lamp(views, 64), {}, silent, options);
+    return acquire(lamp.model, rig_before_lamp(views, pixels), {}, silent, options);
+}
+
+// Root mean square error of the irradiance over a square of 0.6 of the lamp's radius, relative to the
+// middle's.
+inline double rms_error(const SmoothLamp& lamp, const LightField& field, double z) {
     double sum = 0;
     constexpr int kSide = 9;
     for (int i = 0; i < kSide * kSide; ++i) {
