@@ -112,7 +112,14 @@ float simulated_count(double electrons, const CameraModel& camera, const CountSc
 
 CameraView camera_view(const Rig& rig, const CameraModel& camera) {
     const bool oblique = camera.place.z != 0 && !travels(rig);
-    return oblique ? oblique_view(rig, camera) : straight_view(rig, camera);
+    const CameraView view = oblique ? oblique_view(rig, camera) : straight_view(rig, camera);
+    constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;  // what read_photograph takes
+    if (view.size.x > kMostPixels / view.size.y) {
+        throw InputError(
+            fmt::format("camera: photographs of {} x {} pixels; at most 2^28 pixels are accepted",
+                        view.size.x, view.size.y));
+    }
+    return view;
 }
 
 namespace {
