@@ -84,25 +84,43 @@ Compared trio() {
             [](double x, double y, double z) { return point_irradiance(x, y, z, Trio::intensity); }};
 }
 
-// Where the light of a ray file leaves, seen from the front: the middle, and the diameter around it that
-// holds 98 % of the light.
+// Where the light of a ray file comes from: the middle of the bundle's waist, the plane on which the rays are
+// closest together (an LED's chip is seen below its window), and the diameter around it that holds 98 % of
+// the light there.
 struct Extent {
     V3d centre{0, 0, 0};
     double size = 0;  // metres
 };
 
 Extent extent_of(const RaySet& rays) {
-    Extent extent;
-    double sum = 0;
+    constexpr float kSteepest = 0.5F;  // cosine: flat rays say little about depth
+    // Places on z = 0 and slopes; the waist is where their variance is least.
+    struct Line {
+        Imath::V2d at, slope;
+    };
+    std::vector<Line> lines;
+    Imath::V2d at(0, 0), slope(0, 0);
     for (const LampRay& ray : rays.rays) {
-        extent.centre += V3d(ray.o) * double{ray.flux};
-        sum += double{ray.flux};
+        if (!(ray.d.z > kSteepest)) continue;
+        const Imath::V2d s(double{ray.d.x} / double{ray.d.z}, double{ray.d.y} / double{ray.d.z});
+        lines.push_back({Imath::V2d(double{ray.o.x}, double{ray.o.y}) - double{ray.o.z} * s, s});
+        at += lines.back().at;
+        slope += s;
     }
-    extent.centre /= sum;  // a ray set that was read has flux
+    const double count = static_cast<double>(lines.size());  // a lamp that shines forward has some
+    at /= count, slope /= count;
+    double together = 0, spread = 0;
+    for (const Line& line : lines) {
+        together += (line.at - at).dot(line.slope - slope);
+        spread += (line.slope - slope).length2();
+    }
+    Extent extent;
+    const double z = -together / spread;
+    const Imath::V2d middle = at + z * slope;
+    extent.centre = V3d(middle.x, middle.y, z);
     std::vector<double> reach;
-    for (const LampRay& ray : rays.rays)
-        reach.push_back(std::hypot(double{ray.o.x} - extent.centre.x, double{ray.o.y} - extent.centre.y));
-    const auto nth = reach.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(reach.size()));
+    for (const Line& line : lines) reach.push_back((line.at + z * line.slope - middle).length());
+    const auto nth = reach.begin() + static_cast<std::ptrdiff_t>(0.98 * (count - 1));
     std::nth_element(reach.begin(), nth, reach.end());
     extent.size = 2 * *nth;
     return extent;
@@ -156,6 +174,8 @@ void compare_rays(const std::filesystem::path& file) {
     RaySet rays = read_rays(file, silent);
     const Extent extent = extent_of(rays);
     for (LampRay& ray : rays.rays) ray.o -= V3f(extent.centre);
+    fmt::print(stderr, "LED: size {:.2f} mm, waist at ({:.2f}, {:.2f}, {:.2f}) mm\n", extent.size * 1e3,
+               extent.centre.x * 1e3, extent.centre.y * 1e3, extent.centre.z * 1e3);
     const PhotometricWeb web = far_field(rays, {2.5, 15});
     for (int i = 0; i < kDistances; ++i) {
         const double z = distance_at(i) * extent.size;

@@ -38,9 +38,9 @@ def crossing(distances, errors, limit):
     return 0.0
 
 
-def text(distance, first):
+def text(distance, first, last):
     if distance is None:
-        return "never"
+        return f"> {last:g}"
     return f"{distance:.2f}" if distance > 0 else f"< {first:g}"
 
 
@@ -49,7 +49,7 @@ def main(source, picture):
     print("| lamp | error | 10 % | 3 % | 1 % |\n| --- | --- | --- | --- | --- |")
     for name, lamp in lamps.items():
         for key, label in MEASURES:
-            ends = (text(crossing(lamp["distance"], lamp[key], limit), lamp["distance"][0]) for limit in LIMITS)
+            ends = (text(crossing(lamp["distance"], lamp[key], limit), lamp["distance"][0], lamp["distance"][-1]) for limit in LIMITS)
             print(f"| {name} | {label} | {' | '.join(ends)} |")
     figure, axes = plt.subplots(1, len(MEASURES), figsize=(11, 3.8), sharey=True)
     for ax, (key, label) in zip(axes, MEASURES):
