@@ -22,6 +22,7 @@ struct SceneEmitter {
     std::uint64_t seed = 0;
     FluxUnit unit = FluxUnit::watt;  // what the powers of the scene's lights count
     double flux = 0;  // of all light that leaves the luminaire, in the unit; 0: as the scene has it
+    std::int64_t block = std::int64_t{1} << 20;  // light paths between two chances to stop
 };
 
 struct SceneAcquisition {
