@@ -89,17 +89,18 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     const float* const first = field_.coefficients().data();
     std::array<Column<const float*>, 4> at;
     const CellTable::Block& c = lanes.cells;
+    // A word, not a bool: combined without branches.
     const auto outside = [](int i, int count) {
-        return static_cast<unsigned>(i) >= static_cast<unsigned>(count);
+        return static_cast<unsigned>(static_cast<unsigned>(i) >= static_cast<unsigned>(count));
     };
     for (int i = 0; i < 2; ++i) {
         for (int j = 0; j < 2; ++j) {
             for (std::size_t lane = 0; lane < size; ++lane) {
                 const int m = c.n[lane] - 1 + i, n = c.o[lane] - 1 + j;
                 const int k = c.p[lane] - i * rig.shift.x, l = c.q[lane] - j * rig.shift.y;
-                const bool none = outside(m, rig.views.x) | outside(n, rig.views.y) |
-                                  outside(k, rig.pixels.x) | outside(l, rig.pixels.y);
-                const float* const member = none ? &kNone : first + rig.index(m, n, k, l);
+                const unsigned none = outside(m, rig.views.x) | outside(n, rig.views.y) |
+                                      outside(k, rig.pixels.x) | outside(l, rig.pixels.y);
+                const float* const member = none != 0 ? &kNone : first + rig.index(m, n, k, l);
                 __builtin_prefetch(member);
                 at[static_cast<std::size_t>(2 * i + j)][lane] = member;
             }
