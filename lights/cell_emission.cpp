@@ -62,9 +62,9 @@ void CellEmission::emit_block(std::span<const EmitU> u, std::span<std::optional<
     table_.draw(lanes.cells, size);
 
     // Choose places within them, and weights.
-    lanes.x = lanes.cells.remainder[0];
-    lanes.y = lanes.cells.remainder[1];
-    lanes.weight.fill(settings_.flux);
+    std::copy_n(lanes.cells.remainder[0].begin(), size, lanes.x.begin());
+    std::copy_n(lanes.cells.remainder[1].begin(), size, lanes.y.begin());
+    std::fill_n(lanes.weight.begin(), size, settings_.flux);
     if (settings_.mode != EmissionMode::constant) fetch_members(lanes, size);
     if (settings_.mode == EmissionMode::exact) place_exactly(lanes, u);
     if (settings_.mode == EmissionMode::weighted) weigh(lanes, size);
