@@ -98,6 +98,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     LuminairePlan plan;
     plan.paths = emitter.rays;
     plan.seed = emitter.seed;
+    plan.block = emitter.block;
     try {
         check_luminaire(job.scene, plan);
     } catch (const InputError& error) {
