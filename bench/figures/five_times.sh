@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The five-times rule, measured: docs/pictures/five-times.png and the table of docs/photometry.md. A few seconds.
+# The five-times rule, measured: docs/images/five-times.png and the table of docs/photometry.md. A few seconds.
 # usage: bench/figures/five_times.sh [LED.tm25ray]     default: the measured LED of the shared data, if it is there
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -11,4 +11,4 @@ trap 'rm -f "$csv"' EXIT
 cmake --build build/release --target figure_five_times >/dev/null
 build/release/bench/figure_five_times "$led" >"$csv"
 mkdir -p docs/pictures
-/usr/bin/python3 bench/figures/five_times.py "$csv" docs/pictures/five-times.png
+/usr/bin/python3 bench/figures/five_times.py "$csv" docs/images/five-times.png
