@@ -70,11 +70,15 @@ void print_text(std::ostream& out, const Comparison& c) {
     if (c.z_test) print_z_test(out, *c.z_test);
 }
 
-constexpr const char* kUnit = "lucerna.unit";
+// Of renders, and of what light project writes.
+constexpr const char* kUnits[] = {"lucerna.unit", "irradianceUnit"};
 
 std::string unit_of(const Image& image) {
-    const auto found = image.attributes.find(kUnit);
-    return found == image.attributes.end() ? std::string() : one_line(found->second);
+    for (const char* name : kUnits) {
+        const auto found = image.attributes.find(name);
+        if (found != image.attributes.end()) return one_line(found->second);
+    }
+    return {};
 }
 
 void print_units(std::ostream& out, const std::string& unit, const std::string& reference) {
