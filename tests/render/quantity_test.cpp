@@ -107,7 +107,7 @@ TEST(Illuminance, ThroughFog_TheCamerasOwnWayDoesNotCount) {
         return testing::luminance_stats(result.image).mean();
     };
     const double near = metered(0.5F), far = metered(1.9F);
-    EXPECT_NEAR(near / far, 1, 1e-3);
+    EXPECT_NEAR(near / far, 1, 5e-3) << "the farther camera sees a little more of the floor";
     EXPECT_NEAR(near / (90 / 4.0 * std::exp(-0.3 * 2)), 1, 0.01);
 }
 
