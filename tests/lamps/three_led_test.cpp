@@ -1,0 +1,115 @@
+// The lamp with three LEDs: what its light field casts on a wall against its own particles, counted there.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "engine/pbrt/read_scene.h"
+#include "lights/filter_sums.h"
+#include "lights/plane_irradiance.h"
+#include "photon/luminaire.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::int64_t kPaths = 1 << 20;
+
+RaySet rays_of_lamp(const Scene& scene, std::uint64_t seed) {
+    LuminairePlan plan;
+    plan.paths = kPaths;
+    plan.seed = seed;
+    Monitor silent;
+    return trace_rays(scene, plan, FluxUnit::lumen, Workers{}, silent);
+}
+
+Scene read_lamp() {
+    Monitor silent;
+    return read_scene(std::string(LUCERNA_SOURCE_DIR) + "/scenes/lamps/three-led/three-led.pbrt", {},
+                      Workers{}, silent)
+        .scene;
+}
+
+// Setup B, coarse enough for a million rays.
+Rig bench() {
+    Rig rig;
+    rig.views = {11, 11};
+    rig.spacing = {0.0025, 0.0025};
+    rig.pixels = {60, 60};
+    rig.pixel = {0.02, 0.02};
+    rig.distance = 0.75;
+    return rig;
+}
+
+LightField field_of_rays(const RaySet& set) {
+    FilterSums sums(bench());
+    add_rays(sums, set.rays, Workers{});
+    FilterImages images = images_of(sums, 1, {});
+    images.flux = set.flux;
+    return field_of(images);
+}
+
+// Mean of (field - counted)² over the variance of both, over the pixels that hold many rays; 1 if they agree,
+// less as stratified rays are less noisy than that.
+double misfit(const PlaneIrradiance& field, const PlaneIrradiance& counted, double ray_flux, double scale = 1,
+              int shift = 0) {
+    const PlanePatch& patch = counted.patch;
+    const double per_ray = ray_flux / patch.pixel_area();
+    double sum = 0;
+    int pixels = 0;
+    for (int y = 0; y < patch.pixels.y; ++y) {
+        for (int x = 0; x + shift < patch.pixels.x; ++x) {
+            const double rays = counted.at(x, y) / per_ray;
+            if (rays < 100) continue;
+            const double difference = scale * field.at(x + shift, y) - counted.at(x, y);
+            sum += difference * difference / (2 * rays * per_ray * per_ray);
+            ++pixels;
+        }
+    }
+    return pixels > 500 ? sum / pixels : INFINITY;
+}
+
+// Φ̃⊗Φ̃ of all filters add up to 1 everywhere between the outermost, so on the plane M itself, in pixels of its
+// own, the field gives the mean irradiance without any blur: what is left is noise.
+TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
+    const Scene lamp = read_lamp();
+    const RaySet measured = rays_of_lamp(lamp, 1);
+    const RaySet other = rays_of_lamp(lamp, 2);
+    Monitor silent;
+    const LightField field = field_of_rays(measured);
+    const PlanePatch screen{0.75, {0, 0}, {1.2, 1.2}, {60, 60}};
+    const PlaneIrradiance from_field = project(field, screen, Workers{}, silent);
+    const PlaneIrradiance counted = project(other, screen);
+    double squares = 0;
+    double flux = 0;
+    for (const LampRay& ray : other.rays) {
+        squares += sqr(double{ray.flux});
+        flux += double{ray.flux};
+    }
+    const double ray_flux = squares / flux;  // of rays that are all but equal
+    EXPECT_LT(misfit(from_field, counted, ray_flux), 1.15);
+    EXPECT_GT(misfit(from_field, counted, ray_flux), 0.3);
+    EXPECT_GT(misfit(from_field, counted, ray_flux, 1.1), 1.3);   // too bright
+    EXPECT_GT(misfit(from_field, counted, ray_flux, 1, 1), 1.3);  // a pixel aside
+    EXPECT_NEAR(from_field.flux() / counted.flux(), 1, 5e-3);
+}
+
+// Near the lamp the field is blurred by its filters, but the light of each LED stays where it is.
+TEST(ThreeLeds, FieldNearTheLamp_ShowsThreeSpotsWhereTheLuminaireHasThem) {
+    const Scene lamp = read_lamp();
+    Monitor silent;
+    const LightField field = field_of_rays(rays_of_lamp(lamp, 1));
+    const RaySet other = rays_of_lamp(lamp, 2);
+    const double turn = 2 * 3.14159265358979 / 3;
+    for (int led = 0; led < 3; ++led) {
+        const double angle = 3.14159265358979 / 2 + led * turn;
+        const V2d at(0.0075 * std::cos(angle), 0.0075 * std::sin(angle));
+        const PlanePatch spot{0.02, at, {0.005, 0.005}, {1, 1}};
+        const PlanePatch between{0.02, at * -0.9, {0.003, 0.003}, {1, 1}};
+        const double bright = project(field, spot, Workers{}, silent).at(0, 0);
+        EXPECT_NEAR(bright / project(other, spot).at(0, 0), 1, 0.1);
+        EXPECT_GT(bright, 2 * project(field, between, Workers{}, silent).at(0, 0));
+    }
+}
+
+}  // namespace
+}  // namespace lucerna
