@@ -10,5 +10,5 @@ csv=$(mktemp)
 trap 'rm -f "$csv"' EXIT
 cmake --build build/release --target figure_five_times >/dev/null
 build/release/bench/figure_five_times "$led" >"$csv"
-mkdir -p docs/pictures
+mkdir -p docs/images
 /usr/bin/python3 bench/figures/five_times.py "$csv" docs/images/five-times.png
