@@ -2,8 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <toml++/toml.h>
 #include <cmath>
+
+// toml++ takes for granted what a text may break ("[#": a table's name that does not begin as one), and lets
+// the compiler rely on it. Here its assertions stay on, as errors of the input.
+#undef NDEBUG
+namespace {
+struct TomlFault {};
+[[noreturn]] void toml_fault() {
+    throw TomlFault();
+}
+}  // namespace
+#define TOML_ASSERT(expression) (static_cast<bool>(expression) ? void() : toml_fault())
+#include <toml++/toml.h>
 
 #include "engine/base/files.h"
 #include "engine/base/names.h"
@@ -72,6 +83,8 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file) {
         const toml::source_position at = error.source().begin;
         throw InputError({file, static_cast<int>(at.line), static_cast<int>(at.column)},
                          one_line(error.description()));
+    } catch (const TomlFault&) {
+        throw InputError({file}, "is not TOML: a name begins with a character that no name may begin with");
     }
 }
 

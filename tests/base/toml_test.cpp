@@ -70,6 +70,13 @@ TEST(Toml, Mistakes_OfEveryKind_NamePlaceValueAndWhatIsAccepted) {
                 AllOf(StartsWith("rig.toml:1:"), HasSubstr("did you mean \"views\"")));
 }
 
+// The library asserts here, and a release build would rely on what it asserts.
+TEST(Toml, TableNameThatIsNone_IsRefused) {
+    for (const char* text : {"[# re", "[]", "[=]", "[[#"}) {
+        EXPECT_THAT(error_of([&] { table_of(text); }), StartsWith("rig.toml")) << text;
+    }
+}
+
 TEST(Toml, Nesting_Abysmal_IsRefused) {
     std::string deep = "a = ";
     for (int i = 0; i < 100; ++i) deep += '[';
