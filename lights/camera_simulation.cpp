@@ -244,6 +244,11 @@ void make_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+void check_photographs(const Rig& rig, const CameraModel& camera, const std::filesystem::path& folder) {
+    camera_view(rig, camera);
+    make_folder(folder);
+}
+
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor) {
     const Rig& rig = images.rig;

@@ -24,6 +24,10 @@ namespace lucerna {
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor);
 
+// What can be known to be wrong with write_photographs before there are images: throws as it does. Makes the
+// folder.
+void check_photographs(const Rig& rig, const CameraModel& camera, const std::filesystem::path& folder);
+
 // The images as they come back from such photographs, without files: assemble() of write_photographs(), bit
 // for bit.
 Assembly photographed(const FilterImages& images, const CameraModel& camera, const Workers& workers,

@@ -233,6 +233,8 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
     require_writable(command.lamp.file, ".exr");
+    if (!command.photographs.empty())
+        check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     const std::filesystem::path part_file = command.lamp.file + ".part";
     const FilterImages images = through_camera(
