@@ -42,7 +42,7 @@ void check_type(const std::string& type, std::int32_t size) {
     const auto* known = std::find_if(std::begin(kTypes), std::end(kTypes),
                                      [&type](const AttributeType& t) { return t.name == type; });
     if (known == std::end(kTypes))
-        throw InputError("damaged OpenEXR file: an attribute of a type that light fields do not have");
+        throw InputError("no light field: the OpenEXR file has an attribute of a type that they do not have");
     if (known->bytes >= 0 && known->bytes != size) {
         throw InputError(
             fmt::format("damaged OpenEXR file: an attribute of type {} and {} bytes", known->name, size));
