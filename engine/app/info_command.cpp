@@ -151,9 +151,9 @@ void act(const InfoOptions& options, const CommandContext& context) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
         return print_photometric(context.out, read_photometric(options.file, monitor), FluxUnit::lumen);
     }
-    if (suffix == ".tm25ray") {
+    if (suffix == ".tm25ray" || suffix == ".dat" || suffix == ".ray") {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
-        return print_ray_set(context.out, read_tm25(options.file, monitor));
+        return print_ray_set(context.out, read_rays(options.file, monitor));
     }
     print_scene_file(options, context);
 }
