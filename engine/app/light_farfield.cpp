@@ -80,16 +80,18 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
     if (lamp.unit == FluxUnit::watt && options.efficacy > 0)
         lamp = {scaled(lamp.web, options.efficacy), FluxUnit::lumen};
     const bool photometric = lamp.unit == FluxUnit::lumen;
+    const auto is_file = [](const std::string& output) { return suffix_of(output) == ".ies"; };
+    if (!photometric && std::any_of(options.outputs.begin(), options.outputs.end(), is_file)) {
+        throw InputError({options.lamp},
+                         "the lamp is in W, an .ies file in lm; --efficacy LM_PER_W says how they go");
+    }
     const std::string title = std::filesystem::path(options.lamp).stem().string();
     for (const std::string& output : options.outputs) {
         if (suffix_of(output) == ".svg") {
             write_text(output, polar_plot_svg(lamp.web, title, photometric ? "cd" : "W/sr",
                                               flux_unit_name(lamp.unit)));
-        } else if (photometric) {
-            write_ies(output, lamp.web, title);
         } else {
-            throw InputError({options.lamp},
-                             "the lamp is in W, an .ies file in lm; --efficacy LM_PER_W says how they go");
+            write_ies(output, lamp.web, title);
         }
     }
     if (!options.quiet) print_photometric(context.out, lamp.web, lamp.unit);
