@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <new>
 
 #include "engine/app/acquire_scene.h"
 #include "engine/app/light_commands.h"
@@ -186,6 +187,10 @@ FilterImages acquire_formula(const RigDescription& description, const std::files
     options.part = &part;
     try {
         return acquire_filters(emitter.model, description.rig, workers, monitor, options);
+    } catch (const std::bad_alloc&) {  // thrown before any work: nothing is worth keeping
+        std::error_code none;
+        if (part.columns() == 0) std::filesystem::remove(part_file, none);
+        throw;
     } catch (const InputError& error) {
         if (!monitor.stopped()) throw;
         throw InputError(
