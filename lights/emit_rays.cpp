@@ -1,6 +1,7 @@
 #include "lights/emit_rays.h"
 
 #include <cmath>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/stream.h"
@@ -58,13 +59,17 @@ LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode,
 }
 
 std::vector<LampRay> LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
+    std::vector<EmitU> u;
+    u.reserve(end - begin);
+    for (std::uint64_t i = begin; i < end; ++i) u.push_back(numbers(seed_, i));
+    std::vector<std::optional<Emitted>> emitted(u.size());
+    light_->emit_many(u, emitted);
     std::vector<LampRay> rays;
-    rays.reserve(end - begin);
-    for (std::uint64_t i = begin; i < end; ++i) {
-        const auto emitted = light_->emit(numbers(seed_, i));
-        if (!emitted) continue;
-        const float flux = luminance(emitted->weight);
-        if (flux > 0) rays.push_back({emitted->from.p, emitted->d, flux});
+    rays.reserve(u.size());
+    for (const std::optional<Emitted>& particle : emitted) {
+        if (!particle) continue;
+        const float flux = luminance(particle->weight);
+        if (flux > 0) rays.push_back({particle->from.p, particle->d, flux});
     }
     return rays;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "lights/passage.h"
+#include "lights/ray_passage.h"
 
 namespace lucerna {
 namespace {

@@ -23,7 +23,7 @@ struct Passage {
     int base[2];                    // the filter at or below it, per axis
     double past[2];                 // how far past that filter it lies, in [0, 1) of the spacing
     std::array<double, 4> dual[2];  // of filters base - 1 ... base + 2
-    int pixel[2][4];                // the pixel each of those sees it in; -1: none
+    int pixel[2][4];                // the pixel each of those sees it in; -1: none, or no such filter
     bool misses_s;                  // none of the filters exists
 
     Passage(const LampRay& ray, const Rig& rig) : base{}, past{}, pixel{}, misses_s(false) {
@@ -41,9 +41,9 @@ struct Passage {
             past[a] = x - floor;
             dual[a] = bell_dual_weights(past[a]);
             for (int i = 0; i < 4; ++i) {
-                const int filter = base[a] - 1 + i;
-                const double k = (on_m[a] - rig.column_edge(a, filter + 1, 0)) / rig.pixel[a];
-                pixel[a][i] = k >= 0 && k < rig.pixels[a] ? static_cast<int>(k) : -1;
+                const double k = (on_m[a] - rig.column_edge(a, base[a] + i, 0)) / rig.pixel[a];
+                const bool seen = exists(rig, a, i) && k >= 0 && k < rig.pixels[a];
+                pixel[a][i] = seen ? static_cast<int>(k) : -1;
             }
         }
     }

@@ -194,9 +194,6 @@ TEST(Lights, RayFile_TakesFileScaleAndPower) {
     EXPECT_THAT(refusal_of_world("LightSource \"rayfile\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refusal_of_world("Scale -1 1 1 LightSource \"rayfile\" \"string filename\" \"lamp.dat\""),
                 HasSubstr("mirrored"));
-    EXPECT_THAT(refusal_of_world("LightSource \"rayfile\" \"string filename\" \"a.ray\" \"string emission\" "
-                                 "\"exact\""),
-                HasSubstr("emission"));
     EXPECT_THAT(refusal_of_world("LightSource \"rayfiles\""), HasSubstr("did you mean \"rayfile\"?"));
 }
 

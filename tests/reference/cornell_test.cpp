@@ -55,20 +55,23 @@ Image halve(const Image& image) {
     return small;
 }
 
-// Means within 1 % of the path tracer's; relative MSE, with the reference's own noise in it, below the stated
-// figure.
+// Means within 1 % of the path tracer's; the error, with the reference's own noise in it, below the stated
+// figure. It is the relative MSE, but for virtual lights without a least distance: their variance has no
+// bound (1/r²), so that one pixel in a corner may decide an MSE; the mean of |t - r| / |r| does not depend on
+// it.
 TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
     Image reference = render_scene("cornell", "path", {}, 512, 96);
     struct Case {
         const char* integrator;
         Parameters parameters;
-        double relative_mse;
+        double Comparison::*error;
+        double most;
     };
     const Case cases[] = {
-        {"photonmap", {{"gatherrays", "16"}}, 5e-3},
-        {"photonmap", {{"indirect", "map"}}, 2e-2},
-        {"photonmap", {{"indirect", "map"}, {"direct", "map"}, {"k", "50"}}, 4e-2},
-        {"igi", {{"nlights", "128"}, {"nsets", "128"}, {"mindist", "0"}}, 5e-2},
+        {"photonmap", {{"gatherrays", "16"}}, &Comparison::relative_mse, 5e-3},
+        {"photonmap", {{"indirect", "map"}}, &Comparison::relative_mse, 2e-2},
+        {"photonmap", {{"indirect", "map"}, {"direct", "map"}, {"k", "50"}}, &Comparison::relative_mse, 4e-2},
+        {"igi", {{"nlights", "128"}, {"nsets", "128"}, {"mindist", "0"}}, &Comparison::mape, 6e-2},
     };
     for (const Case& c : cases) {
         const Image image = render_scene("cornell", c.integrator, c.parameters, 16, 96);
@@ -79,8 +82,9 @@ TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
             if (channel.name.starts_with("variance")) continue;
             EXPECT_NEAR(channel.ratio.value_or(0), 1, 0.01) << what << " " << channel.name;
         }
-        EXPECT_LT(result.relative_mse, c.relative_mse) << what;
-        std::cout << what << ": relative MSE " << result.relative_mse << "\n";
+        EXPECT_LT(result.*c.error, c.most) << what;
+        std::cout << what << ": relative MSE " << result.relative_mse << ", mean error " << result.mape
+                  << "\n";
     }
 }
 
