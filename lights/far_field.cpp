@@ -17,6 +17,7 @@ constexpr double kPiD = 3.14159265358979323846;
 constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 0.05;  // degrees
 constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is asked
+constexpr int kPixelNodes = 3;       // and per pixel of M, over which a mean is taken
 
 // 0, step, 2 step … up to `whole`.
 int steps_of(double step, double whole) {
@@ -161,6 +162,34 @@ std::vector<Node> nodes_of(const HatGrid& grid, double theta_most) {
     return nodes;
 }
 
+// The field with radiance, not flux density, even over a pixel: each coefficient over the mean of cos⁴θ, to
+// which the geometric term of a direction is proportional, from its filter's middle through its pixel.
+LightField evened(const LightField& field) {
+    const Rig& rig = field.rig();
+    std::vector<float> e(field.coefficients().begin(), field.coefficients().end());
+    const auto slope = [&rig](int axis, int filter, int pixel, double within) {
+        const double on_m = rig.column_edge(axis, filter + 1, 0) + (pixel + within) * rig.pixel[axis];
+        return (on_m - rig.filter(axis, filter)) / rig.distance;  // D > 0
+    };
+    for (int m = 0; m < rig.views.x; ++m) {
+        for (int k = 0; k < rig.pixels.x; ++k) {
+            for (int n = 0; n < rig.views.y; ++n) {
+                for (int l = 0; l < rig.pixels.y; ++l) {
+                    double mean = 0;
+                    for (const GaussNode& x : gauss_rule(kPixelNodes)) {
+                        for (const GaussNode& y : gauss_rule(kPixelNodes)) {
+                            const double over_cos2 = 1 + sqr(slope(0, m, k, x.x)) + sqr(slope(1, n, l, y.x));
+                            mean += x.weight * y.weight / sqr(over_cos2);
+                        }
+                    }
+                    e[rig.index(m, n, k, l)] /= static_cast<float>(mean);  // slopes are finite: > 0
+                }
+            }
+        }
+    }
+    return {rig, std::move(e), field.info()};
+}
+
 }  // namespace
 
 double far_intensity(const LightField& field, const V2d& slope) {
@@ -186,6 +215,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
             fmt::format("the light field's flux is {:g}; a lamp that shines is needed", measured));
     HatGrid grid(90, steps);
     const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(field.rig())));
+    const LightField even = evened(field);
     std::vector<double> flux(nodes.size());
     constexpr std::int64_t kGrain = 256;
     {
@@ -197,7 +227,9 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
                                 const Node& node = nodes[static_cast<std::size_t>(n)];
                                 const double slope = std::tan(node.theta);  // θ < 90° at every node
                                 const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
-                                flux[static_cast<std::size_t>(n)] = node.solid * far_intensity(field, at);
+                                const double cos2 = 1 / (1 + sqr(slope));
+                                flux[static_cast<std::size_t>(n)] =
+                                    node.solid * sqr(cos2) * far_intensity(even, at);
                             }
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });

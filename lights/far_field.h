@@ -12,6 +12,11 @@
 // A web is made from directions as a field is from rays: each node of its grid holds the mean of the
 // intensity under its hat, the bilinear function that is 1 there and 0 at its neighbours. Hats add up to 1,
 // so the web has the lamp's flux, whatever the grid. What is smaller than a step of the grid is smoothed.
+//
+// In a web radiance is taken to be even over a pixel of M as seen from a filter, with the pixel's flux (the
+// approximate reconstruction of appendix A, in which that flux is kept). The flux density, which is even
+// there by the field's definition, would make of each pixel a tooth: a pixel in the middle of a wide lamp's M
+// may span 17°, over which cos³ falls by an eighth.
 #pragma once
 
 #include "engine/base/monitor.h"

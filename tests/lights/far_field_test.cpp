@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/warp.h"
+#include "lights/acquire.h"
 #include "lights/ies.h"
 #include "lights/plane_irradiance.h"
 #include "tests/lights/field_fixtures.h"
@@ -71,6 +72,29 @@ TEST(FarField, LambertianDisc_FallsWithTheCosine) {
         const double slope = std::tan(gamma * M_PI / 180);
         EXPECT_NEAR(far_intensity(field, {0, slope}) / kArea, std::cos(gamma * M_PI / 180), 0.02);
     }
+}
+
+TEST(FarField, WideLampInCoarsePixels_HasNoTeeth) {
+    Monitor silent;
+    constexpr double kRadius = 0.009;
+    Rig rig = disc_rig();
+    rig.pixels = {22, 22};
+    rig.pixel = V2d(0.3 * rig.distance);  // 17° each in the middle
+    const LightField field =
+        acquire(cosine_emitter(EmitterModel::Outline::disc, V2d(kRadius), 1), rig, {}, silent);
+    const PhotometricWeb web = far_field(field, {2.5, 15}, {}, silent);
+    const double middle = web.intensity(V3d(0, 0, 1));
+    double worst = 0, worst_tooth = 0;
+    for (double theta = 2.5; theta < 60; theta += 2.5) {
+        const double slope = std::tan(theta * M_PI / 180), cos_theta = std::cos(theta * M_PI / 180);
+        worst =
+            std::max(worst, std::fabs(web.intensity(V3d(slope, 0, 1).normalized()) / middle / cos_theta - 1));
+        worst_tooth = std::max(
+            worst_tooth,
+            std::fabs(far_intensity(field, {slope, 0}) / far_intensity(field, {0, 0}) / cos_theta - 1));
+    }
+    EXPECT_LT(worst, 0.04);
+    EXPECT_GT(worst_tooth, 0.08) << "the flux density itself has teeth, or this test has none";
 }
 
 TEST(FarField, OfAField_HasItsFluxToTheLastDigit) {
