@@ -24,13 +24,17 @@ for name in "$@"; do
         if [ -f "scenes/lamps/$name/make.py" ]; then python3 "scenes/lamps/$name/make.py"; fi
         "$lucerna" light acquire "$rig" -o "$lamp" --quiet
     fi
+    case $name in
+        projector) exposure=-6 ;;
+        *) exposure=-2.5 ;;
+    esac
     echo "== $name"
     rm -f "${lamp%.exr}.cells"
     for method in photonmap path; do
         samples=$spp
         [ "$method" = path ] && samples=$((16 * spp))
         "$lucerna" render "scenes/cloister/by-$name.pbrt" -o "$out/$name-$method.exr" --png --quiet --integrator "$method" \
-            --resolution "$resolution" --spp "$samples" --exposure 2 --stats "$out/$name-$method.json"
+            --resolution "$resolution" --spp "$samples" --exposure "$exposure" --stats "$out/$name-$method.json"
         echo "$method, $samples samples per pixel: $(seconds "$out/$name-$method.json")"
     done
     "$lucerna" compare "$out/$name-photonmap.exr" "$out/$name-path.exr" || true
