@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
-#include "lights/ray_projection.h"
 #include "lights/cell_table.h"
 #include "lights/measured.h"
+#include "lights/ray_projection.h"
 #include "tests/support/scenes.h"
 #include "tests/support/shared_data.h"
 
