@@ -1,8 +1,7 @@
 #include "lights/acquire_part.h"
 
-#include <bit>
-
 #include "engine/base/error.h"
+#include "engine/base/hash.h"
 
 namespace lucerna {
 namespace {
@@ -18,12 +17,10 @@ struct Record {
 };
 
 std::uint64_t checksum(std::uint64_t column, std::span<const float> values) {
-    std::uint64_t hash = 0xcbf29ce484222325U ^ column;
-    for (const float v : values) {
-        hash = (hash ^ std::bit_cast<std::uint32_t>(v)) * 0x100000001b3U;
-        hash ^= hash >> 29;
-    }
-    return hash;
+    WordHash hash;
+    hash.add(column);
+    for (const float v : values) hash.add(v);
+    return hash.value();
 }
 
 template <typename T>

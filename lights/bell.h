@@ -42,6 +42,13 @@ T bell_integral(T x) {
     return T(0.5) - rest * rest * rest * (T(2) / T(3));
 }
 
+// ∫ of Φ from -1 to x; 0 below, 1 above.
+template <std::floating_point T>
+T bell_upto(T x) {
+    const T inner = bell_integral(std::min(std::fabs(x), T(1)));
+    return x < 0 ? T(0.5) - inner : T(0.5) + inner;
+}
+
 // The x in [0, 1] with F(x) = y, for y in [0, 1/2] (clamped). Closed form: x = √2 sin θ turns x - 2x³/3 into
 // (√2/3) sin 3θ; the outer part is a cube root.
 inline double inverse_bell_integral(double y) {

@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/hash.h"
 #include "lights/cell_table.h"
 
 namespace lucerna {
@@ -25,26 +26,16 @@ struct FileHeader {
 };
 static_assert(sizeof(FileHeader) == 72, "no padding in the file");
 
-class Check {
-  public:
-    void add(std::span<const std::byte> bytes) {
-        std::size_t i = 0;
-        for (; i + 8 <= bytes.size(); i += 8) {
-            std::uint64_t word = 0;
-            std::memcpy(&word, &bytes[i], 8);
-            step(word);
-        }
-        for (; i < bytes.size(); ++i) step(static_cast<std::uint64_t>(bytes[i]));
+// Eight bytes at a time, the last ones one by one.
+void add_bytes(WordHash& check, std::span<const std::byte> bytes) {
+    std::size_t i = 0;
+    for (; i + 8 <= bytes.size(); i += 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, &bytes[i], 8);
+        check.add(word);
     }
-    std::uint64_t value() const { return value_; }
-
-  private:
-    void step(std::uint64_t word) {
-        value_ = (value_ ^ word) * 0x100000001b3U;
-        value_ ^= value_ >> 29;
-    }
-    std::uint64_t value_ = 0xcbf29ce484222325U;
-};
+    for (; i < bytes.size(); ++i) check.add(static_cast<std::uint64_t>(bytes[i]));
+}
 
 // Calls action(bytes) for every array of the four tables, in the order in which they lie in the file.
 template <typename Action>
@@ -67,9 +58,9 @@ void CellTable::save(const std::filesystem::path& file) const {
     header.field_hash = hash_;
     for (std::size_t i = 0; i < 4; ++i) header.size[i] = size_[i];
     header.flux = flux_;
-    Check check;
-    check.add(std::as_bytes(std::span(&header.flux, 1)));
-    for_each_array(tables, [&](std::span<const std::byte> bytes) { check.add(bytes); });
+    WordHash check;
+    add_bytes(check, std::as_bytes(std::span(&header.flux, 1)));
+    for_each_array(tables, [&](std::span<const std::byte> bytes) { add_bytes(check, bytes); });
     header.check = check.value();
     replace_file(file, [&](const std::filesystem::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
@@ -106,11 +97,11 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     }
     if (bytes_there != sizeof header + table.bytes()) return refuse("its length is wrong");
     ConditionalTables* const tables[] = {&table.u_, &table.v_, &table.s_, &table.t_};
-    Check check;
-    check.add(std::as_bytes(std::span(&header.flux, 1)));
+    WordHash check;
+    add_bytes(check, std::as_bytes(std::span(&header.flux, 1)));
     for_each_array(tables, [&](std::span<std::byte> bytes) {
         in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        check.add(bytes);
+        add_bytes(check, bytes);
     });
     if (!in || check.value() != header.check) return refuse("it is damaged");
     if (!std::isfinite(header.flux) || header.flux < 0) return refuse("it is damaged");

@@ -7,8 +7,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kPiD = 3.14159265358979323846;
-
 int index_below(double place, int n) {
     return std::clamp(static_cast<int>(place), 0, n - 1);
 }

@@ -6,11 +6,7 @@
 #include "engine/base/error.h"
 
 namespace lucerna {
-namespace {
-
-constexpr double kPiD = 3.14159265358979323846;
-
-}  // namespace
+namespace {}  // namespace
 
 EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size, double flux, double exponent,
                             std::function<double(const V2d&)> pattern) {

@@ -6,14 +6,13 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "lights/bell.h"
+#include "lights/bell_pixels.h"
 #include "lights/gauss.h"
 #include "lights/photometric_cell.h"
 
 namespace lucerna {
 namespace {
 
-constexpr double kPiD = 3.14159265358979323846;
 constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 0.05;  // degrees
 constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is asked
@@ -93,37 +92,18 @@ class HatGrid {
     std::vector<double> flux_;
 };
 
-// ∫ of Φ from -1 to x.
-double bell_upto(double x) {
-    const double inner = bell_integral(std::min(std::fabs(x), 1.0));
-    return x < 0 ? 0.5 - inner : 0.5 + inner;
-}
-
-// What a filter adds to a direction through one pixel of its image.
-struct Share {
-    int filter, pixel;
-    double weight;  // metres
-};
-
 // One axis: rays of the slope that pass filter i at u pass M at u + slope·D.
-std::vector<Share> shares(const Rig& rig, int axis, double slope) {
-    std::vector<Share> all;
+std::vector<BellShare> shares(const Rig& rig, int axis, double slope) {
+    std::vector<BellShare> all;
     const double spacing = rig.spacing[axis], pixel = rig.pixel[axis];  // positive in every rig
     for (int filter = 0; filter < rig.views[axis]; ++filter) {
         const double centre = rig.filter(axis, filter);
         const double sensor = rig.shift[axis] > 0 ? centre : 0.0;
         // Of the filter's middle on its image, in pixels from the lower edge.
         const double middle = (centre + slope * rig.distance - sensor) / pixel + 0.5 * rig.pixels[axis];
-        const double reach = spacing / pixel;
-        const double most = rig.pixels[axis] - 1;
-        const double first = std::max(0.0, std::floor(middle - reach));
-        const double last = std::min(most, std::floor(middle + reach));
-        for (double k = first; k <= last; ++k) {
-            const double from = std::clamp((k - middle) / reach, -1.0, 1.0);
-            const double to = std::clamp((k + 1 - middle) / reach, -1.0, 1.0);
-            const double weight = spacing * (bell_upto(to) - bell_upto(from));
-            if (weight > 0) all.push_back({filter, static_cast<int>(k), weight});
-        }
+        share_bell(middle, spacing / pixel, rig.pixels[axis], [&](int k, double of_bell) {
+            all.push_back({filter, k, spacing * of_bell});
+        });
     }
     return all;
 }
@@ -194,11 +174,11 @@ LightField evened(const LightField& field) {
 
 double far_intensity(const LightField& field, const V2d& slope) {
     const Rig& rig = field.rig();
-    const std::vector<Share> across = shares(rig, 0, slope.x), up = shares(rig, 1, slope.y);
+    const std::vector<BellShare> across = shares(rig, 0, slope.x), up = shares(rig, 1, slope.y);
     double sum = 0;
-    for (const Share& x : across) {
+    for (const BellShare& x : across) {
         double row = 0;
-        for (const Share& y : up) {
+        for (const BellShare& y : up) {
             row += y.weight * double{field.coefficients()[rig.index(x.filter, y.filter, x.pixel, y.pixel)]};
         }
         sum += x.weight * row;

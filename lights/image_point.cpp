@@ -23,7 +23,7 @@ double corner_angle(double x, double y) {
 Slide::Slide(std::shared_ptr<const Image> image, double fov_degrees, bool top_is_up)
     : image_(std::move(image)), up_(top_is_up ? 1 : -1) {
     assert(image_ && image_->width > 0 && image_->height > 0 && fov_degrees > 0 && fov_degrees < 180);
-    const double half = std::tan(fov_degrees * 3.14159265358979323846 / 360);
+    const double half = std::tan(fov_degrees * kPiD / 360);
     const double aspect = static_cast<double>(image_->width) / image_->height;
     half_x_ = half * std::max(1.0, aspect);
     half_y_ = half * std::max(1.0, 1 / aspect);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "engine/base/error.h"
@@ -200,17 +199,6 @@ PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor
 PhotometricWeb read_ldt(const std::filesystem::path& file, Monitor& monitor) {
     return parse_ldt(read_text(file), file.string(), monitor);
 }
-
-namespace {
-
-std::string suffix_of(const std::filesystem::path& file) {
-    std::string suffix = file.extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return suffix;
-}
-
-}  // namespace
 
 bool is_photometric(const std::filesystem::path& file) {
     const std::string suffix = suffix_of(file);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/hash.h"
 
 namespace lucerna {
 
@@ -148,27 +149,20 @@ double storage_scale(std::span<const float> coefficients) {
 }
 
 std::uint64_t content_hash(const LightField& field) {
-    // FNV-1a's step on words, with the high half folded down so that every bit of a word reaches every later
-    // one.
-    std::uint64_t hash = 0xcbf29ce484222325U;
-    const auto add = [&hash](std::uint64_t word) {
-        hash = (hash ^ word) * 0x100000001b3U;
-        hash ^= hash >> 29;
-    };
+    WordHash hash;
     const Rig& rig = field.rig();
     for (int axis = 0; axis < 2; ++axis) {
-        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]})
-            add(static_cast<std::uint64_t>(i));
-        add(std::bit_cast<std::uint64_t>(rig.spacing[axis]));
-        add(std::bit_cast<std::uint64_t>(rig.pixel[axis]));
+        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]}) hash.add(i);
+        hash.add(rig.spacing[axis]);
+        hash.add(rig.pixel[axis]);
     }
-    add(std::bit_cast<std::uint64_t>(rig.distance));
+    hash.add(rig.distance);
     const double scale = storage_scale(field.coefficients());
     for (const float e : field.coefficients()) {
         const float held = from_stored(stored_half(e, scale), scale);
-        add(held == 0 ? 0U : std::bit_cast<std::uint32_t>(held));  // one zero
+        hash.add(held == 0 ? 0.0F : held);  // one zero
     }
-    return hash;
+    return hash.value();
 }
 
 }  // namespace lucerna

@@ -13,7 +13,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kPiD = 3.14159265358979323846;
 constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 1e-4;  // degrees between neighbours of a grid
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "lights/bell.h"
+#include "lights/bell_pixels.h"
 
 namespace lucerna {
 namespace {
@@ -16,18 +16,6 @@ constexpr double kTail = 0.02;   // share of the light that a frame leaves out o
 constexpr double kMargin = 1.1;  // by which a frame is wider than that
 constexpr int kCoarse = 256;     // pixels per side from which a frame is found
 
-// ∫ of Φ from -1 to x.
-double bell_upto(double x) {
-    const double inner = bell_integral(std::min(std::fabs(x), 1.0));
-    return x < 0 ? 0.5 - inner : 0.5 + inner;
-}
-
-// What filter i adds to a point, or to a pixel's mean, through pixel k of its image.
-struct Share {
-    int filter, pixel;
-    double weight;  // metres
-};
-
 // One axis of the projection: for a position x on the plane, the bells' integrals over the parts of S from
 // which x is seen through each pixel.
 class AxisProjection {
@@ -35,9 +23,9 @@ class AxisProjection {
     AxisProjection(const Rig& rig, int axis, double z) : rig_(rig), axis_(axis), z_(z) {}
 
     // For the mean over [from, to]; a point if they are equal.
-    std::vector<Share> shares(double from, double to) const {
+    std::vector<BellShare> shares(double from, double to) const {
         const int samples = to > from ? kSamplesPerPixel : 1;
-        std::vector<Share> all;
+        std::vector<BellShare> all;
         for (int filter = 0; filter < rig_.views[axis_]; ++filter) {
             std::vector<double> through(static_cast<std::size_t>(rig_.pixels[axis_]));
             for (int i = 0; i < samples; ++i)
@@ -66,26 +54,11 @@ class AxisProjection {
         const auto pixel_at = [&](double u) {
             return (u + (x - u) * ratio - sensor) / rig_.pixel[axis_] + 0.5 * rig_.pixels[axis_];
         };
-        const double low = pixel_at(centre - spacing), high = pixel_at(centre + spacing);
-        const double slope = 0.5 * (high - low);  // pixels per spacing
-        const double middle = 0.5 * (high + low);
-        const int first = std::max(0, floor_clamped(std::min(low, high)));
-        const int last = std::min(rig_.pixels[axis_] - 1, floor_clamped(std::max(low, high)));
-        for (int k = first; k <= last; ++k) {
-            double from = -1, to = 1;  // of the bell, in spacings
-            // A slope near 0 (the plane is M) leaves the whole bell in one pixel; the quotients then lie far
-            // outside and are cut to ±1, and without any slope they are not asked for.
-            if (slope != 0) {
-                const double a = (k - middle) / slope, b = (k + 1 - middle) / slope;
-                from = std::clamp(std::min(a, b), -1.0, 1.0);
-                to = std::clamp(std::max(a, b), -1.0, 1.0);
-            }
-            through[static_cast<std::size_t>(k)] +=
-                share * spacing * std::max(0.0, bell_upto(to) - bell_upto(from)) * ratio;
-        }
+        const double middle = pixel_at(centre), slope = pixel_at(centre + spacing) - middle;
+        share_bell(middle, slope, rig_.pixels[axis_], [&](int k, double of_bell) {
+            through[static_cast<std::size_t>(k)] += share * spacing * of_bell * ratio;
+        });
     }
-    // As an int, for numbers of any size.
-    static int floor_clamped(double x) { return static_cast<int>(std::floor(std::clamp(x, -1e6, 1e6))); }
 
     const Rig& rig_;
     int axis_;
@@ -93,11 +66,11 @@ class AxisProjection {
 };
 
 // Σ over filters and pixels of the first axis: what is left depends on (n, l) alone.
-void contract(const LightField& field, const std::vector<Share>& shares, std::vector<double>& rest) {
+void contract(const LightField& field, const std::vector<BellShare>& shares, std::vector<double>& rest) {
     const Rig& rig = field.rig();
     const auto height = static_cast<std::size_t>(rig.pixels.y);
     std::fill(rest.begin(), rest.end(), 0.0);
-    for (const Share& share : shares) {
+    for (const BellShare& share : shares) {
         for (int n = 0; n < rig.views.y; ++n) {
             const float* e = &field.coefficients()[rig.index(share.filter, n, share.pixel, 0)];
             double* sum = &rest[static_cast<std::size_t>(n) * height];
@@ -106,9 +79,9 @@ void contract(const LightField& field, const std::vector<Share>& shares, std::ve
     }
 }
 
-double apply(const std::vector<Share>& shares, const std::vector<double>& rest, std::size_t height) {
+double apply(const std::vector<BellShare>& shares, const std::vector<double>& rest, std::size_t height) {
     double sum = 0;
-    for (const Share& share : shares) {
+    for (const BellShare& share : shares) {
         sum += share.weight *
                rest[static_cast<std::size_t>(share.filter) * height + static_cast<std::size_t>(share.pixel)];
     }
@@ -191,7 +164,7 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
         throw InputError(fmt::format("plane: {:g} m before S; 0 or more is accepted", patch.distance));
     const Rig& rig = field.rig();
     const AxisProjection across(rig, 0, patch.distance), up(rig, 1, patch.distance);
-    std::vector<std::vector<Share>> rows(static_cast<std::size_t>(patch.pixels.y));
+    std::vector<std::vector<BellShare>> rows(static_cast<std::size_t>(patch.pixels.y));
     parallel_chunks(workers, patch.pixels.y, [&](std::int64_t y) {
         rows[static_cast<std::size_t>(y)] =
             up.shares(edge(patch, 1, static_cast<int>(y)), edge(patch, 1, static_cast<int>(y) + 1));

@@ -11,8 +11,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kPiD = 3.14159265358979323846;
-
 // The slide with a dark frame one texel wide, so that four neighbours always exist. Rows run down.
 class Slide {
   public:

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -107,9 +106,7 @@ constexpr Format kFormats[] = {
 };
 
 const Format* format_of(const std::filesystem::path& file) {
-    std::string suffix = file.extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string suffix = suffix_of(file);
     for (const Format& format : kFormats) {
         if (suffix == format.suffix) return &format;
     }

@@ -1,7 +1,6 @@
 // Which reader a ray file is for: its first bytes say; where they are of no format known, its name does.
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <fstream>
 #include <string_view>
 
@@ -21,13 +20,6 @@ constexpr Format kFormats[] = {
     {"LTRF", ".ray", read_lighttools},
     {std::string_view("\xf2\x03\x00\x00", 4), ".dat", read_zemax},  // the number 1010
 };
-
-std::string suffix_of(const std::filesystem::path& file) {
-    std::string suffix = file.extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return suffix;
-}
 
 }  // namespace
 

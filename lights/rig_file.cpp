@@ -1,6 +1,5 @@
 #include "lights/rig_file.h"
 
-#include <bit>
 #include <cmath>
 #include <string>
 
@@ -125,25 +124,6 @@ AcquireOptions read_quality(const TomlTable& table) {
     return options;
 }
 
-// FNV-1a's step on words, with the high half folded down.
-class Key {
-  public:
-    void add(std::uint64_t word) {
-        value_ = (value_ ^ word) * 0x100000001b3U;
-        value_ ^= value_ >> 29;
-    }
-    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-    void add(int number) { add(static_cast<std::uint64_t>(number)); }
-    void add(const std::string& text) {
-        add(static_cast<std::uint64_t>(text.size()));
-        for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
-    }
-    std::uint64_t value() const { return value_; }
-
-  private:
-    std::uint64_t value_ = 0xcbf29ce484222325U;
-};
-
 }  // namespace
 
 Rig read_planes(const TomlTable& table) {
@@ -191,22 +171,27 @@ RigDescription read_rig_file(const std::filesystem::path& file) {
     return read_rig(TomlTable::read(file));
 }
 
-std::uint64_t description_key(const RigDescription& description) {
-    Key key;
-    const Rig& rig = description.rig;
-    const EmitterDescription& emitter = description.emitter;
+void add(WordHash& hash, const Rig& rig) {
     for (int axis = 0; axis < 2; ++axis) {
-        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]}) key.add(i);
-        for (const double x :
-             {rig.spacing[axis], rig.pixel[axis], emitter.half_size[axis], emitter.slide_size[axis]})
-            key.add(x);
+        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]}) hash.add(i);
+        hash.add(rig.spacing[axis]);
+        hash.add(rig.pixel[axis]);
     }
-    for (int axis = 0; axis < 3; ++axis) {
-        key.add(double{rig.centre[axis]});
-        key.add(double{emitter.colour[axis]});
+    hash.add(rig.distance);
+    for (int c = 0; c < 3; ++c) hash.add(rig.centre[c]);
+}
+
+std::uint64_t description_key(const RigDescription& description) {
+    WordHash key;
+    const EmitterDescription& emitter = description.emitter;
+    add(key, description.rig);
+    for (int axis = 0; axis < 2; ++axis) {
+        key.add(emitter.half_size[axis]);
+        key.add(emitter.slide_size[axis]);
     }
+    for (int c = 0; c < 3; ++c) key.add(emitter.colour[c]);
     for (const double x :
-         {rig.distance, emitter.setback, emitter.flux, emitter.exponent, emitter.focal_length, emitter.focus})
+         {emitter.setback, emitter.flux, emitter.exponent, emitter.focal_length, emitter.focus})
         key.add(x);
     key.add(static_cast<int>(emitter.kind));
     key.add(static_cast<int>(emitter.unit));

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "engine/base/hash.h"
 #include "engine/base/toml.h"
 #include "lights/acquire.h"
 #include "lights/camera_model.h"
@@ -55,6 +56,9 @@ RigDescription read_rig(const TomlTable& table);
 // is none).
 Rig read_planes(const TomlTable& table);
 Rgb read_colour(const TomlTable& table);
+
+// Adds all numbers of a rig.
+void add(WordHash& hash, const Rig& rig);
 
 // A name for all numbers of a description; the files that it names count by their names only.
 std::uint64_t description_key(const RigDescription& description);

@@ -38,7 +38,7 @@ class SpotLight final : public Light {
     SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, float cone_degrees,
               float delta_degrees)
         : position_(position), frame_(axis.normalized()), intensity_(intensity) {
-        constexpr double kDegree = 3.14159265358979323846 / 180;
+        constexpr double kDegree = kPiD / 180;
         const double cone = std::clamp(static_cast<double>(cone_degrees), 0.0, 180.0);
         const double start = std::clamp(cone - static_cast<double>(delta_degrees), 0.0, cone);
         start_ = one_minus_cos(start * kDegree);
@@ -72,7 +72,7 @@ class SpotLight final : public Light {
 
   private:
     double rim() const { return total_ - start_; }
-    double solid_angle() const { return 2 * 3.14159265358979323846 * (start_ + rim() / 2); }  // sr, weighted
+    double solid_angle() const { return 2 * kPiD * (start_ + rim() / 2); }  // sr, weighted
 
     // The rim is emptiest at its outer edge: u = 0 there.
     double rim_u(double part) const {

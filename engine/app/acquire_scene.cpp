@@ -5,8 +5,10 @@
 #include "engine/app/sums_file.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
+#include "lights/rig_file.h"
 
 namespace lucerna {
 namespace {
@@ -17,8 +19,8 @@ constexpr double kSecondsBetweenSaves = 60;
 // are not in that text, what the scene does with its first paths.
 std::uint64_t key_of(const SceneEmitter& emitter, const Rig& rig, const Scene& scene,
                      const LuminairePlan& plan, const Workers& workers) {
-    WorkKey key;
-    key.add(rig);
+    WordHash key;
+    add(key, rig);
     key.add(static_cast<std::uint64_t>(plan.paths));
     key.add(static_cast<std::uint64_t>(plan.block));
     key.add(plan.seed);

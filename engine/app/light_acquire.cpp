@@ -12,6 +12,7 @@
 #include "engine/app/outputs.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/hash.h"
 #include "engine/world/texture_image.h"
 #include "lights/acquire.h"
 #include "lights/acquire_part.h"
@@ -122,15 +123,6 @@ struct NamedEmitter {
     std::uint64_t key = 0;
 };
 
-std::uint64_t hash_of(const Image& image) {
-    std::uint64_t hash = 0xcbf29ce484222325U ^ static_cast<std::uint64_t>(image.width);
-    for (const float x : image.data) {
-        hash = (hash ^ std::bit_cast<std::uint32_t>(x)) * 0x100000001b3U;
-        hash ^= hash >> 29;
-    }
-    return hash;
-}
-
 EmitterModel flat_emitter(const EmitterDescription& from) {
     const bool disc = from.kind == EmitterDescription::Kind::disc;
     EmitterModel model = cosine_emitter(disc ? EmitterModel::Outline::disc : EmitterModel::Outline::rectangle,
@@ -159,16 +151,19 @@ Projector projector_of(const EmitterDescription& from) {
 NamedEmitter emitter_of(const RigDescription& description) {
     const EmitterDescription& from = description.emitter;
     NamedEmitter emitter;
-    emitter.key = description_key(description);
+    WordHash key;  // of the description, of the slide it names, and of the program
+    key.add(description_key(description));
     if (from.kind == EmitterDescription::Kind::projector) {
         const std::shared_ptr<const Image> slide = read_texture_image(from.slide);
         emitter.model =
             naming(from.slide.string(), [&] { return projector_emitter(projector_of(from), *slide); });
-        emitter.key ^= hash_of(*slide);
+        key.add(slide->width);
+        for (const float x : slide->data) key.add(x);
     } else {
         emitter.model = flat_emitter(from);
     }
-    for (const char c : program_version()) emitter.key = emitter.key * 31 + static_cast<unsigned char>(c);
+    key.add(program_version());
+    emitter.key = key.value();
     emitter.model.info.colour = from.colour;
     emitter.model.info.unit = from.unit;
     emitter.model.info.provenance +=

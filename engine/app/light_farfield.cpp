@@ -3,7 +3,6 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 
@@ -39,13 +38,6 @@ struct FarFieldOptions {
     Workers workers;
     bool quiet = false;
 };
-
-std::string suffix_of(const std::string& file) {
-    std::string suffix = std::filesystem::path(file).extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return suffix;
-}
 
 struct Lamp {
     PhotometricWeb web;

@@ -12,20 +12,10 @@
 #include "engine/base/files.h"
 
 namespace lucerna {
-namespace {
-
-std::string lower(std::string text) {
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
-}
-
-}  // namespace
-
 void require_writable(const std::filesystem::path& file, std::string_view suffix) {
     const Location at{file.string()};
     if (file.empty()) throw InputError("the output needs a file name");
-    if (!suffix.empty() && lower(file.extension().string()) != suffix) {
+    if (!suffix.empty() && suffix_of(file) != suffix) {
         input_error(at, "the output's name must end in {}", suffix);
     }
     std::error_code status;

@@ -1,6 +1,5 @@
 #include "engine/app/sums_file.h"
 
-#include <bit>
 #include <cstring>
 #include <fstream>
 #include <span>
@@ -8,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/hash.h"
 
 namespace lucerna {
 namespace {
@@ -49,7 +49,7 @@ void for_each_entry(AcquisitionState& state, Number&& number, Count&& count) {
 }
 
 std::uint64_t check_of(const Head& head, const FilterSums& sums) {
-    WorkKey check;
+    WordHash check;
     check.add(static_cast<std::uint64_t>(head.blocks));
     for (const double number : head.numbers) check.add(number);
     for (const std::uint64_t count : head.counts) check.add(count);
@@ -64,21 +64,6 @@ std::uint64_t check_of(const Head& head, const FilterSums& sums) {
 }
 
 }  // namespace
-
-void WorkKey::add(double number) {
-    add(std::bit_cast<std::uint64_t>(number));
-}
-
-void WorkKey::add(const Rig& rig) {
-    for (int axis = 0; axis < 2; ++axis) {
-        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]})
-            add(static_cast<std::uint64_t>(i));
-        add(rig.spacing[axis]);
-        add(rig.pixel[axis]);
-    }
-    add(rig.distance);
-    for (int c = 0; c < 3; ++c) add(rig.centre[c]);
-}
 
 void save_state(const std::filesystem::path& file, const AcquisitionState& state) {
     Head head{};

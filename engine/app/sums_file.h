@@ -26,19 +26,4 @@ void save_state(const std::filesystem::path& file, const AcquisitionState& state
 std::optional<AcquisitionState> load_state(const std::filesystem::path& file, std::uint64_t key,
                                            const Rig& rig);
 
-// A step of the hash by which work is named, FNV-1a's on words with the high half folded down.
-class WorkKey {
-  public:
-    void add(std::uint64_t word) {
-        value_ = (value_ ^ word) * 0x100000001b3U;
-        value_ ^= value_ >> 29;
-    }
-    void add(double number);
-    void add(const Rig& rig);
-    std::uint64_t value() const { return value_; }
-
-  private:
-    std::uint64_t value_ = 0xcbf29ce484222325U;
-};
-
 }  // namespace lucerna

@@ -2,7 +2,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -78,6 +80,13 @@ void replace_file(const std::filesystem::path& file,
         std::filesystem::remove(temporary, ignored);
         throw InputError({file.string()}, std::string("cannot be written: ") + one_line(error.what()));
     }
+}
+
+std::string suffix_of(const std::filesystem::path& file) {
+    std::string suffix = file.extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return suffix;
 }
 
 std::string one_line(std::string_view text) {

@@ -32,6 +32,9 @@ std::vector<std::byte> read_unpacked(const std::filesystem::path& file);
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
 
+// The end of the name, as ".exr", in lower case whatever the file's.
+std::string suffix_of(const std::filesystem::path& file);
+
 // A library's message with its line breaks folded away.
 std::string one_line(std::string_view text);
 

@@ -118,9 +118,7 @@ void read_counts(OIIO::ImageInput& in, const Channels& channels, const std::file
 }
 
 const char* format_of(const std::filesystem::path& file, bool whole) {
-    std::string suffix = file.extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string suffix = suffix_of(file);
     if (whole && suffix == ".png") return "png";
     if (whole && (suffix == ".tif" || suffix == ".tiff")) return "tiff";
     if (!whole && suffix == ".exr") return "openexr";

@@ -61,8 +61,7 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
     const bool perspective = settings_.kind == Settings::Kind::perspective;
     // Screen units per unit of length on the plane z = 1; an orthographic screen is the plane itself.
     const double scale =
-        perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * 3.14159265358979323846 / 180)
-                    : 1.0;
+        perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
     const M44d& m = settings_.world_from_camera;
     V3d origin;
     m.multVecMatrix(V3d(0, 0, 0), origin);

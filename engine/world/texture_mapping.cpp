@@ -3,8 +3,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kPiD = 3.14159265358979323846;
-
 double finite(double x) {
     return std::isfinite(x) ? x : 0.0;
 }

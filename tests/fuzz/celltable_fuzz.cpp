@@ -1,30 +1,18 @@
 // libFuzzer's entry to the cell table's cache: bytes in, a table from which one can draw or a reason out.
-#include <unistd.h>
-
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "lights/cell_table.h"
+#include "tests/fuzz/input.h"
+
+using lucerna::testing::file_of_input;
+using lucerna::testing::require;
 
 namespace {
-
-std::filesystem::path file_of_this_process() {
-    return std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + ".cells");
-}
-
-void require(bool good, const char* what) {
-    if (good) return;
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-}
 
 // The field to which the corpus's tables belong.
 const lucerna::LightField& field() {
@@ -53,9 +41,7 @@ void require_sound(const lucerna::CellTable& table) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    const std::filesystem::path file = file_of_this_process();
-    std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+    const std::filesystem::path file = file_of_input(data, size, ".cells");
     std::string reason;
     const auto table = lucerna::CellTable::load(file, field(), reason);
     if (table)

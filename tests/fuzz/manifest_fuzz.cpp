@@ -3,20 +3,15 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string_view>
 
-#include "engine/base/error.h"
 #include "lights/photographs.h"
+#include "tests/fuzz/input.h"
+
+using lucerna::testing::require;
+using lucerna::testing::require_one_line;
 
 namespace {
-
-void require(bool good, const char* what) {
-    if (good) return;
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-}
 
 // Small photographs with something in them.
 lucerna::Photograph fake(const lucerna::Shot& shot, const lucerna::ShotId& which) {
@@ -60,8 +55,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         require(lucerna::manifest_text(again) == written, "a manifest that changes when it is written");
         assemble_fakes(manifest);
     } catch (const lucerna::InputError& error) {
-        const std::string_view message = error.what();
-        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+        require_one_line(error);
     }
     return 0;
 }

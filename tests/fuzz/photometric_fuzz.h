@@ -4,22 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
-#include "engine/base/error.h"
 #include "lights/ies.h"
 #include "lights/photometric.h"
+#include "tests/fuzz/input.h"
 
 namespace lucerna::testing {
-
-inline void require(bool good, const char* what) {
-    if (good) return;
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-}
 
 inline void require_sound(const PhotometricWeb& web) {
     require(std::isfinite(web.flux()) && web.flux() >= 0, "the flux is no flux");
@@ -39,8 +31,7 @@ int fuzz_photometric(const std::uint8_t* data, std::size_t size, Parse&& parse) 
     try {
         require_sound(parse(std::string_view(reinterpret_cast<const char*>(data), size), "lamp", silent));
     } catch (const InputError& error) {
-        const std::string message = error.what();
-        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+        require_one_line(error);
     }
     return 0;
 }

@@ -1,31 +1,19 @@
 // libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes in, rays
 // that are numbers or an InputError out. A TM-25 header has 36,000 bytes of text, of which the input
 // holds 16.
-#include <unistd.h>
-
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
-#include "engine/base/error.h"
 #include "lights/ray_set.h"
+#include "tests/fuzz/input.h"
+
+using lucerna::testing::file_of_input;
+using lucerna::testing::require;
+using lucerna::testing::require_one_line;
 
 namespace {
-
-std::filesystem::path file_of_this_process() {
-    return std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + ".rays");
-}
-
-void require(bool good, const char* what) {
-    if (good) return;
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-}
 
 void require_sound(const lucerna::RaySet& set) {
     require(!set.rays.empty(), "a set without rays");
@@ -55,14 +43,14 @@ std::string unfolded(const std::uint8_t* data, std::size_t size) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    const std::filesystem::path file = file_of_this_process();
-    std::ofstream(file, std::ios::binary) << unfolded(data, size);
+    const std::string bytes = unfolded(data, size);
+    const std::filesystem::path file =
+        file_of_input(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), ".rays");
     lucerna::Monitor silent;
     try {
         require_sound(lucerna::read_rays(file, silent));
     } catch (const lucerna::InputError& error) {
-        const std::string message = error.what();
-        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+        require_one_line(error);
     }
     return 0;
 }

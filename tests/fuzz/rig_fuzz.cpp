@@ -3,22 +3,13 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string_view>
 
-#include "engine/base/error.h"
 #include "lights/rig_file.h"
+#include "tests/fuzz/input.h"
 
-namespace {
-
-void require(bool good, const char* what) {
-    if (good) return;
-    std::fprintf(stderr, "%s\n", what);
-    std::abort();
-}
-
-}  // namespace
+using lucerna::testing::require;
+using lucerna::testing::require_one_line;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using lucerna::EmitterDescription;
@@ -31,8 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         require(std::isfinite(d.emitter.setback) && std::isfinite(d.emitter.focus), "a length that is none");
         require(lucerna::description_key(d) == lucerna::description_key(d), "a key that changes");
     } catch (const lucerna::InputError& error) {
-        const std::string_view message = error.what();
-        require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
+        require_one_line(error);
     }
     return 0;
 }

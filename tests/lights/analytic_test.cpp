@@ -19,8 +19,6 @@ namespace {
 using testing::agrees;
 using testing::chi_square;
 
-constexpr double kPiD = 3.14159265358979323846;
-
 V3f random_direction(Stream& s) {
     return square_to_sphere(s.next2()).normalized();
 }

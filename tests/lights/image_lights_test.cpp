@@ -18,8 +18,6 @@ namespace {
 using testing::agrees;
 using testing::chi_square;
 
-constexpr double kPiD = 3.14159265358979323846;
-
 EmitU emit_u(Stream& s) {
     return {s.next2(), s.next2(), s.bits()};
 }

@@ -19,8 +19,6 @@ using testing::chi_square;
 using testing::error_of;
 using ::testing::HasSubstr;
 
-constexpr double kPiD = 3.14159265358979323846;
-
 double radians(double degrees) {
     return degrees * kPiD / 180;
 }
