@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "lights/far_field.h"
 #include "lights/gauss.h"
-#include "lights/plane_irradiance.h"
+#include "measure/far_field.h"
+#include "measure/plane_irradiance.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
-#include "lights/rig_file.h"
+#include "measure/rig_file.h"
 
 namespace lucerna {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "lights/filter_sums.h"
-#include "lights/opacity.h"
+#include "measure/filter_sums.h"
+#include "measure/opacity.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

@@ -70,15 +70,9 @@ void print_text(std::ostream& out, const Comparison& c) {
     if (c.z_test) print_z_test(out, *c.z_test);
 }
 
-// Of renders, and of what light project writes.
-constexpr const char* kUnits[] = {"lucerna.unit", "irradianceUnit"};
-
 std::string unit_of(const Image& image) {
-    for (const char* name : kUnits) {
-        const auto found = image.attributes.find(name);
-        if (found != image.attributes.end()) return one_line(found->second);
-    }
-    return {};
+    const auto found = image.attributes.find("lucerna.unit");
+    return found == image.attributes.end() ? std::string() : one_line(found->second);
 }
 
 void print_units(std::ostream& out, const std::string& unit, const std::string& reference) {

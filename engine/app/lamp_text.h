@@ -5,8 +5,8 @@
 
 #include "engine/base/parallel.h"
 #include "lights/light_field.h"
-#include "lights/ray_projection.h"
 #include "lights/ray_set.h"
+#include "measure/ray_projection.h"
 
 namespace lucerna {
 

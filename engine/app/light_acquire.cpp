@@ -14,11 +14,11 @@
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
 #include "engine/world/texture_image.h"
-#include "lights/acquire.h"
-#include "lights/acquire_part.h"
-#include "lights/camera_simulation.h"
-#include "lights/projector.h"
-#include "lights/rig_file.h"
+#include "measure/acquire.h"
+#include "measure/acquire_part.h"
+#include "measure/camera_simulation.h"
+#include "measure/projector.h"
+#include "measure/rig_file.h"
 
 namespace lucerna {
 namespace {

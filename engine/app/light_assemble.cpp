@@ -6,7 +6,7 @@
 #include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
 #include "engine/base/files.h"
-#include "lights/photographs.h"
+#include "measure/photographs.h"
 
 namespace lucerna {
 namespace {

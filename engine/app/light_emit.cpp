@@ -6,8 +6,8 @@
 #include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
 #include "engine/base/files.h"
-#include "lights/emit_rays.h"
 #include "lights/ray_writer.h"
+#include "measure/emit_rays.h"
 
 namespace lucerna {
 namespace {

@@ -11,9 +11,9 @@
 #include "engine/app/photometric_text.h"
 #include "engine/app/polar_plot.h"
 #include "engine/base/files.h"
-#include "lights/far_field.h"
 #include "lights/ies.h"
 #include "lights/ldt.h"
+#include "measure/far_field.h"
 
 namespace lucerna {
 namespace {

@@ -7,7 +7,7 @@
 #include "engine/app/light_commands.h"
 #include "engine/app/outputs.h"
 #include "engine/base/files.h"
-#include "lights/ray_projection.h"
+#include "measure/ray_projection.h"
 
 namespace lucerna {
 namespace {

@@ -13,7 +13,7 @@
 #include "engine/app/outputs.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "lights/plane_irradiance.h"
+#include "measure/plane_irradiance.h"
 
 namespace lucerna {
 namespace {
@@ -102,7 +102,7 @@ Image image_of(const PlaneIrradiance& plane, const LampFile& lamp) {
         for (int x = 0; x < image.width; ++x)
             image.set_rgb(x, image.height - 1 - y, static_cast<float>(plane.at(x, y)) * colour);
     }
-    image.attributes["irradianceUnit"] = irradiance_unit(unit_of(lamp));
+    image.attributes["lucerna.unit"] = irradiance_unit(unit_of(lamp));
     image.attributes["screen"] =
         fmt::format("{} x {}, {} from the sampling plane", length_text(plane.patch.size.x),
                     length_text(plane.patch.size.y), length_text(plane.patch.distance));

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "lights/filter_sums.h"
+#include "measure/filter_sums.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

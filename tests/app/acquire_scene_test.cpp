@@ -11,8 +11,8 @@
 
 #include "engine/app/sums_file.h"
 #include "engine/base/files.h"
-#include "lights/acquire.h"
-#include "lights/plane_irradiance.h"
+#include "measure/acquire.h"
+#include "measure/plane_irradiance.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 

@@ -40,7 +40,7 @@ TEST_F(LightTools, Project_OntoM_LightsThePixelUprightInLux) {
     ASSERT_EQ(done.code, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr(" lx"));
     const Image wall = read_exr("wall.exr");
-    EXPECT_EQ(wall.attributes.at("irradianceUnit"), "lx");
+    EXPECT_EQ(wall.attributes.at("lucerna.unit"), "lx");
     for (int y = 0; y < 8; ++y) {
         for (int x = 0; x < 6; ++x) {
             const bool lit = x == 5 && y == 8 - 1 - 6;  // t = 6 is the second row from the top

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "lights/photographs.h"
+#include "measure/photographs.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::require;

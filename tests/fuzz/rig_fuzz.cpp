@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "lights/rig_file.h"
+#include "measure/rig_file.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::require;

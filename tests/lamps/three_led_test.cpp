@@ -5,8 +5,8 @@
 #include <string>
 
 #include "engine/pbrt/read_scene.h"
-#include "lights/filter_sums.h"
-#include "lights/plane_irradiance.h"
+#include "measure/filter_sums.h"
+#include "measure/plane_irradiance.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

@@ -6,8 +6,8 @@
 #include <iostream>
 
 #include "engine/base/stream.h"
-#include "lights/plane_irradiance.h"
-#include "lights/ray_projection.h"
+#include "measure/plane_irradiance.h"
+#include "measure/ray_projection.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/statistics.h"
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lights/acquire.h"
-#include "lights/plane_irradiance.h"
+#include "measure/acquire.h"
+#include "measure/plane_irradiance.h"
 
 namespace lucerna::testing {
 

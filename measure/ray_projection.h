@@ -1,0 +1,86 @@
+// A way into a light field: a lamp known by its rays.
+//
+// Rays are a Monte Carlo sample of the integrals by which the optical bench measures [LF 2]: a ray of flux φ
+// through (u, v) of S and (s, t) of M adds φ Φ̃_m(u) Φ̃_n(v) / (w_M h_M) to pixel (k, l) of each of the 4 x 4
+// filters over it [LF 5].
+#pragma once
+
+#include <optional>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/base/vec.h"
+#include "lights/light_field.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+
+// Where a ray set's flux went; in its unit. The sum of all but `captured` is what the field does not hold.
+struct FluxAccount {
+    double total = 0;
+    double captured = 0;  // the field's flux()
+    double skipped = 0;   // rays whose data were unusable
+    double backward = 0;  // rays that do not leave towards +z
+    double beside_s = 0;  // rays that pass S where no filter weighs them
+    double beside_m = 0;  // rays that pass M outside a view's image
+    // Signed. Over a point well within S and M the duals add up to 1; towards the borders, where some of
+    // those that reach a point are missing, they do not.
+    double not_in_basis = 0;
+    double missed() const { return total - captured; }
+    double explained() const {
+        return skipped + backward + beside_s + beside_m + not_in_basis;
+    }  // = missed()
+};
+
+struct Projection {
+    LightField field;
+    FluxAccount account;
+    double noise = 0;  // rms, of a coefficient, relative: CoefficientNoise::relative()
+};
+
+// The field of `rays` on given planes (rig.centre in the frame of the rays). Throws InputError for a rig that
+// is none.
+Projection project_rays(const RaySet& rays, const Rig& rig, const Workers& workers, Monitor& monitor);
+
+// How to lay the planes; what is 0 or absent is chosen from the rays (choose_rig says how).
+struct FitOptions {
+    V2i views{0, 0};      // filter positions per side
+    V2i pixels{0, 0};     // pixels per side of a view's image
+    double distance = 0;  // from S to M, metres
+    double capture =
+        0.993;           // share of the flux leaving towards +z that S and M should let through, in (0, 1)
+    double noise = 0.2;  // the most that may be left in a coefficient: CoefficientNoise::relative()
+    std::optional<double> z;  // height of S in the rays' frame, metres
+};
+
+// Lays the planes for a ray set, as in Setup B (the screen stands still, σ = 0):
+//   S      at the waist, where the rays' lines are closest together (waist_height), but not behind what they
+//          start from. Its box holds all positions but a tail of a sixteenth of the permitted loss on each of
+//          its four sides, and reaches at most kWidestS times as far as where rays start: the lines of rays
+//          that leave sideways pass S far off. One filter stands outside the box on every side, so that no
+//          point of the box lacks one of its 4 x 4 duals.
+//   D      five times the larger side of that box: far enough that a pixel is a bundle of directions
+//          [Ashdown 1995].
+//   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
+//          but at most kWidestM times as far as D (85°).
+//   views, pixels: of those whose noise is at most the one stated, the pair of least total error
+//          (ray_resolution.h).
+// Throws InputError if no ray leaves towards +z, or an option is out of range.
+Rig choose_rig(const RaySet& rays, const FitOptions& options, Monitor& monitor);
+inline constexpr double kWidestS = 4;
+inline constexpr double kWidestM = 11.5;
+
+// The height at which the rays' lines are closest together: Σ flux cos²θ |p(z) - mean|² is least. The cosine
+// makes it the distance across the lines, which grazing ones would else decide alone. Where all lines are
+// parallel: the mean height at which they start. Of the rays towards +z.
+struct Waist {
+    double z;       // metres
+    double spread;  // the root of the mean square there, metres
+};
+Waist waist_of(const RaySet& rays);
+
+// choose_rig, then project_rays.
+Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
+                           Monitor& monitor);
+
+}  // namespace lucerna
