@@ -26,6 +26,7 @@ for name in "$@"; do
     fi
     case $name in
         projector) exposure=-6 ;;
+        flashlight | three-led) exposure=-1 ;;
         *) exposure=-2.5 ;;
     esac
     echo "== $name"
