@@ -15,13 +15,23 @@ fi
 cmake --preset fuzz --log-level=WARNING >/dev/null
 cmake --build --preset fuzz --parallel "$(nproc)" --target fuzzers
 mkdir -p build/fuzz/findings
-for fuzzer in "${fuzzers[@]}"; do
+
+run() {
+    local fuzzer=$1
     # What it learns goes beside the build, not into the source tree.
-    learned=build/fuzz/corpus/$fuzzer
+    local learned=build/fuzz/corpus/$fuzzer log=build/fuzz/$fuzzer.log
     mkdir -p "$learned"
-    echo "--- $fuzzer, $seconds s"
     # 10 s for one input is a hang, 1 GiB at once a lying header.
-    "build/fuzz/tests/fuzz/fuzz_$fuzzer" -max_total_time="$seconds" -timeout=10 -malloc_limit_mb=1024 \
+    if ! "build/fuzz/tests/fuzz/fuzz_$fuzzer" -max_total_time="$seconds" -timeout=10 -malloc_limit_mb=1024 \
         -rss_limit_mb=3000 -max_len=8192 -print_final_stats=1 -artifact_prefix=build/fuzz/findings/ \
-        "$learned" "tests/fuzz/corpus/$fuzzer"
-done
+        "$learned" "tests/fuzz/corpus/$fuzzer" >"$log" 2>&1; then
+        echo "--- $fuzzer: a finding"
+        cat "$log"
+        return 1
+    fi
+    echo "--- $fuzzer, $seconds s: $(grep -o 'number_of_executed_units: *[0-9]*' "$log" | grep -o '[0-9]*') inputs"
+}
+export -f run
+export seconds
+# As many at a time as there are processors; fails if any of them found something.
+printf '%s\n' "${fuzzers[@]}" | xargs -P "$(nproc)" -I{} bash -c 'run "$1"' _ {}
