@@ -52,13 +52,14 @@ std::string_view purpose(std::string_view integrator) {
     if (integrator == "path") return "unbiased reference: slow, and noisy where light is focused";
     if (integrator == "direct") return "direct light only, through mirrors and glass";
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
+    if (integrator == "progressive") return "photon maps in passes, with a radius that shrinks: consistent";
     return "instant global illumination: virtual lights; smooth, without caustics";
 }
 
 void print_integrators(std::ostream& out) {
     fmt::print(out, "Set by the scene's Integrator line, or by --integrator NAME and --set KEY=VALUE.\n");
     fmt::print(out, "Each line: parameter, default, meaning, [what is accepted].\n");
-    for (const char* name : {"path", "direct", "photonmap", "igi"}) {
+    for (const std::string_view name : integrator_names()) {
         fmt::print(out, "\n{}: {}\n", name, purpose(name));
         print_parameters(out, make_settings(name, {}));
     }

@@ -17,6 +17,7 @@
 #include "engine/base/image.h"
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/render/integrator.h"
 
 namespace lucerna {
 namespace {
@@ -24,10 +25,17 @@ namespace {
 constexpr const char* kFooter = R"(Integrators and their parameters: lucerna info --integrators
 Ctrl-C ends a render early and keeps what is there; a second one ends at once.
 
+A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
+time or an error, the scene's own number of samples no longer counts. The time is that of preparation and image; what
+would not be done in time is not begun. The error is the root mean square of the pixels' standard errors over the
+image's mean luminance: noise, not bias.
+
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
   lucerna render room.pbrt --set quantity=illuminance -o lux.exr
+  lucerna render room.pbrt --integrator progressive --time 30s --show-every 5s --png
+  lucerna render room.pbrt --integrator progressive --error 1% --passes 2000
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
 
@@ -38,6 +46,7 @@ struct RenderCommand {
     std::optional<double> exposure;  // stops; none: chosen from the image
     SceneOverrides overrides;
     RenderOptions options;
+    int passes = 0;  // 0: not given
     std::string stats;
     bool quiet = false;
 };
@@ -64,54 +73,113 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-std::string write_picture(const RenderCommand& command, const std::filesystem::path& file,
-                          const Image& image) {
-    const float factor =
-        command.exposure ? static_cast<float>(std::exp2(*command.exposure)) : auto_exposure(image);
-    write_png(file, image, factor);
-    // auto_exposure() > 0: the quotient of two positive numbers, or 1.
-    return fmt::format("picture  {} (exposure {:+.2f} stops)", file.string(), std::log2(factor));
+// How much is done before a limit ends it, where the command line has a say.
+void limit_samples(const RenderCommand& command, Job& job) {
+    if (command.passes > 0) {
+        const int samples = make_integrator(job.integrator)->samples_per_pass();
+        if (samples == 0) {
+            throw InputError({"--passes"}, fmt::format("{} does not work in passes; --spp is accepted",
+                                                       integrator_name(job.integrator)));
+        }
+        job.spp =
+            static_cast<int>(std::min<std::int64_t>(std::int64_t{command.passes} * samples, kNoEndOfSamples));
+    } else if (command.overrides.spp == 0) {
+        const Limits& limits = command.options.limits;
+        if (std::isfinite(limits.seconds) || limits.error > 0) job.spp = kNoEndOfSamples;
+    }
+}
+
+// The files of an image.
+class Pictures {
+  public:
+    Pictures(const RenderCommand& command, std::filesystem::path image)
+        : command_(command), image_(std::move(image)) {}
+
+    const std::filesystem::path& image() const { return image_; }
+    void write(const RunFacts& facts, const Job& job, RenderResult result) const {
+        result.image.attributes.merge(header_attributes(facts, job, result.report));
+        write_exr(image_, result.image);
+        if (command_.png) write_png(png_beside(image_), result.image, exposure(result.image));
+    }
+    // What was written, for people.
+    std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
+        const RenderReport& report = result.report;
+        const std::string passes =
+            report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
+        const auto error = report.numbers.find("error.relative");
+        const std::string noise =
+            error != report.numbers.end() ? fmt::format("noise {:.2g} %, ", 100 * error->second) : "";
+        std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})",
+                                                   image_.string(), result.image.width, result.image.height,
+                                                   report.notes.at("unit"), passes, report.samples_done,
+                                                   noise, duration_text(facts.render_seconds))};
+        if (command_.png) {
+            // A factor is greater than 0: the quotient of two positive numbers, or 1.
+            lines.push_back(fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),
+                                        std::log2(exposure(result.image))));
+        }
+        return lines;
+    }
+
+  private:
+    float exposure(const Image& image) const {
+        return command_.exposure ? static_cast<float>(std::exp2(*command_.exposure)) : auto_exposure(image);
+    }
+
+    const RenderCommand& command_;
+    std::filesystem::path image_;
+};
+
+std::string stopped_text(const RenderReport& report, int asked) {
+    return asked == kNoEndOfSamples
+               ? fmt::format("stopped: {} samples per pixel were done", report.samples_done)
+               : fmt::format("stopped: {} of {} samples per pixel were done", report.samples_done, asked);
 }
 
 void act(const RenderCommand& command, const CommandContext& context) {
     require_readable(command.scene);
     if (!command.output.empty()) check_outputs(command, command.output);
 
+    // Read.
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads, 0, 0, 0};
     const Stopwatch reading;
-    const Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
+    Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
     facts.read_seconds = reading.seconds();
+    limit_samples(command, job);
+    const Pictures pictures(
+        command, command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output));
+    if (command.output.empty()) check_outputs(command, pictures.image());
 
-    const std::filesystem::path output =
-        command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
-    if (command.output.empty()) check_outputs(command, output);
-
+    // Render, showing the image as it improves.
     const Stopwatch rendering;
-    RenderResult result = render(job, command.options, monitor);
+    RenderOptions options = command.options;
+    options.show = [&](const RenderResult& result) {
+        facts.render_seconds = rendering.seconds();
+        facts.warnings = monitor.warnings();
+        pictures.write(facts, job, result);
+        if (!command.stats.empty()) {
+            write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
+        }
+    };
+    const RenderResult result = render(job, options, monitor);
     facts.render_seconds = rendering.seconds();
     facts.warnings = monitor.warnings();
 
-    const RenderReport& report = result.report;
+    // Write.
     const bool keep = has_light_or_is_whole(result);
     std::vector<std::string> said;
-    if (!report.complete) {
-        said.push_back(
-            fmt::format("stopped: {} of {} samples per pixel were done", report.samples_done, job.spp));
-    }
+    if (!result.report.complete) said.push_back(stopped_text(result.report, job.spp));
     if (keep) {
-        result.image.attributes.merge(header_attributes(facts, job, report));
-        write_exr(output, result.image);
-        said.push_back(fmt::format("image    {} ({} x {}, {}, {} spp, {})", output.string(),
-                                   result.image.width, result.image.height, report.notes.at("unit"),
-                                   report.samples_done, duration_text(facts.render_seconds)));
-        if (command.png) said.push_back(write_picture(command, png_beside(output), result.image));
+        pictures.write(facts, job, result);
+        for (std::string& line : pictures.said(facts, result)) said.push_back(std::move(line));
     } else {
         said.push_back("no image written: there is nothing in it yet");
     }
     if (!command.stats.empty()) {
-        write_text(command.stats, statistics_json(facts, job, report, keep ? output : ""));
+        const auto image = keep ? pictures.image() : std::filesystem::path();
+        write_text(command.stats, statistics_json(facts, job, result.report, image));
         said.push_back(fmt::format("numbers  {}", command.stats));
     }
     for (const std::string& line : said) monitor.info(line);
@@ -139,8 +207,29 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");
 }
 
+void add_limit_options(CLI::App& app, RenderCommand& command) {
+    add_word(app, "--passes", "N", "passes, of an integrator that works in passes (progressive)",
+             [&command](const std::string& word) {
+                 command.passes = static_cast<int>(parse_whole({"--passes"}, word, 1, kNoEndOfSamples));
+             });
+    add_word(app, "--time", "TIME", "ends after that long, as 30s, 5min, 2h",
+             [&command](const std::string& word) {
+                 command.options.limits.seconds = parse_duration({"--time"}, word);
+             });
+    add_word(app, "--error", "SHARE", "ends when the noise that is left is no larger, as 1% or 0.01",
+             [&command](const std::string& word) {
+                 command.options.limits.error = parse_share({"--error"}, word);
+             });
+    add_word(app, "--show-every", "TIME",
+             "replaces image, picture and statistics that often while it renders",
+             [&command](const std::string& word) {
+                 command.options.show_every = parse_duration({"--show-every"}, word);
+             });
+}
+
 void add_method_options(CLI::App& app, RenderCommand& command) {
-    app.add_option("--integrator", command.overrides.integrator, "path, direct, photonmap or igi")
+    app.add_option("--integrator", command.overrides.integrator,
+                   fmt::format("one of {}", fmt::join(integrator_names(), ", ")))
         ->type_name("NAME");
     app.add_option_function<std::vector<std::string>>(
            "--set",
@@ -157,6 +246,7 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
              [&command](const std::string& word) {
                  command.overrides.spp = static_cast<int>(parse_whole({"--spp"}, word, 1, 1 << 24));
              });
+    add_limit_options(app, command);
     add_word(app, "--seed", "N", "starts the random numbers (default 0); the same seed gives the same image",
              [&command](const std::string& word) { command.options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command.options.workers);

@@ -48,7 +48,8 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["image"] = {{"width", job.film.rendered_size().x},
                      {"height", job.film.rendered_size().y},
                      {"file", image_file.string()}};
-    json["samples"] = {{"asked", job.spp}, {"done", report.samples_done}};
+    json["samples"] = {{"asked", job.spp == kNoEndOfSamples ? Json() : Json(job.spp)},
+                       {"done", report.samples_done}};
     json["complete"] = report.complete;
     Json seconds = {{"read", facts.read_seconds}};
     for (const auto& [phase, time] : report.seconds) seconds[phase] = time;
@@ -72,8 +73,8 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
         {"lucerna.spp", fmt::format("{}", report.samples_done)},
         {"lucerna.seconds", fmt::format("{:.3f}", facts.render_seconds)},
     };
-    if (!report.complete)
-        attributes["lucerna.stopped"] = fmt::format("{} of {} spp", report.samples_done, job.spp);
+    if (!report.complete) attributes["lucerna.stopped"] = fmt::format("{} spp", report.samples_done);
+    if (report.passes_done > 0) attributes["lucerna.passes"] = fmt::format("{}", report.passes_done);
     for (const auto& [name, value] : describe(job.integrator)) attributes["lucerna." + name] = value;
     return attributes;
 }

@@ -123,7 +123,7 @@ void print_plans(std::ostream& out, const Job& job) {
     fmt::print(out, "integrator   {}", integrator_name(job.integrator));
     for (const auto& [name, value] : describe(job.integrator)) fmt::print(out, " {}={}", name, value);
     fmt::print(out, "\nbefore its first ray each integrator would build\n");
-    for (const char* name : {"path", "direct", "photonmap", "igi"}) {
+    for (const std::string_view name : integrator_names()) {
         const bool chosen = integrator_name(job.integrator) == name;
         const IntegratorSettings settings = chosen ? job.integrator : make_settings(name, {});
         const auto lines = make_integrator(settings)->plan(job.scene);

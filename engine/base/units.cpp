@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "engine/base/error.h"
 
@@ -22,24 +23,30 @@ std::optional<T> whole_word(std::string_view word) {
     return value;
 }
 
-struct LengthUnit {
+struct Unit {
     std::string_view name;
-    double metres;
+    double size;  // in the SI unit
 };
 // Longest names first: "mm" ends in "m" too.
-constexpr std::array<LengthUnit, 5> kLengthUnits{
+constexpr std::array<Unit, 5> kLengthUnits{
     {{"um", 1e-6}, {"µm", 1e-6}, {"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}};
+constexpr std::array<Unit, 3> kTimeUnits{{{"min", 60.0}, {"s", 1.0}, {"h", 3600.0}}};
 
-std::optional<double> metres(std::string_view word) {
-    for (const LengthUnit& unit : kLengthUnits) {
+// A number and one of the units, in the SI unit.
+std::optional<double> measure(std::string_view word, std::span<const Unit> units) {
+    for (const Unit& unit : units) {
         if (!word.ends_with(unit.name)) continue;
         std::string_view digits = word.substr(0, word.size() - unit.name.size());
         while (digits.ends_with(' ')) digits.remove_suffix(1);  // "40 mm", as printed
         const auto number = whole_word<double>(digits);
         if (!number || !std::isfinite(*number)) return std::nullopt;
-        return *number * unit.metres;
+        return *number * unit.size;
     }
     return std::nullopt;
+}
+
+std::optional<double> metres(std::string_view word) {
+    return measure(word, kLengthUnits);
 }
 
 // "AxB" into A and B.
@@ -106,6 +113,14 @@ V2i parse_size(const Location& at, std::string_view word, int most) {
         input_error(at, "\"{}\" is not a size; two whole numbers from 1 to {} are, as 64x48", word, most);
     }
     return {*x, *y};
+}
+
+double parse_duration(const Location& at, std::string_view word) {
+    const auto value = measure(word, kTimeUnits);
+    if (!value || !(*value > 0) || !std::isfinite(*value)) {
+        input_error(at, "\"{}\" is not a time; a number greater than 0 with s, min or h is, as 30s", word);
+    }
+    return *value;
 }
 
 double parse_share(const Location& at, std::string_view word) {

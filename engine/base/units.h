@@ -29,6 +29,9 @@ Imath::V2d parse_length_pair(const Location& at, std::string_view word);
 // "640x480": two whole numbers, each in [1, most].
 V2i parse_size(const Location& at, std::string_view word, int most);
 
+// A length of time, greater than 0, in seconds: a number and s, min or h. A bare number is refused.
+double parse_duration(const Location& at, std::string_view word);
+
 // A share of 1: "0.99" or "99%". In (0, 1].
 double parse_share(const Location& at, std::string_view word);
 

@@ -156,6 +156,10 @@ void DirectiveReader::finish() {
     if (draft.occlusion) draft.lights.push_back({place_, InfiniteSpec{Rgb(1)}});
     apply_settings(draft.integrator, overrides_);
     integrate_media();
+    if (const auto* progressive = std::get_if<ProgressiveSettings>(&draft.integrator)) {
+        const std::int64_t spp = std::int64_t{draft.passes} * progressive->samples;
+        if (spp > 0) draft.spp = static_cast<int>(std::min<std::int64_t>(spp, 1 << 24));
+    }
     if (overrides_.spp > 0) draft.spp = overrides_.spp;
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();

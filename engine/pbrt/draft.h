@@ -165,6 +165,7 @@ struct Draft : DraftShapes {
     double frame_aspect_ratio = 0;  // 0: that of the film
     FilmSettings film;
     int spp = 16;
+    int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
     IntegratorSettings integrator;
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;

@@ -28,6 +28,7 @@ constexpr Alias kAliases[] = {
     {"photonmap", "maxdist", "radius"},
     {"photonmap", "maxphotondepth", ""},
     {"photonmap", "nused", "k"},
+    {"progressive", "maxdepth", "maxspeculardepth"},
     {"igi", "gathersamples", ""},
     {"igi", "maxdepth", "maxspeculardepth"},
 };
@@ -42,7 +43,7 @@ constexpr Stranger kStrangers[] = {
     {"whitted", "direct", "direct light, mirrors and glass, with area lights sampled instead of skipped"},
     {"ambientocclusion", "direct", "on white surfaces under an even sky, which is ambient occlusion"},
     {"ao", "direct", "on white surfaces under an even sky, which is ambient occlusion"},
-    {"sppm", "photonmap", "photon mapping in one pass instead of many"},
+    {"sppm", "progressive", ""},  // the same limit; passes that remember nothing of each other
     {"irradiancecache", "photonmap", "the same light, by final gather"},
     {"bdpt", "path", "the same light, unbiased"},
     {"mlt", "path", "the same light, unbiased"},
@@ -58,12 +59,15 @@ constexpr Stranger kStrangers[] = {
     {"useprobes", "path", "the light that radiance probes approximate"},
     {"debug", "direct", "a picture instead of numbers"},
 };
-constexpr std::string_view kOurs[] = {"path", "direct", "photonmap", "igi"};
+bool is_ours(std::string_view name) {
+    return std::ranges::find(integrator_names(), name) != integrator_names().end();
+}
 
 // Ours by pbrt's name; says so where it is not the same method.
 std::string our_name(const Reading& reading, const std::string& kind, const Params& params) {
-    if (std::ranges::find(kOurs, kind) != std::ranges::end(kOurs)) return kind;
-    std::vector<std::string_view> known(std::begin(kOurs), std::end(kOurs));
+    if (is_ours(kind)) return kind;
+    const auto names = integrator_names();
+    std::vector<std::string_view> known(names.begin(), names.end());
     for (const Stranger& stranger : kStrangers) {
         if (kind == stranger.pbrt) {
             if (!stranger.why.empty()) {
@@ -76,12 +80,14 @@ std::string our_name(const Reading& reading, const std::string& kind, const Para
         known.push_back(stranger.pbrt);
     }
     fail(params.place(), "unknown Integrator \"{}\"; {}ours are {}", shown(kind), did_you_mean(kind, known),
-         fmt::join(kOurs, ", "));
+         fmt::join(names, ", "));
 }
 
 bool is_occlusion(std::string_view kind) {
     return kind == "ambientocclusion" || kind == "ao";
 }
+
+constexpr int kMostPasses = 1 << 24;
 
 // Parameters that steer how pbrt works and have no counterpart here; taken without a warning.
 void accept_foreign(Params& params) {
@@ -139,20 +145,30 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
         set_in_one_line(settings, "indirect", std::string(gather ? "gather" : "map"), at);
         return true;
     }
-    if (ours == "photonmap" && param.name == "photonsperiteration") {
-        // All passes at once, within what a machine holds.
-        constexpr double kMost = 2e7;
-        const double passes =
-            params.integer(params.has("numiterations") ? "numiterations" : "iterations", 64);
-        const double each = params.integer("photonsperiteration", 1);
-        set_in_one_line(settings, "photons", std::clamp(passes * each, 1.0, kMost), at);
+    if (ours == "progressive" && param.name == "photonsperiteration") {
+        // -1: as many as there are pixels; ours has its own idea of how many are enough.
+        const int photons = params.integer("photonsperiteration", -1);
+        if (photons > 0) set_in_one_line(settings, "photons", double(photons), at);
         return true;
     }
+    if (ours == "progressive" && (param.name == "numiterations" || param.name == "iterations")) return true;
     if (ours == "igi" && param.name == "glimit") {
         set_in_one_line(settings, "mindist", mindist_of(params, params.real("glimit", 10)), at);
         return true;
     }
     return false;
+}
+
+// The number of passes stands in the integrator, ours in the samples per pixel.
+void read_passes(Reading& reading, Params& params) {
+    for (const std::string_view name : {"numiterations", "iterations"}) {
+        if (!params.has(name)) continue;
+        const int passes = params.integer(name, 1);
+        if (passes < 1 || passes > kMostPasses) {
+            fail(params.place_of(name), "\"{}\": {} is not accepted; 1 to {} is", name, passes, kMostPasses);
+        }
+        reading.draft.passes = passes;
+    }
 }
 
 void read_parameters(IntegratorSettings& settings, Params& params) {
@@ -189,7 +205,6 @@ void read_shared_parameters(IntegratorSettings& settings, Params& params) {
 
 IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Params& params,
                                    const std::string& override_name) {
-    const bool ours = std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
     const std::string name = our_name(reading, kind, params);
     accept_foreign(params);
     if (!override_name.empty() && override_name != name) {
@@ -198,7 +213,8 @@ IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Pa
         return make_settings(override_name, {"--integrator"});
     }
     IntegratorSettings settings = make_settings(name, params.place().location());
-    if (ours || kind == "directlighting" || kind == "exphotonmap") {
+    if (name == "progressive") read_passes(reading, params);
+    if (is_ours(kind) || kind == "directlighting" || kind == "exphotonmap" || kind == "sppm") {
         read_parameters(settings, params);
     } else {
         read_shared_parameters(settings, params);

@@ -62,23 +62,80 @@ void Film::add(int x, int y, const Rgb& radiance, float weight) {
     pixel.together += lean * (radiance - pixel.mean);
 }
 
+void Film::add_pass(int x, int y, std::span<const Sample> samples) {
+    if (samples.empty()) return;
+    const std::size_t place =
+        static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    const auto n = static_cast<float>(samples.size());
+    // The pass's own E[wL], measured from what is known of L so far: as E[w] = 1 that has no bias, and
+    // nothing varies where L does not.
+    V3f centre = pixels_[place].mean;
+    if (pixels_[place].count == 0) {
+        for (const Sample& sample : samples) centre += sample.radiance / n;
+    }
+    V3f value = centre;
+    for (const Sample& sample : samples) value += sample.weight * (sample.radiance - centre) / n;
+    Passes& passes = passes_[place];
+    ++passes.count;
+    const V3f delta = value - passes.mean;
+    passes.mean += delta / static_cast<float>(passes.count);
+    passes.m2 += delta * (value - passes.mean);
+
+    for (const Sample& sample : samples) add(x, y, sample.radiance, sample.weight);
+}
+
+V3f Film::value(const Pixel& pixel) const {
+    return pixel.count > 1 ? pixel.mean + pixel.together / static_cast<float>(pixel.count - 1) : pixel.mean;
+}
+
+V3f Film::variance(std::size_t place) const {
+    if (!passes_.empty()) {
+        const Passes& passes = passes_[place];
+        const auto n = static_cast<float>(passes.count);
+        return passes.count > 1 ? passes.m2 / ((n - 1) * n) : V3f(0.0F);
+    }
+    const Pixel& pixel = pixels_[place];
+    if (pixel.count < 2) return V3f(0.0F);
+    const auto n = static_cast<float>(pixel.count);
+    V3f variance;
+    for (int c = 0; c < 3; ++c) {
+        // Of w (L - mean L), whose mean is the covariance; too small by what the covariance itself scatters.
+        const float covariance = pixel.together[c] / (n - 1);
+        variance[c] = std::max(0.0F, weight2_ * pixel.m2[c] / (n - 1) - sqr(covariance)) / n;
+    }
+    return variance;
+}
+
 Image Film::develop(float scale) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-        const Pixel& pixel = pixels_[i];
-        const auto n = static_cast<float>(pixel.count);
+        const V3f mean = value(pixels_[i]) * scale;
+        const V3f spread = variance(i) * (scale * scale);
         for (int c = 0; c < 3; ++c) {
-            const float covariance = pixel.count > 1 ? pixel.together[c] / (n - 1) : 0.0F;
-            // Of w (L - mean L), whose mean is the covariance; a little small where samples are few. too
-            // small by what the covariance itself scatters.
-            const float variance =
-                pixel.count > 1 ? std::max(0.0F, weight2_ * pixel.m2[c] / (n - 1) - sqr(covariance)) : 0.0F;
-            image.data[6 * i + static_cast<std::size_t>(c)] = (pixel.mean[c] + covariance) * scale;
-            image.data[6 * i + 3 + static_cast<std::size_t>(c)] =
-                variance / std::max(n, 1.0F) * scale * scale;
+            image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
+            image.data[6 * i + 3 + static_cast<std::size_t>(c)] = spread[c];
         }
     }
     return image;
+}
+
+double Film::relative_error() const {
+    double sum = 0, square = 0;
+    std::size_t known = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+        const std::uint32_t count = passes_.empty() ? pixels_[i].count : passes_[i].count;
+        if (count == 0) continue;  // none of its samples was finite
+        if (count == 1) return INFINITY;
+        ++known;
+        const V3f spread = variance(i);
+        const Rgb deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
+        sum += double{luminance(value(pixels_[i]))};
+        square += sqr(double{luminance(deviation)});
+    }
+    if (known == 0) return INFINITY;
+    if (square == 0) return 0;
+    const auto n = static_cast<double>(known);
+    return sum > 0 ? std::sqrt(square / n) / (sum / n) : INFINITY;
 }
 
 FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(settings) {

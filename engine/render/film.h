@@ -1,6 +1,7 @@
 // Where samples become pixels. A pixel owns its sums: one thread at a time works on it, in a fixed order.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "engine/base/cdf.h"
@@ -12,18 +13,28 @@ namespace lucerna {
 
 class Film {
   public:
-    // `weight`: the magnitude of every sample's weight (FilterSampler::weight).
-    Film(int width, int height, float weight = 1)
+    // `weight`: the magnitude of every sample's weight (FilterSampler::weight). `by_pass`: samples come by
+    // add_pass(), not by add().
+    explicit Film(int width, int height, float weight = 1, bool by_pass = false)
         : width_(width),
           height_(height),
           weight2_(sqr(weight)),
-          pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {}
+          pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+          passes_(by_pass ? pixels_.size() : 0) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
 
     // Finite radiance, W/(m² sr), of a sample with the weight that FilterSampler gave it.
     void add(int x, int y, const Rgb& radiance, float weight = 1);
+
+    struct Sample {
+        Rgb radiance;
+        float weight;
+    };
+    // What one pass saw through a pixel. Its samples depend on each other (they look at the same photons),
+    // those of different passes do not: the variance is taken between passes.
+    void add_pass(int x, int y, std::span<const Sample> samples);
 
     // Channels R G B (the pixel times `scale`) and variance.R variance.G variance.B: the variance of that
     // value. Pixels without a sample are black; with one sample the variance is 0 and says nothing.
@@ -32,6 +43,13 @@ class Film {
     // exact where L does not vary, however the signs of the weights fall.
     Image develop(float scale) const;
 
+    // The noise that is left, as a share: the root of the mean square, over all pixels, of the standard error
+    // of a pixel's luminance, divided by the mean luminance of the image. (Channels are taken to vary
+    // together, which makes it rather too large than too small; so does the stratification of a pixel's
+    // samples, which their variance does not know of.) Bias is no part of it. Infinite until the pixels have
+    // two samples or passes; 0 if nothing varies.
+    double relative_error() const;
+
   private:
     struct Pixel {
         V3f mean{0, 0, 0}, m2{0, 0, 0};  // of the radiance: Welford's sums
@@ -39,10 +57,18 @@ class Film {
         float weight = 0;                // mean
         std::uint32_t count = 0;
     };
+    // Welford's sums of the values of passes.
+    struct Passes {
+        V3f mean{0, 0, 0}, m2{0, 0, 0};
+        std::uint32_t count = 0;
+    };
+    V3f value(const Pixel& pixel) const;
+    V3f variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
 
     int width_, height_;
     float weight2_ = 1;  // square of every sample's weight
     std::vector<Pixel> pixels_;
+    std::vector<Passes> passes_;  // empty, or one for each pixel
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample

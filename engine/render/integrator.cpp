@@ -10,6 +10,7 @@ struct Make {
         return make_photon_mapping(s);
     }
     std::unique_ptr<Integrator> operator()(const IgiSettings& s) const { return make_igi(s); }
+    std::unique_ptr<Integrator> operator()(const ProgressiveSettings& s) const { return make_progressive(s); }
 };
 
 }  // namespace

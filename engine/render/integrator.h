@@ -27,7 +27,14 @@ class Estimator {
     virtual Rgb radiance(const Ray& ray, Stream& stream) const = 0;
 };
 
-// What prepare() may use. The scene outlives the estimator.
+// What all passes of a method share and none of them changes. A function of scene and seed alone: whoever
+// renders a pass elsewhere makes the same.
+class Groundwork {
+  public:
+    virtual ~Groundwork() = default;
+};
+
+// What prepare() may use. The scene and the groundwork outlive the estimator.
 struct PassContext {
     const Scene& scene;
     std::uint64_t seed;
@@ -35,6 +42,7 @@ struct PassContext {
     const Workers& workers;
     Monitor& monitor;
     RenderReport& report;
+    const Groundwork* groundwork = nullptr;  // what groundwork() gave
 };
 
 class Integrator {
@@ -44,6 +52,13 @@ class Integrator {
     virtual std::unique_ptr<const Estimator> prepare(const PassContext& context) const = 0;
     // What prepare() would build for this scene, a line each; nothing for a method that only traces rays.
     virtual std::vector<std::string> plan(const Scene& /*scene*/) const { return {}; }
+    // Camera samples per pixel that one prepared pass serves; 0: all there are.
+    virtual int samples_per_pass() const { return 0; }
+    // Made once, before the first pass (context.groundwork is null). Null if there is none or the monitor
+    // stopped it.
+    virtual std::unique_ptr<const Groundwork> groundwork(const PassContext& /*context*/) const {
+        return nullptr;
+    }
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings);
@@ -53,5 +68,6 @@ std::unique_ptr<Integrator> make_path(const PathSettings& settings);
 std::unique_ptr<Integrator> make_direct(const DirectSettings& settings);
 std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings);
 std::unique_ptr<Integrator> make_igi(const IgiSettings& settings);
+std::unique_ptr<Integrator> make_progressive(const ProgressiveSettings& settings);
 
 }  // namespace lucerna

@@ -7,12 +7,14 @@
 //   over a diffuse surface       final gather, or the Global map
 // Gloss, rough metal and glass carry no photons: a ray that meets them asks the lights and goes on, as a path
 // would. A surface that is both (paint under varnish) is shaded as both.
+#include "engine/render/photon_mapping.h"
+
 #include "engine/base/stopwatch.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
 #include "engine/render/specular_chain.h"
-#include "photon/build_maps.h"
+#include "photon/fixed_gather.h"
 #include "photon/gather.h"
 #include "photon/irradiance.h"
 
@@ -38,12 +40,14 @@ struct GatherPair {
 class PhotonMapEstimator final : public Estimator {
   public:
     PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, const GatherPair& gather,
-                       PhotonMaps maps, std::optional<IrradiancePoints> irradiance)
+                       PhotonMaps maps, std::optional<IrradiancePoints> irradiance,
+                       std::unique_ptr<const RadiusRule> radii)
         : scene_(scene),
           settings_(settings),
           gather_(gather),
           maps_(std::move(maps)),
-          irradiance_(std::move(irradiance)) {}
+          irradiance_(std::move(irradiance)),
+          radii_(std::move(radii)) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         if (settings_.quantity == Quantity::illuminance) {
@@ -200,7 +204,13 @@ class PhotonMapEstimator final : public Estimator {
 
     GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
         const PhotonMap* map = maps_.find(kind);
-        return map ? Gather(*map, how).radiance(vertex.hit, vertex.bsdf, vertex.wo) : GatherResult{};
+        if (!map) return {};
+        if (radii_) {
+            const SurfacePoint& at = vertex.hit.at;
+            const float radius = radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n);
+            return gather_within(*map, how, radius, vertex.hit, vertex.bsdf, vertex.wo);
+        }
+        return Gather(*map, how).radiance(vertex.hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;
@@ -208,6 +218,7 @@ class PhotonMapEstimator final : public Estimator {
     GatherPair gather_;
     PhotonMaps maps_;
     std::optional<IrradiancePoints> irradiance_;
+    std::unique_ptr<const RadiusRule> radii_;
 };
 
 class PhotonMapIntegrator final : public Integrator {
@@ -215,6 +226,10 @@ class PhotonMapIntegrator final : public Integrator {
     explicit PhotonMapIntegrator(const PhotonMapSettings& settings) : settings_(settings) {}
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        return prepare(context, nullptr);
+    }
+    std::unique_ptr<const Estimator> prepare(const PassContext& context,
+                                             std::unique_ptr<const RadiusRule> radii) const {
         MapPlan plan;
         plan.paths = settings_.photons;
         plan.wanted = wanted(context);
@@ -238,7 +253,7 @@ class PhotonMapIntegrator final : public Integrator {
             if (context.monitor.stopped()) return nullptr;
         }
         return std::make_unique<PhotonMapEstimator>(context.scene, settings_, how, std::move(maps),
-                                                    std::move(irradiance));
+                                                    std::move(irradiance), std::move(radii));
     }
 
     std::vector<std::string> plan(const Scene& scene) const override {
@@ -329,6 +344,12 @@ class PhotonMapIntegrator final : public Integrator {
 
 std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings) {
     return std::make_unique<PhotonMapIntegrator>(settings);
+}
+
+std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
+                                                     const PassContext& context,
+                                                     std::unique_ptr<const RadiusRule> radii) {
+    return PhotonMapIntegrator(settings).prepare(context, std::move(radii));
 }
 
 }  // namespace lucerna

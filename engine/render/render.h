@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -11,12 +12,22 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/render/job.h"
+#include "engine/render/stop_rule.h"
 
 namespace lucerna {
+
+// A job's number of samples where only time or error ends a render; the most there can be.
+inline constexpr int kNoEndOfSamples = 1 << 24;
+
+struct RenderResult;
 
 struct RenderOptions {
     std::uint64_t seed = 0;
     Workers workers;
+    Limits limits = {};  // beside the job's number of samples
+    // Shows what there is, whole rounds only, no more often than that; by the thread that renders.
+    double show_every = std::numeric_limits<double>::infinity();  // seconds
+    std::function<void(const RenderResult&)> show = {};
 };
 
 // What a render did, for --stats. Names are stable: they are the JSON's keys.
@@ -25,7 +36,8 @@ struct RenderReport {
     std::map<std::string, double> numbers;                // counts and energies, by dotted name
     std::map<std::string, std::string> notes;             // what was built and why
     int samples_done = 0;                                 // per pixel
-    bool complete = true;                                 // false: stopped early
+    int passes_done = 0;                                  // of an integrator that works in passes
+    bool complete = true;                                 // false: stopped early by the user
 };
 
 struct RenderResult {

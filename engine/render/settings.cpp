@@ -99,15 +99,44 @@ std::vector<Field> fields_of(IgiSettings& s) {
     };
 }
 
+std::vector<Field> fields_of(ProgressiveSettings& s) {
+    return {
+        whole("photons", "light paths emitted in a pass", 1, 4294967296.0, s.photons),
+        whole("samples", "camera samples per pixel in a pass", 1, 1 << 16, s.samples),
+        real("alpha", "how fast the radius shrinks, r^2 as (i + alpha)/(i + 1); 1: not at all, and biased",
+             0.01, 1, s.alpha),
+        choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
+               s.direct),
+        whole("k", "photons of one pass that the first radius holds", 1, 1'000'000, s.k),
+        real("radius", "the first radius everywhere, scene units; 0: by k and the local density", 0, kMost,
+             s.radius),
+        real("ratio", "search ball over projected disc; larger catches more photons around corners", 1, 1000,
+             s.ratio),
+        choice("kernel", "weight over the disc: constant, cone or epanechnikov",
+               {"constant", "cone", "epanechnikov"}, s.kernel),
+        choice("metric", "photon distance: projected (tangent plane) or euclidean",
+               {"projected", "euclidean"}, s.metric),
+        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        quantity(s.quantity),
+    };
+}
+
+// In the order of the variant.
+constexpr std::string_view kNames[] = {"path", "direct", "photonmap", "igi", "progressive"};
+static_assert(std::size(kNames) == std::variant_size_v<IntegratorSettings>);
+
 }  // namespace
+
+std::span<const std::string_view> integrator_names() {
+    return kNames;
+}
 
 Quantity quantity_of(const IntegratorSettings& settings) {
     return std::visit([](const auto& s) { return s.quantity; }, settings);
 }
 
 std::string_view integrator_name(const IntegratorSettings& settings) {
-    constexpr std::string_view names[] = {"path", "direct", "photonmap", "igi"};
-    return names[settings.index()];
+    return kNames[settings.index()];
 }
 
 IntegratorSettings make_settings(std::string_view name, const Location& at) {
@@ -115,7 +144,8 @@ IntegratorSettings make_settings(std::string_view name, const Location& at) {
     if (name == "direct") return DirectSettings{};
     if (name == "photonmap") return PhotonMapSettings{};
     if (name == "igi") return IgiSettings{};
-    input_error(at, "unknown integrator \"{}\"; known are path, direct, photonmap, igi", name);
+    if (name == "progressive") return ProgressiveSettings{};
+    input_error(at, "unknown integrator \"{}\"; known are {}", name, fmt::join(kNames, ", "));
 }
 
 std::string Field::text() const {

@@ -65,9 +65,27 @@ struct IgiSettings {
     Quantity quantity = Quantity::radiance;
 };
 
-using IntegratorSettings = std::variant<PathSettings, DirectSettings, PhotonMapSettings, IgiSettings>;
+// Photon maps seen directly, in passes of their own photons each, within a radius that shrinks
+// (photon/shrink.h): biased in every pass, consistent in their mean.
+struct ProgressiveSettings {
+    std::int64_t photons = 100'000;  // light paths emitted in a pass
+    int samples = 1;                 // camera samples per pixel in a pass
+    float alpha = 2.0F / 3;          // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
+    DirectMethod direct = DirectMethod::mc;
+    int k = 60;        // photons of one pass that the first radius holds
+    float radius = 0;  // the first radius everywhere, scene units; 0: by k and the local density
+    float ratio = 2;   // Euclidean ball over projected disc, >= 1
+    KernelShape kernel = KernelShape::epanechnikov;
+    MetricKind metric = MetricKind::projected;
+    int max_specular_depth = 16;
+    Quantity quantity = Quantity::radiance;
+};
 
-// "path", "direct", "photonmap", "igi"
+using IntegratorSettings =
+    std::variant<PathSettings, DirectSettings, PhotonMapSettings, IgiSettings, ProgressiveSettings>;
+
+// Every integrator's name: "path", "direct", "photonmap", "igi", "progressive".
+std::span<const std::string_view> integrator_names();
 std::string_view integrator_name(const IntegratorSettings& settings);
 // Default settings of the named integrator; throws InputError listing the names it knows.
 IntegratorSettings make_settings(std::string_view name, const Location& at);

@@ -13,6 +13,9 @@ struct LeftOut {
     std::string_view operator()(const PhotonMapSettings& s) const {
         return s.direct == DirectMethod::map ? "" : "direct light is";
     }
+    std::string_view operator()(const ProgressiveSettings& s) const {
+        return s.direct == DirectMethod::map ? "" : "direct light is";
+    }
 };
 
 }  // namespace

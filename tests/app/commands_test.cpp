@@ -78,9 +78,10 @@ TEST_F(RunRender, CommandLine_OverridesTheScene) {
 }
 
 TEST_F(RunRender, EveryIntegrator_RendersTheScene) {
-    for (const char* name : {"path", "direct", "photonmap", "igi"}) {
+    for (const char* name : {"path", "direct", "photonmap", "igi", "progressive"}) {
         std::vector<std::string> words{"render", "scene.pbrt", "-o", "c.exr", "--integrator", name};
-        if (name == std::string("photonmap")) words.insert(words.end(), {"--set", "photons=1000"});
+        if (std::string_view(name).starts_with("p") && name != std::string("path"))
+            words.insert(words.end(), {"--set", "photons=1000"});
         EXPECT_EQ(lucerna_run(words).code, 0) << name;
         const Image image = read_exr("c.exr");
         EXPECT_TRUE(std::any_of(image.data.begin(), image.data.end(), [](float v) { return v > 0; })) << name;
@@ -93,6 +94,48 @@ TEST_F(RunRender, SameSeed_SameImageForAnyThreads) {
     ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "c.exr", "--seed", "1"}).code, 0);
     EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
     EXPECT_NE(read_exr("a.exr").data, read_exr("c.exr").data);
+}
+
+TEST_F(RunRender, Passes_AreCountedAndSaid) {
+    const std::vector<std::string> words{"render",       "scene.pbrt",  "-o",      "a.exr",
+                                         "--integrator", "progressive", "--set",   "photons=500",
+                                         "--passes",     "5",           "--stats", "a.json"};
+    const Outcome outcome = lucerna_run(words);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("5 passes, 5 spp"));
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["numbers"]["passes.done"], 5);
+    EXPECT_EQ(stats["notes"]["ended_by"], "samples");
+    EXPECT_GT(stats["numbers"]["error.relative"], 0);
+    EXPECT_LT(stats["numbers"]["radius.share"], 1);
+    EXPECT_EQ(read_exr("a.exr").attributes.at("lucerna.passes"), "5");
+}
+
+TEST_F(RunRender, Time_TakesThePlaceOfTheScenesSamples) {
+    const Outcome outcome =
+        lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--integrator", "progressive", "--set",
+                     "photons=500", "--time", "0.3s", "--show-every", "0.05s", "--png", "--stats", "a.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["notes"]["ended_by"], "time");
+    EXPECT_TRUE(stats["samples"]["asked"].is_null());
+    EXPECT_GT(stats["samples"]["done"], 2) << "more than the scene asks for";
+    EXPECT_EQ(stats["complete"], true);
+    EXPECT_EQ(files(), (std::vector<std::string>{"a.exr", "a.json", "a.png", "scene.pbrt"}));
+}
+
+TEST_F(RunRender, Error_EndsTheRender) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "5%", "--stats", "a.json"}).code,
+              0);
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["notes"]["ended_by"], "error");
+    EXPECT_LE(stats["numbers"]["error.relative"], 0.05);
+}
+
+TEST_F(RunRender, WrongLimits_AreRefused) {
+    expect_refused({"render", "scene.pbrt", "--passes", "5"}, {"--passes", "path does not work in passes"});
+    expect_refused({"render", "scene.pbrt", "--time", "30"}, {"--time", "\"30\" is not a time"});
+    expect_refused({"render", "scene.pbrt", "--error", "0"}, {"--error", "not a share"});
 }
 
 TEST_F(RunRender, Quiet_SaysNothing) {

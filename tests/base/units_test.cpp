@@ -56,6 +56,15 @@ TEST(Units, Numbers_OutOfRangeOrNotFinite_AreRefused) {
         EXPECT_THROW(parse_seed({"--seed"}, word), InputError);
 }
 
+TEST(Units, Duration_WithItsUnit_IsSeconds) {
+    EXPECT_DOUBLE_EQ(parse_duration({"--time"}, "30s"), 30);
+    EXPECT_DOUBLE_EQ(parse_duration({"--time"}, "1.5min"), 90);
+    EXPECT_DOUBLE_EQ(parse_duration({"--time"}, "2 h"), 7200);
+    for (const char* word : {"", "30", "s", "0s", "-1s", "nans", "infs", "30ms", "1e999s", "30sec"}) {
+        EXPECT_THROW(parse_duration({"--time"}, word), InputError) << word;
+    }
+}
+
 TEST(Units, Share_PercentAndFraction_AreTheSame) {
     EXPECT_DOUBLE_EQ(parse_share({"--capture"}, "98%"), 0.98);
     EXPECT_DOUBLE_EQ(parse_share({"--capture"}, "0.98"), 0.98);

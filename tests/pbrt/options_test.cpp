@@ -165,12 +165,23 @@ TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {
     };
     for (const char* name : {"bdpt", "mlt", "lightpath", "dipolesubsurface"})
         EXPECT_TRUE(replaced(name, "path"));
-    EXPECT_TRUE(replaced("sppm", "photonmap"));
+    EXPECT_FALSE(replaced("sppm", "progressive")) << "the same thing under another name";
     EXPECT_TRUE(replaced("ambientocclusion", "direct"));
     replaced("volpath", "path");
     const Draft sppm =
         options("Integrator \"sppm\" \"integer numiterations\" 10 \"integer photonsperiteration\" 5000");
-    EXPECT_EQ(std::get<PhotonMapSettings>(sppm.integrator).photons, 50'000);
+    EXPECT_EQ(std::get<ProgressiveSettings>(sppm.integrator).photons, 5000);
+    EXPECT_EQ(sppm.spp, 10) << "one camera sample per pixel in every pass";
+    EXPECT_EQ(options("Integrator \"sppm\" \"integer numiterations\" 9 Sampler \"sobol\" "
+                      "\"integer pixelsamples\" 5")
+                  .spp,
+              9)
+        << "wherever the sampler stands";
+    EXPECT_EQ(options("Sampler \"sobol\" \"integer pixelsamples\" 5 Integrator \"sppm\"").spp, 5);
+    EXPECT_EQ(
+        std::get<ProgressiveSettings>(options("Integrator \"sppm\" \"float radius\" 2").integrator).radius,
+        2);
+    EXPECT_THAT(refused("Integrator \"sppm\" \"integer numiterations\" 0"), HasSubstr("1 to"));
     // Version 2 puts Metropolis above the surface integrator.
     const Draft mlt = options(
         "Renderer \"metropolis\" \"integer samplesperpixel\" 33 SurfaceIntegrator \"directlighting\"");

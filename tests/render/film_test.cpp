@@ -55,6 +55,61 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     EXPECT_NEAR(variance.mean() / value.variance(), 1, 0.15);
 }
 
+// Samples of a pass that are all alike say no more than one of them: taken between passes, the variance is
+// that of what is seen; taken between samples it would be too small by their number.
+TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
+    constexpr int kPixels = 4'000, kPasses = 16, kSamples = 8;
+    Film by_pass(kPixels, 1, 1, true), by_sample(kPixels, 1);
+    Stream stream(12, Purpose::test, 0, 0);
+    for (int x = 0; x < kPixels; ++x) {
+        for (int p = 0; p < kPasses; ++p) {
+            const std::vector<Film::Sample> samples(kSamples, {Rgb(stream.next()), 1});
+            by_pass.add_pass(x, 0, samples);
+            for (const Film::Sample& sample : samples) by_sample.add(x, 0, sample.radiance);
+        }
+    }
+    const Image image = by_pass.develop(1), naive = by_sample.develop(1);
+    RunningStats value, variance, wrong;
+    for (int x = 0; x < kPixels; ++x) {
+        EXPECT_EQ(image.value(x, 0, 0), naive.value(x, 0, 0));
+        value.add(double{image.value(x, 0, 0)});
+        variance.add(double{image.value(x, 0, 3)});
+        wrong.add(double{naive.value(x, 0, 3)});
+    }
+    EXPECT_NEAR(variance.mean() / value.variance(), 1, 0.1);
+    EXPECT_NEAR(wrong.mean() / value.variance(), 1.0 / kSamples, 0.03);
+}
+
+// Filters with negative lobes, too: nothing varies where the light does not.
+TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
+    Film film(1, 1, 1.5F, true);
+    Stream stream(13, Purpose::test, 0, 0);
+    for (int p = 0; p < 20; ++p) {
+        std::vector<Film::Sample> samples;
+        for (int s = 0; s < 4; ++s) samples.push_back({Rgb(7.0F), stream.next() < 5.0F / 6 ? 1.5F : -1.5F});
+        film.add_pass(0, 0, samples);
+    }
+    EXPECT_EQ(film.develop(1).value(0, 0, 0), 7);
+    EXPECT_EQ(film.develop(1).value(0, 0, 3), 0);
+}
+
+// Uniform in [0, 2): variance 1/3 of each sample, mean 1.
+TEST(Film, RelativeError_IsTheStandardErrorOverTheMean) {
+    Film film(50, 40);
+    EXPECT_TRUE(std::isinf(film.relative_error()));
+    Stream stream(14, Purpose::test, 0, 0);
+    for (int s = 0; s < 25; ++s) {
+        for (int y = 0; y < 40; ++y) {
+            for (int x = 0; x < 50; ++x) film.add(x, y, Rgb(2 * stream.next()));
+        }
+        if (s == 0) EXPECT_TRUE(std::isinf(film.relative_error())) << "one sample says nothing";
+    }
+    EXPECT_NEAR(film.relative_error(), std::sqrt(1.0 / 3 / 25), 0.002);
+    Film black(2, 2);
+    for (int i = 0; i < 16; ++i) black.add(i % 2, i / 2 % 2, Rgb(0));
+    EXPECT_EQ(black.relative_error(), 0) << "it will not get better";
+}
+
 class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
 
 // Offsets in bins against the integral of the filter over each bin.

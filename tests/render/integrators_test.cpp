@@ -27,7 +27,10 @@ std::vector<IntegratorSettings> every_integrator() {
     IgiSettings igi;
     igi.nlights = 16;
     igi.nsets = 4;
-    return {PathSettings{}, DirectSettings{}, gather, map, igi};
+    ProgressiveSettings progressive;
+    progressive.photons = 5'000;
+    progressive.samples = 2;
+    return {PathSettings{}, DirectSettings{}, gather, map, igi, progressive};
 }
 
 TEST(Render, AnyNumberOfThreads_SameImageBitForBit) {

@@ -16,7 +16,7 @@ const Location kHere{"scene.pbrt", 3, 14};
 using testing::error_of;
 
 TEST(Settings, EveryIntegrator_HasANameAndDescribesItself) {
-    for (const char* name : {"path", "direct", "photonmap", "igi"}) {
+    for (const char* name : {"path", "direct", "photonmap", "igi", "progressive"}) {
         const IntegratorSettings settings = make_settings(name, kHere);
         EXPECT_EQ(integrator_name(settings), name);
         EXPECT_FALSE(describe(settings).empty());
@@ -24,7 +24,7 @@ TEST(Settings, EveryIntegrator_HasANameAndDescribesItself) {
 }
 
 TEST(Settings, EveryField_TakesItsOwnTextBack) {
-    for (const char* name : {"path", "direct", "photonmap", "igi"}) {
+    for (const char* name : {"path", "direct", "photonmap", "igi", "progressive"}) {
         IntegratorSettings settings = make_settings(name, kHere);
         const auto before = describe(settings);
         for (Field& field : fields(settings)) {

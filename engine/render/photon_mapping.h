@@ -1,0 +1,25 @@
+// Photon mapping as a part of other methods: the maps of one pass and what the camera sees by them.
+#pragma once
+
+#include <memory>
+
+#include "engine/render/integrator.h"
+#include "photon/build_maps.h"
+
+namespace lucerna {
+
+// The radius of an estimate where it does not follow from the photons that are estimated from.
+class RadiusRule {
+  public:
+    virtual ~RadiusRule() = default;
+    // Scene units, > 0. n: unit, on the side that is seen.
+    virtual float radius(MapKind map, const V3f& x, const V3f& n) const = 0;
+};
+
+// What the `photonmap` integrator with these settings prepares; with `radii`, all photons within them count
+// in place of the k nearest. Null if the monitor stopped it.
+std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
+                                                     const PassContext& context,
+                                                     std::unique_ptr<const RadiusRule> radii);
+
+}  // namespace lucerna

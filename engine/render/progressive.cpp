@@ -1,0 +1,169 @@
+// Progressive photon mapping in memoryless passes (Knaus and Zwicker 2011) [photon-maps 5; photon/shrink.h].
+//
+// A pass builds maps of its own, a function of (seed, pass), and looks at them once per camera sample: at the
+// first diffuse surface all photons within a fixed radius count. Direct light is sampled (or read from the
+// Direct map), mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
+// is
+//
+//   r_i(x)² = s_i r_1(x)²,
+//
+// s_i the sequence of photon/shrink.h and r_1(x) the radius that holds k photons near x in pilot maps, which
+// are made once, before the first pass, of as many light paths as a pass has.
+//
+// Why that is consistent. The pilot's photons are those of no pass. Given r_1, which is then a fixed function
+// of the place with a positive lower and a finite upper bound, the passes are independent and each is the
+// estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the pilot
+// happened to find, and therefore on the average over pilots. A radius found in the pass's own map would be a
+// function of the photons it then averages over: unbiased in the limit only if photons fell independently of
+// each other, which those of one light path, and those of a net, do not.
+#include <array>
+
+#include "engine/base/stopwatch.h"
+#include "engine/render/integrator.h"
+#include "engine/render/photon_mapping.h"
+#include "photon/local_radius.h"
+#include "photon/shrink.h"
+
+namespace lucerna {
+namespace {
+
+// The largest first radius, as a share of the scene's diagonal: where the pilot has too few photons.
+constexpr float kLargestRadius = 0.05F;
+
+// The pilot's place among the passes: none of them ever has that number.
+constexpr std::uint32_t kPilotPass = 0xffffffffU;
+
+// Points at which the first radius is known, at most, per map. Radii change as slowly as the light does.
+constexpr std::size_t kPilotPoints = 8192;
+
+// r_1: one length, or what the pilot found near by.
+class FirstRadii final : public Groundwork {
+  public:
+    explicit FirstRadii(float radius) : largest_(radius) {}
+    FirstRadii(const PhotonMaps& maps, const GatherSettings& how, const Workers& workers)
+        : largest_(how.radius) {
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            const PhotonMap* map = maps.find(static_cast<MapKind>(kind));
+            if (map) found_[kind].emplace(*map, how, kPilotPoints, workers);
+        }
+    }
+
+    void report(RenderReport& report) const {
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            if (!found_[kind]) continue;
+            report.numbers[fmt::format("radius.first.{}", map_name(static_cast<MapKind>(kind)))] =
+                found_[kind]->mean();
+        }
+    }
+
+    // Scene units, > 0.
+    float at(MapKind kind, const V3f& x, const V3f& n) const {
+        const auto& found = found_[static_cast<std::size_t>(kind)];
+        return found ? found->at(x, n) : largest_;
+    }
+
+  private:
+    float largest_;
+    std::array<std::optional<LocalRadius>, kMapKinds> found_;
+};
+
+// r_i: all of them smaller by the same share.
+class PassRadii final : public RadiusRule {
+  public:
+    PassRadii(const FirstRadii& first, double share)
+        : first_(first), scale_(static_cast<float>(std::sqrt(share))) {}
+    float radius(MapKind map, const V3f& x, const V3f& n) const override {
+        return scale_ * first_.at(map, x, n);
+    }
+
+  private:
+    const FirstRadii& first_;
+    float scale_;
+};
+
+class ProgressiveIntegrator final : public Integrator {
+  public:
+    explicit ProgressiveIntegrator(const ProgressiveSettings& settings) : settings_(settings) {}
+
+    int samples_per_pass() const override { return settings_.samples; }
+
+    std::unique_ptr<const Groundwork> groundwork(const PassContext& context) const override {
+        if (settings_.radius > 0) return std::make_unique<FirstRadii>(settings_.radius);
+        const Stopwatch watch;
+        GatherSettings how;
+        how.k = settings_.k;
+        how.radius = kLargestRadius * diagonal(context.scene);
+        how.ratio = settings_.ratio;
+        how.kernel = settings_.kernel;
+        how.metric = settings_.metric;
+        MapPlan plan;
+        plan.paths = settings_.photons;
+        plan.seed = context.seed;
+        plan.pass = kPilotPass;
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            plan.wanted[kind] = reads_map(static_cast<MapKind>(kind), context.scene);
+        }
+        const PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
+        if (context.monitor.stopped()) return nullptr;
+        auto radii = std::make_unique<FirstRadii>(maps, how, context.workers);
+        radii->report(context.report);
+        context.report.seconds.emplace_back("pilot", watch.seconds());
+        return radii;
+    }
+
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        const auto& first = static_cast<const FirstRadii&>(*context.groundwork);
+        const double share = Shrink(static_cast<double>(settings_.alpha)).share(context.pass);
+        context.report.numbers["radius.share"] = std::sqrt(share);  // of the first
+        return prepare_photon_maps(photon_settings(), context, std::make_unique<PassRadii>(first, share));
+    }
+
+    std::vector<std::string> plan(const Scene& scene) const override {
+        std::vector<std::string> lines{fmt::format("for every pass: {} light paths", settings_.photons)};
+        for (std::size_t i = 0; i < kMapKinds; ++i) {
+            const auto kind = static_cast<MapKind>(i);
+            if (reads_map(kind, scene)) lines.push_back(fmt::format("a {} map", map_name(kind)));
+        }
+        lines.push_back(settings_.radius > 0
+                            ? fmt::format("the first radius is {:g}", settings_.radius)
+                            : fmt::format("once: pilot maps, whose radius for {} photons is the first radius",
+                                          settings_.k));
+        return lines;
+    }
+
+  private:
+    bool reads_map(MapKind kind, const Scene& scene) const {
+        switch (kind) {
+            case MapKind::direct:
+                return settings_.direct == DirectMethod::map;
+            case MapKind::global:
+                return true;
+            case MapKind::caustic:
+                return scene.has_specular();
+        }
+        return false;
+    }
+
+    PhotonMapSettings photon_settings() const {
+        PhotonMapSettings settings;
+        settings.photons = settings_.photons;
+        settings.direct = settings_.direct;
+        settings.indirect = IndirectMethod::map;
+        settings.ratio = settings_.ratio;
+        settings.kernel = settings_.kernel;
+        settings.metric = settings_.metric;
+        settings.max_specular_depth = settings_.max_specular_depth;
+        settings.quantity = settings_.quantity;
+        return settings;
+    }
+
+    ProgressiveSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_progressive(const ProgressiveSettings& settings) {
+    return std::make_unique<ProgressiveIntegrator>(settings);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,61 @@
+// When a render ends: it has its samples, its time is up, its error is small enough; whichever comes first.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lucerna {
+
+struct Limits {
+    double seconds = std::numeric_limits<double>::infinity();  // since the render began, preparation included
+    double error = 0;  // Film::relative_error() at which to end; 0: none
+};
+
+// Counts in units of work that are worth something only when whole: a sample of every pixel, a pass.
+class StopRule {
+  public:
+    // The error is an estimate too: of fewer units it is not believed.
+    static constexpr int kLeastForError = 8;
+
+    StopRule(const Limits& limits, int most) : limits_(limits), most_(most) {}
+
+    bool wants_error() const { return limits_.error > 0; }
+
+    // How many units to do next, at most `wanted` (>= 1); 0: end. To be asked with all units done so far and
+    // the seconds since the beginning, before the first unit and after every answer's work. What would, at
+    // the pace of the last answer, not be done in time is not begun; the first unit always is.
+    int next(int done, int wanted, double seconds) {
+        int units = std::min(wanted, most_ - done);
+        if (units <= 0) {
+            reason_ = "samples";
+            return 0;
+        }
+        if (done > last_done_ && std::isfinite(limits_.seconds)) {
+            const double pace = std::max(seconds - last_seconds_, 1e-9) / (done - last_done_);
+            const double fit = std::max(0.0, limits_.seconds - seconds) / pace;
+            if (fit < 1) reason_ = "time";
+            units = fit < units ? static_cast<int>(fit) : units;
+        }
+        last_done_ = done;
+        last_seconds_ = seconds;
+        return units;
+    }
+    // True if so many units with that error are enough.
+    bool satisfied(int done, double error) {
+        const bool enough = wants_error() && done >= kLeastForError && error <= limits_.error;
+        if (enough) reason_ = "error";
+        return enough;
+    }
+    // What ended it: "samples", "time", "error"; "user" as long as none of them did.
+    const char* reason() const { return reason_; }
+
+  private:
+    Limits limits_;
+    int most_;
+    int last_done_ = 0;
+    double last_seconds_ = 0;
+    const char* reason_ = "user";
+};
+
+}  // namespace lucerna

@@ -1,0 +1,47 @@
+// A picture's samples, tile by tile: the unit of work and of progress.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+#include "engine/render/film.h"
+#include "engine/render/integrator.h"
+
+namespace lucerna {
+
+// One finished set-up: everything a tile needs. Any thread may render any tile, each tile by one at a time.
+class TileRenderer {
+  public:
+    // `by_pass`: the samples of one call of render() depend on each other (the film was made for that).
+    TileRenderer(const Job& job, std::uint64_t seed, Film& film, bool by_pass)
+        : job_(job), seed_(seed), film_(film), filter_(job.film.filter), by_pass_(by_pass) {}
+
+    int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
+
+    // The samples [first, end) of every pixel of a tile.
+    void render(const Estimator& estimator, int tile, int first, int end);
+
+    // Samples that were not finite and left out; the first of them, to find it again.
+    std::uint64_t bad_samples() const { return bad_samples_; }
+    const std::string& first_bad() const { return first_bad_; }
+
+  private:
+    static constexpr int kTile = 16;  // pixels
+
+    int across() const { return (film_.width() + kTile - 1) / kTile; }
+    void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
+    Film::Sample sample(const Estimator& estimator, const V2i& at, int sample) const;
+    void report_bad(const V2i& at, int sample, const Rgb& value);
+
+    const Job& job_;
+    std::uint64_t seed_;
+    Film& film_;
+    FilterSampler filter_;
+    bool by_pass_;
+    std::mutex mutex_;
+    std::uint64_t bad_samples_ = 0;
+    std::string first_bad_;
+};
+
+}  // namespace lucerna

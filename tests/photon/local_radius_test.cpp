@@ -1,0 +1,97 @@
+// The radius that holds k photons, and estimates within a given one, on photons of a known density.
+#include "photon/local_radius.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/stats.h"
+#include "engine/base/stream.h"
+#include "photon/fixed_gather.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+const V3f kUp(0, 0, 1);
+
+// Photons of 1 W in all that come down on [-1,1]² of the plane z = 0, `n` of them.
+PhotonMap uniform_square(int n, std::uint64_t seed) {
+    Stream stream(seed, Purpose::test, 0, 0);
+    Photons photons;
+    for (int i = 0; i < n; ++i) {
+        const V2f u = stream.next2();
+        photons.add({2 * u.x - 1, 2 * u.y - 1, 0}, PackedDirection(kUp),
+                    {PackedDirection(-kUp), Rgb(1.0F / static_cast<float>(n)), 0, kNoCell});
+    }
+    return PhotonMap(photons);
+}
+
+GatherSettings nearest(int k, float largest) {
+    GatherSettings how;
+    how.k = k;
+    how.radius = largest;
+    return how;
+}
+
+TEST(LocalRadius, UniformDensity_HoldsKPhotons) {
+    constexpr int kPhotons = 20'000, kNearest = 50;
+    const PhotonMap map = uniform_square(kPhotons, 1);
+    const LocalRadius radius(map, nearest(kNearest, 1), 2000, Workers{2});
+    RunningStats r2;
+    for (float x = -0.7F; x <= 0.7F; x += 0.05F) {
+        for (float y = -0.7F; y <= 0.7F; y += 0.05F) r2.add(double{sqr(radius.at({x, y, 0}, kUp))});
+    }
+    // The area that holds k+1 photons: (k+1)/(photons per area). The radius stands where a photon does, and
+    // k + 1 of the others are looked for.
+    EXPECT_NEAR(r2.mean() * M_PI * kPhotons / 4, kNearest + 1, 3);
+    EXPECT_GT(r2.variance(), 0) << "it is local";
+}
+
+TEST(LocalRadius, FewPhotonsOrWrongSideOrNone_IsTheLargest) {
+    const PhotonMap few = uniform_square(20, 2);
+    EXPECT_EQ(LocalRadius(few, nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+    const PhotonMap many = uniform_square(20'000, 3);
+    const LocalRadius radius(many, nearest(50, 0.5F), 100, Workers{});
+    EXPECT_LT(radius.at(V3f(0.0F), kUp), 0.2F);
+    EXPECT_EQ(radius.at(V3f(0.0F), -kUp), 0.5F) << "no photon came from below";
+    EXPECT_EQ(radius.at({3, 0, 0}, kUp), 0.5F) << "none near";
+    EXPECT_EQ(LocalRadius(PhotonMap(Photons{}), nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+}
+
+TEST(LocalRadius, AllPhotonsAtOnePoint_IsTheLargest) {
+    Photons photons;
+    for (int i = 0; i < 100; ++i) {
+        photons.add(V3f(0.0F), PackedDirection(kUp), {PackedDirection(-kUp), Rgb(1.0F), 0, kNoCell});
+    }
+    EXPECT_EQ(LocalRadius(PhotonMap(photons), nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+}
+
+TEST(LocalRadius, AnyNumberOfThreads_SameRadii) {
+    const PhotonMap map = uniform_square(5000, 4);
+    const LocalRadius one(map, nearest(20, 1), 1000, Workers{1}), five(map, nearest(20, 1), 1000, Workers{5});
+    for (float x = -1; x < 1; x += 0.1F) EXPECT_EQ(one.at({x, 0, 0}, kUp), five.at({x, 0, 0}, kUp));
+}
+
+// White Lambertian floor under 1 W on 4 m²: radiance 1/4/π for every kernel; a radius off by 2 % is found
+// out.
+TEST(GatherWithin, UniformDensity_IsUnbiased) {
+    Hit hit;
+    hit.at = {V3f(0.1F, 0.2F, 0), kUp, 0};
+    hit.ns = kUp;
+    hit.dpdu = V3f(1, 0, 0);
+    const Bsdf white(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, hit.dpdu);
+    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
+        GatherSettings how;
+        how.kernel = kernel;
+        RunningStats radiance;
+        for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+            const PhotonMap map = uniform_square(500, seed);
+            radiance.add(double{gather_within(map, how, 0.3F, hit, white, kUp).value.x});
+        }
+        EXPECT_TRUE(testing::agrees(radiance, 0.25 / M_PI));
+        EXPECT_FALSE(testing::agrees(radiance, 0.25 / M_PI * 1.02 * 1.02));
+    }
+    EXPECT_EQ(gather_within(PhotonMap(Photons{}), {}, 0.3F, hit, white, kUp).value, Rgb(0));
+}
+
+}  // namespace
+}  // namespace lucerna
