@@ -1,6 +1,8 @@
 // Scenes whose light has a formula [photon-maps 6].
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "engine/render/render.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -41,6 +43,11 @@ IntegratorSettings sphere_settings(const std::string& method) {
         igi.nsets = 256;
         return igi;
     }
+    if (method == "progressive") {
+        ProgressiveSettings progressive;
+        progressive.photons = 20'000;
+        return progressive;
+    }
     PhotonMapSettings photons;
     photons.photons = 200'000;
     photons.gather_rays = 4;
@@ -55,7 +62,8 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
     // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000
     // photon paths, 0.4 % of the 65,536 paths of the virtual lights.
-    const int spp = std::string(method) == "path" ? 256 : std::string(method) == "igi" ? 2 : 16;
+    const std::map<std::string, int> samples = {{"path", 256}, {"igi", 2}, {"progressive", 32}};
+    const int spp = samples.contains(method) ? samples.at(method) : 16;
     const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),
                                        sphere_settings(method), spp);
     if (albedo == 0) {
@@ -68,7 +76,7 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
 
 std::vector<SphereCase> sphere_cases() {
     std::vector<SphereCase> cases;
-    for (const char* method : {"path", "gather", "map", "igi"}) {
+    for (const char* method : {"path", "gather", "map", "igi", "progressive"}) {
         for (const float albedo : {0.0F, 0.5F, 0.9F, 0.99F}) cases.push_back({method, albedo});
     }
     return cases;

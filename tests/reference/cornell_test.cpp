@@ -290,5 +290,49 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
     std::cout << "relative MSE " << result.relative_mse << "\n";
 }
 
+// --- progressive passes ---
+
+// Means over a part of the picture, in pixels of 128 across.
+struct Part {
+    const char* name;
+    int x0, y0, x1, y1;
+
+    double mean(const Image& image) const {
+        double sum = 0;
+        for (int y = y0; y < y1; ++y) {
+            for (int x = x0; x < x1; ++x) sum += double{luminance(image.rgb_at(x, y))};
+        }
+        return sum / ((x1 - x0) * (y1 - y0));
+    }
+};
+
+// Where walls meet, a disc on one of them is filled by the other's photons (photon/tangent_metric.h): no dark
+// line.
+TEST(Cornell, Progressive_ConcaveCornersAreNotDark) {
+    LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
+    LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
+    const Image reference = halve(mean_of(read_exr(first), read_exr(second)));
+    const Image image = render_scene("cornell", "progressive", {{"photons", "100000"}}, 64, 128);
+    const Part parts[] = {{"back wall and ceiling", 40, 28, 88, 31}, {"back wall and floor", 70, 96, 88, 99}};
+    for (const Part& part : parts) {
+        const double ratio = part.mean(image) / part.mean(reference);
+        std::cout << part.name << ": " << ratio << "\n";
+        EXPECT_NEAR(ratio, 1, 0.01) << part.name;
+    }
+}
+
+TEST(CornellGlass, Progressive_AgreesWithAnotherRendererInTheMean) {
+    LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
+    const Image reference = halve(read_exr(file));
+    const Image image = render_scene("cornell-caustic", "progressive", {{"photons", "100000"}}, 64, 128);
+    const Comparison result = compare_masked(image, reference);
+    for (const ChannelComparison& channel : result.channels) {
+        if (!channel.name.starts_with("variance")) {
+            EXPECT_NEAR(channel.ratio.value_or(0), 1, 0.01) << channel.name;
+        }
+    }
+    std::cout << "relative MSE " << result.relative_mse << "\n";
+}
+
 }  // namespace
 }  // namespace lucerna
