@@ -30,6 +30,18 @@ void deposit(const WalkHit& at, const MapPlan& plan, Harvest& harvest) {
     }
 }
 
+void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
+    const auto kind = static_cast<std::size_t>(MapKind::volume);
+    const bool direct = at.path.diffuse == 0 && at.path.specular == 0;
+    if (!plan.wanted[kind] || (direct && !plan.volume_direct)) {
+        ++harvest.counts[kind].not_wanted;
+    } else {
+        ++harvest.counts[kind].stored;
+        harvest.batches[kind].add(at.p, PackedDirection(),
+                                  {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
+    }
+}
+
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
     Emission emission(scene, plan.seed, Purpose::emission, plan.pass);
@@ -41,8 +53,10 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
                               return;
                           }
                           Stream stream = Stream::stratified(plan.seed, Purpose::emission, plan.pass, path);
-                          walk(scene, *start, stream, harvest.ledger,
-                               [&](const WalkHit& at) { deposit(at, plan, harvest); });
+                          walk(
+                              scene, *start, stream, harvest.ledger,
+                              [&](const WalkHit& at) { deposit(at, plan, harvest); },
+                              [&](const WalkScatter& at) { deposit(at, plan, harvest); });
                       });
     return harvest;
 }

@@ -20,12 +20,13 @@ struct MapPlan {
     // Photons to store at least, by map; 0: no target. A target that too few paths serve is given up, with a
     // warning.
     std::array<std::int64_t, kMapKinds> targets = {};
+    bool volume_direct = false;  // whether the Volume map also takes photons straight from a light
 };
 
 // What became of the hits of one class.
 struct DepositCount {
     std::uint64_t stored = 0;
-    std::uint64_t not_wanted = 0;    // the map of their class is not built
+    std::uint64_t not_wanted = 0;    // the map of their class is not built, or does not take them
     std::uint64_t not_storable = 0;  // on mirrors, glass, rough or black surfaces
 };
 

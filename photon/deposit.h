@@ -3,6 +3,10 @@
 //   Direct   LD             the first impact straight from a light
 //   Caustic  LS+D           after specular bounces only
 //   Global   L(S|D)*D(S|D)*D  after at least one diffuse bounce
+//   Volume   where a medium scatters, whatever came before
+//
+// Scattering in a medium counts as D: what it sends to a surface is indirect light. Of the Volume map's
+// photons those that come straight from a light can be left out, for methods that ask the lights along a ray.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +16,15 @@
 
 namespace lucerna {
 
-enum class MapKind : std::uint8_t { direct, global, caustic };
-inline constexpr int kMapKinds = 3;
+enum class MapKind : std::uint8_t { direct, global, caustic, volume };
+inline constexpr int kMapKinds = 4;
 
 inline std::string_view map_name(MapKind kind) {
-    constexpr std::string_view names[] = {"direct", "global", "caustic"};
+    constexpr std::string_view names[] = {"direct", "global", "caustic", "volume"};
     return names[static_cast<int>(kind)];
 }
 
+// Of a hit on a surface.
 inline MapKind map_of(const PathClass& path) {
     if (path.diffuse > 0) return MapKind::global;
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;

@@ -35,12 +35,20 @@ void Emission::emit_group(std::span<const Choice> group, std::span<std::optional
     emitted_.resize(group.size());
     const std::uint32_t light = group.front().light;
     scene_.lights()[light]->emit_many(numbers_, emitted_);
+    const std::int32_t medium = scene_.medium_of_light(light);
+    const Rgb& reach = scene_.reach_of_light(light);
     for (std::size_t i = 0; i < group.size(); ++i) {
         const std::optional<Emitted>& emitted = emitted_[i];
-        if (!emitted || is_black(emitted->weight)) continue;
+        if (!emitted) continue;
+        const Rgb weight = emitted->weight * reach;
+        if (is_black(weight)) continue;
         out[group[i].place] =
-            LightPathStart{light, emitted->cell, emitted->from, emitted->d,
-                           emitted->weight / group[i].probability};  // a picked light has probability > 0
+            LightPathStart{light,
+                           emitted->cell,
+                           emitted->from,
+                           emitted->d,
+                           weight / group[i].probability,  // a picked light has probability > 0
+                           medium};
     }
 }
 

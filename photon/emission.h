@@ -19,8 +19,9 @@ struct LightPathStart {
     std::uint32_t light;
     CellId cell;
     SurfacePoint from;
-    V3f d;      // unit
-    Rgb power;  // W; its mean over paths is the flux of all lights together
+    V3f d;                            // unit
+    Rgb power;                        // W; its mean over paths is the flux of all lights together
+    std::int32_t medium = kNoMedium;  // of the borders, in which it begins
 };
 
 // Starts the paths of one pass. For one thread: it keeps its working memory.

@@ -34,6 +34,7 @@ void trace_paths(const Scene& scene, std::uint64_t seed, std::int64_t begin, std
                           Stream stream = Stream::stratified(seed, Purpose::acquisition, 0, path);
                           walk(
                               scene, *start, stream, ledger, [](const WalkHit& /*at*/) {},
+                              [](const WalkScatter& /*at*/) {},
                               [&](const WalkExit& exit) { leave(exit, scene.origin(), made); });
                       });
 }
@@ -56,7 +57,7 @@ void check_luminaire(const Scene& scene, const LuminairePlan& plan) {
     for (const auto& light : scene.lights()) power += light->power();
     if (!(power > 0)) throw InputError("the luminaire has no light with any power");
     if (!scene.media().all.empty()) {
-        throw InputError("media in a luminaire: its light is followed from surface to surface only");
+        throw InputError("media in a luminaire: a lamp's account has no place for what they absorb");
     }
 }
 

@@ -44,9 +44,9 @@ class PackedDirection {
 
 struct Photon {
     PackedDirection direction;  // of travel
-    Rgb power;                  // W, already divided by the number of emitted paths
-    std::uint32_t light;        // index of the light it came from
-    CellId cell;                // and the cell of that light
+    Rgb power;            // W, already divided by the number of emitted paths; in media, what was scattered
+    std::uint32_t light;  // index of the light it came from
+    CellId cell;          // and the cell of that light
 };
 static_assert(sizeof(Photon) == 24);
 

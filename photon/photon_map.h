@@ -13,7 +13,7 @@ namespace lucerna {
 // Photons as they land: one entry each in three arrays.
 struct Photons {
     std::vector<V3f> positions;            // finite, relative to the scene's origin
-    std::vector<PackedDirection> normals;  // geometric, on the side that was hit
+    std::vector<PackedDirection> normals;  // geometric, on the side that was hit; of no meaning in media
     std::vector<Photon> photons;
 
     std::size_t size() const { return photons.size(); }

@@ -15,7 +15,11 @@ void store(const WalkHit& at, std::vector<VirtualLight>& lights) {
     SurfacePoint lit = at.hit.at;
     if (lit.n.dot(at.d) > 0) lit.n = -lit.n;
     const Rgb contribution = at.power * at.bsdf.albedo(-at.d) * kInvPi;
-    if (!is_black(contribution)) lights.push_back({lit, contribution});
+    if (!is_black(contribution)) lights.push_back({.at = lit, .contribution = contribution});
+}
+
+void store(const WalkScatter& at, std::vector<VirtualLight>& lights) {
+    lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
 }
 
 OneSet walk_set(const Scene& scene, const VirtualLightPlan& plan, std::uint32_t set) {
@@ -31,7 +35,9 @@ OneSet walk_set(const Scene& scene, const VirtualLightPlan& plan, std::uint32_t 
                 return;
             }
             Stream stream = Stream::stratified(plan.seed, Purpose::virtual_light, plan.pass, path);
-            walk(scene, *start, stream, result.ledger, [&](const WalkHit& at) { store(at, result.lights); });
+            walk(
+                scene, *start, stream, result.ledger, [&](const WalkHit& at) { store(at, result.lights); },
+                [&](const WalkScatter& at) { store(at, result.lights); });
         });
     return result;
 }

@@ -10,10 +10,19 @@
 
 namespace lucerna {
 
-// A Lambertian point of light on a surface.
+// A point of light: on a surface a Lambertian one, in a medium what its phase function makes of one particle.
 struct VirtualLight {
-    SurfacePoint at;   // n on the side that shines
-    Rgb contribution;  // α ρ_hd / π, W/sr towards the normal, for one path
+    SurfacePoint at;  // n on the side that shines; 0 in a medium
+    Rgb contribution;  // for one path: α ρ_hd / π, W/sr towards the normal; in a medium the power scattered,
+                       // W
+    bool in_medium = false;
+    float g = 0;     // in a medium: of its phase function
+    V3f d{0, 0, 0};  // in a medium: the direction of travel of what it scattered
+
+    // The share of `contribution` that leaves towards w (unit): W/sr per W of it.
+    float towards(const V3f& w) const {
+        return in_medium ? HenyeyGreenstein(g).at_cosine(d.dot(w)) : std::max(0.0F, at.n.dot(w));
+    }
 };
 
 struct VirtualLightPlan {

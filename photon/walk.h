@@ -1,13 +1,16 @@
-// One light path: from the light, from surface to surface, until it is absorbed or leaves.
+// One light path: from the light, from surface to surface and through media, until it is absorbed or leaves.
 //
-// The walk knows nothing of maps. It shows each hit to a visitor, which may store a photon or make a virtual
-// light of it; photon mapping and instant global illumination are the same walk with another end.
+// The walk knows nothing of maps. It shows each hit to a visitor, and each place where a medium scatters the
+// path to another; they may store a photon or make a virtual light of it. Photon mapping and instant global
+// illumination are the same walk with another end.
 #pragma once
 
 #include <algorithm>
 #include <utility>
 
 #include "engine/base/stream.h"
+#include "engine/world/passage.h"
+#include "engine/world/phase.h"
 #include "engine/world/scene.h"
 #include "photon/emission.h"
 #include "photon/ledger.h"
@@ -18,7 +21,7 @@ namespace lucerna {
 // How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by.
 struct PathClass {
     std::uint32_t specular = 0;  // delta bounces so far
-    std::uint32_t diffuse = 0;   // all other bounces
+    std::uint32_t diffuse = 0;   // all other bounces, and scattering in media
 };
 
 struct WalkHit {
@@ -27,6 +30,16 @@ struct WalkHit {
     V3f d;      // direction of travel
     Rgb power;  // W, arriving
     PathClass path;
+    const LightPathStart& start;
+};
+
+// Where a medium turns a path.
+struct WalkScatter {
+    V3f p;
+    float g;         // of the medium that scatters
+    V3f d;           // direction of travel before
+    Rgb power;       // W, scattered: what the medium absorbs there is taken off
+    PathClass path;  // before
     const LightPathStart& start;
 };
 
@@ -44,61 +57,135 @@ inline constexpr float kMaxSurvival = 0.999F;
 // Against endless loops only; roulette ends paths long before (0.999^100000 is 1e-44).
 inline constexpr std::uint32_t kMaxBounces = 100'000;
 
-// Follows the path; calls visit(WalkHit) at every surface and leave(WalkExit) if it leaves the scene. Source
-// of the roulette: [igi.md 2], with the luminance of the power in place of that of the scale alone, so that
-// every survivor carries the luminance its parent had.
-template <typename Visit, typename Leave>
-void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
-          Leave&& leave) {
-    ledger.emitted += V3d(start.power);
-    Rgb power = start.power;
-    PathClass path;
-    SurfacePoint from = start.from;
-    V3f d = start.d;
-
-    for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
-        const auto hit = scene.hit(Ray{from.towards(d), d});
-        if (!hit) {
-            ledger.escaped += V3d(power);
-            leave(WalkExit{from, d, power, path, start});
-            return;
-        }
-        ++ledger.hits;
-        const Bsdf bsdf = scene.bsdf(*hit);
-        visit(WalkHit{*hit, bsdf, d, power, path, start});
-
-        // Scatter; what the surface keeps is absorbed.
-        const BsdfU u{stream.next(), stream.next2()};
-        const float u_survive = stream.next();
-        const auto sample = bsdf.sample(-d, u, Transport::particles);
-        if (!sample || is_black(sample->weight)) {
-            ledger.absorbed += V3d(power);
-            return;
-        }
-        const Rgb scattered = power * sample->weight * shading_correction(bsdf, -d, sample->wi);
-        ledger.absorbed += V3d(power) - V3d(scattered);
-
-        // Russian roulette by luminance. luminance(power) > 0: power is never black here.
-        const float survival = std::min(kMaxSurvival, luminance(scattered) / luminance(power));
-        if (!(u_survive < survival)) {
-            ledger.roulette += V3d(scattered);
-            return;
-        }
-        const Rgb survivor = scattered / survival;
-        ledger.roulette += V3d(scattered) - V3d(survivor);
-        power = survivor;
-        if (is_black(power)) return;  // underflow: nothing is left to book
-
-        ++(sample->delta ? path.specular : path.diffuse);
-        from = hit->at;
-        d = sample->wi;
+// A path on its way: what it carries, and what becomes of that.
+class Walker {
+  public:
+    Walker(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger)
+        : scene_(scene),
+          stream_(stream),
+          ledger_(ledger),
+          from_(start.from),
+          d_(start.d),
+          power_(start.power),
+          medium_(start.medium) {
+        ledger.emitted += V3d(start.power);
     }
-    ledger.cut += V3d(power);
+
+    const SurfacePoint& from() const { return from_; }
+    const V3f& d() const { return d_; }
+    const Rgb& power() const { return power_; }
+    const PathClass& path() const { return path_; }
+
+    struct Leg {
+        std::optional<Hit> hit;
+        std::optional<Crossing::Scattered> scattered;
+    };
+    // To the next surface, or to where a medium scatters. The power may be black after it.
+    Leg travel() {
+        const Ray ray{from_.towards(d_), d_};
+        Leg leg{scene_.hit(ray), {}};
+        if (scene_.media().empty()) return leg;
+        const Crossing crossing = cross_media(scene_, ray, leg.hit, medium_, power_, stream_);
+        ledger_.media += V3d(power_) - V3d(crossing.power);
+        arriving_ = power_;
+        power_ = crossing.power;
+        medium_ = crossing.medium;
+        leg.scattered = crossing.scattered;
+        return leg;
+    }
+
+    // Both choose where the path goes on; false: it ends, and the ledger knows why.
+    bool leave(const Hit& hit, const Bsdf& bsdf) {
+        const BsdfU u{stream_.next(), stream_.next2()};
+        const float u_survive = stream_.next();
+        const auto sample = bsdf.sample(-d_, u, Transport::particles);
+        if (!sample || is_black(sample->weight)) {
+            ledger_.absorbed += V3d(power_);
+            return false;
+        }
+        const Rgb scattered = power_ * sample->weight * shading_correction(bsdf, -d_, sample->wi);
+        ledger_.absorbed += V3d(power_) - V3d(scattered);  // what the surface keeps
+        if (!survive(power_, scattered, u_survive)) return false;
+        ++(sample->delta ? path_.specular : path_.diffuse);
+        medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
+        from_ = hit.at;
+        d_ = sample->wi;
+        return true;
+    }
+    bool leave(const Crossing::Scattered& at) {
+        ledger_.scattered += V3d(power_);
+        const V2f u = stream_.next2();
+        if (!survive(arriving_, power_, stream_.next())) return false;
+        ++path_.diffuse;
+        from_ = SurfacePoint{at.p};
+        d_ = HenyeyGreenstein(at.g).sample(-d_, u);
+        return true;
+    }
+
+  private:
+    // Russian roulette by luminance, from `before` to `after` an event. The luminance of `before` is never 0:
+    // no path goes on in black.
+    bool survive(const Rgb& before, const Rgb& after, float u) {
+        const float survival = std::min(kMaxSurvival, luminance(after) / luminance(before));
+        if (!(u < survival)) {
+            ledger_.roulette += V3d(after);
+            return false;
+        }
+        power_ = after / survival;
+        ledger_.roulette += V3d(after) - V3d(power_);
+        return !is_black(power_);  // black by underflow: nothing is left to book
+    }
+
+    const Scene& scene_;
+    Stream& stream_;
+    Ledger& ledger_;
+    SurfacePoint from_;
+    V3f d_;
+    Rgb power_;
+    Rgb arriving_{0.0F};  // before the last flight
+    PathClass path_;
+    std::int32_t medium_;
+};
+
+// Follows the path; calls visit(WalkHit) at every surface, scatter(WalkScatter) where a medium turns it, and
+// leave(WalkExit) if it leaves the scene. Source of the roulette: [igi.md 2], with the luminance of the power
+// in place of that of the scale alone, so that every survivor carries the luminance its parent had.
+template <typename Visit, typename Scatter, typename Leave>
+void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
+          Scatter&& scatter, Leave&& leave) {
+    Walker walker(scene, start, stream, ledger);
+    for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
+        const Walker::Leg leg = walker.travel();
+        if (is_black(walker.power())) return;  // absorbed on the way, and booked
+        if (leg.scattered) {
+            ++ledger.scatterings;
+            scatter(WalkScatter{leg.scattered->p, leg.scattered->g, walker.d(), walker.power(), walker.path(),
+                                start});
+            if (!walker.leave(*leg.scattered)) return;
+        } else if (leg.hit) {
+            ++ledger.hits;
+            const Bsdf bsdf = scene.bsdf(*leg.hit);
+            visit(WalkHit{*leg.hit, bsdf, walker.d(), walker.power(), walker.path(), start});
+            if (!walker.leave(*leg.hit, bsdf)) return;
+        } else {
+            ledger.escaped += V3d(walker.power());
+            leave(WalkExit{walker.from(), walker.d(), walker.power(), walker.path(), start});
+            return;
+        }
+    }
+    ledger.cut += V3d(walker.power());
+}
+
+template <typename Visit, typename Scatter>
+void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
+          Scatter&& scatter) {
+    walk(scene, start, stream, ledger, std::forward<Visit>(visit), std::forward<Scatter>(scatter),
+         [](const WalkExit& /*exit*/) {});
 }
 
 template <typename Visit>
 void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit) {
-    walk(scene, start, stream, ledger, std::forward<Visit>(visit), [](const WalkExit& /*exit*/) {});
+    walk(scene, start, stream, ledger, std::forward<Visit>(visit), [](const WalkScatter& /*at*/) {});
 }
 
 }  // namespace lucerna

@@ -171,6 +171,14 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
     }
 }
 
+// How far from the origin the box reaches: lights at infinity must send particles that far.
+float reach_of(const Box3d& box) {
+    if (box.isEmpty()) return 0;
+    V3d far;
+    for (int k = 0; k < 3; ++k) far[k] = std::max(std::fabs(box.min[k]), std::fabs(box.max[k]));
+    return static_cast<float>(far.length());
+}
+
 SceneMedia build_media(const Draft& draft, const V3d& origin) {
     SceneMedia media;
     if (!draft.uses_media) return media;
@@ -230,6 +238,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
         build_shapes(std::move(static_cast<DraftShapes&>(draft)), parts.origin, mesh_of);
     build_prototypes(draft, placements, parts);
     parts.media = build_media(draft, parts.origin);
+    sphere.radius = std::max(sphere.radius,
+                             std::min(static_cast<float>(kLargestScene), reach_of(bounds_of(parts.media))));
     for (const DraftLight& light : draft.lights) {
         parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor}));
     }

@@ -285,7 +285,7 @@ void DirectiveReader::make_named_medium() {
     params.warn_unused(reading_.monitor);
 }
 
-// Which orders of scattering are looked for; here it is always all of them.
+// Which orders of scattering are looked for; here the surface integrator decides that.
 void DirectiveReader::volume_integrator() {
     reading_.old_dialect = true;
     once();
@@ -297,8 +297,8 @@ void DirectiveReader::volume_integrator() {
     params.accept({"stepsize"});
     params.warn_unused(reading_.monitor);
     reading_.monitor.info(
-        fmt::format("{}: VolumeIntegrator \"{}\": media are rendered with all orders of "
-                    "scattering, and without steps",
+        fmt::format("{}: VolumeIntegrator \"{}\": media are rendered without steps, and with all orders of "
+                    "scattering unless the integrator is \"direct\"",
                     to_string(place_.location()), kind));
 }
 
@@ -307,10 +307,15 @@ void DirectiveReader::integrate_media() {
     Draft& draft = reading_.draft;
     if (draft.occlusion) draft.uses_media = false;
     if (!draft.uses_media || std::holds_alternative<PathSettings>(draft.integrator)) return;
-    reading_.warn(place_, fmt::format("the scene has participating media, which \"{}\" does not know yet; it "
-                                      "is rendered by \"path\"",
-                                      integrator_name(draft.integrator)));
-    draft.integrator = PathSettings{};
+    for (const DraftMedium& made : draft.media) {
+        if (!made.medium || !made.medium->emits()) continue;
+        reading_.warn(made.place,
+                      fmt::format("medium \"{}\" emits light, which \"{}\" does not carry to surfaces; "
+                                  "the scene is rendered by \"path\"",
+                                  shown(made.name), integrator_name(draft.integrator)));
+        draft.integrator = PathSettings{};
+        return;
+    }
 }
 
 // ---- the world

@@ -1,4 +1,5 @@
-// Direct light alone; mirrors and smooth glass are followed. What the other methods add is what this lacks.
+// Direct light alone, on surfaces and in media; mirrors and smooth glass are followed. What the other methods
+// add is what this lacks.
 #include "engine/render/direct_light.h"
 #include "engine/render/integrator.h"
 #include "engine/render/specular_chain.h"
@@ -14,7 +15,10 @@ class DirectEstimator final : public Estimator {
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         const auto shade = [&](const Vertex& vertex) { return direct_light(scene_, vertex, stream); };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+            return sigma_s * direct_light(scene_, vertex, stream);
+        };
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade, source);
     }
 
   private:

@@ -1,28 +1,57 @@
 #include "engine/render/direct_light.h"
 
 namespace lucerna {
+namespace {
 
-Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
+// Branches of a path's stream: numbers that only media take.
+constexpr std::uint32_t kShadowBranch = 0x5d;
+constexpr std::uint32_t kLampBranch = 0x1a;
+
+// One light, chosen by power, asked by a surface or by a place in a medium.
+template <typename Place>
+Rgb ask_light(const Scene& scene, const Place& place, Stream& stream) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
     const float u_light = stream.next();
     const V2f u_place = stream.next2();
     const auto pick = scene.picker().pick(u_light);
     if (!pick) return Rgb(0);
-    const SurfacePoint& x = vertex.hit.at;
+    const SurfacePoint x = place.from();
     const Light& light = *scene.lights()[pick->light];
     const auto incident = light.illuminate(x.p, u_place);
     if (!incident) return Rgb(0);
 
-    const float cos_x = std::fabs(incident->w.dot(vertex.bsdf.shading_normal()));
-    const Rgb f = vertex.bsdf.f(vertex.wo, incident->w, Transport::radiance);
-    if (is_black(f) || !(cos_x > 0)) return Rgb(0);
-    Rgb result = f * incident->weight * (cos_x / pick->probability);  // a picked light has probability > 0
+    Rgb result = place.value(incident->w);
+    if (is_black(result)) return Rgb(0);
+    result *= incident->weight * (1 / pick->probability);  // a picked light has probability > 0
     if (!light.is_delta()) {
-        const float bsdf_pdf = vertex.bsdf.pdf_w(vertex.wo, incident->w);
-        result *= power_heuristic(incident->pdf_w * pick->probability, bsdf_pdf);
+        result *= power_heuristic(incident->pdf_w * pick->probability, place.pdf_w(incident->w));
     }
     if (is_black(result) || !scene.visible(x, incident->w, incident->distance)) return Rgb(0);
-    return result;
+    if (scene.media().empty()) return result;
+    Stream more = stream.split(kShadowBranch);
+    return result *
+           passage(scene, x, incident->w, incident->distance, place.medium_towards(incident->w), more);
+}
+
+// What is not geometry and lies before `hit`: calls found(radiance, distance) for each.
+template <typename Found>
+void meet_lamps(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+                Found&& found) {
+    const float nearest = hit ? hit->t : INFINITY;
+    for (const std::uint32_t light : scene.impostors()) {
+        const auto seen = scene.lights()[light]->seen(ray);
+        if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
+        found(seen->radiance * rule.share(seen->pdf_w * scene.picker().probability(light)), seen->distance);
+    }
+}
+
+}  // namespace
+
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
+    return ask_light(scene, vertex, stream);
+}
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream) {
+    return ask_light(scene, vertex, stream);
 }
 
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
@@ -36,12 +65,23 @@ Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
     if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
     Rgb result = surface_emission(scene, ray, hit, rule);
-    const float nearest = hit ? hit->t : INFINITY;
-    for (const std::uint32_t light : scene.impostors()) {
-        const auto seen = scene.lights()[light]->seen(ray);
-        if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
-        result += seen->radiance * rule.share(seen->pdf_w * scene.picker().probability(light));
-    }
+    meet_lamps(scene, ray, hit, rule, [&](const Rgb& radiance, float) { result += radiance; });
+    return result;
+}
+
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+             std::int32_t medium, Stream& stream) {
+    if (scene.media().empty()) return emission(scene, ray, hit, rule);
+    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
+    Stream more = stream.split(kLampBranch);
+    Rgb result(0);
+    const auto add = [&](const Rgb& radiance, float distance) {
+        if (!is_black(radiance)) {
+            result += radiance * passage(scene, Ray{ray.o, ray.d, distance}, medium, more);
+        }
+    };
+    if (hit) add(surface_emission(scene, ray, hit, rule), hit->t);
+    meet_lamps(scene, ray, hit, rule, add);
     return result;
 }
 
@@ -61,8 +101,17 @@ DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& strea
     if (!sample) return {asked, {}};
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    const Rgb found = emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w));
+    const Rgb found = emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w),
+                               vertex.medium_towards(sample->wi), stream);
     return {asked + sample->weight * found, {}};
+}
+
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream) {
+    const Rgb asked = next_event(scene, vertex, stream);
+    const V3f wi = vertex.phase.sample(vertex.wo, stream.next2());
+    const Ray ray{vertex.p, wi};
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi));
+    return asked + emission(scene, ray, scene.hit(ray), rule, vertex.medium, stream);  // phase / pdf is 1
 }
 
 }  // namespace lucerna

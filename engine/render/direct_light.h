@@ -2,12 +2,18 @@
 //
 // A surface asks a light for a direction (next_event); or a direction drawn from the BSDF happens to find a
 // light (emission, with the rule that says which share of it still counts). Used together, with the power
-// heuristic, the two are unbiased and neither small nor large lights are noisy.
+// heuristic, the two are unbiased and neither small nor large lights are noisy. A place where a medium
+// scatters is lit in the same two ways, its phase function in the BSDF's place.
+//
+// Media take their share of every ray, here as everywhere between vertices. The weights of the two strategies
+// go by the densities of directions alone: both are weakened alike, so it need not be in them.
 #pragma once
 
 #include <optional>
 
 #include "engine/base/stream.h"
+#include "engine/world/passage.h"
+#include "engine/world/phase.h"
 #include "engine/world/scene.h"
 
 namespace lucerna {
@@ -51,15 +57,43 @@ struct EmissionRule {
 struct Vertex {
     const Hit& hit;
     const Bsdf& bsdf;
+    V3f wo;                           // towards the eye
+    std::int32_t medium = kNoMedium;  // of the borders, in which it lies on wo's side
+
+    SurfacePoint from() const { return hit.at; }
+    // Of what arrives from w per solid angle, the share that leaves towards wo: f·cosθ.
+    Rgb value(const V3f& w) const {
+        return bsdf.f(wo, w, Transport::radiance) * std::fabs(w.dot(bsdf.shading_normal()));
+    }
+    float pdf_w(const V3f& w) const { return bsdf.pdf_w(wo, w); }
+    std::int32_t medium_towards(const V3f& w) const {
+        return lucerna::medium_towards(hit.media, hit.at.n, w, medium);
+    }
+};
+
+// Where a path is scattered in a medium.
+struct MediumVertex {
+    V3f p;
+    HenyeyGreenstein phase;
     V3f wo;  // towards the eye
+    std::int32_t medium;
+
+    SurfacePoint from() const { return {p}; }
+    Rgb value(const V3f& w) const { return Rgb(phase.value(wo, w)); }
+    float pdf_w(const V3f& w) const { return phase.value(wo, w); }
+    std::int32_t medium_towards(const V3f& /*w*/) const { return medium; }
 };
 
 // Radiance towards wo from one light, chosen by power and asked for a direction.
 Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream);
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream);
 
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
+// The same as it arrives through the media on the way, begun in `medium`.
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+             std::int32_t medium, Stream& stream);
 
 // The part of it that surfaces emit.
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
@@ -76,5 +110,7 @@ struct DirectLight {
     std::optional<BsdfSample> specular;
 };
 DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream);
+// In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream);
 
 }  // namespace lucerna

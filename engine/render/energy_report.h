@@ -11,6 +11,8 @@ inline void report_energy(const Ledger& ledger, RenderReport& report) {
     const auto y = [](const V3d& c) { return 0.212671 * c.x + 0.715160 * c.y + 0.072169 * c.z; };
     report.numbers["energy.emitted"] = y(ledger.emitted);
     report.numbers["energy.absorbed"] = y(ledger.absorbed);
+    report.numbers["energy.absorbed_by_media"] = y(ledger.media);
+    report.numbers["energy.scattered_by_media"] = y(ledger.scattered);
     report.numbers["energy.escaped"] = y(ledger.escaped);
     report.numbers["energy.cut"] = y(ledger.cut);
     report.numbers["energy.roulette"] = y(ledger.roulette);
@@ -18,6 +20,7 @@ inline void report_energy(const Ledger& ledger, RenderReport& report) {
     report.numbers["paths.emitted"] = static_cast<double>(ledger.paths - ledger.not_emitted);
     report.numbers["paths.not_emitted"] = static_cast<double>(ledger.not_emitted);
     report.numbers["paths.hits"] = static_cast<double>(ledger.hits);
+    report.numbers["paths.scatterings"] = static_cast<double>(ledger.scatterings);
 }
 
 }  // namespace lucerna

@@ -1,4 +1,5 @@
-// Instant global illumination, as the note has it [igi 1-3]: indirect light from a set of virtual lights.
+// Instant global illumination, as the note has it [igi 1-3]: indirect light from a set of virtual lights, on
+// surfaces and where media scatter. A set lights surfaces, and the places along a ray at which media scatter.
 #include <bit>
 
 #include "engine/render/direct_light.h"
@@ -33,30 +34,34 @@ class IgiEstimator final : public Estimator {
         const auto set = static_cast<std::size_t>(stream.next() * count);
         const auto shade = [&](const Vertex& vertex) {
             DirectLight shaded = direct_light(scene_, vertex, stream);
-            shaded.radiance += indirect(vertex, set, stream);
+            if (!vertex.bsdf.is_black()) shaded.radiance += indirect(vertex, set, stream);
             return shaded;
         };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+            return sigma_s * (direct_light(scene_, vertex, stream) + indirect(vertex, set, stream));
+        };
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade, source);
     }
 
   private:
     // The sum over one set is one sample per light path: it is divided by the number of paths. (The note's
     // listing divides by the number of virtual lights, of which a path makes several; that loses their
     // energy.)
-    Rgb indirect(const Vertex& vertex, std::size_t set, Stream& stream) const {
+    template <typename Place>
+    Rgb indirect(const Place& place, std::size_t set, Stream& stream) const {
         Rgb sum(0);
-        if (vertex.bsdf.is_black()) return sum;
         Stream roulette = stream.split(1);
         for (std::uint32_t i = sets_.begins[set]; i < sets_.begins[set + 1]; ++i) {
-            sum += shade(vertex, sets_.lights[i], roulette);
+            sum += shade(place, sets_.lights[i], roulette);
         }
         return sum;
     }
 
-    Rgb shade(const Vertex& vertex, const VirtualLight& light, Stream& roulette) const {
+    template <typename Place>
+    Rgb shade(const Place& place, const VirtualLight& light, Stream& roulette) const {
         const float u_shadow = roulette.next();
-        const SurfacePoint& x = vertex.hit.at;
+        const SurfacePoint x = place.from();
         const V3f way = light.at.p - x.p;
         const float d2 = way.length2();
         // A virtual light on the very point lights nothing: where d² cannot be told from 0, G has no value.
@@ -65,12 +70,11 @@ class IgiEstimator final : public Estimator {
         const float fade = smoothstep(0.8F * min2, 1.2F * min2, d2);
         const float d = std::sqrt(d2);
         const V3f w = way / d;
-        const float cos_v = -w.dot(light.at.n);
-        if (!(fade > 0) || !(cos_v > 0)) return Rgb(0);  // virtual lights shine on their side only
+        const float sent = light.towards(-w);
+        if (!(fade > 0) || !(sent > 0)) return Rgb(0);  // on a surface they shine on their side only
 
-        const float cos_x = std::fabs(w.dot(vertex.bsdf.shading_normal()));
-        Rgb value = vertex.bsdf.f(vertex.wo, w, Transport::radiance) * light.contribution *
-                    (fade * settings_.indirect_scale * cos_x * cos_v / d2 / paths_);
+        Rgb value =
+            place.value(w) * light.contribution * (fade * settings_.indirect_scale * sent / d2 / paths_);
         if (is_black(value)) return value;
 
         // Faint lights get their shadow ray only sometimes.
@@ -78,7 +82,8 @@ class IgiEstimator final : public Estimator {
             if (!(u_shadow < settings_.rr_continue)) return Rgb(0);
             value /= settings_.rr_continue;  // at least 1e-6
         }
-        return visible_between(scene_, x, light.at) ? value : Rgb(0);
+        if (!visible_between(scene_, x, light.at)) return Rgb(0);
+        return value * passage(scene_, x, w, d, place.medium_towards(w), roulette);
     }
 
     const Scene& scene_;

@@ -5,6 +5,10 @@
 //   straight from a light        lights sampled, or the Direct map
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
+// Scattering in a medium counts as a diffuse surface. What media scatter into a ray, be it the camera's or a
+// gather ray, is split in the same way:
+//   straight from a light        lights sampled, or the Volume map
+//   all else                     the Volume map
 // Gloss, rough metal and glass carry no photons: a ray that meets them asks the lights and goes on, as a path
 // would. A surface that is both (paint under varnish) is shaded as both.
 #include "engine/render/photon_mapping.h"
@@ -17,6 +21,7 @@
 #include "photon/fixed_gather.h"
 #include "photon/gather.h"
 #include "photon/irradiance.h"
+#include "photon/volume_gather.h"
 
 namespace lucerna {
 namespace {
@@ -35,6 +40,7 @@ enum class Stage : std::uint8_t {
 
 struct GatherPair {
     GatherSettings seen, landed;
+    float volume_radius = 1;  // the largest of an estimate in space
 };
 
 class PhotonMapEstimator final : public Estimator {
@@ -55,7 +61,7 @@ class PhotonMapEstimator final : public Estimator {
                 return DirectLight{seen(vertex, stream), {}};
             });
         }
-        return trace(ray, EmissionRule::all(), Stage::eye, stream);
+        return trace(ray, scene_.media().camera, EmissionRule::all(), Stage::eye, stream);
     }
 
   private:
@@ -70,12 +76,16 @@ class PhotonMapEstimator final : public Estimator {
     };
 
     // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
-    Rgb trace(Ray ray, EmissionRule rule, Stage stage, Stream& stream) const {
+    // The ray begins in `medium`.
+    Rgb trace(Ray ray, std::int32_t medium, EmissionRule rule, Stage stage, Stream& stream) const {
         Rgb result(0);
         Rgb throughput(1);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+            return in_scattered(vertex, sigma_s, stage, stream);
+        };
         for (int depth = 0; depth < kMostBounces; ++depth) {
             const SpecularChain chain =
-                follow_specular(scene_, ray, rule, settings_.max_specular_depth, stream);
+                follow_specular(scene_, ray, medium, rule, settings_.max_specular_depth, stream, source);
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
@@ -83,7 +93,7 @@ class PhotonMapEstimator final : public Estimator {
             const Split split(bsdf);
             Ways ways;
             if (split.diffuse) {
-                const Vertex vertex{*chain.hit, *split.diffuse, chain.wo};
+                const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
                     result += throughput * seen(vertex, stream);
                 } else {
@@ -93,7 +103,7 @@ class PhotonMapEstimator final : public Estimator {
                 }
             }
             if (split.rest) {  // no photons there: ask the lights, then follow the BSDF
-                result += throughput * next_event(scene_, {*chain.hit, *split.rest, chain.wo}, stream);
+                result += throughput * next_event(scene_, chain.vertex(*split.rest), stream);
                 ways.rest = &*split.rest;
             }
             const auto next = go_on(ways, chain.wo, rule, stream);
@@ -103,7 +113,21 @@ class PhotonMapEstimator final : public Estimator {
             if (!(stream.next() < survival)) break;
             throughput /= survival;
             rule = next->rule;
+            medium = chain.vertex(bsdf).medium_towards(next->sample.wi);
             ray = Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi};
+        }
+        return result;
+    }
+
+    // What media scatter into a ray at a place: radiance per unit of length.
+    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, Stream& stream) const {
+        Rgb result(0);
+        if (settings_.direct != DirectMethod::map) result += sigma_s * direct_light(scene_, vertex, stream);
+        if (const PhotonMap* map = maps_.find(MapKind::volume)) {
+            const GatherSettings& how = stage == Stage::eye ? gather_.seen : gather_.landed;
+            const VolumeGather gather(scene_, *map, {how.k, gather_.volume_radius});
+            const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
+            result += gather.in_scattered(at, stream).value;
         }
         return result;
     }
@@ -199,7 +223,8 @@ class PhotonMapEstimator final : public Estimator {
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) return Rgb(0);
         const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-        return sample->weight * trace(ray, EmissionRule::none(), Stage::gather, stream);
+        return sample->weight *
+               trace(ray, vertex.medium_towards(sample->wi), EmissionRule::none(), Stage::gather, stream);
     }
 
     GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
@@ -235,6 +260,7 @@ class PhotonMapIntegrator final : public Integrator {
         plan.wanted = wanted(context);
         plan.targets[static_cast<std::size_t>(MapKind::caustic)] = settings_.caustic_photons;
         plan.targets[static_cast<std::size_t>(MapKind::global)] = settings_.indirect_photons;
+        plan.volume_direct = settings_.direct == DirectMethod::map;
         plan.seed = context.seed;
         plan.pass = context.pass;
         PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
@@ -293,6 +319,14 @@ class PhotonMapIntegrator final : public Integrator {
                 return {specular, specular ? "the scene has mirrors or smooth glass"
                                            : "no surface of the scene is specular"};
             }
+            case MapKind::volume: {
+                const bool volume = scatters(scene.media());
+                if (!volume) return {false, "no medium of the scene scatters"};
+                return {true,
+                        settings_.direct == DirectMethod::map
+                            ? "what media scatter is read from it"
+                            : "what media scatter is read from it, but for light straight from a light"};
+            }
         }
         return {false, ""};
     }
@@ -318,6 +352,8 @@ class PhotonMapIntegrator final : public Integrator {
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;
         GatherPair pair{how, how};
+        pair.volume_radius =
+            settings_.radius > 0 ? settings_.radius : kDefaultRadius * diagonal_with_media(scene);
         pair.seen.k = settings_.k;
         pair.landed.k = settings_.gather_k;
         return pair;

@@ -249,6 +249,7 @@ class Run {
 
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
     warn_of_unseen_lights(job.scene, job.integrator, monitor);
+    warn_of_glowing_media(job.scene, job.integrator, monitor);
     return Run(job, options, monitor).render();
 }
 

@@ -1,10 +1,11 @@
-// Following a ray through mirrors and smooth glass to the first surface that scatters.
+// Following a ray through mirrors, smooth glass and media to the first surface that scatters.
 #pragma once
 
 #include <optional>
 
 #include "engine/base/stream.h"
 #include "engine/render/direct_light.h"
+#include "engine/render/media_leg.h"
 #include "engine/render/quantity.h"
 #include "engine/world/scene.h"
 
@@ -15,19 +16,28 @@ struct SpecularChain {
         hit;          // the first surface that is not purely specular; none if the ray escaped or ended
     V3f wo{0, 0, 0};  // from there back along the ray
     Rgb throughput{1.0F};
-    Rgb emitted{0.0F};  // met on the way and at the end, throughput included
-    float length = 0;   // of the first segment, scene units
+    Rgb emitted{0.0F};                // met on the way and at the end, throughput included
+    float length = 0;                 // of the first segment, scene units
+    std::int32_t medium = kNoMedium;  // of the borders, at its end
+
+    Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
 };
 
-// Glass is followed one way, chosen by its reflectance; a chain longer than max_depth ends black.
-inline SpecularChain follow_specular(const Scene& scene, Ray ray, EmissionRule rule, int max_depth,
-                                     Stream& stream) {
+// Glass is followed one way, chosen by its reflectance; a chain longer than max_depth ends black. The ray
+// begins in `medium`; `source` as cross_with() has it.
+template <typename Source>
+SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule,
+                              int max_depth, Stream& stream, Source&& source) {
     SpecularChain chain;
     for (int depth = 0;; ++depth) {
         auto hit = scene.hit(ray);
-        chain.emitted += chain.throughput * emission(scene, ray, hit, rule);
+        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, stream);
         if (depth == 0) chain.length = hit ? hit->t : INFINITY;
-        if (!hit) return chain;
+        MediaLeg leg = cross_with(scene, ray, hit, medium, chain.throughput, stream, source);
+        chain.emitted += chain.throughput * leg.added;
+        if (!hit || !leg.survives(stream)) return chain;
+        chain.throughput *= leg.passed;
+        chain.medium = leg.medium;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (!bsdf.is_delta()) {
             chain.wo = -ray.d;
@@ -39,27 +49,32 @@ inline SpecularChain follow_specular(const Scene& scene, Ray ray, EmissionRule r
         if (!sample || depth >= max_depth) return chain;
         chain.throughput *= sample->weight;
         rule = rule.through_specular();
+        medium = medium_towards(hit->media, hit->at.n, sample->wi, leg.medium);
         ray = Ray{hit->at.towards(sample->wi), sample->wi};
     }
 }
 
 // Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex)` gives a
-// DirectLight (its radiance may hold more than direct light). Where a surface is shiny as well as rough
-// (varnish), the mirrored part is followed too.
-template <typename Shade>
-Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream, Shade&& shade) {
+// DirectLight (its radiance may hold more than direct light); `source` is what media scatter into a ray.
+// Where a surface is shiny as well as rough (varnish), the mirrored part is followed too.
+template <typename Shade, typename Source>
+Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream, Shade&& shade,
+                     Source&& source) {
     Rgb result(0);
+    std::int32_t medium = scene.media().camera;
     Rgb throughput(1);
     for (int depth = 0;; ++depth) {
-        const SpecularChain chain = follow_specular(scene, ray, EmissionRule::all(), max_depth, stream);
+        const SpecularChain chain =
+            follow_specular(scene, ray, medium, EmissionRule::all(), max_depth, stream, source);
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
         const Bsdf bsdf = scene.bsdf(*chain.hit);
-        const DirectLight shaded = shade(Vertex{*chain.hit, bsdf, chain.wo});
+        const DirectLight shaded = shade(chain.vertex(bsdf));
         result += throughput * shaded.radiance;
         if (!shaded.specular || depth >= max_depth) return result;
         throughput *= shaded.specular->weight;
+        medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
         ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
     }
 }
@@ -70,7 +85,12 @@ Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
     const auto hit = scene.hit(ray);
     if (!hit) return Rgb(0);
     const Bsdf white = white_receiver(*hit);
-    return meter_reading(shade(Vertex{*hit, white, -ray.d}).radiance);
+    std::int32_t medium = scene.media().camera;
+    if (!scene.media().empty()) {  // what is between it and the camera matters only for where it lies
+        medium =
+            for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [](const MediumPiece&) { return true; });
+    }
+    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}).radiance);
 }
 
 }  // namespace lucerna

@@ -36,4 +36,14 @@ void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method,
                     unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
 }
 
+void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {
+    if (std::holds_alternative<PathSettings>(method)) return;
+    for (const Medium& medium : scene.media().all) {
+        if (!medium.emits()) continue;
+        monitor.warn(fmt::format(
+            "medium \"{}\" emits light, which is missing from this picture; path shows it", medium.name));
+        return;
+    }
+}
+
 }  // namespace lucerna

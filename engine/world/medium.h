@@ -53,6 +53,16 @@ struct MediumCrossing {
 // None if the ray misses the medium's box before `end`.
 std::optional<MediumCrossing> crossing(const Medium& medium, const Ray& ray, double end);
 
+// Scattering coefficient of all media at a point, of which the borders put it in `inside`; per scene unit.
+Rgb scattering_at(const SceneMedia& media, std::int32_t inside, const V3f& p);
+// Whether any medium scatters anywhere.
+bool scatters(const SceneMedia& media);
+
+// A box around all media that have bounds; empty if there are none.
+Box3d bounds_of(const SceneMedia& media);
+// The share of light, per channel, that comes through what fills everything: 0 or 1.
+Rgb passes_without_end(const SceneMedia& media, std::int32_t inside);
+
 // What a path is in, behind the surface that `media` belongs to, as it leaves towards w; `n` as Hit has it.
 inline std::int32_t medium_towards(const MediumInterface& media, const V3f& n, const V3f& w,
                                    std::int32_t present) {

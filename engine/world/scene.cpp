@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "engine/world/accelerator.h"
+#include "engine/world/passage.h"
 #include "engine/world/shape_set.h"
 
 namespace lucerna {
@@ -33,6 +34,20 @@ Box3f carried(const Box3f& box, const M44d& m) {
         out.extendBy(V3f(to));
     }
     return out;
+}
+
+// Some particle of the light: not every one of its numbers needs to give one.
+std::optional<Emitted> first_particle(const Light& light) {
+    constexpr std::uint32_t kTries = 64;
+    for (std::uint32_t i = 0; i < kTries; ++i) {
+        Stream stream(0, Purpose::emission, 0, i);
+        if (auto emitted = light.emit({stream.next2(), stream.next2(), i})) return emitted;
+    }
+    return std::nullopt;
+}
+
+bool is_at_infinity(const Light& light) {
+    return light.kind() == "distant" || light.kind() == "infinite";
 }
 
 }  // namespace
@@ -65,6 +80,14 @@ SceneSphere enclosing_sphere(const Box3f& box) {
     return sphere;
 }
 
+float diagonal_with_media(const Scene& scene) {
+    Box3d box(V3d(scene.bounds().min), V3d(scene.bounds().max));
+    if (scene.bounds().isEmpty()) box.makeEmpty();
+    box.extendBy(bounds_of(scene.media()));
+    const double length = box.isEmpty() ? 0.0 : box.size().length();
+    return length > 0 ? static_cast<float>(length) : 1.0F;
+}
+
 struct Scene::Impl {
     SceneParts parts;  // without its shapes and prototypes, which the sets own
     LightPicker picker;
@@ -77,6 +100,11 @@ struct Scene::Impl {
     std::vector<ShapeSet> prototypes;
     std::vector<Accelerator::Placed> instances;
     std::unique_ptr<const Accelerator> accelerator;
+    struct LightPlace {
+        std::int32_t medium = kNoMedium;
+        Rgb reach{1.0F};
+    };
+    std::vector<LightPlace> light_places;
 
     Impl(SceneParts given, const Workers& workers);
     void take_shapes();
@@ -139,7 +167,20 @@ void Scene::Impl::count() {
 }
 
 Scene::Scene(SceneParts parts, const Workers& workers)
-    : impl_(std::make_unique<Impl>(std::move(parts), workers)) {}
+    : impl_(std::make_unique<Impl>(std::move(parts), workers)) {
+    // Last of all, with rays through the finished scene.
+    auto& places = impl_->light_places;
+    places.resize(lights().size());
+    if (media().empty()) return;
+    parallel_chunks(workers, static_cast<std::int64_t>(places.size()), [&](std::int64_t i) {
+        const Light& light = *lights()[static_cast<std::size_t>(i)];
+        Impl::LightPlace& place = places[static_cast<std::size_t>(i)];
+        const auto first = first_particle(light);
+        if (!first) return;
+        place.medium = medium_around(*this, first->from, first->d);
+        if (is_at_infinity(light)) place.reach = passes_without_end(media(), place.medium);
+    });
+}
 Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
@@ -226,6 +267,12 @@ const SceneMedia& Scene::media() const {
 }
 bool Scene::has_borders() const {
     return impl_->has_borders;
+}
+std::int32_t Scene::medium_of_light(std::uint32_t light) const {
+    return impl_->light_places[light].medium;
+}
+const Rgb& Scene::reach_of_light(std::uint32_t light) const {
+    return impl_->light_places[light].reach;
 }
 const Box3f& Scene::bounds() const {
     return impl_->bounds;

@@ -84,6 +84,12 @@ class Scene {
     bool has_specular() const;
     const SceneMedia& media() const;
     bool has_borders() const;  // whether hit_border() can find anything
+    // The medium of the borders in which a light's particles begin. A light has one place, as in pbrt: of a
+    // lamp that reaches into several, the first particle decides.
+    std::int32_t medium_of_light(std::uint32_t light) const;
+    // What is left of a light's particles when they enter the scene: 1, but for lights at infinity in a
+    // medium without bounds, from which nothing comes.
+    const Rgb& reach_of_light(std::uint32_t light) const;
 
     const Box3f& bounds() const;  // empty for an empty scene
     SceneSphere sphere() const;   // radius 1 for an empty scene
@@ -115,5 +121,7 @@ inline float diagonal(const Scene& scene) {
     const float length = scene.bounds().isEmpty() ? 0.0F : scene.bounds().size().length();
     return length > 0 ? length : 1.0F;
 }
+// The same of all surfaces and all media that have bounds.
+float diagonal_with_media(const Scene& scene);
 
 }  // namespace lucerna

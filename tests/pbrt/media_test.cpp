@@ -186,18 +186,19 @@ TEST(VolumeIntegrator, SingleAndEmission_AreTakenWithANote) {
                 HasSubstr("single"));
 }
 
-TEST(Media, UnderAnIntegratorThatKnowsNone_ArePathTracedWithOneWarning) {
+TEST(Media, ThatGlow_ArePathTracedWithOneWarningAndOthersAreNot) {
     const std::string fog = " Volume \"homogeneous\" \"color sigma_s\" [1 1 1]";
+    const std::string fire = fog + " \"color Le\" [1 0.5 0]";
     for (const std::string kind : {"directlighting", "photonmap", "igi"}) {
         const std::string head =
             "SurfaceIntegrator \"" + kind + "\" Camera \"perspective\" Film \"image\" WorldBegin";
-        const Read with = read_file_text(head + fog);
+        const auto about = [](const std::string& line) { return line.find("emits light") != line.npos; };
+        const Read with = read_file_text(head + fire + fire);
         EXPECT_TRUE(std::holds_alternative<PathSettings>(with.draft.integrator)) << kind;
-        const auto about = [](const std::string& line) {
-            return line.find("participating media") != line.npos;
-        };
         EXPECT_EQ(std::ranges::count_if(with.warnings, about), 1);
-        EXPECT_FALSE(std::holds_alternative<PathSettings>(read_file_text(head).draft.integrator)) << kind;
+        const Read without = read_file_text(head + fog);
+        EXPECT_FALSE(std::holds_alternative<PathSettings>(without.draft.integrator)) << kind;
+        EXPECT_EQ(std::ranges::count_if(without.warnings, about), 0);
     }
 }
 

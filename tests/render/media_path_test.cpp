@@ -5,7 +5,6 @@
 
 #include "engine/base/stats.h"
 #include "engine/render/integrator.h"
-#include "engine/world/phase.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -17,6 +16,7 @@ using testing::agrees;
 using testing::homogeneous;
 using testing::in_box;
 using testing::SceneMaker;
+using testing::single_scattering;
 
 using Colour = std::array<RunningStats, 3>;
 
@@ -52,27 +52,9 @@ bool same(const RunningStats& a, const RunningStats& b) {
 }
 
 const V3d kLow(-1, -1, -1), kHigh(1, 1, 1);
-const Ray kThrough{{-3, 0.2F, 0.1F}, {1, 0, 0}};  // in the cube from t = 2 to t = 4
+const Ray kThrough = testing::kThroughFog;  // in the cube from t = 2 to t = 4
 
 // --- single scattering
-
-// A point light in a cube of fog, scattered once towards the eye: a line integral.
-double single_scattering(int k, double sigma_scale, double g, const Rgb& sigma_a, const Rgb& sigma_s,
-                         const V3d& light) {
-    const double s = sigma_scale * static_cast<double>(sigma_s[k]);
-    const double sigma_t = s + sigma_scale * static_cast<double>(sigma_a[k]);
-    constexpr int kSteps = 20'000;
-    double sum = 0;
-    for (int i = 0; i < kSteps; ++i) {
-        const double t = 2 + (i + 0.5) * 2 / kSteps;
-        const V3d p(-3 + t, V3d(kThrough.o).y, V3d(kThrough.o).z), way = light - p;
-        const double d = way.length();
-        const float cosine = static_cast<float>(way.x / d);  // of the turn: light goes on along -way
-        const double phase = static_cast<double>(HenyeyGreenstein(static_cast<float>(g)).at_cosine(cosine));
-        sum += std::exp(-sigma_t * (t - 2 + d)) * s * phase / (d * d) * 2 / kSteps;
-    }
-    return sum;
-}
 
 TEST(MediaPath, PointLightInFog_ScatteredOnceAsTheLineIntegralSays) {
     const Rgb sigma_a(0.1F, 0.5F, 0), sigma_s(0.3F, 1, 2);
@@ -89,13 +71,14 @@ TEST(MediaPath, PointLightInFog_ScatteredOnceAsTheLineIntegralSays) {
         for (int k = 0; k < 3; ++k) {
             const auto& channel = stats[static_cast<std::size_t>(k)];
             const auto expected = [&](double scale, double g) {
-                return single_scattering(k, scale, g, sigma_a, sigma_s, light);
+                const auto s = scale * static_cast<double>(sigma_s[k]);
+                return single_scattering(s, s + scale * static_cast<double>(sigma_a[k]), g, light);
             };
             EXPECT_TRUE(agrees(channel, expected(1, 0.4))) << k << ' ' << channel.mean();
             EXPECT_FALSE(agrees(channel, expected(1, 0.3))) << "a wrong g, channel " << k;
             EXPECT_FALSE(agrees(channel, expected(1, -0.4))) << "the other way, channel " << k;
         }
-        EXPECT_FALSE(agrees(stats[0], single_scattering(0, 1.05, 0.4, sigma_a, sigma_s, light)));
+        EXPECT_FALSE(agrees(stats[0], single_scattering(1.05 * 0.3, 1.05 * 0.4, 0.4, light)));
     }
 }
 

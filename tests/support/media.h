@@ -1,10 +1,12 @@
 // Media for tests of light transport.
 #pragma once
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "engine/world/medium.h"
+#include "engine/world/phase.h"
 
 namespace lucerna::testing {
 
@@ -47,6 +49,26 @@ inline SceneMedia regions(std::vector<Medium> media) {
         result.all.push_back(std::move(medium));
     }
     return result;
+}
+
+// A ray through the cube [-1, 1]³, in it from t = 2 to t = 4.
+inline const Ray kThroughFog{{-3, 0.2F, 0.1F}, {1, 0, 0}};
+
+// Radiance along it of a point light of 1 W/sr in the cube, full of a medium that scatters it once: a line
+// integral.
+inline double single_scattering(double sigma_s, double sigma_t, double g, const V3d& light) {
+    constexpr int kSteps = 20'000;
+    const HenyeyGreenstein phase(static_cast<float>(g));
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double t = 2 + (i + 0.5) * 2 / kSteps;
+        const V3d p(-3 + t, V3d(kThroughFog.o).y, V3d(kThroughFog.o).z), way = light - p;
+        const double d = way.length();
+        const auto cosine = static_cast<float>(way.x / d);  // of the turn: light goes on along -way
+        sum += std::exp(-sigma_t * (t - 2 + d)) * sigma_s * static_cast<double>(phase.at_cosine(cosine)) /
+               (d * d) * 2 / kSteps;
+    }
+    return sum;
 }
 
 }  // namespace lucerna::testing

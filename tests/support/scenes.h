@@ -121,9 +121,10 @@ inline Scene integrating_sphere(float albedo, float flux) {
 }
 
 // The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one
-// lamp.
-inline Scene small_cornell() {
+// lamp. `add` may put more into it.
+inline Scene small_cornell(void (*add)(SceneMaker&) = nullptr) {
     SceneMaker make;
+    if (add != nullptr) add(make);
     const auto white = make.diffuse(Rgb(0.725F, 0.71F, 0.68F));
     const auto red = make.diffuse(Rgb(0.63F, 0.065F, 0.05F));
     const auto green = make.diffuse(Rgb(0.14F, 0.45F, 0.091F));

@@ -24,6 +24,11 @@ class MediaAlong {
     MediaAlong(const SceneMedia& media, std::int32_t inside, const Ray& ray, double end);
 
     bool empty() const { return crossings_.empty(); }
+    // Whether any of the media on the way does.
+    bool scatters() const { return scatters_; }
+    bool emits() const { return emits_; }
+    // Whether closed forms hold all along.
+    bool is_uniform() const { return uniform_all_; }
     // Goes to the next stretch, at first to the first. False: there is none.
     bool next();
     double begin() const { return begin_; }
@@ -55,6 +60,7 @@ class MediaAlong {
     double begin_ = 0, end_ = 0, last_;
     V3d uniform_{0, 0, 0}, bound_{0, 0, 0};
     double search_ = 0;
+    bool scatters_ = false, emits_ = false, uniform_all_ = true;
 };
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-#include "engine/render/media_along.h"
+#include "engine/world/media_along.h"
 
 #include <algorithm>
 #include <cassert>
@@ -15,7 +15,12 @@ constexpr double kSearches = 4;
 MediaAlong::MediaAlong(const SceneMedia& media, std::int32_t inside, const Ray& ray, double end)
     : last_(end) {
     const auto add = [&](const Medium& medium) {
-        if (const auto found = crossing(medium, ray, end)) crossings_.push_back(*found);
+        const auto found = crossing(medium, ray, end);
+        if (!found) return;
+        crossings_.push_back(*found);
+        scatters_ = scatters_ || !is_black(medium.sigma_s);
+        emits_ = emits_ || medium.emits();
+        uniform_all_ = uniform_all_ && medium.is_uniform();
     };
     if (inside != kNoMedium) add(media.all[static_cast<std::size_t>(inside)]);
     for (const std::uint32_t region : media.regions) add(media.all[region]);

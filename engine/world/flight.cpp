@@ -1,7 +1,8 @@
-#include "engine/render/flight.h"
+#include "engine/world/flight.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lucerna {
 namespace {
@@ -75,15 +76,11 @@ Flight scatter(const MediaAlong& along, double t, const Channels& channels, cons
     return flight;
 }
 
-}  // namespace
-
-Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
-    const V2f u = stream.next2();
-    Stream more = stream.split(kBranch);
-    Channels channels(throughput, u.x);
+// To the next collision that is none of the null ones, `depth` away in the hero's optical depth; none: the
+// end was reached. Leaves `along` in that stretch.
+std::optional<double> collide(MediaAlong& along, Channels& channels, double depth, Stream& more,
+                              Rgb& emitted) {
     const int hero = channels.hero();
-    double depth = exponential(u.y);  // left until the next collision, in the hero's optical depth
-    Rgb emitted(0);
     while (along.next()) {
         const V3d majorant = along.uniform() + along.bound() + V3d(along.search());
         double t = along.begin();
@@ -95,11 +92,7 @@ Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
             const Coefficients here = along.at(t);
             emitted += channels.weigh(here.emission, majorant);
             // A collision, or none after all.
-            if (static_cast<double>(more.next()) * majorant[hero] < here.sigma_t[hero]) {
-                Flight flight = scatter(along, t, channels, here, more);
-                flight.emitted = emitted;
-                return flight;
-            }
+            if (static_cast<double>(more.next()) * majorant[hero] < here.sigma_t[hero]) return t;
             V3d null = majorant - here.sigma_t;
             for (int k = 0; k < 3; ++k) null[k] = std::max(0.0, null[k]);
             channels.multiply(null);
@@ -109,10 +102,110 @@ Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
         channels.multiply(decay(majorant, rest));
         if (majorant[hero] > 0) depth = std::max(0.0, depth - majorant[hero] * rest);
     }
+    return std::nullopt;
+}
+
+// Optical depth of the present stretch from its beginning to t, which may be infinite.
+V3d uniform_depth(const MediaAlong& along, double t) {
+    V3d depth(0);
+    for (int k = 0; k < 3; ++k) {
+        if (along.uniform()[k] > 0) depth[k] = along.uniform()[k] * (t - along.begin());
+    }
+    return depth;
+}
+
+// A distance within ways of closed form: the channel that draws it is chosen by what it scatters or loses on
+// them, and its density is the exponential one, cut off at the end.
+struct DrawnWithin {
+    double t;
+    V3d flow;
+};
+std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput, const V2f& u) {
+    V3d all(0);
+    for (MediaAlong way = along; way.next();) all += uniform_depth(way, way.end());
+    V3d met(0);
+    for (int k = 0; k < 3; ++k) met[k] = -std::expm1(-all[k]);
+    const V3d worth = V3d(throughput) * met;
+    const double sum = worth.x + worth.y + worth.z;
+    if (!(sum > 0)) return std::nullopt;
+    int hero = 0;
+    double rest = static_cast<double>(u.x) * sum;
+    for (int k = 0; k < 3; ++k) {
+        if (worth[k] > 0 && rest >= 0) hero = k;
+        rest -= worth[k];
+    }
+    const double goal = -std::log1p(-static_cast<double>(u.y) * met[hero]);  // finite: u < 1, met <= 1
+    V3d before(0);
+    while (along.next()) {
+        const V3d stretch = uniform_depth(along, along.end());
+        if (!(goal - before[hero] < stretch[hero])) {
+            before += stretch;
+            continue;
+        }
+        const double t = along.begin() + (goal - before[hero]) / along.uniform()[hero];  // > 0 where met
+        V3d passed(1);
+        double pdf = 0;
+        const V3d depth = before + uniform_depth(along, t);
+        for (int k = 0; k < 3; ++k) {
+            passed[k] = std::exp(-depth[k]);
+            if (worth[k] > 0) pdf += worth[k] / sum * along.uniform()[k] * passed[k] / met[k];
+        }
+        return DrawnWithin{t, passed / pdf};  // > 0: the hero's part is
+    }
+    return std::nullopt;  // rounding: the goal lay on the very end
+}
+
+}  // namespace
+
+Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
+    const V2f u = stream.next2();
+    Stream more = stream.split(kBranch);
     Flight flight;
-    flight.throughput = channels.weigh(V3d(1), V3d(1));
+    if (!along.scatters() && !along.emits()) {
+        flight.throughput = throughput * transmittance(std::move(along), more);
+        return flight;
+    }
+    Channels channels(throughput, u.x);
+    Rgb emitted(0);
+    if (const auto t = collide(along, channels, exponential(u.y), more, emitted)) {
+        flight = scatter(along, *t, channels, along.at(*t), more);
+    } else {
+        flight.throughput = channels.weigh(V3d(1), V3d(1));
+    }
     flight.emitted = emitted;
     return flight;
+}
+
+std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Stream& stream) {
+    const V2f u = stream.next2();
+    if (!along.scatters()) return std::nullopt;
+    Stream more = stream.split(kBranch);
+    InScattering place;
+    V3d flow;
+    if (along.is_uniform()) {
+        const auto drawn = draw_within(along, throughput, u);
+        if (!drawn) return std::nullopt;
+        place.t = drawn->t;
+        flow = drawn->flow;
+    } else {
+        Channels channels(throughput, u.x);
+        Rgb emitted(0);
+        const auto t = collide(along, channels, exponential(u.y), more, emitted);
+        if (!t) return std::nullopt;
+        place.t = *t;
+        flow = V3d(channels.weigh(V3d(1), along.at(*t).sigma_t));
+        // weigh() counts in the throughput, which is not black; a channel without it gets nothing.
+        for (int k = 0; k < 3; ++k)
+            flow[k] = throughput[k] > 0 ? flow[k] / static_cast<double>(throughput[k]) : 0;
+    }
+    const Coefficients here = along.at(place.t);
+    const V3d weight = flow * here.sigma_s * V3d(throughput);
+    if (!(largest(weight) > 0)) return std::nullopt;
+    const MediaAlong::Choice choice = along.choose(place.t, weight, static_cast<double>(more.next()));
+    place.g = choice.medium->g;
+    place.flow = Rgb(V3f(flow * choice.share));
+    place.sigma_s = Rgb(V3f(here.sigma_s));
+    return place;
 }
 
 Rgb transmittance(MediaAlong along, Stream& stream) {

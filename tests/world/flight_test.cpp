@@ -1,5 +1,5 @@
 // Flights through media against closed forms and quadrature.
-#include "engine/render/flight.h"
+#include "engine/world/flight.h"
 
 #include <gtest/gtest.h>
 
@@ -201,6 +201,103 @@ TEST(Flight, NoMediumMet_PassesWithoutAChange) {
     SceneMedia media =
         testing::regions({testing::in_box(testing::homogeneous(Rgb(1), Rgb(1)), {0, 5, 0}, {1, 6, 1})});
     EXPECT_TRUE(MediaAlong(media, kNoMedium, kAlongX, INFINITY).empty());
+}
+
+// --- a place on a way of which the end is of interest anyway
+
+// Sums of flow·sigma_s·F over many draws: F = 1 and F = t, and the share of draws that gave a place.
+struct Within {
+    Colour whole, moment;
+    double found = 0;
+};
+Within drawn_within(const SceneMedia& media, int samples, const Rgb& throughput = Rgb(1)) {
+    Within sums;
+    int found = 0;
+    for (int i = 0; i < samples; ++i) {
+        Stream stream(4, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const auto place = scatter_within(MediaAlong(media, kNoMedium, kAlongX, 10), throughput, stream);
+        const Rgb value = place ? place->flow * place->sigma_s : Rgb(0);
+        add(sums.whole, value);
+        add(sums.moment, value * static_cast<float>(place ? place->t : 0));
+        found += place ? 1 : 0;
+    }
+    sums.found = static_cast<double>(found) / samples;
+    return sums;
+}
+
+// ∫ σ_s e^{-σ_t (t - 1)} dt and the same with t, over t from 1 to 3.
+TEST(ScatterWithin, ColouredSlab_IntegratesAsTheFormulaSaysAndLosesNoDraw) {
+    const Rgb sigma_a(0.1F, 1, 0), sigma_s(0.3F, 2, 0.02F);
+    const auto media =
+        testing::regions({testing::in_box(testing::homogeneous(sigma_a, sigma_s), kLow, kHigh)});
+    const Within sums = drawn_within(media, 200'000, Rgb(0.2F, 1, 3));
+    EXPECT_EQ(sums.found, 1);
+    for (int k = 0; k < 3; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        const double s = static_cast<double>(sigma_s[k]), t = s + static_cast<double>(sigma_a[k]);
+        const double whole = s / t * (1 - std::exp(-2 * t));
+        const double moment = whole + s * (1 / (t * t) - std::exp(-2 * t) * (2 / t + 1 / (t * t)));
+        EXPECT_TRUE(agrees(sums.whole[at], whole)) << k;
+        EXPECT_TRUE(agrees(sums.moment[at], moment)) << k;
+        EXPECT_FALSE(agrees(sums.whole[at], 1.02 * whole)) << k;
+    }
+}
+
+TEST(ScatterWithin, ThinFog_HasNoNoiseToSpeakOf) {
+    const auto media =
+        testing::regions({testing::in_box(testing::homogeneous(Rgb(0), Rgb(0.01F)), kLow, kHigh)});
+    const Within sums = drawn_within(media, 1000);
+    EXPECT_NEAR(sums.whole[0].mean() / (1 - std::exp(-0.02)), 1, 1e-4);
+}
+
+TEST(ScatterWithin, GapsAndOverlaps_AddUp) {
+    // 1 to 3, and 2 to 5: three stretches; nothing in between the last and 10.
+    const auto media = testing::regions(
+        {testing::in_box(testing::homogeneous(Rgb(0.2F), {0.5F, 0, 1}), kLow, kHigh),
+         testing::in_box(testing::homogeneous(Rgb(0), {0.1F, 0.4F, 0}), {1, -1, -1}, {4, 2, 2})});
+    const Within sums = drawn_within(media, 200'000);
+    const double a[] = {0.5, 0, 1}, b[] = {0.1, 0.4, 0};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double first = a[k] + 0.2, both = first + b[k], last = b[k];
+        const double met = a[k] / first * (1 - std::exp(-first)) +
+                           std::exp(-first) * (a[k] + b[k]) / both * (1 - std::exp(-both)) +
+                           std::exp(-first - both) * (1 - std::exp(-2 * last));
+        EXPECT_TRUE(agrees(sums.whole[k], met)) << k << ' ' << sums.whole[k].mean() << ' ' << met;
+        EXPECT_FALSE(agrees(sums.whole[k], 1.03 * met)) << k;
+    }
+}
+
+TEST(ScatterWithin, VaryingDensity_IntegratesWhatFlightsDo) {
+    const auto media = testing::regions(
+        {testing::rising_along_x(testing::homogeneous({0.3F, 1, 2}, {1, 0.5F, 0.2F}), kLow, kHigh, 16)});
+    const Within sums = drawn_within(media, 200'000, Rgb(1, 2, 1));
+    const double sigma_s[] = {1, 0.5, 0.2}, sigma_t[] = {1.3, 1.5, 2.2};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double met = sigma_s[k] / sigma_t[k] * (1 - std::exp(-sigma_t[k]));
+        EXPECT_TRUE(agrees(sums.whole[k], met)) << k << ' ' << sums.whole[k].mean() << ' ' << met;
+        EXPECT_FALSE(agrees(sums.whole[k], 1.05 * met)) << k;
+    }
+}
+
+TEST(ScatterWithin, UnboundedDenseOrClearMedia_HaveAnAnswer) {
+    SceneMedia dense;
+    dense.all.push_back(testing::homogeneous(Rgb(0), Rgb(1e6F)));
+    SceneMedia clear = testing::regions({testing::in_box(testing::homogeneous(Rgb(1), Rgb(0)), kLow, kHigh)});
+    for (std::uint64_t i = 0; i < 1000; ++i) {
+        Stream stream(4, Purpose::test, 0, i);
+        const auto place = scatter_within(MediaAlong(dense, 0, kAlongX, INFINITY), Rgb(1, 0, 0), stream);
+        ASSERT_TRUE(place);
+        ASSERT_NEAR(place->flow.x * place->sigma_s.x, 1, 1e-5);
+        ASSERT_FALSE(scatter_within(MediaAlong(clear, kNoMedium, kAlongX, 10), Rgb(1), stream));
+    }
+}
+
+TEST(Flight, WhereNothingScatters_EveryFlightArrivesWeakened) {
+    const auto media =
+        testing::regions({testing::in_box(testing::homogeneous({0.1F, 1, 3}, Rgb(0)), kLow, kHigh)});
+    const Flights flights = flown(media, 100);
+    EXPECT_NEAR(flights.passed[1].mean(), std::exp(-2.0), 1e-6);
+    EXPECT_LT(flights.passed[1].standard_error(), 1e-8);
 }
 
 }  // namespace

@@ -1,0 +1,65 @@
+// In-scattered light from the photons of a Volume map: density estimation in space.
+//
+// Source: Jensen and Christensen, "Efficient Simulation of Light Transport in Scenes with Participating Media
+// using Photon Maps", 1998. It estimates ∇·L per scattering coefficient, from photons that count what
+// arrives; here photons count what was scattered (albedo taken off), so their density times the phase
+// function is what a ray gains per unit of length, and coefficients need not be known at the photons.
+//
+// Where we differ: a ball that reaches into a wall, or over the end of the medium, holds fewer photons than
+// one in the open. The estimate is divided by the part of the ball that scatters and can be seen from its
+// middle, by what is scattered there over what is in the middle; and photons that cannot be seen from there
+// do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
+#pragma once
+
+#include "engine/base/stream.h"
+#include "engine/world/phase.h"
+#include "engine/world/scene.h"
+#include "photon/photon_map.h"
+
+namespace lucerna {
+
+struct VolumeGatherSettings {
+    int k = 100;       // photons in an estimate, >= 1
+    float radius = 1;  // the largest radius, scene units, > 0
+};
+
+// Where in-scattered light is asked for.
+struct ScatteringPoint {
+    V3f p;
+    HenyeyGreenstein phase;
+    V3f wo;               // towards the eye
+    std::int32_t medium;  // of the borders
+    Rgb sigma_s;          // of all media there, not black
+};
+
+// Conventions, as Gather's: the k nearest count, and the next one fixes the radius r; for photons spread
+// evenly k / (4/3 π r³) is then unbiased. With no more than k within the largest radius, that is the radius
+// and all count. The kernel is constant.
+class VolumeGather {
+  public:
+    VolumeGather(const Scene& scene, const PhotonMap& map, const VolumeGatherSettings& settings)
+        : scene_(scene), map_(map), settings_(settings) {}
+
+    struct Result {
+        Rgb value{0.0F};   // radiance gained per unit of length towards wo, W/(m² sr) per scene unit
+        float radius = 0;  // of the ball, scene units
+        float filled = 1;  // its share that scatters and is seen, by what is scattered there
+        int photons = 0;   // that counted
+    };
+    // Takes numbers from a branch of the stream.
+    Result in_scattered(const ScatteringPoint& at, const Stream& stream) const;
+
+  private:
+    struct Filling {
+        float share;
+        bool obstructed;  // some surface stands in the ball
+    };
+    Filling filling(const ScatteringPoint& at, float radius, Stream stream) const;
+    bool sees(const V3f& from, const V3f& to) const;
+
+    const Scene& scene_;
+    const PhotonMap& map_;
+    VolumeGatherSettings settings_;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,277 @@
+// Light paths in media: the ledger, the Volume map, virtual lights, the estimate in space.
+#include <gtest/gtest.h>
+
+#include "engine/base/stats.h"
+#include "photon/build_maps.h"
+#include "photon/virtual_lights.h"
+#include "photon/volume_gather.h"
+#include "tests/support/media.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using testing::homogeneous;
+using testing::SceneMaker;
+
+constexpr std::array<bool, kMapKinds> kAll{true, true, true, true};
+constexpr auto kVolume = static_cast<std::size_t>(MapKind::volume);
+
+PhotonMaps build(const Scene& scene, std::int64_t paths, bool volume_direct = true, int threads = 2) {
+    Monitor silent;
+    MapPlan plan;
+    plan.paths = paths;
+    plan.wanted = kAll;
+    plan.seed = 5;
+    plan.volume_direct = volume_direct;
+    return build_photon_maps(scene, plan, Workers{threads}, silent);
+}
+
+// Φ = 4π W in the middle of a ball, in nothing.
+Scene ball(const Medium& medium, float radius = 2) {
+    SceneMaker make;
+    make.ball_of(make.medium(medium), V3f(0.0F), radius);
+    make.light(make_point_light(V3f(0.0F), Rgb(1)));
+    return make.build();
+}
+
+// --- the ledger
+
+TEST(MediaLedger, BallThatOnlyAbsorbs_LetsThroughWhatBeersLawSays) {
+    const Ledger ledger = build(ball(homogeneous({0.1F, 0.5F, 2}, Rgb(0))), 2000).ledger;
+    EXPECT_LT(ledger.imbalance(), 1e-5);
+    const double sigma[] = {0.1, 0.5, 2};
+    for (int k = 0; k < 3; ++k) {
+        EXPECT_NEAR(ledger.escaped[k] / ledger.emitted[k], std::exp(-2 * sigma[k]), 1e-5) << k;
+        EXPECT_NEAR(ledger.media[k] / ledger.emitted[k], 1 - std::exp(-2 * sigma[k]), 1e-5) << k;
+    }
+    EXPECT_EQ(ledger.scatterings, 0U);
+}
+
+TEST(MediaLedger, EndlessCloud_AbsorbsAllAndScattersTheSeries) {
+    // Every collision sends on the share a: the power scattered is Φ (a + a² + …).
+    SceneMaker make;
+    make.camera_in(make.medium(homogeneous(Rgb(0.25F), Rgb(0.75F), 0.3F)));
+    make.light(make_point_light(V3f(0.0F), Rgb(1)));
+    const Ledger ledger = build(make.build(), 20'000).ledger;
+    EXPECT_LT(ledger.imbalance(), 1e-5);
+    EXPECT_EQ(ledger.escaped, V3d(0.0));
+    EXPECT_NEAR((ledger.media.y + ledger.roulette.y) / ledger.emitted.y, 1, 1e-6);
+    EXPECT_NEAR(ledger.roulette.y / ledger.emitted.y, 0, 0.03);
+    EXPECT_NEAR(ledger.scattered.y / ledger.emitted.y, 3, 0.1);
+}
+
+TEST(MediaLedger, LosslessGreyBall_KeepsNothing) {
+    const Ledger ledger = build(ball(homogeneous(Rgb(0), Rgb(3), 0.5F)), 5000).ledger;
+    EXPECT_LT(ledger.imbalance(), 1e-5);
+    EXPECT_NEAR(ledger.media.y / ledger.emitted.y, 0, 1e-6);
+    EXPECT_NEAR(ledger.escaped.y / ledger.emitted.y, 1, 0.01);  // but for roulette's chance
+    EXPECT_GT(ledger.scatterings, 15'000U);
+}
+
+TEST(MediaLedger, LosslessColouredBall_KeepsNothingInTheMean) {
+    RunningStats kept[3];
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        Monitor silent;
+        MapPlan plan;
+        plan.paths = 2000;
+        plan.seed = seed;
+        const Scene scene = ball(homogeneous(Rgb(0), {0.3F, 1, 3}, 0.5F));
+        const Ledger ledger = build_photon_maps(scene, plan, Workers{2}, silent).ledger;
+        EXPECT_LT(ledger.imbalance(), 1e-5);
+        for (int k = 0; k < 3; ++k) kept[k].add(ledger.media[k] / ledger.emitted[k]);
+    }
+    for (const RunningStats& channel : kept) {
+        EXPECT_TRUE(testing::agrees(channel, 0)) << channel.mean() << " ± " << channel.standard_error();
+        EXPECT_LT(channel.standard_error(), 0.02);
+        EXPECT_FALSE(testing::agrees(channel, 0.1));
+    }
+}
+
+TEST(MediaLedger, RoomOfEverything_Closes) {
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.8F, 0.7F, 0.6F)));
+    Quadric& glass = make.sphere({0.3F, 0.3F, 0.3F}, 0.15F, make.material(DielectricMaterial{}));
+    glass.traits.media = {true, make.medium(homogeneous({0.1F, 2, 5}, {5, 2, 1}, 0.8F)), kNoMedium};
+    make.region(testing::rising_along_x(homogeneous({0.1F, 0.2F, 0.3F}, {1, 2, 3}, -0.3F), {0, 0, 0},
+                                        {1, 0.5, 1}, 8));
+    make.ball_of(make.medium(homogeneous(Rgb(1), Rgb(1))), {0.7F, 0.4F, 0.6F}, 0.2F);
+    make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(0.1F, 0.2F, 0.3F)));
+    make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
+    const Scene scene = make.build();
+    const PhotonMaps maps = build(scene, 20'000);
+    EXPECT_LT(maps.ledger.imbalance(), 1e-5);
+    EXPECT_GT(maps.ledger.media.x, 0);
+    EXPECT_GT(maps.counts[kVolume].stored, 1000U);
+    EXPECT_EQ(scene.invalid_rays(), 0U);
+    // The same from the other walk.
+    Monitor silent;
+    const auto sets = build_virtual_lights(scene, {4, 1024, 5, 0}, Workers{2}, silent);
+    EXPECT_LT(sets.ledger.imbalance(), 1e-5);
+    EXPECT_NEAR(sets.ledger.media.y / sets.ledger.emitted.y, maps.ledger.media.y / maps.ledger.emitted.y,
+                0.03);
+}
+
+// --- the map
+
+TEST(VolumeMap, AllScattering_IsThePowerOfTheMap) {
+    const Scene scene = ball(homogeneous(Rgb(0.5F), Rgb(1.5F)));
+    const PhotonMaps maps = build(scene, 20'000);
+    double sum = 0;
+    for (const Photon& p : maps.find(MapKind::volume)->photons()) sum += static_cast<double>(p.power.y);
+    EXPECT_NEAR(sum / maps.ledger.scattered.y, 1, 1e-4);
+    EXPECT_EQ(maps.counts[kVolume].stored, maps.ledger.scatterings);
+}
+
+TEST(VolumeMap, WithoutDirectPhotons_LacksTheFirstScatteringOnly) {
+    // In a ball of optical radius 4 nearly each path scatters first of all: Φ a (1 - e^-4).
+    const Scene scene = ball(homogeneous(Rgb(0.5F), Rgb(1.5F)));
+    const PhotonMaps all = build(scene, 20'000), rest = build(scene, 20'000, false);
+    const auto power = [](const PhotonMaps& maps) {
+        double sum = 0;
+        for (const Photon& p : maps.find(MapKind::volume)->photons()) sum += static_cast<double>(p.power.y);
+        return sum / maps.ledger.emitted.y;
+    };
+    EXPECT_NEAR(power(all) - power(rest), 0.75 * (1 - std::exp(-4.0)), 0.01);
+    EXPECT_EQ(rest.counts[kVolume].stored + rest.counts[kVolume].not_wanted, all.counts[kVolume].stored);
+}
+
+TEST(VolumeMap, ScatteringIsADiffuseBounce_ForTheSurfacesMaps) {
+    SceneMaker make;
+    make.sphere(V3f(0.0F), 3, make.diffuse(Rgb(0)));
+    make.ball_of(make.medium(homogeneous(Rgb(0), Rgb(1))), V3f(0.0F), 1);
+    make.light(make_point_light(V3f(0.0F), Rgb(1)));
+    const PhotonMaps maps = build(make.build(), 20'000);
+    const auto share = [&](MapKind kind) {
+        const DepositCount& count = maps.counts[static_cast<std::size_t>(kind)];
+        return static_cast<double>(count.stored + count.not_storable) / 20'000;
+    };
+    EXPECT_NEAR(share(MapKind::direct), std::exp(-1.0), 0.01);
+    EXPECT_NEAR(share(MapKind::global), 1 - std::exp(-1.0), 0.01);
+}
+
+TEST(VolumeMap, AnyNumberOfThreads_SamePhotons) {
+    const Scene scene = ball(homogeneous(Rgb(0.1F), {1, 2, 3}, 0.2F));
+    const PhotonMaps one = build(scene, 10'000, true, 1), five = build(scene, 10'000, true, 5);
+    const PhotonMap &a = *one.find(MapKind::volume), &b = *five.find(MapKind::volume);
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ASSERT_EQ(a.positions()[i], b.positions()[i]);
+        ASSERT_EQ(a.photons()[i].power, b.photons()[i].power);
+    }
+    EXPECT_EQ(one.ledger.media, five.ledger.media);
+}
+
+// --- virtual lights
+
+TEST(VirtualLights, InAMedium_CarryWhatIsScatteredAndTurnItAsThePhaseFunctionDoes) {
+    Monitor silent;
+    const Scene scene = ball(homogeneous(Rgb(0.5F), Rgb(1.5F), 0.6F));
+    const auto sets = build_virtual_lights(scene, {4, 4096, 5, 0}, Workers{2}, silent);
+    double sum = 0;
+    for (const VirtualLight& light : sets.lights) {
+        ASSERT_TRUE(light.in_medium);
+        sum += static_cast<double>(light.contribution.y);
+    }
+    EXPECT_NEAR(sum / (4 * 4096) / sets.ledger.scattered.y, 1, 1e-4);
+    const VirtualLight& one = sets.lights.front();
+    EXPECT_FLOAT_EQ(one.towards(one.d), HenyeyGreenstein(0.6F).at_cosine(1));
+    EXPECT_FLOAT_EQ(one.towards(-one.d), HenyeyGreenstein(0.6F).at_cosine(-1));
+}
+
+// --- the estimate
+
+// Photons of 1 W each, evenly in the cube [0,1]³, all on their way along +z.
+PhotonMap even_cloud(int n, std::uint64_t seed, const V3f& size = V3f(1.0F)) {
+    Photons photons;
+    Stream stream(seed, Purpose::test, 0, 0);
+    for (int i = 0; i < n; ++i) {
+        const V2f u = stream.next2();
+        photons.add(V3f(u.x, u.y, stream.next()) * size, PackedDirection(),
+                    {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
+    }
+    return PhotonMap(photons);
+}
+
+Scene foggy_cube(bool walls) {
+    SceneMaker make;
+    if (walls) make.room({1, 1, 1}, make.diffuse(Rgb(0.5F)));
+    // Fog beyond the walls, too, where no photon is.
+    const V3d low(walls ? -1.0 : 0.0), high(walls ? 2.0 : 1.0);
+    make.region(testing::in_box(homogeneous(Rgb(0), Rgb(2)), low, high));
+    return make.build();
+}
+
+RunningStats gathered(const Scene& scene, const V3f& p, int k, float g, const V3f& wo) {
+    RunningStats stats;
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        const PhotonMap map = even_cloud(4000, seed);
+        const VolumeGather gather(scene, map, {k, 1});
+        const Stream stream(9, Purpose::test, 0, seed);
+        const auto found = gather.in_scattered({p, HenyeyGreenstein(g), wo, kNoMedium, Rgb(2)}, stream);
+        stats.add(static_cast<double>(found.value.x));
+    }
+    return stats;
+}
+
+TEST(VolumeGather, EvenCloud_IsItsDensityTimesThePhaseFunction) {
+    const Scene scene = foggy_cube(false);
+    for (const int k : {1, 20}) {
+        const V3f wo = V3f(1, 0, 2).normalized();
+        // Photons travel along z, and light that goes on to the eye along wo: cosine wo.z.
+        const double expected = 4000 * static_cast<double>(HenyeyGreenstein(0.5F).at_cosine(wo.z));
+        const RunningStats stats = gathered(scene, V3f(0.5F), k, 0.5F, wo);
+        if (k > 1) EXPECT_TRUE(testing::agrees(stats, expected)) << stats.mean() / expected;
+        // With k = 1 the variance of 1/r³ has no bound; its median is what stays.
+        EXPECT_NEAR(stats.mean() / expected, 1, k == 1 ? 0.5 : 0.06);
+        EXPECT_FALSE(testing::agrees(gathered(scene, V3f(0.5F), 20, -0.5F, wo), expected));
+    }
+}
+
+// Half of the ball, a quarter, an eighth.
+TEST(VolumeGather, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
+    for (const bool walls : {false, true}) {
+        const Scene scene = foggy_cube(walls);
+        const double expected = 4000 / (4 * M_PI);
+        const V3f places[] = {{0.5F, 0.5F, 1e-3F}, {1e-3F, 0.5F, 1e-3F}, V3f(1e-3F), {0.5F, 0.05F, 0.5F}};
+        for (const V3f& p : places) {
+            const RunningStats stats = gathered(scene, p, 20, 0, V3f(0, 1, 0));
+            // In the corner the 16 looks see 2 of the ball's eighth: 1/f errs by the relative variance of f.
+            EXPECT_NEAR(stats.mean() / expected, 1, 0.12) << walls << ' ' << p.x << ' ' << p.y << ' ' << p.z;
+        }
+    }
+}
+
+TEST(VolumeGather, BehindAWall_DoesNotCount) {
+    SceneMaker make;
+    make.region(homogeneous(Rgb(0), Rgb(2)));
+    make.quad({-5, -5, 1.0005F}, {10, 0, 0}, {0, 10, 0}, make.diffuse(Rgb(0.5F)));
+    const Scene scene = make.build();
+    const RunningStats stats = gathered(scene, {0.5F, 0.5F, 1.001F}, 20, 0, V3f(0, 1, 0));
+    EXPECT_EQ(stats.mean(), 0);
+    EXPECT_GT(gathered(scene, {0.5F, 0.5F, 0.999F}, 20, 0, V3f(0, 1, 0)).mean(), 200);
+}
+
+TEST(VolumeGather, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
+    const Scene scene = foggy_cube(false);
+    const Stream stream(9, Purpose::test, 0, 0);
+    const ScatteringPoint at{V3f(0.5F), HenyeyGreenstein(0), V3f(0, 1, 0), kNoMedium, Rgb(2)};
+    const PhotonMap none{Photons{}};
+    EXPECT_TRUE(is_black(VolumeGather(scene, none, {50, 0.1F}).in_scattered(at, stream).value));
+    Photons same;
+    for (int i = 0; i < 10; ++i)
+        same.add(V3f(0.5F), PackedDirection(), {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
+    const PhotonMap point(same);
+    // All count within the largest radius; with fewer wanted the radius is what float32 can tell.
+    const auto all = VolumeGather(scene, point, {50, 0.1F}).in_scattered(at, stream);
+    EXPECT_EQ(all.photons, 10);
+    EXPECT_NEAR(static_cast<double>(all.value.x) / (10 / (4 * M_PI) / (4.0 / 3 * M_PI * 1e-3)), 1, 1e-3);
+    const auto some = VolumeGather(scene, point, {4, 0.1F}).in_scattered(at, stream);
+    EXPECT_EQ(some.photons, 4);
+    EXPECT_GT(some.radius, 0);
+    EXPECT_TRUE(is_finite(some.value));
+}
+
+}  // namespace
+}  // namespace lucerna
