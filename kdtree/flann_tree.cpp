@@ -15,12 +15,15 @@ class VisitorSet final : public flann::ResultSet<float> {
     VisitorSet(float r2, PointVisitor& visitor) : r2_(r2), visitor_(visitor) {}
 
     bool full() const override { return true; }
-    float worstDist() const override { return r2_; }
+    // A little beyond the ball: FLANN adds up the distances to its cells in steps, each rounded, and would
+    // leave out points that lie on the bound.
+    float worstDist() const override { return r2_ * (1 + kRounding); }
     void addPoint(float r2, std::size_t index) override {
-        r2_ = std::min(r2_, visitor_.visit(static_cast<std::uint32_t>(index), r2));
+        if (r2 < r2_) r2_ = std::min(r2_, visitor_.visit(static_cast<std::uint32_t>(index), r2));
     }
 
   private:
+    static constexpr float kRounding = 1.0F / (1 << 15);  // of some hundred steps
     float r2_;
     PointVisitor& visitor_;
 };

@@ -178,7 +178,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!plan.wanted[kind]) continue;
-        result.maps[kind].emplace(join(harvests, kind, paths));
+        result.maps[kind].emplace(join(harvests, kind, paths), plan.index, workers);
     }
     result.seconds_index = indexing.seconds();
     return result;

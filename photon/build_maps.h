@@ -21,6 +21,7 @@ struct MapPlan {
     // warning.
     std::array<std::int64_t, kMapKinds> targets = {};
     bool volume_direct = false;  // whether the Volume map also takes photons straight from a light
+    IndexKind index = IndexKind::tree;
 };
 
 // What became of the hits of one class.

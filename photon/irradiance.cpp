@@ -1,5 +1,7 @@
 #include "photon/irradiance.h"
 
+#include <algorithm>
+
 namespace lucerna {
 namespace {
 
@@ -29,34 +31,18 @@ IrradiancePoints::IrradiancePoints(std::span<const PhotonMap* const> maps, const
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
     });
-    tree_ = make_flann_tree(positions_);
+    std::vector<PackedDirection> normals(values_.size());
+    std::transform(values_.begin(), values_.end(), normals.begin(), [](const Value& v) { return v.normal; });
+    // Every n-th of a map's photons lies in an order as good as theirs.
+    index_ = make_photon_index(first.index_kind(), positions_, normals, workers);
 }
 
 std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n,
                                                                  float radius) const {
-    class Nearest final : public PointVisitor {
-      public:
-        Nearest(const std::vector<Value>& values, const V3f& normal, float most2)
-            : best2(most2), values_(values), normal_(normal) {}
-        float visit(std::uint32_t index, float r2) override {
-            // Ties go to the lower index, whatever the order of the search.
-            const bool nearer = r2 < best2 || (r2 == best2 && index < best);
-            if (nearer && values_[index].normal.unpack().dot(normal_) > kSameNormal) {
-                best2 = r2;
-                best = index;
-            }
-            return std::nextafter(best2, INFINITY);
-        }
-        float best2;
-        std::uint32_t best = 0xffffffffU;
-
-      private:
-        const std::vector<Value>& values_;
-        const V3f& normal_;
-    } nearest(values_, n, radius * radius);
-    tree_->visit_ball(x, radius * radius, nearest);
-    if (nearest.best == 0xffffffffU) return std::nullopt;
-    return Found{values_[nearest.best].irradiance, values_[nearest.best].radius};
+    const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
+    if (!nearest) return std::nullopt;
+    const Value& value = values_[nearest->index];
+    return Found{value.irradiance, value.radius};
 }
 
 }  // namespace lucerna

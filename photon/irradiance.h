@@ -42,7 +42,7 @@ class IrradiancePoints {
     };
     std::vector<V3f> positions_;
     std::vector<Value> values_;
-    std::unique_ptr<PointTree> tree_;
+    std::unique_ptr<PhotonIndex> index_;  // by their normals
 };
 
 }  // namespace lucerna

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "kdtree/nearest_heap.h"
+#include "kdtree/nearest.h"
 #include "photon/photon_map.h"
 #include "photon/tangent_metric.h"
 
@@ -23,7 +23,7 @@ class NearPhotons {
     float radius2() const { return radius2_; }
 
   private:
-    NearestHeap heap_;
+    Nearest nearest_;
     std::span<const Neighbour> found_;
     float radius2_;
 };

@@ -5,8 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "kdtree/point_tree.h"
+#include "engine/base/parallel.h"
 #include "photon/photon.h"
+#include "photon/photon_index.h"
 
 namespace lucerna {
 
@@ -31,18 +32,21 @@ struct Photons {
 
 class PhotonMap {
   public:
-    // They are kept in an order of the map's own.
-    explicit PhotonMap(const Photons& landed);
+    // They are kept in an order of the map's own, the same for either index and any number of threads: that
+    // of `box_order`. A map made of another's photons has the other's order.
+    explicit PhotonMap(const Photons& landed, IndexKind index = IndexKind::tree, const Workers& workers = {});
 
     std::span<const V3f> positions() const { return all_.positions; }
     std::span<const PackedDirection> normals() const { return all_.normals; }
     std::span<const Photon> photons() const { return all_.photons; }
-    const PointTree& tree() const { return *tree_; }
+    const PhotonIndex& index() const { return *index_; }
+    IndexKind index_kind() const { return kind_; }
     std::size_t size() const { return all_.size(); }
 
   private:
     Photons all_;
-    std::unique_ptr<PointTree> tree_;  // points into the positions, whose buffer moves with the map
+    IndexKind kind_;
+    std::unique_ptr<PhotonIndex> index_;  // may point into the positions, whose buffer moves with the map
 };
 
 }  // namespace lucerna

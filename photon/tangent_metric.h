@@ -6,17 +6,21 @@
 #include <cstdint>
 
 #include "engine/base/vec.h"
+#include "kdtree/box_tree.h"
+#include "photon/photon.h"
 
 namespace lucerna {
 
 enum class MetricKind : std::uint8_t { projected, euclidean };
 
-// Photons flatter than this to the plane slide no further than one of exactly this slope (0.45°). Without a
-// bound the rounding of n·(x - x_i), divided by n·d → 0, would push photons out of the disc on a perfectly
-// flat surface; below it arrives less than 1e-4 of a diffuse field's flux (sin² of the slope).
+// Photons flatter to the plane than about this slope (0.45°; up to sqrt 3 of it, by the photon's direction)
+// slide no further than one of exactly this slope. Without a bound the rounding of n·(x - x_i), divided by
+// n·d → 0, would push photons out of the disc on a perfectly flat surface; below it arrives less than 2e-4 of
+// a diffuse field's flux (sin² of the slope).
 inline constexpr float kGrazing = 1.0F / 128;
 
-// Squared distances from x, seen from the side of n (unit). Infinite: the photon does not count.
+// Squared distances from x, seen from the side of n (unit). Infinite: the photon does not count. Also the
+// measure by which a BoxTree is searched, its labels being packed directions of travel.
 class TangentMetric {
   public:
     // `ratio` >= 1: a photon counts within distance r only if it rests within ratio·r in space. That keeps
@@ -25,28 +29,83 @@ class TangentMetric {
         : x_(x), n_(n), kind_(kind), inverse_ratio2_(1 / (ratio * ratio)) {}
 
     // The larger of the projected distance and the share of the distance in space: `d` is the photon's
-    // direction of travel, `r2` its squared Euclidean distance. On a flat surface with ratio >= 1 this is r2
-    // itself.
+    // direction of travel, 1/sqrt 3 to 1 long, `r2` its squared Euclidean distance. On a flat surface with
+    // ratio >= 1 this is r2 itself.
     float operator()(const V3f& x_i, const V3f& d, float r2) const {
+        return kind_ == MetricKind::euclidean ? euclidean(d, r2) : projected(x_ - x_i, d, r2);
+    }
+
+    // The squared radius in space that holds every photon within squared distance d2; a little more, so that
+    // rounding loses none.
+    float ball2(float d2) const {
+        return kind_ == MetricKind::euclidean ? d2 : d2 / inverse_ratio2_ * (1 + 4 * kRounding);
+    }
+
+    BlockKeys keys(const PointBlock& block) const {
+        return kind_ == MetricKind::euclidean ? keys_by<MetricKind::euclidean>(block)
+                                              : keys_by<MetricKind::projected>(block);
+    }
+    FanKeys bounds(const BoxFan& fan) const;
+
+  private:
+    static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
+
+    // Whatever arrived from behind is infinitely far: the surface-side filter.
+    float euclidean(const V3f& d, float r2) const { return n_.dot(d) < 0 ? r2 : INFINITY; }
+    // v = x - x_i. Neither a root nor a branch: a block is worked on as a whole. Sliding along d takes no
+    // unit vector, since its length cancels.
+    float projected(const V3f& v, const V3f& d, float r2) const {
         const float slope = n_.dot(d);
-        if (!(slope < 0)) return INFINITY;  // arrived from behind: the surface-side filter
-        if (kind_ == MetricKind::euclidean) return r2;
-        const V3f v = x_ - x_i;
         const float a =
             n_.dot(v) / std::min(slope, -kGrazing);  // the divisor is never closer to 0 than kGrazing
         // |x_i + a d - x|². Taken from the vector: the expanded form a² - 2a(d·v) + v² cancels and can go
         // negative.
         const float projected2 = (a * d - v).length2();
-        return std::max(projected2, r2 * inverse_ratio2_);
+        return slope < 0 ? std::max(projected2, r2 * inverse_ratio2_) : INFINITY;
     }
 
-    // The squared radius in space that holds every photon within squared distance d2.
-    float ball2(float d2) const { return kind_ == MetricKind::euclidean ? d2 : d2 / inverse_ratio2_; }
+    template <MetricKind kKind>
+    BlockKeys keys_by(const PointBlock& block) const {
+        BlockKeys keys;
+        for (std::size_t i = 0; i < kBlock; ++i) {
+            const V3f v = x_ - V3f(block.x[i], block.y[i], block.z[i]);
+            const V3f d = PackedDirection::along(block.label[i]);
+            const float r2 = v.length2();
+            keys[i] = kKind == MetricKind::euclidean ? euclidean(d, r2) : projected(v, d, r2);
+        }
+        return keys;
+    }
 
-  private:
     V3f x_, n_;
     MetricKind kind_;
     float inverse_ratio2_;
 };
+
+// How near the photons in a box can be. In space, as near as the box. In the tangent plane: a photon at
+// height h over the plane lies sqrt(r² - h²) from x along it, and slides by at most |h|/kGrazing. So a box
+// that hardly rises from the plane, as all do on a flat surface, is as far as it lies, and the search looks
+// at the disc instead of the ball that is `ratio` times as wide.
+inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
+    FanKeys bounds = box_distances2(fan, x_);
+    if (kind_ == MetricKind::euclidean) return bounds;
+    for (std::size_t i = 0; i < kFan; ++i) {
+        // Heights of the box's corners lie between the sums of the lower and of the higher terms.
+        const V3f a((fan.low_x[i] - x_.x) * n_.x, (fan.low_y[i] - x_.y) * n_.y, (fan.low_z[i] - x_.z) * n_.z);
+        const V3f b((fan.high_x[i] - x_.x) * n_.x, (fan.high_y[i] - x_.y) * n_.y,
+                    (fan.high_z[i] - x_.z) * n_.z);
+        const float lowest = std::min(a.x, b.x) + std::min(a.y, b.y) + std::min(a.z, b.z);
+        const float highest = std::max(a.x, b.x) + std::max(a.y, b.y) + std::max(a.z, b.z);
+        const float terms = std::max(std::fabs(a.x), std::fabs(b.x)) +
+                            std::max(std::fabs(a.y), std::fabs(b.y)) +
+                            std::max(std::fabs(a.z), std::fabs(b.z));
+        // The height that a photon's own n·v may come out as, with rounding.
+        const float height = std::max(highest, -lowest) + 8 * kRounding * terms;
+        const float along = std::sqrt(std::max(bounds[i] - height * height, 0.0F));
+        const float least = std::max(along - height / kGrazing, 0.0F);
+        // A thousandth less, for the rounding of all this.
+        bounds[i] = std::max(bounds[i] * inverse_ratio2_, least * least * 0.999F);
+    }
+    return bounds;
+}
 
 }  // namespace lucerna

@@ -263,6 +263,7 @@ class PhotonMapIntegrator final : public Integrator {
         plan.volume_direct = settings_.direct == DirectMethod::map;
         plan.seed = context.seed;
         plan.pass = context.pass;
+        plan.index = settings_.index;
         PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
         report(maps, context.report);

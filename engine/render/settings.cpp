@@ -78,6 +78,8 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                {"constant", "cone", "epanechnikov"}, s.kernel),
         choice("metric", "photon distance: projected (tangent plane) or euclidean",
                {"projected", "euclidean"}, s.metric),
+        choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
+               {"tree", "flann"}, s.index),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };

@@ -14,6 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/render/quantity.h"
 #include "photon/kernel.h"
+#include "photon/photon_index.h"
 #include "photon/tangent_metric.h"
 
 namespace lucerna {
@@ -50,6 +51,7 @@ struct PhotonMapSettings {
     float ratio = 2;   // Euclidean ball over projected disc, >= 1
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
+    IndexKind index = IndexKind::tree;  // both find the same photons
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };

@@ -2,12 +2,12 @@
 #include "kdtree/point_tree.h"
 
 #include <gtest/gtest.h>
-#include <rapidcheck/gtest.h>
 
 #include <algorithm>
 
 #include "engine/base/stream.h"
-#include "kdtree/nearest_heap.h"
+#include "kdtree/nearest.h"
+#include "tests/kdtree/clouds.h"
 
 namespace lucerna {
 namespace {
@@ -25,32 +25,15 @@ class All final : public PointVisitor {
     float r2_;
 };
 
-class Nearest final : public PointVisitor {
+class NearestVisitor final : public PointVisitor {
   public:
-    explicit Nearest(std::size_t k) : heap(k) {}
+    explicit NearestVisitor(std::size_t k) : nearest(k, INFINITY) {}
     float visit(std::uint32_t index, float r2) override {
-        heap.offer(r2, index);
         // One unit beyond the worst, so that a tie at the boundary is still seen and decided by index.
-        return std::nextafter(heap.worst(), INFINITY);
+        return std::nextafter(nearest.take(r2, index), INFINITY);
     }
-    NearestHeap heap;
+    Nearest nearest;
 };
-
-enum class Cloud { random, line, plane, coincident, two_clusters };
-
-std::vector<V3f> make_cloud(Cloud kind, std::size_t n, float scale) {
-    Stream stream(7, Purpose::test, static_cast<std::uint32_t>(kind), n);
-    std::vector<V3f> points(n);
-    for (V3f& p : points) {
-        p = V3f(stream.next(), stream.next(), stream.next());
-        if (kind == Cloud::line) p.y = p.z = 0.5F;
-        if (kind == Cloud::plane) p.z = 0.25F;
-        if (kind == Cloud::coincident) p = V3f(0.5F);
-        if (kind == Cloud::two_clusters) p = p * 1e-3F + V3f(stream.next() < 0.5F ? 0.0F : 1.0F);
-        p *= scale;
-    }
-    return points;
-}
 
 std::vector<std::uint32_t> ball(const PointTree& tree, const V3f& x, float r2) {
     All all(r2);
@@ -60,10 +43,10 @@ std::vector<std::uint32_t> ball(const PointTree& tree, const V3f& x, float r2) {
 }
 
 std::vector<std::uint32_t> nearest(const PointTree& tree, const V3f& x, std::size_t k) {
-    Nearest visitor(k);
+    NearestVisitor visitor(k);
     tree.visit_ball(x, INFINITY, visitor);
     std::vector<std::uint32_t> indices;
-    for (const Neighbour& n : visitor.heap.sorted()) indices.push_back(n.index);
+    for (const Neighbour& n : visitor.nearest.sorted()) indices.push_back(n.index);
     return indices;
 }
 
@@ -88,36 +71,13 @@ TEST_P(PointTreeClouds, Flann_BallAndNearest_EqualBruteForce) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, PointTreeClouds,
-                         ::testing::Combine(::testing::Values(Cloud::random, Cloud::line, Cloud::plane,
-                                                              Cloud::coincident, Cloud::two_clusters),
+                         ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F)));
 
 TEST(PointTree, Flann_NoPoints_VisitsNothing) {
     const auto tree = make_flann_tree({});
     EXPECT_EQ(tree->size(), 0U);
     EXPECT_TRUE(ball(*tree, V3f(0.0F), 1.0F).empty());
-}
-
-RC_GTEST_PROP(NearestHeap, AnyOrderOfOffers_SameResult, (std::vector<std::uint8_t> keys)) {
-    // Bytes as keys make many ties.
-    RC_PRE(!keys.empty());
-    const std::size_t k = 1 + keys.size() / 2;
-    NearestHeap forward(k);
-    NearestHeap backward(k);
-    std::vector<Neighbour> all;
-    for (std::uint32_t i = 0; i < keys.size(); ++i) {
-        all.push_back({static_cast<float>(keys[i]), i});
-        forward.offer(all[i].key, i);
-    }
-    for (std::size_t i = keys.size(); i-- > 0;) backward.offer(all[i].key, static_cast<std::uint32_t>(i));
-    std::sort(all.begin(), all.end());
-    const auto a = forward.sorted();
-    const auto b = backward.sorted();
-    RC_ASSERT(a.size() == std::min(k, keys.size()));
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        RC_ASSERT(a[i].index == all[i].index);
-        RC_ASSERT(b[i].index == all[i].index);
-    }
 }
 
 }  // namespace

@@ -45,6 +45,20 @@ TEST(Render, AnyNumberOfThreads_SameImageBitForBit) {
     }
 }
 
+TEST(Render, PhotonsByOurTreeOrByFlann_SameImageBitForBit) {
+    for (const IntegratorSettings& settings : every_integrator()) {
+        if (!std::holds_alternative<PhotonMapSettings>(settings)) continue;
+        PhotonMapSettings by_tree = std::get<PhotonMapSettings>(settings);
+        PhotonMapSettings by_flann = by_tree;
+        by_flann.index = IndexKind::flann;
+        const auto tree =
+            render_with(testing::small_cornell(), testing::small_cornell_camera(24), by_tree, 3);
+        const auto flann =
+            render_with(testing::small_cornell(), testing::small_cornell_camera(24), by_flann, 3);
+        EXPECT_EQ(tree.image.data, flann.image.data);
+    }
+}
+
 TEST(Render, AnotherSeed_AnotherImage) {
     Monitor silent;
     const Job job =

@@ -1,0 +1,169 @@
+#include "photon/photon_index.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+// Squared distance of those that face the same way as n, within an angle. As the measure of a BoxTree, its
+// labels being packed directions.
+class FacingMeasure {
+  public:
+    FacingMeasure(const V3f& x, const V3f& n, float cosine) : x_(x), n_(n), cosine2_(cosine * cosine) {}
+
+    // `d` of any length.
+    float operator()(const V3f& d, float r2) const {
+        const float along = n_.dot(d);
+        const bool faces = along > 0 && along * along > cosine2_ * d.length2();
+        return faces ? r2 : INFINITY;
+    }
+    BlockKeys keys(const PointBlock& block) const {
+        BlockKeys keys;
+        for (std::size_t i = 0; i < kBlock; ++i) {
+            const V3f v = x_ - V3f(block.x[i], block.y[i], block.z[i]);
+            keys[i] = (*this)(PackedDirection::along(block.label[i]), v.length2());
+        }
+        return keys;
+    }
+    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x_); }
+
+  private:
+    V3f x_, n_;
+    float cosine2_;
+};
+
+class OurTree final : public PhotonIndex {
+  public:
+    OurTree(std::span<const V3f> positions, std::span<const std::uint32_t> directions, const Workers& workers)
+        : tree_(build_box_tree(positions, directions, workers)) {}
+
+    void nearest(const V3f&, const TangentMetric& metric, Nearest& found) const override {
+        search_nearest(tree_, metric, found.bound(), [&found](const BlockKeys& keys, std::uint32_t first) {
+            return found.take(keys, first);
+        });
+    }
+
+    void within(const V3f&, const TangentMetric& metric, float most2,
+                std::vector<Neighbour>& found) const override {
+        const float bound = just_below(most2);
+        search_all(tree_, metric, bound, [&](const BlockKeys& keys, std::uint32_t first) {
+            for (std::uint32_t i = 0; i < kBlock; ++i) {
+                if (keys[i] <= bound) found.push_back({first + i, keys[i]});
+            }
+        });
+    }
+
+    std::optional<Neighbour> nearest_facing(const V3f& x, const V3f& n, float cosine,
+                                            float most2) const override {
+        Neighbour best{kNone, just_below(most2)};
+        search_nearest(tree_, FacingMeasure(x, n, cosine), best.key,
+                       [&best](const BlockKeys& keys, std::uint32_t first) {
+                           for (std::uint32_t i = 0; i < kBlock; ++i) {
+                               // NaN, a point that does not exist, is not <=.
+                               if (keys[i] <= best.key) best = std::min(best, Neighbour{first + i, keys[i]});
+                           }
+                           return best.key;
+                       });
+        if (best.index == kNone) return std::nullopt;
+        return best;
+    }
+
+  private:
+    static constexpr std::uint32_t kNone = 0xffffffffU;
+    BoxTree tree_;
+};
+
+// One visitor for all three questions: `key_of(index, r2)` and what to do with it. `take(key, index)` returns
+// the bound of the keys, `ball2(key)` the squared radius that holds all keys up to that one.
+template <typename KeyOf, typename Take, typename Ball>
+class Visitor final : public PointVisitor {
+  public:
+    Visitor(KeyOf key_of, Take take, Ball ball2)
+        : key_of_(std::move(key_of)), take_(std::move(take)), ball2_(std::move(ball2)) {}
+
+    float visit(std::uint32_t index, float r2) override {
+        // A hair beyond the worst, so that ties are seen and decided by index, not by the order of the
+        // search.
+        return std::nextafter(ball2_(take_(key_of_(index, r2), index)), INFINITY);
+    }
+
+  private:
+    KeyOf key_of_;
+    Take take_;
+    Ball ball2_;
+};
+
+class OtherTree final : public PhotonIndex {
+  public:
+    OtherTree(std::unique_ptr<PointTree> tree, std::span<const V3f> positions,
+              std::span<const PackedDirection> directions)
+        : tree_(std::move(tree)), positions_(positions), directions_(directions.begin(), directions.end()) {}
+
+    void nearest(const V3f& x, const TangentMetric& metric, Nearest& found) const override {
+        Visitor visitor([&](std::uint32_t i, float r2) { return key(metric, i, r2); },
+                        [&](float key, std::uint32_t i) { return found.take(key, i); },
+                        [&](float key) { return metric.ball2(key); });
+        tree_->visit_ball(x, std::nextafter(metric.ball2(found.bound()), INFINITY), visitor);
+    }
+
+    void within(const V3f& x, const TangentMetric& metric, float most2,
+                std::vector<Neighbour>& found) const override {
+        const float bound = just_below(most2);
+        const auto before = static_cast<std::ptrdiff_t>(found.size());
+        Visitor visitor([&](std::uint32_t i, float r2) { return key(metric, i, r2); },
+                        [&](float key, std::uint32_t i) {
+                            if (key <= bound) found.push_back({i, key});
+                            return bound;
+                        },
+                        [&](float key) { return metric.ball2(key); });
+        tree_->visit_ball(x, std::nextafter(metric.ball2(bound), INFINITY), visitor);
+        std::sort(found.begin() + before, found.end(),
+                  [](const Neighbour& a, const Neighbour& b) { return a.index < b.index; });
+    }
+
+    std::optional<Neighbour> nearest_facing(const V3f& x, const V3f& n, float cosine,
+                                            float most2) const override {
+        const FacingMeasure measure(x, n, cosine);
+        Nearest best(1, most2);
+        Visitor visitor([&](std::uint32_t i,
+                            float r2) { return measure(PackedDirection::along(directions_[i].bits()), r2); },
+                        [&](float key, std::uint32_t i) { return best.take(key, i); },
+                        [](float key) { return key; });
+        tree_->visit_ball(x, most2, visitor);
+        const std::span<const Neighbour> found = best.sorted();
+        if (found.empty()) return std::nullopt;
+        return found.front();
+    }
+
+  private:
+    float key(const TangentMetric& metric, std::uint32_t i, float r2) const {
+        return metric(positions_[i], PackedDirection::along(directions_[i].bits()), r2);
+    }
+
+    std::unique_ptr<PointTree> tree_;
+    std::span<const V3f> positions_;
+    std::vector<PackedDirection> directions_;
+};
+
+}  // namespace
+
+std::unique_ptr<PhotonIndex> make_photon_index(IndexKind kind, std::span<const V3f> positions,
+                                               std::span<const PackedDirection> directions,
+                                               const Workers& workers) {
+    if (kind == IndexKind::flann) {
+        return make_photon_index(make_flann_tree(positions), positions, directions);
+    }
+    std::vector<std::uint32_t> labels(directions.size());
+    std::transform(directions.begin(), directions.end(), labels.begin(),
+                   [](PackedDirection d) { return d.bits(); });
+    return std::make_unique<OurTree>(positions, labels, workers);
+}
+
+std::unique_ptr<PhotonIndex> make_photon_index(std::unique_ptr<PointTree> tree,
+                                               std::span<const V3f> positions,
+                                               std::span<const PackedDirection> directions) {
+    return std::make_unique<OtherTree>(std::move(tree), positions, directions);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,147 @@
+// The tree of boxes against a look at every point, and what its order promises.
+#include "kdtree/box_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "kdtree/nearest.h"
+#include "tests/kdtree/clouds.h"
+
+namespace lucerna {
+namespace {
+
+// Plain distance, of the points whose label is even.
+struct EvenMeasure {
+    V3f x;
+
+    static float key(const V3f& v, std::uint32_t label) { return label % 2 == 0 ? v.length2() : INFINITY; }
+    BlockKeys keys(const PointBlock& block) const {
+        BlockKeys keys;
+        for (std::size_t i = 0; i < kBlock; ++i) {
+            keys[i] = key(V3f(block.x[i], block.y[i], block.z[i]) - x, block.label[i]);
+        }
+        return keys;
+    }
+    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x); }
+};
+
+struct Labelled {
+    std::vector<V3f> points;
+    std::vector<std::uint32_t> labels;
+};
+
+// In the tree's order, the label being the place before that.
+Labelled ordered(const std::vector<V3f>& points, int threads = 2) {
+    Labelled result;
+    result.labels = box_order(points, Workers{threads});
+    for (const std::uint32_t old : result.labels) result.points.push_back(points[old]);
+    return result;
+}
+
+std::vector<Neighbour> look_at_all(const Labelled& cloud, const V3f& x, float most) {
+    std::vector<Neighbour> all;
+    for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
+        const float key = EvenMeasure::key(cloud.points[i] - x, cloud.labels[i]);
+        if (key < most) all.push_back({i, key});
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+}
+
+void expect_equal(std::span<const Neighbour> found, std::span<const Neighbour> expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) ASSERT_EQ(found[i].rank(), expected[i].rank()) << i;
+}
+
+class BoxTreeClouds : public ::testing::TestWithParam<std::tuple<Cloud, float, bool>> {};
+
+TEST_P(BoxTreeClouds, NearestAndWithin_EqualALookAtEveryPoint) {
+    const auto [kind, scale, in_order] = GetParam();
+    for (const std::size_t n : {0U, 1U, 2U, 15U, 16U, 17U, 128U, 129U, 700U, 3000U}) {
+        Labelled cloud = ordered(make_cloud(kind, n, scale));
+        if (!in_order) {
+            // Right for any order, only slower.
+            std::sort(cloud.points.begin(), cloud.points.end(),
+                      [](const V3f& a, const V3f& b) { return std::fmod(a.x, 0.1F) < std::fmod(b.x, 0.1F); });
+        }
+        const BoxTree tree = build_box_tree(cloud.points, cloud.labels, Workers{2});
+        EXPECT_EQ(tree.size, n);
+        Stream stream(8, Purpose::test, 0, n);
+        for (int query = 0; query < 20; ++query) {
+            const EvenMeasure measure{place_near(cloud.points, scale, stream)};
+            const float most = query % 4 == 0 ? INFINITY : sqr((0.01F + stream.next()) * scale);
+            std::vector<Neighbour> expected = look_at_all(cloud, measure.x, most);
+
+            std::vector<Neighbour> within;
+            search_all(tree, measure, just_below(most), [&](const BlockKeys& keys, std::uint32_t first) {
+                for (std::uint32_t i = 0; i < kBlock; ++i) {
+                    if (keys[i] < most) within.push_back({first + i, keys[i]});
+                }
+            });
+            EXPECT_TRUE(std::is_sorted(within.begin(), within.end(), [](const auto& a, const auto& b) {
+                return a.index < b.index;
+            })) << "the blocks come in their order";
+            std::sort(within.begin(), within.end());
+            expect_equal(within, expected);
+
+            for (const std::size_t k : {std::size_t{1}, std::size_t{7}, std::size_t{60}, n + 5}) {
+                Nearest nearest(k, most);
+                search_nearest(
+                    tree, measure, nearest.bound(),
+                    [&](const BlockKeys& keys, std::uint32_t first) { return nearest.take(keys, first); });
+                expect_equal(nearest.sorted(), std::span(expected).first(std::min(k, expected.size())));
+            }
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BoxTreeClouds,
+                         ::testing::Combine(::testing::ValuesIn(kClouds),
+                                            ::testing::Values(1.0F, 1e-6F, 1e6F), ::testing::Bool()));
+
+class BoxOrder : public ::testing::TestWithParam<Cloud> {};
+
+TEST_P(BoxOrder, AnyCloud_EveryPointOnce_SameForAnyThreads_AndSettled) {
+    for (const std::size_t n : {0U, 1U, 16U, 17U, 1000U, 20'000U}) {
+        const std::vector<V3f> points = make_cloud(GetParam(), n, 1);
+        const std::vector<std::uint32_t> order = box_order(points, Workers{1});
+        std::vector<std::uint32_t> sorted = order;
+        std::sort(sorted.begin(), sorted.end());
+        std::vector<std::uint32_t> each(n);
+        std::iota(each.begin(), each.end(), 0U);
+        EXPECT_EQ(sorted, each);
+        for (const int threads : {2, 5}) EXPECT_EQ(box_order(points, Workers{threads}), order);
+        // Ordered again, nothing moves: a map that is saved and loaded is the same map.
+        EXPECT_EQ(box_order(ordered(points).points, Workers{2}), each);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BoxOrder, ::testing::ValuesIn(kClouds));
+
+// How many blocks a search for the 50 nearest looks at.
+double blocks_per_search(const Labelled& cloud) {
+    const BoxTree tree =
+        build_box_tree(cloud.points, std::vector<std::uint32_t>(cloud.points.size()), Workers{2});
+    Stream stream(9, Purpose::test, 0, 0);
+    int blocks = 0;
+    constexpr int kSearches = 200;
+    for (int i = 0; i < kSearches; ++i) {
+        const EvenMeasure measure{place_near(cloud.points, 1, stream)};
+        Nearest nearest(50, INFINITY);
+        search_nearest(tree, measure, nearest.bound(), [&](const BlockKeys& keys, std::uint32_t first) {
+            ++blocks;
+            return nearest.take(keys, first);
+        });
+    }
+    return static_cast<double>(blocks) / kSearches;
+}
+
+TEST(BoxOrder, PointsOnASurface_FewBlocksAreLookedAt) {
+    const std::vector<V3f> points = make_cloud(Cloud::plane, 100'000, 1);
+    EXPECT_LT(blocks_per_search(ordered(points)), 16);  // 50 points fill 3.1 blocks, and a disc has an edge
+    EXPECT_GT(blocks_per_search({points, std::vector<std::uint32_t>(points.size())}), 1000) << "no order";
+}
+
+}  // namespace
+}  // namespace lucerna

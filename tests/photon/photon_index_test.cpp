@@ -1,0 +1,175 @@
+// The same photons from every index, bit for bit, and those that a look at every photon finds.
+#include "photon/photon_index.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/base/warp.h"
+#include "photon/near_photons.h"
+#include "tests/kdtree/clouds.h"
+
+namespace lucerna {
+namespace {
+
+// Photons in a cloud, from all sides, some of them flat to the axes' planes.
+Photons make_photons(Cloud kind, std::size_t n, float scale) {
+    Stream stream(1, Purpose::test, static_cast<std::uint32_t>(kind), n);
+    Photons landed;
+    for (const V3f& p : make_cloud(kind, n, scale)) {
+        V3f d = square_to_sphere(stream.next2());
+        if (stream.next() < 0.3F) d = V3f(d.x, d.y, -1e-3F).normalized();
+        if (stream.next() < 0.1F) d = V3f(0, 0, -1);
+        landed.add(p, PackedDirection(square_to_sphere(stream.next2())),
+                   {PackedDirection(d), Rgb(1), 0, kNoCell});
+    }
+    return landed;
+}
+
+struct Search {
+    V3f x, n;
+    TangentMetric metric;
+    float most2;
+};
+
+Search make_search(const PhotonMap& map, float scale, MetricKind kind, Stream& stream) {
+    const std::vector<V3f> points(map.positions().begin(), map.positions().end());
+    const V3f x = place_near(points, scale, stream);
+    const V3f n = stream.next() < 0.5F ? V3f(0, 0, 1) : square_to_sphere(stream.next2());
+    const float ratio = stream.next() < 0.5F ? 2 : 1 + 3 * stream.next();
+    const float u = stream.next();
+    const float most2 = u < 0.2F ? INFINITY : sqr((0.02F + u) * scale);
+    return {x, n, TangentMetric(x, n, kind, ratio), most2};
+}
+
+// Straight from the definition.
+std::vector<Neighbour> look_at_all(const PhotonMap& map, const Search& search) {
+    std::vector<Neighbour> all;
+    for (std::uint32_t i = 0; i < map.size(); ++i) {
+        const V3f& p = map.positions()[i];
+        const V3f d = PackedDirection::along(map.photons()[i].direction.bits());
+        const float key = search.metric(p, d, (p - search.x).length2());
+        if (key < search.most2) all.push_back({i, key});
+    }
+    return all;
+}
+
+void expect_equal(std::span<const Neighbour> found, std::span<const Neighbour> expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) ASSERT_EQ(found[i].rank(), expected[i].rank()) << i;
+}
+
+class PhotonIndexClouds : public ::testing::TestWithParam<std::tuple<Cloud, float, MetricKind>> {};
+
+TEST_P(PhotonIndexClouds, TreeAndFlann_EqualALookAtEveryPhoton) {
+    const auto [kind, scale, metric] = GetParam();
+    for (const std::size_t n : {0U, 1U, 2U, 100U, 3000U}) {
+        const Photons landed = make_photons(kind, n, scale);
+        const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
+        Stream stream(2, Purpose::test, 0, n);
+        for (int query = 0; query < 30; ++query) {
+            const Search search = make_search(maps[0], scale, metric, stream);
+            const std::vector<Neighbour> by_index = look_at_all(maps[0], search);
+            std::vector<Neighbour> by_distance = by_index;
+            std::sort(by_distance.begin(), by_distance.end());
+            for (const PhotonMap& map : maps) {
+                std::vector<Neighbour> within;
+                map.index().within(search.x, search.metric, search.most2, within);
+                expect_equal(within, by_index);
+                for (const std::size_t k : {std::size_t{1}, std::size_t{20}, std::size_t{300}, n + 5}) {
+                    const NearPhotons near(map, search.x, search.metric, k, search.most2);
+                    const std::size_t expected = std::min(k, by_distance.size());
+                    expect_equal(near.found(), std::span(by_distance).first(expected));
+                    const float next = k < by_distance.size() ? by_distance[k].key : search.most2;
+                    EXPECT_EQ(near.radius2(), next);
+                }
+            }
+        }
+    }
+}
+
+TEST_P(PhotonIndexClouds, NearestFacing_EqualsALookAtEveryNormal) {
+    const auto [kind, scale, metric] = GetParam();
+    const PhotonMap map(make_photons(kind, 2000, scale));
+    const std::vector<V3f> points(map.positions().begin(), map.positions().end());
+    const auto tree = make_photon_index(IndexKind::tree, points, map.normals(), Workers{2});
+    const auto flann = make_photon_index(IndexKind::flann, points, map.normals(), Workers{2});
+    const auto brute = make_photon_index(make_brute_force(points), points, map.normals());
+    Stream stream(3, Purpose::test, 0, 0);
+    int found = 0;
+    for (int query = 0; query < 200; ++query) {
+        const Search search = make_search(map, scale, metric, stream);
+        const float cosine = query % 2 == 0 ? 0.9F : 0.999F;
+        const auto expected = brute->nearest_facing(search.x, search.n, cosine, search.most2);
+        if (expected) {
+            ++found;
+            const V3f normal = map.normals()[expected->index].unpack();
+            EXPECT_GT(normal.dot(search.n), cosine - 1e-4F);
+        }
+        for (const PhotonIndex* index : {tree.get(), flann.get()}) {
+            const auto nearest = index->nearest_facing(search.x, search.n, cosine, search.most2);
+            ASSERT_EQ(nearest.has_value(), expected.has_value());
+            if (nearest) {
+                EXPECT_EQ(nearest->rank(), expected->rank());
+            }
+        }
+    }
+    EXPECT_GT(found, 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PhotonIndexClouds,
+                         ::testing::Combine(::testing::ValuesIn(kClouds),
+                                            ::testing::Values(1.0F, 1e-6F, 1e6F),
+                                            ::testing::Values(MetricKind::projected, MetricKind::euclidean)));
+
+// A bound that says too much would lose photons: every photon in a box is at least as far as the box.
+TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
+    Stream stream(4, Purpose::test, 0, 0);
+    int useful = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        // Boxes from flat to thick, from near the plane to far above.
+        const float thin = std::pow(10.0F, -6 * stream.next());
+        const V3f low = V3f(stream.next(), stream.next(), thin * stream.next()) * 4.0F - V3f(2, 2, 2 * thin);
+        const V3f size = V3f(stream.next(), stream.next(), thin * stream.next());
+        BoxFan fan;
+        fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
+        fan.high_x.fill(low.x + size.x), fan.high_y.fill(low.y + size.y), fan.high_z.fill(low.z + size.z);
+        V3f n = square_to_sphere(stream.next2());
+        if (stream.next() < 0.7F) n = V3f(0, 0, 1);
+        const TangentMetric metric(V3f(0), n, MetricKind::projected, 1 + 3 * stream.next());
+        const float bound = metric.bounds(fan)[0];
+        useful += metric.ball2(bound) > box_distances2(fan, V3f(0))[0] * 1.01F;
+        for (int j = 0; j < 20; ++j) {
+            V3f p = low + size * V3f(stream.next(), stream.next(), stream.next());
+            for (unsigned c = 0; c < 3; ++c) p[c] = std::min(p[c], low[c] + size[c]);
+            V3f d = square_to_sphere(stream.next2());
+            if (j % 2 == 0) d = V3f(d.x, d.y, 0.01F * d.z).normalized();
+            EXPECT_LE(bound, metric(p, d, p.length2()));
+        }
+    }
+    EXPECT_GT(useful, 1000) << "no bound was better than that of the ball";
+}
+
+TEST(PackedDirection, AlongTheOctahedron_SameDirectionAsUnpacked) {
+    Stream stream(5, Purpose::test, 0, 0);
+    for (int i = 0; i < 100'000; ++i) {
+        const PackedDirection packed(square_to_sphere(stream.next2()));
+        const V3f along = PackedDirection::along(packed.bits());
+        EXPECT_NEAR(std::fabs(along.x) + std::fabs(along.y) + std::fabs(along.z), 1, 1e-6F);
+        EXPECT_LT((along.normalized() - packed.unpack()).length(), 1e-6F);
+    }
+}
+
+TEST(PhotonMap, MadeOfAnothersPhotons_SameOrder) {
+    const PhotonMap first(make_photons(Cloud::grid, 5000, 1));
+    Photons copy;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        copy.add(first.positions()[i], first.normals()[i], first.photons()[i]);
+    }
+    const PhotonMap second(copy, IndexKind::flann, Workers{3});
+    for (std::size_t i = 0; i < first.size(); ++i) {
+        ASSERT_EQ(first.positions()[i], second.positions()[i]);
+        ASSERT_EQ(first.photons()[i].direction.bits(), second.photons()[i].direction.bits());
+    }
+}
+
+}  // namespace
+}  // namespace lucerna
