@@ -10,8 +10,11 @@
 namespace lucerna {
 namespace {
 
-// Places at which the ball is looked at.
-constexpr int kProbes = 16;
+// Directions in which the ball is looked through, times the eight signs of each: an edge or a corner of walls
+// along the axes is then told without chance.
+constexpr std::uint32_t kLooks = 2;
+// However narrow the place, so much of the ball is taken to be open.
+constexpr float kLeastFilling = 1.0F / 64;
 constexpr std::uint32_t kBranch = 0xba;
 
 // Keeps the nearest in space.
@@ -30,21 +33,6 @@ class KeepNearest final : public PointVisitor {
     NearestHeap& heap_;
 };
 
-float wrapped(float x) {
-    return x - std::floor(x);
-}
-
-// Even over the ball of radius 1, all `kProbes` together: a rank-1 lattice moved by `shift` (Roberts, "The
-// Unreasonable Effectiveness of Quasirandom Sequences", 2018: powers of the root of x⁴ = x + 1).
-V3f in_ball(int i, const V3f& shift) {
-    const auto n = static_cast<float>(i);
-    const float z = 1 - 2 * wrapped(shift.x + n * 0.8191725F);
-    const float phi = 2 * kPi * wrapped(shift.y + n * 0.6710436F);
-    const float r = std::cbrt(wrapped(shift.z + n * 0.5497005F));
-    const float s = std::sqrt(std::max(0.0F, 1 - z * z));
-    return V3f(s * std::cos(phi), s * std::sin(phi), z) * r;
-}
-
 }  // namespace
 
 bool VolumeGather::sees(const V3f& from, const V3f& to) const {
@@ -53,29 +41,49 @@ bool VolumeGather::sees(const V3f& from, const V3f& to) const {
     return !(distance > 0) || scene_.visible(SurfacePoint{from}, way / distance, distance);
 }
 
-VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float radius, Stream stream) const {
-    const V2f u = stream.next2();
-    const V3f shift(u.x, u.y, stream.next());
-    Filling result{0, false};
-    for (int i = 0; i < kProbes; ++i) {
-        const V3f way = radius * in_ball(i, shift);
-        const V3f there = at.p + way;
-        const float distance = way.length();
-        std::int32_t medium = at.medium;
-        if (distance > 0) {
-            const Ray ray{at.p, way / distance, distance};
-            if (!scene_.visible(SurfacePoint{at.p}, ray.d, distance)) {
-                result.obstructed = true;
-                continue;
-            }
-            if (scene_.has_borders())
-                medium = for_each_piece(scene_, ray, medium, [](const MediumPiece&) { return true; });
+// ∫ σ_s t² dt over the ray up to t_max, in luminance.
+double VolumeGather::scattered_along(const ScatteringPoint& at, const Ray& ray, Stream& stream) const {
+    double sum = 0;
+    for_each_piece(scene_, ray, at.medium, [&](MediumPiece piece) {
+        const double before = static_cast<double>(ray.t_max) - piece.to_go;
+        while (piece.along.next()) {
+            const double a = before + piece.along.begin(), b = before + piece.along.end();
+            const double a3 = a * a * a, b3 = b * b * b;
+            // Where the density varies, one place stands for the stretch, chosen as evenly as the ball has
+            // them.
+            const double place = std::cbrt(a3 + static_cast<double>(stream.next()) * (b3 - a3)) - before;
+            const Rgb sigma_s(V3f(piece.along.at(place).sigma_s));
+            sum += static_cast<double>(luminance(sigma_s)) * (b3 - a3) / 3;
         }
-        result.share += luminance(scattering_at(scene_.media(), medium, there));
+        return true;
+    });
+    return sum;
+}
+
+VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float radius,
+                                            const Stream& stream) const {
+    double sum = 0;
+    bool obstructed = false;
+    for (std::uint32_t look = 0; look < kLooks; ++look) {
+        Stream own = stream.split(look);
+        const float z = (own.next() + static_cast<float>(look)) / kLooks;
+        const float phi = 0.5F * kPi * own.next();
+        const float s = std::sqrt(1 - z * z);  // z < 1
+        const V3f first(s * std::cos(phi), s * std::sin(phi), z);
+        for (unsigned signs = 0; signs < 8; ++signs) {
+            const V3f w((signs & 1U) != 0 ? -first.x : first.x, (signs & 2U) != 0 ? -first.y : first.y,
+                        (signs & 4U) != 0 ? -first.z : first.z);
+            Ray ray{at.p, w.normalized(), radius};
+            if (const auto hit = scene_.hit(ray)) {
+                obstructed = true;
+                ray.t_max = hit->t;
+            }
+            sum += scattered_along(at, ray, own);
+        }
     }
-    // Not black: above 0. Where all looks missed what holds the photons, one that just did not is a bound.
-    result.share = std::max(result.share / luminance(at.sigma_s), 1.0F) / kProbes;
-    return result;
+    const auto r = static_cast<double>(radius);
+    const double open = 8.0 * kLooks * static_cast<double>(luminance(at.sigma_s)) * r * r * r / 3;
+    return {std::max(static_cast<float>(sum / open), kLeastFilling), obstructed};
 }
 
 VolumeGather::Result VolumeGather::in_scattered(const ScatteringPoint& at, const Stream& stream) const {

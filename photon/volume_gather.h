@@ -54,7 +54,8 @@ class VolumeGather {
         float share;
         bool obstructed;  // some surface stands in the ball
     };
-    Filling filling(const ScatteringPoint& at, float radius, Stream stream) const;
+    Filling filling(const ScatteringPoint& at, float radius, const Stream& stream) const;
+    double scattered_along(const ScatteringPoint& at, const Ray& ray, Stream& stream) const;
     bool sees(const V3f& from, const V3f& to) const;
 
     const Scene& scene_;

@@ -125,7 +125,7 @@ class Walker {
   private:
     // Russian roulette by luminance, from `before` to `after` an event. The luminance of `before` is never 0:
     // no path goes on in black.
-    bool survive(const Rgb& before, const Rgb& after, float u) {
+    bool survive(const Rgb& before, Rgb after, float u) {
         const float survival = std::min(kMaxSurvival, luminance(after) / luminance(before));
         if (!(u < survival)) {
             ledger_.roulette += V3d(after);
