@@ -26,17 +26,6 @@ struct FileHeader {
 };
 static_assert(sizeof(FileHeader) == 72, "no padding in the file");
 
-// Eight bytes at a time, the last ones one by one.
-void add_bytes(WordHash& check, std::span<const std::byte> bytes) {
-    std::size_t i = 0;
-    for (; i + 8 <= bytes.size(); i += 8) {
-        std::uint64_t word = 0;
-        std::memcpy(&word, &bytes[i], 8);
-        check.add(word);
-    }
-    for (; i < bytes.size(); ++i) check.add(static_cast<std::uint64_t>(bytes[i]));
-}
-
 // Calls action(bytes) for every array of the four tables, in the order in which they lie in the file.
 template <typename Action>
 void for_each_array(std::span<ConditionalTables* const> tables, Action&& action) {
@@ -59,8 +48,8 @@ void CellTable::save(const std::filesystem::path& file) const {
     for (std::size_t i = 0; i < 4; ++i) header.size[i] = size_[i];
     header.flux = flux_;
     WordHash check;
-    add_bytes(check, std::as_bytes(std::span(&header.flux, 1)));
-    for_each_array(tables, [&](std::span<const std::byte> bytes) { add_bytes(check, bytes); });
+    check.add(header.flux);
+    for_each_array(tables, [&](std::span<const std::byte> bytes) { check.add_bytes(bytes); });
     header.check = check.value();
     replace_file(file, [&](const std::filesystem::path& temporary) {
         std::ofstream out(temporary, std::ios::binary);
@@ -98,10 +87,10 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     if (bytes_there != sizeof header + table.bytes()) return refuse("its length is wrong");
     ConditionalTables* const tables[] = {&table.u_, &table.v_, &table.s_, &table.t_};
     WordHash check;
-    add_bytes(check, std::as_bytes(std::span(&header.flux, 1)));
+    check.add(header.flux);
     for_each_array(tables, [&](std::span<std::byte> bytes) {
         in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-        add_bytes(check, bytes);
+        check.add_bytes(bytes);
     });
     if (!in || check.value() != header.check) return refuse("it is damaged");
     if (!std::isfinite(header.flux) || header.flux < 0) return refuse("it is damaged");

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
 
 namespace lucerna {
@@ -182,6 +183,30 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     }
     result.seconds_index = indexing.seconds();
     return result;
+}
+
+std::uint64_t map_key(const Scene& scene, const MapPlan& plan) {
+    WordHash key;
+    key.add(static_cast<std::uint64_t>(plan.paths));
+    key.add(plan.seed);
+    key.add(std::uint64_t{plan.pass});
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        key.add(int{plan.wanted[kind]});
+        key.add(static_cast<std::uint64_t>(plan.targets[kind]));
+    }
+    key.add(int{plan.volume_direct});
+
+    MapPlan all = plan;
+    all.wanted.fill(true);
+    const Harvest first = walk_paths(scene, all, 0, kGrain);
+    for (const Photons& batch : first.batches) {
+        key.add_bytes(std::as_bytes(std::span(batch.positions)));
+        key.add_bytes(std::as_bytes(std::span(batch.photons)));
+    }
+    for (const V3d& flux : {first.ledger.emitted, first.ledger.absorbed, first.ledger.escaped}) {
+        for (int c = 0; c < 3; ++c) key.add(flux[c]);
+    }
+    return key.value();
 }
 
 }  // namespace lucerna

@@ -48,4 +48,8 @@ struct PhotonMaps {
 PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
                              Monitor& monitor);
 
+// Names what a plan makes of a scene. As a scene has no name, what it does with its first light paths stands
+// for it: a change that none of some thousand paths meets is not seen.
+std::uint64_t map_key(const Scene& scene, const MapPlan& plan);
+
 }  // namespace lucerna

@@ -65,6 +65,9 @@ void check_outputs(const RenderCommand& command, const std::filesystem::path& im
     require_writable(image, ".exr");
     if (command.png) require_writable(png_beside(image), ".png");
     if (!command.stats.empty()) require_writable(command.stats, "");
+    const MapFiles& maps = command.options.maps;
+    if (!maps.save.empty()) require_writable(maps.save, ".photons");
+    if (!maps.load.empty()) require_readable(maps.load);
 }
 
 // Stopped before any tile was done: an empty image must not replace an earlier one.
@@ -207,6 +210,17 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");
 }
 
+void add_map_options(CLI::App& app, RenderCommand& command) {
+    app.add_option("--save-maps", command.options.maps.save,
+                   "keep the photon maps, for other views of the same scene (photonmap)")
+        ->type_name("FILE.photons");
+    app.add_option(
+           "--load-maps", command.options.maps.load,
+           "take the photon maps from there; scene, seed and settings must be those they were made of")
+        ->type_name("FILE.photons")
+        ->excludes("--save-maps");
+}
+
 void add_limit_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--passes", "N", "passes, of an integrator that works in passes (progressive)",
              [&command](const std::string& word) {
@@ -260,6 +274,7 @@ void add_render_command(CLI::App& program, const CommandContext& context) {
     app.footer(kFooter);
     add_image_options(app, *command);
     add_method_options(app, *command);
+    add_map_options(app, *command);
     app.callback([command, &context] {
         command->overrides.output = command->output;
         act(*command, context);

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <span>
 #include <string_view>
 
 namespace lucerna {
@@ -21,6 +24,16 @@ class WordHash {
     void add(std::string_view text) {
         add(std::uint64_t{text.size()});
         for (const char c : text) add(std::uint64_t{static_cast<unsigned char>(c)});
+    }
+    // Eight at a time, the last ones one by one.
+    void add_bytes(std::span<const std::byte> bytes) {
+        std::size_t i = 0;
+        for (; i + 8 <= bytes.size(); i += 8) {
+            std::uint64_t word = 0;
+            std::memcpy(&word, &bytes[i], 8);
+            add(word);
+        }
+        for (; i < bytes.size(); ++i) add(static_cast<std::uint64_t>(bytes[i]));
     }
     std::uint64_t value() const { return value_; }
 

@@ -16,6 +16,7 @@
 #include "engine/render/render.h"
 #include "engine/render/settings.h"
 #include "engine/world/scene.h"
+#include "photon/map_file.h"
 
 namespace lucerna {
 
@@ -43,6 +44,7 @@ struct PassContext {
     Monitor& monitor;
     RenderReport& report;
     const Groundwork* groundwork = nullptr;  // what groundwork() gave
+    const MapFiles* map_files = nullptr;
 };
 
 class Integrator {

@@ -264,7 +264,7 @@ class PhotonMapIntegrator final : public Integrator {
         plan.seed = context.seed;
         plan.pass = context.pass;
         plan.index = settings_.index;
-        PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
+        PhotonMaps maps = make_maps(plan, context);
         if (context.monitor.stopped()) return nullptr;
         report(maps, context.report);
         const GatherPair how = gather(context.scene);
@@ -334,6 +334,21 @@ class PhotonMapIntegrator final : public Integrator {
     std::string decision_text(MapKind kind, const Scene& scene) const {
         const auto [build, why] = decide(kind, scene);
         return (build ? "built: " : "not built: ") + why;
+    }
+
+    static PhotonMaps make_maps(const MapPlan& plan, const PassContext& context) {
+        const Scene& scene = context.scene;
+        const MapFiles files = context.map_files ? *context.map_files : MapFiles{};
+        if (!files.load.empty()) {
+            context.report.notes["maps"] = "read from a file";
+            return load_maps(files.load, map_key(scene, plan), scene.lights().size(), plan.index,
+                             context.workers);
+        }
+        PhotonMaps maps = build_photon_maps(scene, plan, context.workers, context.monitor);
+        if (!files.save.empty() && !context.monitor.stopped()) {
+            save_maps(files.save, maps, map_key(scene, plan));
+        }
+        return maps;
     }
 
     std::array<bool, kMapKinds> wanted(const PassContext& context) const {

@@ -115,8 +115,8 @@ class Run {
     // One prepared pass serves all samples.
     void render_rounds() {
         const Stopwatch preparing;
-        const auto estimator =
-            integrator_->prepare({job_.scene, options_.seed, 0, options_.workers, monitor_, report_});
+        const auto estimator = integrator_->prepare(
+            {job_.scene, options_.seed, 0, options_.workers, monitor_, report_, nullptr, &options_.maps});
         preparing_ = preparing.seconds();
         report_.numbers["rays.prepare"] = static_cast<double>(job_.scene.rays());
         if (!estimator) return end("user");
@@ -248,6 +248,10 @@ class Run {
 }  // namespace
 
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
+    if (options.maps.any() && !std::holds_alternative<PhotonMapSettings>(job.integrator)) {
+        throw InputError(fmt::format("only photonmap keeps its maps in files; the integrator is {}",
+                                     integrator_name(job.integrator)));
+    }
     warn_of_unseen_lights(job.scene, job.integrator, monitor);
     warn_of_glowing_media(job.scene, job.integrator, monitor);
     return Run(job, options, monitor).render();

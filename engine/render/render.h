@@ -13,6 +13,7 @@
 #include "engine/base/parallel.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
+#include "photon/map_file.h"
 
 namespace lucerna {
 
@@ -28,6 +29,7 @@ struct RenderOptions {
     // Shows what there is, whole rounds only, no more often than that; by the thread that renders.
     double show_every = std::numeric_limits<double>::infinity();  // seconds
     std::function<void(const RenderResult&)> show = {};
+    MapFiles maps = {};  // of photonmap alone
 };
 
 // What a render did, for --stats. Names are stable: they are the JSON's keys.

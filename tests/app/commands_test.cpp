@@ -138,6 +138,28 @@ TEST_F(RunRender, WrongLimits_AreRefused) {
     expect_refused({"render", "scene.pbrt", "--error", "0"}, {"--error", "not a share"});
 }
 
+TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
+    const auto render = [](const std::string& image, std::vector<std::string> more) {
+        std::vector<std::string> words = {"render", "scene.pbrt",   "-o",
+                                          image,    "--integrator", "photonmap",
+                                          "--set",  "photons=3000", "gatherrays=2"};
+        words.insert(words.end(), more.begin(), more.end());
+        return lucerna_run(words);
+    };
+    ASSERT_EQ(render("new.exr", {"--save-maps", "room.photons", "--set", "direct=map"}).code, 0);
+    const Outcome again = render("kept.exr", {"--load-maps", "room.photons", "--set", "direct=map"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(read_exr("new.exr").data, read_exr("kept.exr").data);
+
+    const Outcome other = render("no.exr", {"--load-maps", "room.photons", "--seed", "1"});
+    EXPECT_EQ(other.code, 1);
+    EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are of another scene"));
+    const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});
+    EXPECT_EQ(path.code, 1);
+    EXPECT_THAT(path.err, HasSubstr("only photonmap keeps its maps"));
+    EXPECT_FALSE(std::filesystem::exists("no.exr") || std::filesystem::exists("path.photons"));
+}
+
 TEST_F(RunRender, Quiet_SaysNothing) {
     const Outcome outcome = lucerna_run({"render", "scene.pbrt", "--quiet", "--png"});
     EXPECT_EQ(outcome.code, 0);

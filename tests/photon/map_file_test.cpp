@@ -1,0 +1,117 @@
+// Photon maps on disk.
+#include "photon/map_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "engine/base/files.h"
+#include "tests/support/error_of.h"
+#include "tests/support/scenes.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+using testing::error_of;
+using ::testing::HasSubstr;
+using testing::SceneMaker;
+
+// A box with a lamp and a mirror; `wall` is its albedo.
+Scene box(float wall) {
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(wall)));
+    make.sphere({0.5F, 0.3F, 0.5F}, 0.2F, make.material(MirrorMaterial{}));
+    make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(1, 2, 3)));
+    return make.build();
+}
+
+class MapFile : public ::testing::Test {
+  protected:
+    MapPlan plan() const {
+        MapPlan plan;
+        plan.paths = 5000;
+        plan.wanted = {true, true, true};
+        plan.seed = 3;
+        return plan;
+    }
+    std::uint64_t saved(const Scene& scene) {
+        Monitor silent;
+        maps_ = build_photon_maps(scene, plan(), Workers{2}, silent);
+        const std::uint64_t key = map_key(scene, plan());
+        save_maps(file_, maps_, key);
+        return key;
+    }
+    PhotonMaps loaded(std::uint64_t key, std::size_t lights = 1) {
+        return load_maps(file_, key, lights, IndexKind::tree, Workers{1});
+    }
+
+    testing::TemporaryFolder folder_;
+    std::filesystem::path file_ = folder_.path() / "maps.photons";
+    PhotonMaps maps_;
+};
+
+TEST_F(MapFile, Loaded_HasTheSamePhotonsInTheSameOrder) {
+    const PhotonMaps again = loaded(saved(box(0.7F)));
+    for (const MapKind kind : {MapKind::direct, MapKind::global, MapKind::caustic}) {
+        ASSERT_TRUE(again.find(kind)) << map_name(kind);
+        const PhotonMap& a = *maps_.find(kind);
+        const PhotonMap& b = *again.find(kind);
+        ASSERT_GT(a.size(), 100) << map_name(kind);
+        ASSERT_EQ(a.size(), b.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            ASSERT_EQ(a.positions()[i], b.positions()[i]);
+            ASSERT_EQ(a.photons()[i].power, b.photons()[i].power);
+            ASSERT_EQ(a.photons()[i].direction.unpack(), b.photons()[i].direction.unpack());
+            ASSERT_EQ(a.normals()[i].unpack(), b.normals()[i].unpack());
+        }
+        EXPECT_EQ(again.counts[static_cast<std::size_t>(kind)].stored,
+                  maps_.counts[static_cast<std::size_t>(kind)].stored);
+    }
+    EXPECT_EQ(again.find(MapKind::volume), nullptr);
+    EXPECT_EQ(again.ledger.emitted, maps_.ledger.emitted);
+}
+
+TEST_F(MapFile, Key_TellsScenesSeedsAndPlansApart) {
+    const Scene scene = box(0.7F);
+    const std::uint64_t key = map_key(scene, plan());
+    EXPECT_EQ(map_key(box(0.7F), plan()), key);
+    EXPECT_NE(map_key(box(0.701F), plan()), key);
+    MapPlan other = plan();
+    other.seed = 4;
+    EXPECT_NE(map_key(scene, other), key);
+    other = plan();
+    other.paths = 5001;
+    EXPECT_NE(map_key(scene, other), key);
+    other = plan();
+    other.wanted[0] = false;
+    EXPECT_NE(map_key(scene, other), key);
+    saved(scene);
+    EXPECT_THAT(error_of([&] { loaded(key + 1); }), HasSubstr("of another scene"));
+}
+
+TEST_F(MapFile, Damaged_IsRefused) {
+    const std::uint64_t key = saved(box(0.7F));
+    EXPECT_THAT(error_of([&] { loaded(key, 0); }), HasSubstr("damaged"));  // no light 0 there
+    const std::string whole = read_text(file_);
+    const auto with = [&](const std::string& bytes) {
+        std::ofstream(file_, std::ios::binary) << bytes;
+        return error_of([&] { loaded(key); });
+    };
+    EXPECT_THAT(with("no maps"), HasSubstr("no photon maps"));
+    EXPECT_THAT(with(whole.substr(0, whole.size() - 1)), HasSubstr("cut off"));
+    EXPECT_THAT(with(whole + "x"), HasSubstr("1 bytes too long"));
+    for (const std::size_t place : {std::size_t{150}, whole.size() / 2, whole.size() - 3}) {
+        std::string flipped = whole;
+        flipped[place] = static_cast<char>(flipped[place] ^ 0x40);
+        EXPECT_THAT(with(flipped), HasSubstr("damaged")) << place;
+    }
+    // A head that lies about how many photons follow must not make room for them.
+    std::string lying = whole;
+    lying[24 + 7] = 0x7f;
+    EXPECT_THAT(with(lying), HasSubstr("damaged"));
+}
+
+}  // namespace
+}  // namespace lucerna
