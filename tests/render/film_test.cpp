@@ -102,7 +102,9 @@ TEST(Film, RelativeError_IsTheStandardErrorOverTheMean) {
         for (int y = 0; y < 40; ++y) {
             for (int x = 0; x < 50; ++x) film.add(x, y, Rgb(2 * stream.next()));
         }
-        if (s == 0) EXPECT_TRUE(std::isinf(film.relative_error())) << "one sample says nothing";
+        if (s == 0) {
+            EXPECT_TRUE(std::isinf(film.relative_error())) << "one sample says nothing";
+        }
     }
     EXPECT_NEAR(film.relative_error(), std::sqrt(1.0 / 3 / 25), 0.002);
     Film black(2, 2);

@@ -42,8 +42,10 @@ TEST(StopRule, Error_IsNotBelievedOfFewSamples) {
 
 // --- renders ---
 
+// The corner at the back: the lamp, whose edges would decide every mean square, is not seen.
 Job small_job(const IntegratorSettings& settings, int spp) {
-    return testing::make_job(testing::small_cornell(), testing::small_cornell_camera(16), settings, spp);
+    const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 16, 16, 30);
+    return testing::make_job(testing::small_cornell(), camera, settings, spp);
 }
 
 std::vector<IntegratorSettings> both_ways() {
@@ -86,8 +88,9 @@ TEST(Limits, Error_EndsWhenTheImageIsThatGood) {
                 square += double{sqr(luminance(a.rgb_at(x, y) - b.rgb_at(x, y)))} / 256;
         }
         const double measured = std::sqrt(square / 2) / testing::luminance_stats(a).mean();
+        // A pixel's samples are stratified, so that their mean is better than they say.
         EXPECT_LT(measured, 0.06) << integrator_name(settings);
-        EXPECT_GT(measured, 0.01) << integrator_name(settings);
+        EXPECT_GT(measured, 0.005) << integrator_name(settings);
     }
 }
 
