@@ -105,7 +105,8 @@ class Walker {
         }
         const Rgb scattered = power_ * sample->weight * shading_correction(bsdf, -d_, sample->wi);
         ledger_.absorbed += V3d(power_) - V3d(scattered);  // what the surface keeps
-        if (!survive(power_, scattered, u_survive)) return false;
+        // The luminance of the power is never 0: no path goes on in black.
+        if (!survive(luminance(scattered) / luminance(power_), scattered, u_survive)) return false;
         ++(sample->delta ? path_.specular : path_.diffuse);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
@@ -115,7 +116,10 @@ class Walker {
     bool leave(const Crossing::Scattered& at) {
         ledger_.scattered += V3d(power_);
         const V2f u = stream_.next2();
-        if (!survive(arriving_, power_, stream_.next())) return false;
+        // By the largest channel: one distance serves all, and may leave a path with one colour alone.
+        // Measured by luminance a blue one would be worth little, and the few that survive would be far too
+        // bright.
+        if (!survive(max_component(power_) / max_component(arriving_), power_, stream_.next())) return false;
         ++path_.diffuse;
         from_ = SurfacePoint{at.p};
         d_ = HenyeyGreenstein(at.g).sample(-d_, u);
@@ -123,10 +127,9 @@ class Walker {
     }
 
   private:
-    // Russian roulette by luminance, from `before` to `after` an event. The luminance of `before` is never 0:
-    // no path goes on in black.
-    bool survive(const Rgb& before, Rgb after, float u) {
-        const float survival = std::min(kMaxSurvival, luminance(after) / luminance(before));
+    // Russian roulette after an event that left the share `worth` of what the path was.
+    bool survive(float worth, Rgb after, float u) {
+        const float survival = std::min(kMaxSurvival, worth);
         if (!(u < survival)) {
             ledger_.roulette += V3d(after);
             return false;
@@ -149,7 +152,8 @@ class Walker {
 
 // Follows the path; calls visit(WalkHit) at every surface, scatter(WalkScatter) where a medium turns it, and
 // leave(WalkExit) if it leaves the scene. Source of the roulette: [igi.md 2], with the luminance of the power
-// in place of that of the scale alone, so that every survivor carries the luminance its parent had.
+// in place of that of the scale alone, so that every survivor of a surface carries the luminance its parent
+// had.
 template <typename Visit, typename Scatter, typename Leave>
 void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
           Scatter&& scatter, Leave&& leave) {

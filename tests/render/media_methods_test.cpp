@@ -1,82 +1,15 @@
-// Participating media by every method: closed forms, furnaces, and each beside the path tracer.
+// Participating media by every method: what is quick to tell. (tests/closed_form has furnaces and fog.)
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/base/stats.h"
-#include "engine/render/integrator.h"
-#include "tests/support/media.h"
-#include "tests/support/scenes.h"
+#include "tests/support/media_methods.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
 namespace {
 
-using testing::agrees;
+using namespace lucerna::testing;
 using ::testing::HasSubstr;
-using testing::homogeneous;
-using testing::in_box;
-using testing::SceneMaker;
-
-using Colour = std::array<RunningStats, 3>;
-
-struct Method {
-    const char* name;
-    IntegratorSettings settings;
-};
-
-PhotonMapSettings photons(DirectMethod direct, IndirectMethod indirect) {
-    PhotonMapSettings s;
-    s.photons = 200'000;
-    s.direct = direct;
-    s.indirect = indirect;
-    s.gather_rays = 4;
-    return s;
-}
-
-IgiSettings virtual_lights() {
-    IgiSettings s;
-    s.mindist = 0;
-    s.nlights = 64;
-    s.nsets = 256;
-    return s;
-}
-
-std::vector<Method> methods() {
-    return {{"path", PathSettings{}},
-            {"igi", virtual_lights()},
-            {"photonmap", photons(DirectMethod::mc, IndirectMethod::gather)},
-            {"photonmap, maps seen", photons(DirectMethod::mc, IndirectMethod::map)},
-            {"photonmap, all maps", photons(DirectMethod::map, IndirectMethod::map)}};
-}
-
-template <typename RayOf>
-Colour radiance(const Scene& scene, const IntegratorSettings& settings, int samples, RayOf ray_of) {
-    Monitor monitor;
-    RenderReport report;
-    const Workers workers{2};
-    const auto estimator = make_integrator(settings)->prepare({scene, 7, 0, workers, monitor, report});
-    std::vector<Rgb> values(static_cast<std::size_t>(samples));
-    parallel_ranges(workers, samples, 256, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-        for (std::int64_t i = begin; i < end; ++i) {
-            Stream stream = Stream::stratified(7, Purpose::test, 0, static_cast<std::uint32_t>(i));
-            const Ray ray = ray_of(stream.next2());
-            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, stream);
-        }
-    });
-    Colour stats;
-    for (const Rgb& value : values) {
-        for (int k = 0; k < 3; ++k) stats[static_cast<std::size_t>(k)].add(static_cast<double>(value[k]));
-    }
-    EXPECT_EQ(scene.invalid_rays(), 0U);
-    return stats;
-}
-Colour radiance(const Scene& scene, const IntegratorSettings& settings, const Ray& ray, int samples) {
-    return radiance(scene, settings, samples, [&](const V2f&) { return ray; });
-}
-
-Ray from_to(const V3f& eye, const V3f& target) {
-    return {eye, (target - eye).normalized()};
-}
 
 // --- absorption alone
 
@@ -150,35 +83,6 @@ TEST(Absorption, LightOverAFloor_FallsByBeersLawUnderEveryMethod) {
     }
 }
 
-// A sphere of radius 1 and albedo ρ, full of gas, lit from its middle. The point at the other end of a chord
-// of length c is c dc/2 of the sphere; of what it sends e^{-σc} arrives. With K the mean of that,
-// E = Φ/(4π) e^{-σ} + ρ K E.
-TEST(Absorption, IntegratingSphereOfGas_ShowsItsSeriesUnderEveryMethod) {
-    const Rgb sigma_a(0, 0.3F, 1.5F);
-    constexpr double kAlbedo = 0.7, kFlux = 4 * M_PI;
-    SceneMaker make;
-    make.sphere(V3f(0.0F), 1, make.diffuse(Rgb(static_cast<float>(kAlbedo))));
-    make.camera_in(make.medium(homogeneous(sigma_a, Rgb(0))));
-    make.light(make_point_light(V3f(0.0F), Rgb(1)));
-    const Scene scene = make.build();
-    const V3f eye(0.3F, -0.2F, 0.1F), target = V3f(1, 0.5F, 0.2F).normalized();
-    const double seen_from = static_cast<double>((target - eye).length());
-    for (const Method& method : methods()) {
-        const int samples = method.name == std::string("path") ? 20'000 : 4000;
-        const Colour stats = radiance(scene, method.settings, from_to(eye, target), samples);
-        for (int k = 0; k < 3; ++k) {
-            const double sigma = static_cast<double>(sigma_a[k]);
-            const double mean =
-                sigma > 0 ? (1 - std::exp(-2 * sigma) * (1 + 2 * sigma)) / (2 * sigma * sigma) : 1;
-            const double irradiance = kFlux / (4 * M_PI) * std::exp(-sigma) / (1 - kAlbedo * mean);
-            const double expected = kAlbedo / M_PI * irradiance * std::exp(-sigma * seen_from);
-            const double ratio = stats[static_cast<std::size_t>(k)].mean() / expected;
-            const bool seen = std::string(method.name).find("map") != std::string::npos;
-            EXPECT_NEAR(ratio, 1, seen ? 0.06 : 0.015) << method.name << ", channel " << k;
-        }
-    }
-}
-
 // --- scattering once
 
 TEST(DirectInMedia, PointLightInFog_IsTheLineIntegral) {
@@ -200,108 +104,11 @@ TEST(DirectInMedia, PointLightInFog_IsTheLineIntegral) {
     }
 }
 
-// --- furnaces
-
-TEST(MediaFurnaces, GlowingWallsAroundALosslessMedium_ShowTheirSeriesUnderEveryMethod) {
-    SceneMaker make;
-    Quadric& wall = make.sphere(V3f(0.0F), 1, make.diffuse(Rgb(0.5F)));
-    wall.traits.reverse_orientation = true;
-    wall.traits.light = make.light(make_area_light(SphereEmitter{V3f(0.0F), 1, true}, Rgb(3), false));
-    make.camera_in(make.medium(homogeneous(Rgb(0), {0.2F, 1, 3}, 0.5F)));
-    const Scene scene = make.build();
-    for (const Method& method : methods()) {
-        const Colour stats = radiance(scene, method.settings, 8000, [](const V2f& u) {
-            const float z = 2 * u.x - 1, s = std::sqrt(1 - z * z), phi = 2 * kPi * u.y;
-            return Ray{{0.3F, -0.2F, 0.1F}, {s * std::cos(phi), s * std::sin(phi), z}};
-        });
-        for (int k = 0; k < 3; ++k) {
-            EXPECT_NEAR(stats[static_cast<std::size_t>(k)].mean() / 6, 1, 0.02)
-                << method.name << ", channel " << k;
-        }
-    }
-}
-
-TEST(MediaFurnaces, LosslessMediumUnderAnEvenSky_CannotBeSeenByAnyMethod) {
-    for (const char* const what : {"region", "border", "glass"}) {
-        SceneMaker make;
-        const std::string name = what;
-        const Medium cloud = homogeneous(Rgb(0), {0.5F, 2, 4}, 0.6F);
-        if (name == "region") make.region(in_box(cloud, V3d(-1.0), V3d(1.0)));
-        if (name == "border") make.ball_of(make.medium(cloud), V3f(0.0F), 1);
-        if (name == "glass") {
-            Quadric& ball = make.sphere(V3f(0.0F), 1, make.material(DielectricMaterial{}));
-            ball.traits.media = {true, make.medium(cloud), kNoMedium};
-        }
-        make.light(make_infinite_light(Rgb(2), SceneSphere{V3f(0.0F), 2}));
-        const Scene scene = make.build();
-        for (const Method& method : methods()) {
-            const Colour stats = radiance(scene, method.settings, 8000, [](const V2f& u) {
-                return Ray{{-3, 2 * u.x - 1, 2 * u.y - 1}, V3f(1, 0.1F, -0.05F).normalized()};
-            });
-            for (int k = 0; k < 3; ++k) {
-                EXPECT_NEAR(stats[static_cast<std::size_t>(k)].mean() / 2, 1, 0.03)
-                    << what << ", " << method.name << ", channel " << k;
-            }
-        }
-    }
-}
-
-// --- beside the path tracer
-
-Scene foggy_cornell(float sigma, float g) {
-    static Medium fog;  // what add() below takes; tests run one after the other
-    fog = in_box(homogeneous(Rgb(0.1F * sigma), Rgb(sigma, 0.8F * sigma, 0.6F * sigma), g), {0, 0, 0},
-                 {1, 1, 1});
-    return testing::small_cornell([](SceneMaker& make) { make.region(fog); });
-}
-
-Image image_of(Scene scene, const IntegratorSettings& settings, int spp, int size = 16) {
-    Monitor silent;
-    const Job job = testing::make_job(std::move(scene), testing::small_cornell_camera(size), settings, spp);
-    return render(job, {11, Workers{2}}, silent).image;
-}
-
-TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
-    for (const float sigma : {0.4F, 2.0F}) {
-        const float g = sigma > 1 ? 0.5F : 0.0F;
-        const Image truth = image_of(foggy_cornell(sigma, g), PathSettings{}, 1024);
-        for (const Method& method : methods()) {
-            if (std::holds_alternative<PathSettings>(method.settings)) continue;
-            const Image image = image_of(foggy_cornell(sigma, g), method.settings, 64);
-            const Rgb mean = testing::mean_rgb(image), expected = testing::mean_rgb(truth);
-            for (int k = 0; k < 3; ++k) {
-                EXPECT_NEAR(mean[k] / expected[k], 1, 0.025F) << sigma << ' ' << method.name << ' ' << k;
-            }
-            // Blocks of 4 × 4 pixels, where the lamp is not seen.
-            for (int by = 1; by < 4; ++by) {
-                for (int bx = 0; bx < 4; ++bx) {
-                    double a = 0, b = 0;
-                    for (int i = 0; i < 16; ++i) {
-                        a += static_cast<double>(luminance(image.rgb_at(4 * bx + i % 4, 4 * by + i / 4)));
-                        b += static_cast<double>(luminance(truth.rgb_at(4 * bx + i % 4, 4 * by + i / 4)));
-                    }
-                    EXPECT_NEAR(a / b, 1, 0.06) << sigma << ' ' << method.name << ' ' << bx << ' ' << by;
-                }
-            }
-        }
-    }
-}
-
-TEST(FoggyCornell, ADenserFogOrAnotherPhase_IsTold) {
-    const Rgb truth = testing::mean_rgb(image_of(foggy_cornell(2, 0), PathSettings{}, 256));
-    const auto settings = photons(DirectMethod::mc, IndirectMethod::map);
-    EXPECT_NEAR(testing::mean_rgb(image_of(foggy_cornell(2, 0), settings, 16)).y / truth.y, 1, 0.03);
-    EXPECT_GT(std::fabs(testing::mean_rgb(image_of(foggy_cornell(2.6F, 0), settings, 16)).y / truth.y - 1),
-              0.03);
-    EXPECT_GT(std::fabs(testing::mean_rgb(image_of(foggy_cornell(2, 0.8F), settings, 16)).y / truth.y - 1),
-              0.03);
-}
-
 TEST(FoggyCornell, AnyNumberOfThreads_SameImageBitForBit) {
     const auto image = [](const IntegratorSettings& settings, int threads) {
         Monitor silent;
         const Job job =
-            testing::make_job(foggy_cornell(1, 0.3F), testing::small_cornell_camera(12), settings, 2);
+            make_job(foggy_cornell(1, 0.3F), testing::small_cornell_camera(12), settings, 2);
         return render(job, {11, Workers{threads}}, silent).image.data;
     };
     auto few = photons(DirectMethod::mc, IndirectMethod::gather);
@@ -324,7 +131,7 @@ std::string volume_note(const Medium& medium, DirectMethod direct, double& store
     make.light(make_point_light({0.5F, 0.5F, 0.5F}, Rgb(1)));
     PhotonMapSettings settings = photons(direct, IndirectMethod::map);
     settings.photons = 2000;
-    const Job job = testing::make_job(make.build(), testing::small_cornell_camera(4), settings, 1);
+    const Job job = make_job(make.build(), testing::small_cornell_camera(4), settings, 1);
     const RenderReport report = render(job, {1, Workers{2}}, silent).report;
     stored = report.numbers.at("photons.volume.stored");
     EXPECT_LT(report.numbers.at("energy.imbalance"), 1e-5);
@@ -353,7 +160,7 @@ TEST(GlowingMedia, UnderAMethodThatDoesNotLookForThem_AreNamed) {
     fire.name = "fire";
     fire.emission = Rgb(1);
     make.region(fire);
-    const Job job = testing::make_job(make.build(), testing::small_cornell_camera(2), IgiSettings{}, 1);
+    const Job job = make_job(make.build(), testing::small_cornell_camera(2), IgiSettings{}, 1);
     render(job, {1, Workers{1}}, monitor);
     EXPECT_THAT(monitor.lines, HasSubstr("\"fire\""));
 }

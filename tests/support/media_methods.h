@@ -1,0 +1,85 @@
+// Every method of rendering, and the radiance it finds along single rays, for tests of media.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <vector>
+
+#include "engine/base/stats.h"
+#include "engine/render/integrator.h"
+#include "tests/support/media.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna::testing {
+
+using Colour = std::array<RunningStats, 3>;
+
+struct Method {
+    const char* name;
+    IntegratorSettings settings;
+};
+
+inline PhotonMapSettings photons(DirectMethod direct, IndirectMethod indirect) {
+    PhotonMapSettings s;
+    s.photons = 200'000;
+    s.direct = direct;
+    s.indirect = indirect;
+    s.gather_rays = 4;
+    return s;
+}
+
+inline IgiSettings virtual_lights() {
+    IgiSettings s;
+    s.mindist = 0;
+    s.nlights = 64;
+    s.nsets = 256;
+    return s;
+}
+
+inline std::vector<Method> methods() {
+    return {{"path", PathSettings{}},
+            {"igi", virtual_lights()},
+            {"photonmap", photons(DirectMethod::mc, IndirectMethod::gather)},
+            {"photonmap, maps seen", photons(DirectMethod::mc, IndirectMethod::map)},
+            {"photonmap, all maps", photons(DirectMethod::map, IndirectMethod::map)}};
+}
+
+template <typename RayOf>
+Colour radiance(const Scene& scene, const IntegratorSettings& settings, int samples, RayOf ray_of) {
+    Monitor monitor;
+    RenderReport report;
+    const Workers workers{2};
+    const auto estimator = make_integrator(settings)->prepare({scene, 7, 0, workers, monitor, report});
+    std::vector<Rgb> values(static_cast<std::size_t>(samples));
+    parallel_ranges(workers, samples, 256, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+        for (std::int64_t i = begin; i < end; ++i) {
+            Stream stream = Stream::stratified(7, Purpose::test, 0, static_cast<std::uint32_t>(i));
+            const Ray ray = ray_of(stream.next2());
+            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, stream);
+        }
+    });
+    Colour stats;
+    for (const Rgb& value : values) {
+        for (int k = 0; k < 3; ++k) stats[static_cast<std::size_t>(k)].add(static_cast<double>(value[k]));
+    }
+    EXPECT_EQ(scene.invalid_rays(), 0U);
+    return stats;
+}
+inline Colour radiance(const Scene& scene, const IntegratorSettings& settings, const Ray& ray, int samples) {
+    return radiance(scene, settings, samples, [&](const V2f&) { return ray; });
+}
+
+inline Ray from_to(const V3f& eye, const V3f& target) {
+    return {eye, (target - eye).normalized()};
+}
+
+// The small Cornell box full of fog, sigma per unit in red and less in the others; a tenth absorbs.
+inline Scene foggy_cornell(float sigma, float g) {
+    static Medium fog;  // what add() below takes; tests run one after the other
+    fog = in_box(homogeneous(Rgb(0.1F * sigma), Rgb(sigma, 0.8F * sigma, 0.6F * sigma), g), {0, 0, 0},
+                 {1, 1, 1});
+    return testing::small_cornell([](SceneMaker& make) { make.region(fog); });
+}
+
+}  // namespace lucerna::testing
