@@ -57,7 +57,8 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
                           walk(
                               scene, *start, stream, harvest.ledger,
                               [&](const WalkHit& at) { deposit(at, plan, harvest); },
-                              [&](const WalkScatter& at) { deposit(at, plan, harvest); });
+                              [&](const WalkScatter& at) { deposit(at, plan, harvest); },
+                              [](const WalkExit&) {}, plan.specular_below);
                       });
     return harvest;
 }

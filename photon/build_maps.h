@@ -22,6 +22,8 @@ struct MapPlan {
     std::array<std::int64_t, kMapKinds> targets = {};
     bool volume_direct = false;  // whether the Volume map also takes photons straight from a light
     IndexKind index = IndexKind::tree;
+    // Bounces off lobes of a smaller GGX alpha count as specular; 0: deltas alone.
+    float specular_below = 0;
 };
 
 // What became of the hits of one class.

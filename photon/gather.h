@@ -2,6 +2,8 @@
 #pragma once
 
 #include "engine/world/scene.h"
+#include "kdtree/nearest.h"
+#include "photon/boundary.h"
 #include "photon/kernel.h"
 #include "photon/photon_map.h"
 #include "photon/tangent_metric.h"
@@ -9,11 +11,12 @@
 namespace lucerna {
 
 struct GatherSettings {
-    int k = 100;       // photons in an estimate, >= 1
+    int k = 100;       // photons in an estimate, >= 1; 0: all within the radius
     float radius = 1;  // the largest radius, scene units, > 0
     float ratio = 2;   // TangentMetric's
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
+    Boundary boundary = Boundary::none;
 };
 
 // What an estimate rests on, beside its value.
@@ -21,16 +24,20 @@ struct GatherResult {
     Rgb value{0.0F};   // radiance, W/(m² sr), or irradiance, W/m²
     float radius = 0;  // of the disc, scene units
     int photons = 0;   // that counted
+    float share = 1;   // of the kernel, by which the boundary correction divided
 };
 
 // Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
 // makes the estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more
-// than k within the largest radius, that is the radius and all count. An empty map gives black. Photons that
-// all rest at one point get the radius below which float32 cannot tell points apart (the surface's own
-// error), never 0.
+// than k within the largest radius, that is the radius and all count. With k = 0 the largest radius is the
+// radius wherever it is asked: all photons within it count, and the estimate is the density blurred by the
+// kernel, exactly in the mean. An empty map gives black. Photons that all rest at one point get the radius
+// below which float32 cannot tell points apart (the surface's own error), never 0.
 class Gather {
   public:
-    Gather(const PhotonMap& map, const GatherSettings& settings) : map_(map), settings_(settings) {}
+    // `scene` is asked by Boundary::probes alone, which does nothing without it.
+    Gather(const PhotonMap& map, const GatherSettings& settings, const Scene* scene = nullptr)
+        : map_(map), settings_(settings), scene_(scene) {}
 
     // Radiance that the surface sends towards `wo` because of the map's photons.
     GatherResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
@@ -38,13 +45,22 @@ class Gather {
     GatherResult irradiance(const SurfacePoint& at) const;
 
   private:
+    struct Disc {
+        V3f x, n;
+        float r2;  // squared radius
+    };
     // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along
     // its way.
     template <typename Carry>
     GatherResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
+    // Of photons already found.
+    template <typename Carry>
+    GatherResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
+    float share(const Disc& disc, std::span<const Neighbour> found) const;
 
     const PhotonMap& map_;
     GatherSettings settings_;
+    const Scene* scene_;
 };
 
 }  // namespace lucerna

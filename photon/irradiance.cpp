@@ -1,48 +1,105 @@
 #include "photon/irradiance.h"
 
-#include <algorithm>
+#include "engine/base/frame.h"
+#include "engine/base/warp.h"
+#include "kdtree/box_tree.h"
+#include "photon/deposit.h"
 
 namespace lucerna {
 namespace {
 
 constexpr float kSameNormal = 0.9F;  // cosine
+constexpr std::int64_t kGrain = 1024;
+constexpr int kMostBounces = 8;  // over shiny surfaces
+
+// Goes on from `from` along d to the first surface with a diffuse part.
+void land(const Scene& scene, SurfacePoint from, V3f d, Stream& stream, SurfacePlaces& places) {
+    for (int bounce = 0; bounce < kMostBounces; ++bounce) {
+        const auto hit = scene.hit(Ray{from.towards(d), d});
+        if (!hit) return;
+        const Bsdf bsdf = scene.bsdf(*hit);
+        if (stores_photons(bsdf)) {
+            const V3f& n = hit->at.n;
+            places.positions.push_back(hit->at.p);
+            places.normals.emplace_back(n.dot(d) > 0 ? -n : n);
+            return;
+        }
+        const BsdfU u{stream.next(), stream.next2()};
+        const auto sample = bsdf.sample(-d, u, Transport::radiance);
+        if (!sample || is_black(sample->weight)) return;
+        from = hit->at;
+        d = sample->wi;
+    }
+}
+
+// Neighbours in space become neighbours in memory: for the index, and for the estimates, which then find the
+// photons around them in the cache.
+SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
+    SurfacePlaces ordered;
+    ordered.positions.reserve(places.size());
+    ordered.normals.reserve(places.size());
+    for (const std::uint32_t i : box_order(places.positions, workers)) {
+        ordered.positions.push_back(places.positions[i]);
+        ordered.normals.push_back(places.normals[i]);
+    }
+    return ordered;
+}
 
 }  // namespace
 
-IrradiancePoints::IrradiancePoints(std::span<const PhotonMap* const> maps, const GatherSettings& settings,
-                                   std::size_t stride, const Workers& workers, Monitor& monitor) {
-    const PhotonMap& first = *maps.front();
-    const auto count = static_cast<std::int64_t>((first.size() + stride - 1) / stride);
-    positions_.resize(static_cast<std::size_t>(count));
-    values_.resize(static_cast<std::size_t>(count));
+SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
+                        const Workers& workers) {
+    const auto count = static_cast<std::int64_t>((map.size() + plan.stride - 1) / plan.stride);
+    std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
+    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+        SurfacePlaces& part = parts[static_cast<std::size_t>(chunk)];
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+            const V3f& p = map.positions()[i * plan.stride];
+            const V3f n = map.normals()[i * plan.stride].unpack();
+            Stream stream(plan.seed, Purpose::gather, plan.pass, i);
+            const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(stream.next2()));
+            land(scene, {p, n, surface_error(p, 0)}, d, stream, part);
+        }
+    });
+    SurfacePlaces all;
+    for (const SurfacePlaces& part : parts) {
+        all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
+        all.normals.insert(all.normals.end(), part.normals.begin(), part.normals.end());
+    }
+    return all;
+}
+
+IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources,
+                                   const Workers& workers, Monitor& monitor)
+    : places_(in_order(places, workers)), values_(places_.size()) {
+    const auto count = static_cast<std::int64_t>(size());
     Phase phase(monitor, "irradiance", static_cast<std::uint64_t>(count));
-    constexpr std::int64_t kGrain = 1024;
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         if (monitor.stopped()) return;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const V3f& p = first.positions()[i * stride];
-            const PackedDirection normal = first.normals()[i * stride];
-            const SurfacePoint at{p, normal.unpack(), surface_error(p, 0)};
-            const GatherResult own = Gather(first, settings).irradiance(at);
+            const V3f& p = places_.positions[i];
+            const SurfacePoint at{p, places_.normals[i].unpack(), surface_error(p, 0)};
+            const GatherResult own = Gather(*sources.maps.front(), sources.how, sources.scene).irradiance(at);
             Rgb all = own.value;
-            for (const PhotonMap* map : maps.subspan(1)) all += Gather(*map, settings).irradiance(at).value;
-            positions_[i] = p;
-            values_[i] = {normal, all, own.radius};
+            for (const PhotonMap* map : sources.maps.subspan(1)) {
+                all += Gather(*map, sources.how, sources.scene).irradiance(at).value;
+            }
+            if (sources.more) all += sources.more(i, at);
+            values_[i] = {all, own.radius};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
     });
-    std::vector<PackedDirection> normals(values_.size());
-    std::transform(values_.begin(), values_.end(), normals.begin(), [](const Value& v) { return v.normal; });
-    // Every n-th of a map's photons lies in an order as good as theirs.
-    index_ = make_photon_index(first.index_kind(), positions_, normals, workers);
+    index_ =
+        make_photon_index(sources.maps.front()->index_kind(), places_.positions, places_.normals, workers);
 }
 
 std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n,
                                                                  float radius) const {
     const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
     if (!nearest) return std::nullopt;
-    const Value& value = values_[nearest->index];
-    return Found{value.irradiance, value.radius};
+    const Found& found = values_[nearest->index];
+    if (nearest->key > sqr(found.radius)) return std::nullopt;
+    return found;
 }
 
 }  // namespace lucerna

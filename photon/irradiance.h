@@ -1,11 +1,19 @@
-// Irradiance computed ahead of time where photons lie, so that a gather ray needs one look-up instead of an
-// estimate.
+// Irradiance computed ahead of time, so that a gather ray needs one look-up instead of an estimate.
 //
 // Source: Christensen, "Faster Photon Map Global Illumination", 1999. Radiosity changes slowly, and what a
 // gather ray meets is averaged over a hemisphere: the value at the nearest of these points, on the same side
 // of a surface of about the same normal, is as good as an estimate of its own.
+//
+// Where the points stand. Christensen takes every n-th photon, and that photon counts itself: its estimate is
+// too bright by kernel(0)/k, 2/k. Leaving it out makes the estimate at the point unbiased (Slivnyak), and
+// what is looked up too dark: a point is looked up from all places nearer to it than to another, so points
+// with much room about them, where photons happen to be few, are looked up more often. The two nearly cancel
+// with all photons counted (6 n/k² is left of 2/k), and that leaves 1.5/k without. Points that know nothing
+// of the photons they count have neither: here they stand where one more diffuse bounce from every n-th
+// photon leads, which is also where gather rays go.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -17,31 +25,53 @@
 
 namespace lucerna {
 
+// Points on surfaces with a diffuse part, and the normals on the side that is lit.
+struct SurfacePlaces {
+    std::vector<V3f> positions;
+    std::vector<PackedDirection> normals;
+
+    std::size_t size() const { return positions.size(); }
+};
+
+struct BouncePlan {
+    std::size_t stride = 1;  // a bounce from every n-th photon, >= 1
+    std::uint64_t seed = 0;
+    std::uint32_t pass = 0;
+};
+// Where they lead, over mirrors and gloss as far as they are met; those that leave the scene make no place.
+// The same for any number of threads.
+SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
+                        const Workers& workers);
+
+// What the points add up.
+struct IrradianceSources {
+    std::span<const PhotonMap* const> maps;  // one at least
+    GatherSettings how;
+    const Scene* scene = nullptr;  // as Gather's
+    // Irradiance beside that of the maps, W/m², at the point of that number; none: nothing. Called from any
+    // thread.
+    std::function<Rgb(std::size_t point, const SurfacePoint& at)> more = {};
+};
+
 class IrradiancePoints {
   public:
-    // Estimates at every `stride`-th photon (>= 1) of the first map, spread evenly since a map is ordered in
-    // space. The irradiance is that of all maps together (one at least); the radius is that of the first
-    // one's estimate.
-    IrradiancePoints(std::span<const PhotonMap* const> maps, const GatherSettings& settings,
-                     std::size_t stride, const Workers& workers, Monitor& monitor);
+    // At every place the irradiance of all sources together; the radius is that of the first map's estimate.
+    IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources, const Workers& workers,
+                     Monitor& monitor);
 
     struct Found {
         Rgb irradiance;  // W/m²
         float radius;    // of the estimate, scene units
     };
-    // The nearest point within `radius` whose normal is within some 25° of n. None: estimate it yourself.
+    // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
+    // own disc. None: estimate it yourself.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius) const;
 
-    std::size_t size() const { return positions_.size(); }
+    std::size_t size() const { return places_.size(); }
 
   private:
-    struct Value {
-        PackedDirection normal;
-        Rgb irradiance;
-        float radius;
-    };
-    std::vector<V3f> positions_;
-    std::vector<Value> values_;
+    SurfacePlaces places_;
+    std::vector<Found> values_;
     std::unique_ptr<PhotonIndex> index_;  // by their normals
 };
 

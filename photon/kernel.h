@@ -11,6 +11,9 @@ namespace lucerna {
 
 enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
 
+// What is done where an estimate's disc hangs over the edge of its surface; see boundary.h.
+enum class Boundary : std::uint8_t { none, hull, probes };
+
 inline float kernel(KernelShape shape, float x2) {
     switch (shape) {
         case KernelShape::constant:

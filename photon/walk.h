@@ -12,6 +12,7 @@
 #include "engine/world/passage.h"
 #include "engine/world/phase.h"
 #include "engine/world/scene.h"
+#include "photon/bounce_class.h"
 #include "photon/emission.h"
 #include "photon/ledger.h"
 #include "photon/shading_normals.h"
@@ -20,7 +21,7 @@ namespace lucerna {
 
 // How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by.
 struct PathClass {
-    std::uint32_t specular = 0;  // delta bounces so far
+    std::uint32_t specular = 0;  // delta bounces so far, and those that count as such
     std::uint32_t diffuse = 0;   // all other bounces, and scattering in media
 };
 
@@ -60,10 +61,12 @@ inline constexpr std::uint32_t kMaxBounces = 100'000;
 // A path on its way: what it carries, and what becomes of that.
 class Walker {
   public:
-    Walker(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger)
+    Walker(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger,
+           float specular_below)
         : scene_(scene),
           stream_(stream),
           ledger_(ledger),
+          specular_below_(specular_below),
           from_(start.from),
           d_(start.d),
           power_(start.power),
@@ -105,9 +108,13 @@ class Walker {
         }
         const Rgb scattered = power_ * sample->weight * shading_correction(bsdf, -d_, sample->wi);
         ledger_.absorbed += V3d(power_) - V3d(scattered);  // what the surface keeps
+        // What the class takes or gives has mean 0, as roulette has, and is booked there.
+        const BounceClass bounced = classify(bsdf, -d_, *sample, specular_below_, stream_);
+        const Rgb of_class = scattered * bounced.scale;
+        ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path goes on in black.
-        if (!survive(luminance(scattered) / luminance(power_), scattered, u_survive)) return false;
-        ++(sample->delta ? path_.specular : path_.diffuse);
+        if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive)) return false;
+        ++(bounced.specular ? path_.specular : path_.diffuse);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
         d_ = sample->wi;
@@ -142,6 +149,7 @@ class Walker {
     const Scene& scene_;
     Stream& stream_;
     Ledger& ledger_;
+    float specular_below_;
     SurfacePoint from_;
     V3f d_;
     Rgb power_;
@@ -153,11 +161,11 @@ class Walker {
 // Follows the path; calls visit(WalkHit) at every surface, scatter(WalkScatter) where a medium turns it, and
 // leave(WalkExit) if it leaves the scene. Source of the roulette: [igi.md 2], with the luminance of the power
 // in place of that of the scale alone, so that every survivor of a surface carries the luminance its parent
-// had.
+// had. `specular_below` as BounceClass has it.
 template <typename Visit, typename Scatter, typename Leave>
 void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledger& ledger, Visit&& visit,
-          Scatter&& scatter, Leave&& leave) {
-    Walker walker(scene, start, stream, ledger);
+          Scatter&& scatter, Leave&& leave, float specular_below = 0) {
+    Walker walker(scene, start, stream, ledger, specular_below);
     for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
         const Walker::Leg leg = walker.travel();
         if (is_black(walker.power())) return;  // absorbed on the way, and booked

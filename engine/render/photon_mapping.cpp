@@ -10,17 +10,18 @@
 //   straight from a light        lights sampled, or the Volume map
 //   all else                     the Volume map
 // Gloss, rough metal and glass carry no photons: a ray that meets them asks the lights and goes on, as a path
-// would. A surface that is both (paint under varnish) is shaded as both.
+// would. A surface that is both (paint under varnish) is shaded as both. What counts as a mirror is a
+// setting: perfect ones alone, or gloss up to some alpha, whose caustics then come from the Caustic map.
 #include "engine/render/photon_mapping.h"
 
 #include "engine/base/stopwatch.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
+#include "engine/render/irradiance_ahead.h"
 #include "engine/render/specular_chain.h"
 #include "photon/fixed_gather.h"
 #include "photon/gather.h"
-#include "photon/irradiance.h"
 #include "photon/volume_gather.h"
 
 namespace lucerna {
@@ -75,6 +76,23 @@ class PhotonMapEstimator final : public Estimator {
         }
     };
 
+    // What is not diffuse at a surface. Where the light of all chains of specular bounces is counted already
+    // (the rule is none: the ray began at a surface that has its direct light and its caustics), gloss that
+    // counts as specular asks no lights and passes that rule on.
+    struct Sheen {
+        std::optional<Bsdf> asks, counted;
+
+        Sheen(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
+            if (!rest) return;
+            asks = rest;
+            if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
+            const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
+            if (sharp.is_black()) return;
+            counted = sharp;
+            asks = blurred.is_black() ? std::nullopt : std::optional(blurred);
+        }
+    };
+
     // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
     // The ray begins in `medium`.
     Rgb trace(Ray ray, std::int32_t medium, EmissionRule rule, Stage stage, Stream& stream) const {
@@ -102,10 +120,12 @@ class PhotonMapEstimator final : public Estimator {
                     if (landing.goes_on) ways.diffuse = &*split.diffuse;
                 }
             }
-            if (split.rest) {  // no photons there: ask the lights, then follow the BSDF
-                result += throughput * next_event(scene_, chain.vertex(*split.rest), stream);
-                ways.rest = &*split.rest;
+            const Sheen sheen(split.rest, rule, settings_.specular_below);
+            if (sheen.asks) {  // no photons there: ask the lights, then follow the BSDF
+                result += throughput * next_event(scene_, chain.vertex(*sheen.asks), stream);
+                ways.rest = &*sheen.asks;
             }
+            if (sheen.counted) ways.counted = &*sheen.counted;
             const auto next = go_on(ways, chain.wo, rule, stream);
             if (!next) break;
             throughput *= next->sample.weight;
@@ -157,63 +177,71 @@ class PhotonMapEstimator final : public Estimator {
     // disc is wider than that would take in light from around the corner it is gathered for; then the ray
     // goes on.
     Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
-        const GatherResult indirect = indirect_landed(vertex);
-        if (indirect.radius > length && depth + 1 < kMostBounces) {
+        const Looked looked = look(vertex);
+        if (looked.radius > length && depth + 1 < kMostBounces) {
             const Rgb direct = direct_light(scene_, vertex, stream).radiance;
             return {direct + estimate(MapKind::caustic, vertex, gather_.landed).value, true};
         }
+        if (looked.has_direct) return {looked.radiance, false};
         const Rgb direct = settings_.direct == DirectMethod::mc
                                ? direct_light(scene_, vertex, stream).radiance
                                : estimate(MapKind::direct, vertex, gather_.landed).value;
-        return {direct + indirect.value, false};
+        return {direct + looked.radiance, false};
     }
 
     // The parts of a surface by which a ray may go on.
     struct Ways {
         const Bsdf* diffuse = nullptr;
         const Bsdf* rest = nullptr;
+        const Bsdf* counted = nullptr;  // Sheen's
     };
     struct Step {
         BsdfSample sample;
         EmissionRule rule;
     };
-    // One of them, by chance where there are both: a ray that split in two at every surface would never end.
+    // One of them, by chance where there are several: a ray that split at every surface would never end.
     std::optional<Step> go_on(const Ways& ways, const V3f& wo, const EmissionRule& rule,
                               Stream& stream) const {
         const float u_way = stream.next();
         const BsdfU u{stream.next(), stream.next2()};
-        float chance = 1;
-        const Bsdf* way = ways.diffuse ? ways.diffuse : ways.rest;
-        if (ways.diffuse && ways.rest) {
-            way = u_way < 0.5F ? ways.diffuse : ways.rest;
-            chance = 0.5F;
+        std::array<const Bsdf*, 3> open{};
+        std::size_t count = 0;
+        for (const Bsdf* way : {ways.diffuse, ways.rest, ways.counted}) {
+            if (way) open[count++] = way;
         }
-        if (!way) return std::nullopt;
+        if (count == 0) return std::nullopt;
+        const auto share = static_cast<float>(count);
+        const Bsdf* way = open[std::min(static_cast<std::size_t>(u_way * share), count - 1)];
         const auto sample = way->sample(wo, u, Transport::radiance);
         if (!sample) return std::nullopt;
         Step step{*sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
-        step.sample.weight /= chance;
+        step.sample.weight *= share;
         if (way == ways.rest) {
             step.rule = sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w);
         }
         return step;
     }
 
-    // What the Global and Caustic maps say where a gather ray landed: looked up if it was computed ahead of
-    // time, else estimated. The radius is the Global map's. What is not quite Lambertian (a base under
-    // varnish) is lit as if that irradiance came evenly from all sides: nobody sees it but by way of a gather
-    // ray.
-    GatherResult indirect_landed(const Vertex& vertex) const {
+    struct Looked {
+        Rgb radiance;
+        float radius;     // of the Global map's estimate
+        bool has_direct;  // or what the Direct map would say is still missing
+    };
+    // What the maps say where a gather ray landed: looked up if it was computed ahead of time, else
+    // estimated. What is not quite Lambertian (a base under varnish) is lit as if that irradiance came evenly
+    // from all sides: nobody sees it but by way of a gather ray.
+    Looked look(const Vertex& vertex) const {
         if (irradiance_) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
             if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {
-                return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius, 0};
+                return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius,
+                        holds_direct(settings_, scene_)};
             }
         }
-        GatherResult result = estimate(MapKind::global, vertex, gather_.landed);
-        result.value += estimate(MapKind::caustic, vertex, gather_.landed).value;
-        return result;
+        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed);
+        return {global.value + estimate(MapKind::caustic, vertex, gather_.landed).value, global.radius,
+                false};
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
@@ -235,7 +263,7 @@ class PhotonMapEstimator final : public Estimator {
             const float radius = radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n);
             return gather_within(*map, how, radius, vertex.hit, vertex.bsdf, vertex.wo);
         }
-        return Gather(*map, how).radiance(vertex.hit, vertex.bsdf, vertex.wo);
+        return Gather(*map, how, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;
@@ -261,6 +289,7 @@ class PhotonMapIntegrator final : public Integrator {
         plan.targets[static_cast<std::size_t>(MapKind::caustic)] = settings_.caustic_photons;
         plan.targets[static_cast<std::size_t>(MapKind::global)] = settings_.indirect_photons;
         plan.volume_direct = settings_.direct == DirectMethod::map;
+        plan.specular_below = settings_.specular_below;
         plan.seed = context.seed;
         plan.pass = context.pass;
         plan.index = settings_.index;
@@ -271,10 +300,7 @@ class PhotonMapIntegrator final : public Integrator {
         std::optional<IrradiancePoints> irradiance;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             const Stopwatch computing;
-            std::vector<const PhotonMap*> read = {maps.find(MapKind::global)};
-            if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
-            irradiance.emplace(read, how.landed, static_cast<std::size_t>(settings_.precompute),
-                               context.workers, context.monitor);
+            irradiance.emplace(irradiance_ahead(context, maps, how.landed, settings_));
             context.report.seconds.emplace_back("irradiance", computing.seconds());
             context.report.numbers["irradiance.points"] = static_cast<double>(irradiance->size());
             if (context.monitor.stopped()) return nullptr;
@@ -294,7 +320,7 @@ class PhotonMapIntegrator final : public Integrator {
                                 : fmt::format("{} light paths", settings_.photons));
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             lines.push_back(
-                fmt::format("irradiance at every {}th photon of the global map", settings_.precompute));
+                fmt::format("irradiance where a bounce from every {}th photon leads", settings_.precompute));
         }
         return lines;
     }
@@ -316,6 +342,10 @@ class PhotonMapIntegrator final : public Integrator {
                                   ? "indirect light is read from it"
                                   : "gather rays read it where they land"};
             case MapKind::caustic: {
+                if (settings_.specular_below > 0) {
+                    return {true, fmt::format("gloss of alpha below {:g} counts as specular",
+                                              settings_.specular_below)};
+                }
                 const bool specular = scene.has_specular();
                 return {specular, specular ? "the scene has mirrors or smooth glass"
                                            : "no surface of the scene is specular"};
@@ -367,6 +397,7 @@ class PhotonMapIntegrator final : public Integrator {
         how.ratio = settings_.ratio;
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;
+        how.boundary = settings_.boundary;
         GatherPair pair{how, how};
         pair.volume_radius =
             settings_.radius > 0 ? settings_.radius : kDefaultRadius * diagonal_with_media(scene);

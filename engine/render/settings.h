@@ -41,17 +41,22 @@ struct PhotonMapSettings {
     DirectMethod direct = DirectMethod::mc;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
-    int precompute =
-        4;        // irradiance ahead of time at every n-th photon; 0: estimate at each gather ray's end
-    int k = 100;  // photons in an estimate seen by the camera
-    // Photons in an estimate where a gather ray lands. Precomputed ones stand at photons, each of which
-    // counts itself; with what sparse places weigh more that leaves a bias of some 0.4 / k.
-    int gather_k = 100;
-    float radius = 0;  // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
-    float ratio = 2;   // Euclidean ball over projected disc, >= 1
+    // Irradiance ahead of time, a point for every n-th photon; 0: estimate at each gather ray's end.
+    int precompute = 4;
+    // Light samples at each such point; 0: gather rays ask the lights themselves where they land.
+    int precompute_lights = 4;
+    int k = 100;        // photons in an estimate seen by the camera; 0: all within the radius
+    int gather_k = 50;  // photons in an estimate where a gather ray lands; 0: all within the radius
+    float radius = 0;   // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
+    float ratio = 2;    // Euclidean ball over projected disc, >= 1
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
-    IndexKind index = IndexKind::tree;  // both find the same photons
+    IndexKind index = IndexKind::tree;   // both find the same photons
+    Boundary boundary = Boundary::none;  // what is done where an estimate hangs over a surface's edge
+    // Lobes whose GGX alpha (the larger) lies below count as specular: light over them and nothing else goes
+    // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
+    // gather rays, or go to the Global map.
+    float specular_below = 0;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };

@@ -40,6 +40,16 @@ bool is_diffuse_lobe(const Lobe& lobe) {
            std::holds_alternative<CoveredDiffuseLobe>(lobe) ||
            std::holds_alternative<SubstrateBaseLobe>(lobe);
 }
+// GGX's alpha, 0 for a delta, infinite for what has no peak.
+float blur_of(const Lobe& lobe) {
+    if (is_delta_of(lobe)) return 0;
+    return std::visit(
+        [](const auto& l) -> float {
+            if constexpr (requires { l.alpha_x; }) return std::max(l.alpha_x, l.alpha_y);
+            return INFINITY;
+        },
+        lobe);
+}
 bool is_black_lobe(const Lobe& lobe) {
     return std::holds_alternative<BlackLobe>(lobe);
 }
@@ -198,6 +208,27 @@ Bsdf Bsdf::part(std::size_t begin, std::size_t end) const {
     part.count_ = std::max<std::size_t>(end - begin, 1);  // the array begins as black
     part.diffuse_ = std::min(std::max(diffuse_, begin) - begin, end - begin);
     return part;
+}
+
+Bsdf Bsdf::part_by_sharpness(float below, bool sharp) const {
+    Bsdf part(frame_, ng_);
+    part.count_ = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+        const float blur = blur_of(lobes_[i]);
+        if ((blur == 0 || blur < below) != sharp) continue;
+        part.lobes_[part.count_++] = lobes_[i];
+        if (i < diffuse_) part.diffuse_ = part.count_;
+    }
+    part.count_ = std::max<std::size_t>(part.count_, 1);  // the array begins as black
+    return part;
+}
+
+Bsdf Bsdf::sharp_part(float below) const {
+    return part_by_sharpness(below, true);
+}
+
+Bsdf Bsdf::blurred_part(float below) const {
+    return part_by_sharpness(below, false);
 }
 
 Bsdf Bsdf::diffuse_part() const {

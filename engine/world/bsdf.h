@@ -88,12 +88,18 @@ class Bsdf {
     Bsdf diffuse_part() const;
     Bsdf rest() const;
 
+    // Another split: lobes that are deltas or whose larger GGX alpha lies under `below`, and all others. With
+    // below = 0 the sharp part is the deltas.
+    Bsdf sharp_part(float below) const;
+    Bsdf blurred_part(float below) const;
+
     const V3f& shading_normal() const { return frame_.n; }
     const V3f& geometric_normal() const { return ng_; }
 
   private:
     Bsdf(const Frame& frame, const V3f& ng) : frame_(frame), ng_(ng) {}
     Bsdf part(std::size_t begin, std::size_t end) const;
+    Bsdf part_by_sharpness(float below, bool sharp) const;
     std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
 
     // At least one; those of diffuse_part() come first, the Lambertian one before all, and a black one is

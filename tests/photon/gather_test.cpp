@@ -3,43 +3,17 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/base/stream.h"
-#include "engine/base/warp.h"
-#include "photon/irradiance.h"
+#include "tests/support/photons.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
 namespace {
 
-const V3f kUp(0, 0, 1);
-
-Hit floor_hit(const V3f& p) {
-    Hit hit;
-    hit.at = {p, kUp, surface_error(p, 1)};
-    hit.ns = kUp;
-    hit.dpdu = V3f(1, 0, 0);
-    return hit;
-}
-
-Bsdf white() {
-    return Bsdf(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, V3f(1, 0, 0));
-}
-
-Photon photon(const V3f& d, float power) {
-    return {PackedDirection(d), Rgb(power), 0, kNoCell};
-}
-
-// n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky.
-PhotonMap uniform_map(int n, std::uint64_t seed) {
-    Stream stream(seed, Purpose::test, 0, 0);
-    Photons landed;
-    for (int i = 0; i < n; ++i) {
-        const V3f p(stream.next(), stream.next(), 0);
-        landed.add(p, PackedDirection(kUp),
-                   photon(-square_to_cosine_hemisphere(stream.next2()), 1.0F / static_cast<float>(n)));
-    }
-    return PhotonMap(landed);
-}
+using testing::floor_hit;
+using testing::kUp;
+using testing::photon;
+using testing::uniform_map;
+using testing::white;
 
 struct Convention {
     int k;
@@ -54,7 +28,7 @@ class KnownDensity : public ::testing::TestWithParam<Convention> {};
 // convention.
 TEST_P(KnownDensity, Mean_WithinFourSigma) {
     const Convention c = GetParam();
-    const GatherSettings settings{c.k, c.radius, 2, c.kernel, c.metric};
+    const GatherSettings settings{c.k, c.radius, 2, c.kernel, c.metric, Boundary::none};
     RunningStats stats;
     RunningStats wrong;  // what dividing by the k-th photon's radius while counting it would give
     for (std::uint64_t seed = 0; seed < 3000; ++seed) {
@@ -77,7 +51,10 @@ INSTANTIATE_TEST_SUITE_P(
                       Convention{10, 0.3F, KernelShape::cone, MetricKind::projected},
                       Convention{50, 0.3F, KernelShape::epanechnikov, MetricKind::projected},
                       Convention{100'000, 0.1F, KernelShape::epanechnikov, MetricKind::projected},
-                      Convention{100'000, 0.1F, KernelShape::constant, MetricKind::euclidean}));
+                      Convention{100'000, 0.1F, KernelShape::constant, MetricKind::euclidean},
+                      Convention{0, 0.1F, KernelShape::constant, MetricKind::projected},
+                      Convention{0, 0.1F, KernelShape::cone, MetricKind::projected},
+                      Convention{0, 0.1F, KernelShape::epanechnikov, MetricKind::euclidean}));
 
 TEST(Gather, EmptyMap_IsBlack) {
     const PhotonMap map(Photons{});
@@ -90,7 +67,7 @@ TEST(Gather, OnePhoton_CountsInTheLargestRadius) {
     Photons landed;
     landed.add(V3f(0.1F, 0, 0), PackedDirection(kUp), photon(-kUp, 3));
     const PhotonMap map(landed);
-    const GatherSettings settings{100, 0.5F, 2, KernelShape::constant, MetricKind::projected};
+    const GatherSettings settings{100, 0.5F, 2, KernelShape::constant, MetricKind::projected, Boundary::none};
     const GatherResult result = Gather(map, settings).radiance(floor_hit(V3f(0.0F)), white(), kUp);
     EXPECT_EQ(result.photons, 1);
     EXPECT_NEAR(result.value.x, 3 / (kPi * 0.25F) / kPi, 1e-5F);
@@ -100,7 +77,8 @@ TEST(Gather, CoincidentPhotons_GiveAFiniteAnswer) {
     Photons landed;
     for (int i = 0; i < 50; ++i) landed.add(V3f(1.0F, 1, 0), PackedDirection(kUp), photon(-kUp, 1));
     const PhotonMap map(landed);
-    const GatherSettings settings{10, 0.5F, 2, KernelShape::epanechnikov, MetricKind::projected};
+    const GatherSettings settings{
+        10, 0.5F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
     const GatherResult result = Gather(map, settings).radiance(floor_hit({1, 1, 0}), white(), kUp);
     EXPECT_EQ(result.photons, 10);
     EXPECT_TRUE(is_finite(result.value));
@@ -117,31 +95,61 @@ TEST(Gather, ThinWallLitFromBehind_StaysDarkAndKeepsItsRadius) {
         landed.add(V3f(0, 0.2F + 0.01F * static_cast<float>(i), 0), PackedDirection(kUp), photon(-kUp, 1));
     }
     const PhotonMap map(landed);
-    const GatherSettings settings{4, 1, 2, KernelShape::constant, MetricKind::projected};
+    const GatherSettings settings{4, 1, 2, KernelShape::constant, MetricKind::projected, Boundary::none};
     const GatherResult result = Gather(map, settings).radiance(floor_hit(V3f(0.0F)), white(), kUp);
     EXPECT_EQ(result.photons, 4);
     EXPECT_NEAR(result.radius, 0.25F, 1e-6F);
     EXPECT_NEAR(result.value.x, 4 / (kPi * 0.0625F) / kPi, 1e-3F);
 }
 
-TEST(IrradiancePoints, UniformFloor_SameMeanAsTheMap_AndOnlyOnItsSide) {
-    Monitor silent;
-    const PhotonMap map = uniform_map(20'000, 1);
-    const GatherSettings settings{100, 0.3F, 2, KernelShape::epanechnikov, MetricKind::projected};
-    const PhotonMap* maps[] = {&map};
-    const IrradiancePoints points(maps, settings, 4, Workers{2}, silent);
-    EXPECT_EQ(points.size(), 5000U);
-    RunningStats stats;
-    Stream stream(2, Purpose::test, 0, 0);
-    for (int i = 0; i < 2000; ++i) {
-        const V3f x(0.2F + 0.6F * stream.next(), 0.2F + 0.6F * stream.next(), 0);
-        const auto found = points.nearest(x, kUp, 0.1F);
-        ASSERT_TRUE(found);
-        stats.add(static_cast<double>(found->irradiance.x));
+TEST(Gather, KBeyondTheMap_EqualsAllWithinTheRadius) {
+    const PhotonMap map = uniform_map(500, 7);
+    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
+        GatherSettings settings{100'000, 0.2F, 2, kernel, MetricKind::projected, Boundary::none};
+        const GatherResult most = Gather(map, settings).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
+        settings.k = 0;
+        const GatherResult all = Gather(map, settings).radiance(floor_hit({0.5F, 0.5F, 0}), white(), kUp);
+        EXPECT_EQ(most.value, all.value);
+        EXPECT_EQ(most.photons, all.photons);
+        EXPECT_EQ(all.radius, 0.2F);
+        EXPECT_GT(all.photons, 30);
     }
-    EXPECT_NEAR(stats.mean(), 1, 0.02);
-    EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0), -kUp, 0.1F));
-    EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 1), kUp, 0.1F));
+}
+
+TEST(Gather, AllWithinTheRadius_NoneThere_IsBlackOfThatRadius) {
+    const PhotonMap map = uniform_map(500, 7);
+    const GatherSettings settings{0, 0.25F, 2, KernelShape::cone, MetricKind::projected, Boundary::hull};
+    const GatherResult result = Gather(map, settings).radiance(floor_hit({5, 5, 0}), white(), kUp);
+    EXPECT_EQ(result.value, Rgb(0.0F));
+    EXPECT_EQ(result.radius, 0.25F);
+    EXPECT_EQ(result.photons, 0);
+}
+
+TEST(Gather, OneOfTwoPhotons_TheSecondFixesTheRadius) {
+    Photons landed;
+    landed.add(V3f(0.1F, 0, 0), PackedDirection(kUp), photon(-kUp, 3));
+    landed.add(V3f(0, 0.2F, 0), PackedDirection(kUp), photon(-kUp, 50));
+    const PhotonMap map(landed);
+    const GatherSettings settings{1, 0.5F, 2, KernelShape::constant, MetricKind::projected, Boundary::none};
+    const GatherResult result = Gather(map, settings).radiance(floor_hit(V3f(0.0F)), white(), kUp);
+    EXPECT_EQ(result.photons, 1);
+    EXPECT_NEAR(result.radius, 0.2F, 1e-6F);
+    EXPECT_NEAR(result.value.x, 3 / (kPi * 0.04F) / kPi, 1e-3F);
+}
+
+TEST(Gather, CoincidentPhotonsWithinARadius_AllCountAtTheKernelsPeak) {
+    Photons landed;
+    for (int i = 0; i < 50; ++i) landed.add(V3f(1.0F, 1, 0), PackedDirection(kUp), photon(-kUp, 1));
+    const PhotonMap map(landed);
+    const GatherSettings settings{0,
+                                  0.5F,
+                                  2,
+                                  KernelShape::epanechnikov,
+                                  MetricKind::projected,
+                                  Boundary::hull};  // a hull of no area corrects nothing
+    const GatherResult result = Gather(map, settings).irradiance({V3f(1, 1, 0), kUp, 1e-6F});
+    EXPECT_EQ(result.photons, 50);
+    EXPECT_NEAR(result.value.x, 50 * 2 / (kPi * 0.25F), 1e-2F);
 }
 
 }  // namespace

@@ -1,0 +1,46 @@
+#include "engine/render/irradiance_ahead.h"
+
+#include "engine/render/direct_light.h"
+
+namespace lucerna {
+namespace {
+
+// The irradiance E of direct light at a point: π times what a white surface shows of it.
+Rgb sampled_irradiance(const Scene& scene, const SurfacePoint& at, const Stream& point, int samples) {
+    Hit hit;
+    hit.at = at;
+    hit.ns = at.n;
+    hit.wo = at.n;
+    hit.dpdu = Frame(at.n).s;
+    hit.dpdv = Frame(at.n).t;
+    const Bsdf white = white_receiver(hit);
+    Rgb sum(0.0F);
+    for (int i = 0; i < samples; ++i) {
+        Stream stream = point.split_stratified(1, static_cast<std::uint32_t>(i));
+        sum += direct_light(scene, Vertex{hit, white, at.n}, stream).radiance;
+    }
+    return sum * (kPi / static_cast<float>(samples));
+}
+
+}  // namespace
+
+IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& maps,
+                                  const GatherSettings& how, const PhotonMapSettings& settings) {
+    const PhotonMap& global = *maps.find(MapKind::global);
+    std::vector<const PhotonMap*> read = {&global};
+    for (const MapKind kind : {MapKind::caustic, MapKind::direct}) {
+        if (const PhotonMap* map = maps.find(kind)) read.push_back(map);
+    }
+    IrradianceSources sources{read, how, &context.scene, {}};
+    if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
+        sources.more = [&](std::size_t place, const SurfacePoint& at) {
+            const Stream point(context.seed, Purpose::gather, context.pass, place);
+            return sampled_irradiance(context.scene, at, point, settings.precompute_lights);
+        };
+    }
+    const BouncePlan bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};
+    return {bounce_on(context.scene, global, bounce, context.workers), sources, context.workers,
+            context.monitor};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,40 @@
+// Whether a bounce of a light path counts as specular: what the maps are told apart by.
+//
+// A delta always does. Gloss does if its alpha lies below a stated bound; where one surface has both gloss
+// that does and lobes that do not, the direction alone does not say which of them it came from. Both could
+// have drawn it, so the class is drawn, too, by what each reflects that way, and the power is scaled to what
+// that part reflects: each map then holds its own part in the mean, and both together all of it.
+#pragma once
+
+#include <algorithm>
+
+#include "engine/base/stream.h"
+#include "engine/world/bsdf.h"
+
+namespace lucerna {
+
+struct BounceClass {
+    bool specular;
+    Rgb scale{1.0F};  // of the power that was scattered; leaves its luminance as it is but for colours' sake
+};
+
+inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& sample, float specular_below,
+                            Stream& stream) {
+    if (sample.delta) return {true};
+    if (!(specular_below > 0)) return {false};
+    const Bsdf sharp = bsdf.sharp_part(specular_below);
+    if (sharp.is_black()) return {false};
+    const Rgb all = bsdf.f(wo, sample.wi, Transport::particles);
+    const Rgb part = sharp.f(wo, sample.wi, Transport::particles);
+    if (!(luminance(all) > 0)) return {false};  // only by rounding: the sample had weight
+    const float chance = std::min(1.0F, luminance(part) / luminance(all));
+    const bool specular = stream.next() < chance;  // never where the chance is 0, always where it is 1
+    const float taken = specular ? chance : 1 - chance;
+    Rgb scale(0.0F);
+    for (int c = 0; c < 3; ++c) {
+        if (all[c] > 0) scale[c] = (specular ? part[c] : std::max(0.0F, all[c] - part[c])) / (all[c] * taken);
+    }
+    return {specular, scale};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,151 @@
+#include "photon/boundary.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/frame.h"
+#include "engine/base/hash.h"
+#include "photon/deposit.h"
+
+namespace lucerna {
+namespace {
+
+float cross(const V2f& a, const V2f& b) {
+    return a.x * b.y - a.y * b.x;
+}
+
+// ∫ |y| over the triangle (0, a, b), > 0 if it turns left: h/6 [s |y| + h² asinh(s/h)] from a to b, with h
+// the distance of its far side and s the place along that.
+float first_moment(const V2f& a, const V2f& b) {
+    const V2f side = b - a;
+    const float length = side.length();
+    const float twice_area = cross(a, b);
+    if (!(length > 0) || !(twice_area > 1e-12F)) return 0;
+    const float h = twice_area / length;
+    const float s_a = a.dot(side) / length, s_b = b.dot(side) / length;
+    return h / 6 *
+           (s_b * b.length() - s_a * a.length() + h * h * (std::asinh(s_b / h) - std::asinh(s_a / h)));
+}
+
+// ∫ K over the triangle (0, a, b) within the unit disc.
+float wedge(KernelShape kernel, const V2f& a, const V2f& b) {
+    const float area = cross(a, b) / 2;
+    switch (kernel) {
+        case KernelShape::constant:
+            return kInvPi * area;
+        case KernelShape::cone:
+            return 3 * kInvPi * (area - first_moment(a, b));
+        case KernelShape::epanechnikov:
+            return 2 * kInvPi * area * (1 - (a.length2() + a.dot(b) + b.length2()) / 6);
+    }
+    return 0;
+}
+
+// Andrew's monotone chain: the corners counter-clockwise, into `hull`.
+void convex_hull(std::vector<V2f>& points, std::vector<V2f>& hull) {
+    std::sort(points.begin(), points.end(),
+              [](const V2f& a, const V2f& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+    hull.clear();
+    const auto chain = [&](auto begin, auto end) {
+        const std::size_t base = hull.size();
+        for (auto p = begin; p != end; ++p) {
+            while (hull.size() >= base + 2 &&
+                   cross(hull.back() - hull[hull.size() - 2], *p - hull.back()) <= 0) {
+                hull.pop_back();
+            }
+            hull.push_back(*p);
+        }
+        hull.pop_back();  // the other chain begins with it
+    };
+    chain(points.begin(), points.end());
+    chain(points.rbegin(), points.rend());
+}
+
+// The mean share of the kernel over the hull of n photons that lie evenly over the whole disc, measured: the
+// hull stays within the rim by some n^(-2/3), and the kernel says what that is worth. Within 0.002 for n
+// >= 10.
+float whole_hull(KernelShape kernel, float n) {
+    switch (kernel) {
+        case KernelShape::constant:
+            return 1 - 3.38F * std::pow(n, -2.0F / 3);
+        case KernelShape::cone:
+        case KernelShape::epanechnikov:
+            return 1 - 4.0F * std::pow(n, -4.0F / 3);
+    }
+    return 1;
+}
+
+// The squared distance from the centre below which a share u of the kernel lies; u in [0,1).
+float kernel_radius2(KernelShape kernel, float u) {
+    switch (kernel) {
+        case KernelShape::constant:
+            return u;
+        case KernelShape::cone:  // 3ρ² - 2ρ³ = u
+            return sqr(0.5F - std::sin(std::asin(1 - 2 * u) / 3));
+        case KernelShape::epanechnikov:  // 2ρ² - ρ⁴ = u
+            return 1 - std::sqrt(1 - u);
+    }
+    return 0;
+}
+
+// Place `i` of kProbes: a net of the square, moved around its torus.
+V2f probe_place(int i, const V2f& shift) {
+    constexpr float kGolden = 0.61803399F;
+    const V2f u((static_cast<float>(i) + shift.x) / kProbes, static_cast<float>(i) * kGolden + shift.y);
+    return {u.x, u.y - std::floor(u.y)};
+}
+
+// Two numbers in [0,1) that x decides.
+V2f shift_at(const V3f& x) {
+    WordHash hash;
+    for (int c = 0; c < 3; ++c) hash.add(x[c]);
+    const std::uint64_t bits = hash.value() * 0x9e3779b97f4a7c15U;
+    return {static_cast<float>(bits >> 40) * 0x1p-24F, static_cast<float>(bits >> 16 & 0xffffffU) * 0x1p-24F};
+}
+
+}  // namespace
+
+V3f crossing(const V3f& x, const V3f& n, const V3f& x_i, const V3f& d, MetricKind metric) {
+    const V3f v = x_i - x;
+    if (metric == MetricKind::euclidean) return v;
+    return v - n.dot(v) / std::min(n.dot(d), -kGrazing) * d;  // never divided by less than kGrazing
+}
+
+float hull_share(KernelShape kernel, std::vector<V2f>& points) {
+    if (points.size() < 3) return 1;
+    const auto count = static_cast<float>(points.size());
+    points.emplace_back(0.0F, 0.0F);
+    std::vector<V2f> hull;
+    convex_hull(points, hull);
+    float share = 0;
+    for (std::size_t i = 0; i < hull.size(); ++i)
+        share += wedge(kernel, hull[i], hull[(i + 1) % hull.size()]);
+    share /= whole_hull(kernel, count);
+    return share > 0 && share < 1 ? share : 1.0F;
+}
+
+float probed_share(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
+                   std::span<const V3f> directions) {
+    const Frame frame(disc.n);
+    const V2f shift = shift_at(disc.x);
+    int counted = 0;
+    for (int i = 0; i < kProbes; ++i) {
+        const V2f u = probe_place(i, shift);
+        const float rho2 = kernel_radius2(disc.kernel, u.x) * disc.r2;
+        const float rho = std::sqrt(rho2), phi = 2 * kPi * u.y;
+        const V3f y = rho * std::cos(phi) * frame.s + rho * std::sin(phi) * frame.t;  // from x
+        const V3f& d = directions[static_cast<std::size_t>(i) * directions.size() / kProbes];
+        // Along the path, only what lies in the ball counts: from where it enters to where it leaves.
+        const float middle = -y.dot(d);
+        const float half = std::sqrt(std::max(0.0F, sqr(middle) + disc.ball2 - rho2));
+        const Ray ray{disc.x + y + (middle - half) * d, d, 2 * half};
+        const auto hit = scene.hit(ray);
+        if (!hit) continue;
+        const float r2 = (hit->at.p - disc.x).length2();
+        // A hair more than the disc: on a flat surface every probe counts, however it is rounded.
+        if (metric(hit->at.p, d, r2) <= 1.01F * disc.r2 && stores_photons(scene.bsdf(*hit))) ++counted;
+    }
+    return counted > 0 ? static_cast<float>(counted) / kProbes : 1.0F;
+}
+
+}  // namespace lucerna

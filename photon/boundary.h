@@ -1,0 +1,52 @@
+// What share of an estimate's kernel lies where photons could have been counted [photon-maps 3].
+//
+// At the edge of a surface the disc hangs over: no photon rests there, and the estimate is too dark by the
+// part of the kernel that hangs over (half of it on a straight edge, three quarters at a right corner).
+// Divided by the share that does not, it is right again as far as the light is even over the disc. Two ways
+// to find the share:
+//
+//   hull     the convex hull of the photons where they cross the disc (Jensen 2001, section 7.2), of which
+//            the kernel is integrated exactly. Needs nothing but the photons; sees no hole and no inner
+//            corner.
+//   probes   a few photons' paths, moved across the disc as the kernel has it, are traced: does each end
+//   where
+//            the metric would have counted it? Sees what the scene is; costs short rays.
+//
+// Where a neighbouring wall fills the disc (a concave corner) neither corrects anything, as photons are found
+// all over it.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/base/vec.h"
+#include "engine/world/scene.h"
+#include "photon/kernel.h"
+#include "photon/tangent_metric.h"
+
+namespace lucerna {
+
+// Where a photon at x_i, on its way along d, crosses the plane through x: the offset from x. Agrees with
+// TangentMetric about grazing photons.
+V3f crossing(const V3f& x, const V3f& n, const V3f& x_i, const V3f& d, MetricKind metric);
+
+// Share of the kernel over the convex hull of `points` and the disc's centre, in (0,1]; `points` are in the
+// tangent plane, in units of the radius, and are reordered. Scaled by what the hull of as many points of a
+// whole disc would hold. 1 for fewer than three points.
+float hull_share(KernelShape kernel, std::vector<V2f>& points);
+
+// A disc whose share is probed.
+struct ProbedDisc {
+    V3f x, n;
+    float r2;     // squared radius, scene units, > 0
+    float ball2;  // TangentMetric::ball2 of it
+    KernelShape kernel;
+};
+inline constexpr int kProbes = 16;
+// Share of the kernel over places across which a photon travelling along one of `directions` (at least one;
+// all with n·d < 0) would have been counted by the metric. In (0,1]: 1 also if no probe is counted. The
+// probes' places are a function of x.
+float probed_share(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
+                   std::span<const V3f> directions);
+
+}  // namespace lucerna

@@ -1,0 +1,84 @@
+// Energy: emitted = absorbed + escaped + still carried, for every map build; and the flux that the maps hold
+// [photon-maps 6].
+#include <gtest/gtest.h>
+
+#include "engine/render/render.h"
+#include "photon/build_maps.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace {
+
+using testing::SceneMaker;
+
+// Glass, mirror, rough metal, colours and an opening.
+Scene shiny_room() {
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.8F, 0.7F, 0.6F)));
+    make.sphere({0.3F, 0.3F, 0.3F}, 0.15F, make.material(DielectricMaterial{}));
+    make.sphere({0.7F, 0.3F, 0.3F}, 0.15F, make.material(MirrorMaterial{}));
+    ConductorMaterial metal;
+    metal.roughness = Roughness::of_alpha(0.3F);
+    make.sphere({0.5F, 0.3F, 0.7F}, 0.15F, make.material(metal));
+    make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
+    make.light(make_spot_light({0.2F, 0.9F, 0.5F}, V3f(0.2F, -1, 0).normalized(), Rgb(1, 1, 1), 30, 10));
+    return make.build();
+}
+
+double flux(const PhotonMaps& maps, MapKind kind) {
+    const PhotonMap* map = maps.find(kind);
+    if (!map) return 0;
+    double sum = 0;
+    for (const Photon& photon : map->photons()) sum += static_cast<double>(photon.power.y);
+    return sum;
+}
+
+PhotonMaps build(const Scene& scene, std::int64_t paths, unsigned kinds) {
+    MapPlan plan;
+    plan.paths = paths;
+    plan.seed = 11;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) plan.wanted[kind] = (kinds >> kind & 1U) != 0;
+    Monitor silent;
+    return build_photon_maps(scene, plan, Workers{2}, silent);
+}
+
+constexpr unsigned kEvery = (1U << kMapKinds) - 1;
+
+TEST(Energy, EveryMapBuild_ClosesToRounding_AndHoldsTheSamePhotons) {
+    for (const auto& make_scene :
+         {std::function<Scene()>(shiny_room), std::function<Scene()>(testing::small_cornell)}) {
+        const Scene scene = make_scene();
+        const PhotonMaps every = build(scene, 20'000, kEvery);
+        for (unsigned kinds = 0; kinds <= kEvery; ++kinds) {
+            const PhotonMaps maps = build(scene, 20'000, kinds);
+            EXPECT_LT(maps.ledger.imbalance(), 1e-5) << kinds;
+            EXPECT_EQ(maps.ledger.absorbed, every.ledger.absorbed) << kinds;
+            for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+                const bool wanted = (kinds >> kind & 1U) != 0;
+                EXPECT_EQ(maps.maps[kind].has_value(), wanted);
+                EXPECT_EQ(maps.counts[kind].stored, wanted ? every.counts[kind].stored : 0U);
+            }
+        }
+    }
+}
+
+// Flux Φ from the centre of a sphere of albedo ρ: the Direct map holds Φ, the Global map Φ ρ/(1-ρ), and the
+// walls keep Φ. Light paths have some ρ/(1-ρ) hits, as many again in standard deviation.
+TEST(Energy, IntegratingSphere_MapsHoldItsFluxes) {
+    constexpr float kFlux = 12;
+    for (const auto& [albedo, paths] : {std::pair(0.0F, 20'000), std::pair(0.5F, 100'000),
+                                        std::pair(0.9F, 50'000), std::pair(0.999F, 4000)}) {
+        const Scene scene = testing::integrating_sphere(albedo, kFlux);
+        const PhotonMaps maps = build(scene, paths, kEvery);
+        const double indirect = kFlux * static_cast<double>(albedo) / (1 - static_cast<double>(albedo));
+        const double noise = 4 / std::sqrt(static_cast<double>(paths));
+        EXPECT_NEAR(flux(maps, MapKind::direct), static_cast<double>(kFlux), 1e-3);
+        EXPECT_NEAR(flux(maps, MapKind::global), indirect, noise * indirect) << "albedo " << albedo;
+        EXPECT_EQ(flux(maps, MapKind::caustic), 0);
+        EXPECT_LT(maps.ledger.imbalance(), 1e-5);
+        EXPECT_EQ(maps.ledger.escaped, V3d(0.0));
+    }
+}
+
+}  // namespace
+}  // namespace lucerna

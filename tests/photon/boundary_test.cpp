@@ -1,0 +1,161 @@
+// Boundary bias: known irradiance on surfaces that end.
+#include "photon/boundary.h"
+
+#include <gtest/gtest.h>
+
+#include "photon/gather.h"
+#include "tests/support/photons.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using testing::kUp;
+using testing::photon;
+using testing::SceneMaker;
+using testing::uniform_map;
+
+Scene unit_square() {
+    SceneMaker make;
+    make.quad({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, make.diffuse(Rgb(0.5F)));
+    return make.build();
+}
+
+struct Where {
+    const char* name;
+    V3f x;
+    double uncorrected;   // what is left of irradiance 1
+    double hull, probes;  // most that the corrections may be off
+};
+
+// A disc of some radius 0.08: 100 of 5000 photons.
+const Where kWheres[] = {{"middle", {0.5F, 0.5F, 0}, 1, 0.012, 0.006},
+                         {"edge", {0.0F, 0.5F, 0}, 0.5, 0.05, 0.03},
+                         {"corner", {0.0F, 0.0F, 0}, 0.25, 0.12, 0.05}};
+
+class UnitSquare : public ::testing::TestWithParam<KernelShape> {};
+
+double mean_irradiance(const Scene& scene, const Where& where, const GatherSettings& settings) {
+    RunningStats stats;
+    for (std::uint64_t seed = 0; seed < 600; ++seed) {
+        const PhotonMap map = uniform_map(5000, seed);
+        const SurfacePoint at{where.x, kUp, surface_error(where.x, 1)};
+        stats.add(static_cast<double>(Gather(map, settings, &scene).irradiance(at).value.x));
+    }
+    return stats.mean();
+}
+
+TEST_P(UnitSquare, MiddleEdgeAndCorner_HullAndProbesMendWhatIsLost) {
+    const Scene scene = unit_square();
+    for (const Where& where : kWheres) {
+        GatherSettings settings{100, 1, 2, GetParam(), MetricKind::projected, Boundary::none};
+        const double none = mean_irradiance(scene, where, settings);
+        EXPECT_NEAR(none, where.uncorrected, 0.02) << where.name;
+        settings.boundary = Boundary::hull;
+        const double hull = mean_irradiance(scene, where, settings);
+        EXPECT_NEAR(hull, 1, where.hull) << where.name;
+        settings.boundary = Boundary::probes;
+        const double probes = mean_irradiance(scene, where, settings);
+        EXPECT_NEAR(probes, 1, where.probes) << where.name;
+        RecordProperty(where.name, fmt::format("none {:.4f} hull {:.4f} probes {:.4f}", none, hull, probes));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kernels, UnitSquare,
+                         ::testing::Values(KernelShape::constant, KernelShape::cone,
+                                           KernelShape::epanechnikov));
+
+// 400 photons on a disc of radius 0.1, looked at with a radius of 0.15: half the estimate's disc is empty.
+TEST(SmallDisc, RadiusBeyondIt_HullAndProbesMendWhatIsLost) {
+    constexpr float kDisc = 0.1F;
+    SceneMaker make;
+    Quadric& disk = make.sphere(V3f(0.0F), kDisc, make.diffuse(Rgb(0.5F)));
+    disk.kind = Quadric::Kind::disk;
+    const Scene scene = make.build();
+    for (const float distance : {0.0F, 0.05F, 0.0999F}) {
+        RunningStats none, hull, probes;
+        for (std::uint64_t seed = 0; seed < 400; ++seed) {
+            Stream stream(seed, Purpose::test, 5, 0);
+            Photons landed;
+            for (int i = 0; i < 400; ++i) {
+                const V2f p = kDisc * square_to_disc(stream.next2());
+                landed.add({p.x, p.y, 0}, PackedDirection(kUp),
+                           photon(-square_to_cosine_hemisphere(stream.next2()),
+                                  kPi * sqr(kDisc) / 400));  // irradiance 1
+            }
+            const PhotonMap map(landed);
+            const SurfacePoint at{{distance, 0, 0}, kUp, 1e-6F};
+            GatherSettings settings{
+                0, 0.15F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+            const auto add = [&](Boundary boundary, RunningStats& stats) {
+                settings.boundary = boundary;
+                stats.add(static_cast<double>(Gather(map, settings, &scene).irradiance(at).value.x));
+            };
+            add(Boundary::none, none);
+            add(Boundary::hull, hull);
+            add(Boundary::probes, probes);
+        }
+        EXPECT_LT(none.mean(), 0.75) << distance;
+        EXPECT_NEAR(hull.mean(), 1, 0.04) << distance;
+        EXPECT_NEAR(probes.mean(), 1, 0.04) << distance;
+        RecordProperty(
+            fmt::format("at{:.2f}", distance),
+            fmt::format("none {:.4f} hull {:.4f} probes {:.4f}", none.mean(), hull.mean(), probes.mean()));
+    }
+}
+
+// In a concave corner the wall's photons fill the disc: there is nothing to mend, and nothing is.
+TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
+    SceneMaker make;
+    const auto grey = make.diffuse(Rgb(0.5F));
+    make.quad({0, -5, 0}, {5, 0, 0}, {0, 10, 0}, grey);  // floor, x > 0
+    make.quad({0, -5, 0}, {0, 10, 0}, {0, 0, 5}, grey);  // wall, z > 0
+    const Scene scene = make.build();
+    Stream stream(1, Purpose::test, 6, 0);
+    const V3f x(0.02F, 0, 0);
+    const TangentMetric metric(x, kUp, MetricKind::projected, 4);
+    RunningStats shares;
+    for (int i = 0; i < 500; ++i) {
+        std::vector<V3f> directions;
+        for (int j = 0; j < kProbes; ++j) {  // from the half of the sky that the wall leaves
+            V3f d = -square_to_cosine_hemisphere(stream.next2());
+            d.x = -std::fabs(d.x);
+            directions.push_back(d);
+        }
+        const ProbedDisc disc{x, kUp, 0.01F, metric.ball2(0.01F), KernelShape::epanechnikov};
+        shares.add(static_cast<double>(probed_share(scene, disc, metric, directions)));
+    }
+    EXPECT_GT(shares.mean(), 0.97);
+}
+
+TEST(HullShare, HullOfNoArea_IsOne) {
+    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
+        std::vector<V2f> none, line{{0.1F, 0.1F}, {0.2F, 0.2F}, {-0.3F, -0.3F}}, same(10, V2f(0.5F, 0));
+        EXPECT_EQ(hull_share(kernel, none), 1);
+        EXPECT_EQ(hull_share(kernel, line), 1);
+        EXPECT_EQ(hull_share(kernel, same), 1);
+    }
+}
+
+// A dense square inside the disc: the kernel over it, by summing.
+TEST(HullShare, Square_EqualsTheKernelsIntegralOverIt) {
+    for (const KernelShape shape : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
+        std::vector<V2f> points;
+        double sum = 0;
+        constexpr int kSide = 400;
+        for (int i = 0; i < kSide; ++i) {
+            for (int j = 0; j < kSide; ++j) {
+                const V2f p((static_cast<float>(i) + 0.5F) / kSide - 0.3F,
+                            (static_cast<float>(j) + 0.5F) / kSide - 0.6F);
+                points.push_back(p);
+                sum += static_cast<double>(p.length2() < 1 ? kernel(shape, p.length2()) : 0) /
+                       sqr(double{kSide});
+            }
+        }
+        EXPECT_NEAR(hull_share(shape, points), sum, 0.01);
+    }
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,158 @@
+// Irradiance ahead of time: where the points may stand, and what is looked up.
+#include "photon/irradiance.h"
+
+#include <gtest/gtest.h>
+
+#include "photon/near_photons.h"
+#include "tests/support/photons.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using testing::kUp;
+using testing::SceneMaker;
+using testing::uniform_map;
+
+constexpr int kPhotons = 20'000;
+constexpr int kStride = 4;
+constexpr GatherSettings kSettings{
+    40, 0.3F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+
+SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
+    Stream stream(seed, Purpose::test, 1, 0);
+    SurfacePlaces places;
+    for (std::size_t i = 0; i < n; ++i) {
+        places.positions.emplace_back(stream.next(), stream.next(), 0.0F);
+        places.normals.emplace_back(kUp);
+    }
+    return places;
+}
+
+SurfacePlaces every_nth_photon(const PhotonMap& map) {
+    SurfacePlaces places;
+    for (std::size_t i = 0; i < map.size(); i += kStride) {
+        places.positions.push_back(map.positions()[i]);
+        places.normals.emplace_back(kUp);
+    }
+    return places;
+}
+
+V3f inner_place(Stream& stream) {
+    return {0.2F + 0.6F * stream.next(), 0.2F + 0.6F * stream.next(), 0};
+}
+
+double mean_looked_up(const PhotonMap& map, const SurfacePlaces& places, std::uint64_t seed) {
+    Monitor silent;
+    const PhotonMap* maps[] = {&map};
+    const IrradiancePoints points(places, {maps, kSettings}, Workers{2}, silent);
+    Stream stream(seed, Purpose::test, 2, 0);
+    RunningStats looked_up;
+    for (int i = 0; i < 2000; ++i) {
+        const auto found = points.nearest(inner_place(stream), kUp, 0.2F);
+        EXPECT_TRUE(found);
+        if (found) looked_up.add(static_cast<double>(found->irradiance.x));
+    }
+    return looked_up.mean();
+}
+
+// The estimate at photon `own` of all others.
+double without(const PhotonMap& map, std::uint32_t own) {
+    const V3f& x = map.positions()[own];
+    const TangentMetric metric(x, kUp, kSettings.metric, kSettings.ratio);
+    const NearPhotons near(map, x, metric, static_cast<std::size_t>(kSettings.k) + 1, sqr(kSettings.radius));
+    double sum = 0;
+    for (const Neighbour& n : near.found()) {
+        if (n.index == own) continue;
+        sum += static_cast<double>(map.photons()[n.index].power.x *
+                                   kernel(kSettings.kernel, n.key / near.radius2()));
+    }
+    return sum / static_cast<double>(near.radius2());
+}
+
+struct LeftOut {
+    double at_photons, looked_up;
+};
+LeftOut mean_left_out(const PhotonMap& map, std::uint64_t seed) {
+    std::vector<double> values;
+    RunningStats at_photons;
+    for (std::uint32_t i = 0; i < map.size(); i += kStride) {
+        values.push_back(without(map, i));
+        const V3f& p = map.positions()[i];
+        if (std::max(std::fabs(p.x - 0.5F), std::fabs(p.y - 0.5F)) < 0.3F) at_photons.add(values.back());
+    }
+    Stream stream(seed, Purpose::test, 2, 0);
+    RunningStats looked_up;
+    for (int i = 0; i < 2000; ++i) {
+        const V3f x = inner_place(stream);
+        std::size_t best = 0;
+        float best2 = INFINITY;
+        for (std::size_t j = 0; j < values.size(); ++j) {
+            const float r2 = (map.positions()[j * kStride] - x).length2();
+            if (!(r2 < best2)) continue;
+            best2 = r2;
+            best = j;
+        }
+        looked_up.add(values[best]);
+    }
+    return {at_photons.mean(), looked_up.mean()};
+}
+
+// Uniform irradiance 1, looked up at places that know nothing of the photons. Points that know nothing of
+// them either are right. Photons that count themselves are too bright, though by less than their own 2/k;
+// photons that leave themselves out are right where they stand, and too dark looked up: the room around a
+// point is wide where photons are few.
+TEST(IrradiancePoints, LookedUpOnAUniformFloor_UnbiasedOnlyIfTheyAreNotThePhotons) {
+    RunningStats others, themselves, left_out, left_out_at_photons;
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        const PhotonMap map = uniform_map(kPhotons, seed);
+        others.add(mean_looked_up(map, random_places(kPhotons / kStride, seed), seed));
+        themselves.add(mean_looked_up(map, every_nth_photon(map), seed));
+        const LeftOut left = mean_left_out(map, seed);
+        left_out.add(left.looked_up);
+        left_out_at_photons.add(left.at_photons);
+    }
+    EXPECT_TRUE(testing::agrees(others, 1)) << others.mean() << " ± " << others.standard_error();
+    EXPECT_TRUE(testing::agrees(left_out_at_photons, 1)) << left_out_at_photons.mean();
+    EXPECT_FALSE(testing::agrees(themselves, 1)) << themselves.mean() << " ± " << themselves.standard_error();
+    EXPECT_FALSE(testing::agrees(left_out, 1)) << left_out.mean() << " ± " << left_out.standard_error();
+    EXPECT_GT(themselves.mean(), 1);
+    EXPECT_LT(left_out.mean(), 1);
+    RecordProperty("themselves", fmt::format("{:.4f}", themselves.mean()));
+    RecordProperty("left_out", fmt::format("{:.4f}", left_out.mean()));
+}
+
+TEST(IrradiancePoints, Lookup_OnlyOnItsSideAndWithinItsDisc) {
+    Monitor silent;
+    const PhotonMap map = uniform_map(kPhotons, 1);
+    const PhotonMap* maps[] = {&map};
+    const IrradiancePoints points(random_places(5000, 1), {maps, kSettings}, Workers{2}, silent);
+    EXPECT_EQ(points.size(), 5000U);
+    EXPECT_TRUE(points.nearest(V3f(0.5F, 0.5F, 0), kUp, 0.1F));
+    EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0), -kUp, 0.1F));
+    EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 1), kUp, 0.1F));
+    // Discs of 40 photons in 20,000 are 0.025 wide.
+    EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0.09F), kUp, 0.1F));
+}
+
+TEST(BounceOn, FromAFloor_LandsOnTheCeilingAndNotOnTheMirror) {
+    SceneMaker make;
+    make.quad({-500, -500, 1}, {0, 1000, 0}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));  // ceiling, facing down
+    const auto mirror = make.material(MirrorMaterial{});
+    make.quad({-500, 2, -1}, {0, 0, 2}, {1000, 0, 0}, mirror);  // a wall beside the floor
+    const Scene scene = make.build();
+    const PhotonMap map = uniform_map(5000, 3);
+    const SurfacePlaces places = bounce_on(scene, map, {2, 1, 0}, Workers{2});
+    EXPECT_EQ(places.size(), 2500U);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        EXPECT_NEAR(places.positions[i].z, 1, 1e-5F);
+        EXPECT_LT(places.normals[i].unpack().z, -0.999F);
+    }
+    const SurfacePlaces again = bounce_on(scene, map, {2, 1, 0}, Workers{1});
+    EXPECT_EQ(again.positions, places.positions);
+    EXPECT_NE(bounce_on(scene, map, {2, 1, 1}, Workers{1}).positions, places.positions);
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,42 @@
+// Clouds of photons whose irradiance is known.
+#pragma once
+
+#include "engine/base/stream.h"
+#include "engine/base/warp.h"
+#include "engine/world/bsdf.h"
+#include "engine/world/scene.h"
+#include "photon/photon_map.h"
+
+namespace lucerna::testing {
+
+inline const V3f kUp(0, 0, 1);
+
+inline Hit floor_hit(const V3f& p) {
+    Hit hit;
+    hit.at = {p, kUp, surface_error(p, 1)};
+    hit.ns = kUp;
+    hit.dpdu = V3f(1, 0, 0);
+    return hit;
+}
+
+inline Bsdf white() {
+    return Bsdf(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, V3f(1, 0, 0));
+}
+
+inline Photon photon(const V3f& d, float power) {
+    return {PackedDirection(d), Rgb(power), 0, kNoCell};
+}
+
+// n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky: irradiance 1.
+inline PhotonMap uniform_map(int n, std::uint64_t seed) {
+    Stream stream(seed, Purpose::test, 0, 0);
+    Photons landed;
+    for (int i = 0; i < n; ++i) {
+        const V3f p(stream.next(), stream.next(), 0);
+        landed.add(p, PackedDirection(kUp),
+                   photon(-square_to_cosine_hemisphere(stream.next2()), 1.0F / static_cast<float>(n)));
+    }
+    return PhotonMap(landed);
+}
+
+}  // namespace lucerna::testing
