@@ -30,9 +30,10 @@ namespace lucerna {
 // TangentMetric about grazing photons.
 V3f crossing(const V3f& x, const V3f& n, const V3f& x_i, const V3f& d, MetricKind metric);
 
-// Share of the kernel over the convex hull of `points` and the disc's centre, in (0,1]; `points` are in the
-// tangent plane, in units of the radius, and are reordered. Scaled by what the hull of as many points of a
-// whole disc would hold. 1 for fewer than three points.
+// Share of the kernel over the convex hull of `points` and the disc's centre, > 0; `points` are in the
+// tangent plane, in units of the radius, and are reordered. Over what the hull of as many points of a whole
+// disc holds in the mean, so that there the correction is right in the mean, and a little more than 1 may
+// come out. 1 for fewer than eight points, which say little, and for a hull of no area.
 float hull_share(KernelShape kernel, std::vector<V2f>& points);
 
 // A disc whose share is probed.

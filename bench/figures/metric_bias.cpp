@@ -27,11 +27,11 @@ void means() {
         shapes.push_back(sphere(r, false));
     }
     for (const float r : {0.125F, 0.25F, 0.5F, 1.0F, 2.0F, 4.0F}) shapes.push_back(cylinder(r));
-    for (const float h : {0.25F, 0.5F, 1.0F, 1.5F, 2.0F, 3.0F}) shapes.push_back(under_shelf(h));
+    for (const float h : {0.25F, 0.5F, 1.0F, 1.5F, 2.0F, 3.0F, 5.0F}) shapes.push_back(under_shelf(h));
     shapes.push_back(lit_from_behind());
     fmt::print("shape,size,t,measure,exact,estimate\n");
     for (const LitShape& shape : shapes) {
-        const auto estimates = mean_estimates(shape, KernelShape::epanechnikov, 1U << 21);
+        const auto estimates = mean_estimates(shape, KernelShape::epanechnikov, 1U << 22);
         for (std::size_t m = 0; m < estimates.size(); ++m) {
             fmt::print("\"{}\",{:g},{:g},\"{}\",{:g},{:.5f}\n", shape.name, shape.size, shape.t,
                        kMeasures[m].name, shape.exact, estimates[m]);

@@ -34,7 +34,7 @@ struct LitShape {
     std::function<LandedPhoton(Stream&)> photon;  // takes the same numbers whatever it makes
 };
 
-inline constexpr float kShapeReach = 5;  // photons beyond that are in no ball of ratio <= 4
+inline constexpr float kShapeReach = 9;  // photons beyond that are in no ball of ratio <= 8
 
 inline V3f cosine_to(const V3f& n, const V2f& u) {
     return -Frame(n).to_world(square_to_cosine_hemisphere(u));
@@ -184,7 +184,8 @@ inline constexpr Measure kMeasures[] = {{"euclidean", MetricKind::euclidean, 1},
                                         {"projected, ratio 1", MetricKind::projected, 1},
                                         {"projected, ratio 1.5", MetricKind::projected, 1.5F},
                                         {"projected, ratio 2", MetricKind::projected, 2},
-                                        {"projected, ratio 4", MetricKind::projected, 4}};
+                                        {"projected, ratio 4", MetricKind::projected, 4},
+                                        {"projected, ratio 8", MetricKind::projected, 8}};
 
 // The mean of the estimate with radius 1, by each of kMeasures: what many photons say.
 inline std::vector<double> mean_estimates(const LitShape& shape, KernelShape kernel_shape,
