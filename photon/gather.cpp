@@ -72,6 +72,12 @@ float Gather::share(const Disc& disc, std::span<const Neighbour> found) const {
 
 GatherResult Gather::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
     const V3f n = hit.at.n.dot(wo) < 0 ? -hit.at.n : hit.at.n;
+    if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
+        // The same for all photons that count, whichever way they came.
+        GatherResult lit = irradiance({hit.at.p, n, hit.at.error});
+        lit.value *= bsdf.f(wo, n, Transport::radiance);
+        return lit;
+    }
     return estimate(hit.at.p, n, hit.at.error, [&](const Photon& photon, const V3f& wi) {
         return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi);
     });
