@@ -196,6 +196,7 @@ std::uint64_t map_key(const Scene& scene, const MapPlan& plan) {
         key.add(static_cast<std::uint64_t>(plan.targets[kind]));
     }
     key.add(int{plan.volume_direct});
+    key.add(plan.specular_below);
 
     MapPlan all = plan;
     all.wanted.fill(true);
