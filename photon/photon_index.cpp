@@ -33,25 +33,39 @@ class FacingMeasure {
     float cosine2_;
 };
 
+// Squared distance alone.
+class SpaceMeasure {
+  public:
+    explicit SpaceMeasure(const V3f& x) : x_(x) {}
+
+    BlockKeys keys(const PointBlock& block) const {
+        BlockKeys keys;
+        for (std::size_t i = 0; i < kBlock; ++i) {
+            keys[i] = (x_ - V3f(block.x[i], block.y[i], block.z[i])).length2();
+        }
+        return keys;
+    }
+    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x_); }
+
+  private:
+    V3f x_;
+};
+
 class OurTree final : public PhotonIndex {
   public:
     OurTree(std::span<const V3f> positions, std::span<const std::uint32_t> directions, const Workers& workers)
         : tree_(build_box_tree(positions, directions, workers)) {}
 
     void nearest(const V3f&, const TangentMetric& metric, Nearest& found) const override {
-        search_nearest(tree_, metric, found.bound(), [&found](const BlockKeys& keys, std::uint32_t first) {
-            return found.take(keys, first);
-        });
+        nearest_by(metric, found);
     }
-
     void within(const V3f&, const TangentMetric& metric, float most2,
                 std::vector<Neighbour>& found) const override {
-        const float bound = just_below(most2);
-        search_all(tree_, metric, bound, [&](const BlockKeys& keys, std::uint32_t first) {
-            for (std::uint32_t i = 0; i < kBlock; ++i) {
-                if (keys[i] <= bound) found.push_back({first + i, keys[i]});
-            }
-        });
+        within_by(metric, most2, found);
+    }
+    void nearest_in_space(const V3f& x, Nearest& found) const override { nearest_by(SpaceMeasure(x), found); }
+    void within_in_space(const V3f& x, float most2, std::vector<Neighbour>& found) const override {
+        within_by(SpaceMeasure(x), most2, found);
     }
 
     std::optional<Neighbour> nearest_facing(const V3f& x, const V3f& n, float cosine,
@@ -70,6 +84,22 @@ class OurTree final : public PhotonIndex {
     }
 
   private:
+    template <typename Measure>
+    void nearest_by(const Measure& measure, Nearest& found) const {
+        search_nearest(tree_, measure, found.bound(), [&found](const BlockKeys& keys, std::uint32_t first) {
+            return found.take(keys, first);
+        });
+    }
+    template <typename Measure>
+    void within_by(const Measure& measure, float most2, std::vector<Neighbour>& found) const {
+        const float bound = just_below(most2);
+        search_all(tree_, measure, bound, [&](const BlockKeys& keys, std::uint32_t first) {
+            for (std::uint32_t i = 0; i < kBlock; ++i) {
+                if (keys[i] <= bound) found.push_back({first + i, keys[i]});
+            }
+        });
+    }
+
     static constexpr std::uint32_t kNone = 0xffffffffU;
     BoxTree tree_;
 };
@@ -101,25 +131,23 @@ class OtherTree final : public PhotonIndex {
         : tree_(std::move(tree)), positions_(positions), directions_(directions.begin(), directions.end()) {}
 
     void nearest(const V3f& x, const TangentMetric& metric, Nearest& found) const override {
-        Visitor visitor([&](std::uint32_t i, float r2) { return key(metric, i, r2); },
-                        [&](float key, std::uint32_t i) { return found.take(key, i); },
-                        [&](float key) { return metric.ball2(key); });
-        tree_->visit_ball(x, std::nextafter(metric.ball2(found.bound()), INFINITY), visitor);
+        nearest_by(
+            x, found, [&](std::uint32_t i, float r2) { return key(metric, i, r2); },
+            [&](float key) { return metric.ball2(key); });
     }
-
     void within(const V3f& x, const TangentMetric& metric, float most2,
                 std::vector<Neighbour>& found) const override {
-        const float bound = just_below(most2);
-        const auto before = static_cast<std::ptrdiff_t>(found.size());
-        Visitor visitor([&](std::uint32_t i, float r2) { return key(metric, i, r2); },
-                        [&](float key, std::uint32_t i) {
-                            if (key <= bound) found.push_back({i, key});
-                            return bound;
-                        },
-                        [&](float key) { return metric.ball2(key); });
-        tree_->visit_ball(x, std::nextafter(metric.ball2(bound), INFINITY), visitor);
-        std::sort(found.begin() + before, found.end(),
-                  [](const Neighbour& a, const Neighbour& b) { return a.index < b.index; });
+        within_by(
+            x, most2, found, [&](std::uint32_t i, float r2) { return key(metric, i, r2); },
+            [&](float key) { return metric.ball2(key); });
+    }
+    void nearest_in_space(const V3f& x, Nearest& found) const override {
+        nearest_by(
+            x, found, [](std::uint32_t, float r2) { return r2; }, [](float key) { return key; });
+    }
+    void within_in_space(const V3f& x, float most2, std::vector<Neighbour>& found) const override {
+        within_by(
+            x, most2, found, [](std::uint32_t, float r2) { return r2; }, [](float key) { return key; });
     }
 
     std::optional<Neighbour> nearest_facing(const V3f& x, const V3f& n, float cosine,
@@ -137,6 +165,28 @@ class OtherTree final : public PhotonIndex {
     }
 
   private:
+    template <typename KeyOf, typename Ball>
+    void nearest_by(const V3f& x, Nearest& found, KeyOf key_of, Ball ball2) const {
+        Visitor visitor(
+            key_of, [&](float key, std::uint32_t i) { return found.take(key, i); }, ball2);
+        tree_->visit_ball(x, std::nextafter(ball2(found.bound()), INFINITY), visitor);
+    }
+    template <typename KeyOf, typename Ball>
+    void within_by(const V3f& x, float most2, std::vector<Neighbour>& found, KeyOf key_of, Ball ball2) const {
+        const float bound = just_below(most2);
+        const auto before = static_cast<std::ptrdiff_t>(found.size());
+        Visitor visitor(
+            key_of,
+            [&](float key, std::uint32_t i) {
+                if (key <= bound) found.push_back({i, key});
+                return bound;
+            },
+            ball2);
+        tree_->visit_ball(x, std::nextafter(ball2(bound), INFINITY), visitor);
+        std::sort(found.begin() + before, found.end(),
+                  [](const Neighbour& a, const Neighbour& b) { return a.index < b.index; });
+    }
+
     float key(const TangentMetric& metric, std::uint32_t i, float r2) const {
         return metric(positions_[i], PackedDirection::along(directions_[i].bits()), r2);
     }

@@ -1,4 +1,4 @@
-// Points in space, each with a direction, and the three questions that photon mapping asks of them.
+// Points in space, each with a direction, and the questions that photon mapping asks of them.
 //
 // Two implementations give the same answers, bit for bit: our tree, which filters whole blocks of photons
 // during the search, and any PointTree (FLANN's, or the one that looks at every point), which filters them
@@ -31,6 +31,10 @@ class PhotonIndex {
     // Appends all photons of squared distance below `most2` > 0, in the order of their indices.
     virtual void within(const V3f& x, const TangentMetric& metric, float most2,
                         std::vector<Neighbour>& found) const = 0;
+
+    // Both for photons in media, by distance in space, whatever their directions.
+    virtual void nearest_in_space(const V3f& x, Nearest& found) const = 0;
+    virtual void within_in_space(const V3f& x, float most2, std::vector<Neighbour>& found) const = 0;
 
     // The nearest in space, below `most2` > 0, of those whose direction and n (unit) have a cosine above
     // `cosine` (0 to 1); ties by index. Its key is the squared distance.

@@ -5,7 +5,6 @@
 
 #include "engine/base/surface_point.h"
 #include "engine/world/passage.h"
-#include "kdtree/nearest_heap.h"
 
 namespace lucerna {
 namespace {
@@ -16,22 +15,6 @@ constexpr std::uint32_t kLooks = 2;
 // However narrow the place, so much of the ball is taken to be open.
 constexpr float kLeastFilling = 1.0F / 64;
 constexpr std::uint32_t kBranch = 0xba;
-
-// Keeps the nearest in space.
-class KeepNearest final : public PointVisitor {
-  public:
-    KeepNearest(float most2, NearestHeap& heap) : most2_(most2), heap_(heap) {}
-
-    float visit(std::uint32_t index, float r2) override {
-        if (r2 < most2_) heap_.offer(r2, index);
-        // A hair beyond the worst, so that ties are decided by index, not by the order of the search.
-        return std::nextafter(std::min(most2_, heap_.worst()), INFINITY);
-    }
-
-  private:
-    float most2_;
-    NearestHeap& heap_;
-};
 
 }  // namespace
 
@@ -89,22 +72,30 @@ VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float rad
 VolumeGather::Result VolumeGather::in_scattered(const ScatteringPoint& at, const Stream& stream) const {
     if (map_.size() == 0) return {};
     const float most2 = sqr(settings_.radius);
+    if (settings_.k == 0) {
+        std::vector<Neighbour> all;
+        map_.index().within_in_space(at.p, most2, all);
+        return sum(at, all, most2, stream);
+    }
     // One more than k: it fixes the radius.
-    NearestHeap heap(std::min(static_cast<std::size_t>(settings_.k), map_.size()) + 1);
-    KeepNearest keep(most2, heap);
-    map_.tree().visit_ball(at.p, most2, keep);
-    const bool full = heap.full();
-    // Photons all at one point: no nearer than float32 can tell.
-    const float r2 = std::max(full ? heap.worst() : most2, sqr(surface_error(at.p, 0)));
-    std::span<const Neighbour> near = heap.sorted();
-    if (full) near = near.first(near.size() - 1);
-    if (!(r2 > 0) || near.empty()) return {};
+    const std::size_t k = std::min(static_cast<std::size_t>(settings_.k), map_.size());
+    Nearest nearest(k + 1, most2);
+    map_.index().nearest_in_space(at.p, nearest);
+    const std::span<const Neighbour> found = nearest.sorted();
+    if (found.size() <= k) return sum(at, found, most2, stream);
+    return sum(at, found.first(k), found.back().key, stream);
+}
 
+VolumeGather::Result VolumeGather::sum(const ScatteringPoint& at, std::span<const Neighbour> found,
+                                       float radius2, const Stream& stream) const {
+    // Photons all at one point: no nearer than float32 can tell.
+    const float r2 = std::max(radius2, sqr(surface_error(at.p, 0)));
+    if (!(r2 > 0) || found.empty()) return {};
     Result result;
     result.radius = std::sqrt(r2);
     const Filling filled = filling(at, result.radius, stream.split(kBranch));
     result.filled = filled.share;
-    for (const Neighbour& neighbour : near) {
+    for (const Neighbour& neighbour : found) {
         if (filled.obstructed && !sees(at.p, map_.positions()[neighbour.index])) continue;
         const Photon& photon = map_.photons()[neighbour.index];
         result.value += photon.power * at.phase.value(at.wo, -photon.direction.unpack());

@@ -11,15 +11,18 @@
 // do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
 #pragma once
 
+#include <span>
+
 #include "engine/base/stream.h"
 #include "engine/world/phase.h"
 #include "engine/world/scene.h"
+#include "kdtree/nearest.h"
 #include "photon/photon_map.h"
 
 namespace lucerna {
 
 struct VolumeGatherSettings {
-    int k = 100;       // photons in an estimate, >= 1
+    int k = 100;       // photons in an estimate, >= 1; 0: all within the radius
     float radius = 1;  // the largest radius, scene units, > 0
 };
 
@@ -34,7 +37,7 @@ struct ScatteringPoint {
 
 // Conventions, as Gather's: the k nearest count, and the next one fixes the radius r; for photons spread
 // evenly k / (4/3 π r³) is then unbiased. With no more than k within the largest radius, that is the radius
-// and all count. The kernel is constant.
+// and all count; with k = 0 that holds wherever it is asked. The kernel is constant.
 class VolumeGather {
   public:
     VolumeGather(const Scene& scene, const PhotonMap& map, const VolumeGatherSettings& settings)
@@ -56,6 +59,8 @@ class VolumeGather {
     };
     Filling filling(const ScatteringPoint& at, float radius, const Stream& stream) const;
     double scattered_along(const ScatteringPoint& at, const Ray& ray, Stream& stream) const;
+    Result sum(const ScatteringPoint& at, std::span<const Neighbour> found, float radius2,
+               const Stream& stream) const;
     bool sees(const V3f& from, const V3f& to) const;
 
     const Scene& scene_;

@@ -145,7 +145,9 @@ class PhotonMapEstimator final : public Estimator {
         if (settings_.direct != DirectMethod::map) result += sigma_s * direct_light(scene_, vertex, stream);
         if (const PhotonMap* map = maps_.find(MapKind::volume)) {
             const GatherSettings& how = stage == Stage::eye ? gather_.seen : gather_.landed;
-            const VolumeGather gather(scene_, *map, {how.k, gather_.volume_radius});
+            VolumeGatherSettings volume{how.k, gather_.volume_radius};
+            if (radii_) volume = {0, radii_->radius(MapKind::volume, vertex.p, V3f(0.0F))};
+            const VolumeGather gather(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
             result += gather.in_scattered(at, stream).value;
         }

@@ -12,7 +12,7 @@ namespace lucerna {
 class RadiusRule {
   public:
     virtual ~RadiusRule() = default;
-    // Scene units, > 0. n: unit, on the side that is seen.
+    // Scene units, > 0. n: unit, on the side that is seen; 0 in a medium.
     virtual float radius(MapKind map, const V3f& x, const V3f& n) const = 0;
 };
 
