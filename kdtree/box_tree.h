@@ -93,6 +93,12 @@ struct Place {
 // A walk through 2^32 points is ten levels deep, and leaves at most seven places behind on each.
 inline constexpr std::size_t kMostPlaces = 80;
 
+// Has the processor fetch the block while other work is done.
+inline void fetch(const PointBlock& block) {
+    for (const auto* part : {block.x.data(), block.y.data(), block.z.data()}) __builtin_prefetch(part);
+    __builtin_prefetch(block.label.data());
+}
+
 }  // namespace box_tree
 
 template <typename Measure, typename Take>
@@ -113,6 +119,7 @@ void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Ta
         const std::size_t bottom = size;
         for (std::size_t i = 0; i < kFan; ++i) {
             if (!(bounds[i] <= bound)) continue;
+            if (place.level == 1) box_tree::fetch(tree.blocks[place.index * kFan + i]);
             std::size_t at = size++;
             for (; at > bottom && places[at - 1].bound < bounds[i]; --at) places[at] = places[at - 1];
             places[at] = {bounds[i],

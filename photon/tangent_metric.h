@@ -32,7 +32,9 @@ class TangentMetric {
     // direction of travel, 1/sqrt 3 to 1 long, `r2` its squared Euclidean distance. On a flat surface with
     // ratio >= 1 this is r2 itself.
     float operator()(const V3f& x_i, const V3f& d, float r2) const {
-        return kind_ == MetricKind::euclidean ? euclidean(d, r2) : projected(x_ - x_i, d, r2);
+        const float slope = n_.dot(d);
+        if (!(slope < 0)) return INFINITY;  // arrived from behind: the surface-side filter
+        return kind_ == MetricKind::euclidean ? r2 : projected(x_ - x_i, d, slope, r2);
     }
 
     // The squared radius in space that holds every photon within squared distance d2; a little more, so that
@@ -50,29 +52,30 @@ class TangentMetric {
   private:
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
 
-    // Whatever arrived from behind is infinitely far: the surface-side filter.
-    float euclidean(const V3f& d, float r2) const { return n_.dot(d) < 0 ? r2 : INFINITY; }
-    // v = x - x_i. Neither a root nor a branch: a block is worked on as a whole. Sliding along d takes no
-    // unit vector, since its length cancels.
-    float projected(const V3f& v, const V3f& d, float r2) const {
-        const float slope = n_.dot(d);
+    // v = x - x_i, slope = n·d < 0. Sliding along d takes no unit vector, since its length cancels.
+    float projected(const V3f& v, const V3f& d, float slope, float r2) const {
         const float a =
             n_.dot(v) / std::min(slope, -kGrazing);  // the divisor is never closer to 0 than kGrazing
         // |x_i + a d - x|². Taken from the vector: the expanded form a² - 2a(d·v) + v² cancels and can go
         // negative.
         const float projected2 = (a * d - v).length2();
-        return slope < 0 ? std::max(projected2, r2 * inverse_ratio2_) : INFINITY;
+        return std::max(projected2, r2 * inverse_ratio2_);
     }
 
     template <MetricKind kKind>
     BlockKeys keys_by(const PointBlock& block) const {
+        BlockKeys slopes;
         BlockKeys keys;
         for (std::size_t i = 0; i < kBlock; ++i) {
             const V3f v = x_ - V3f(block.x[i], block.y[i], block.z[i]);
             const V3f d = PackedDirection::along(block.label[i]);
             const float r2 = v.length2();
-            keys[i] = kKind == MetricKind::euclidean ? euclidean(d, r2) : projected(v, d, r2);
+            slopes[i] = n_.dot(d);
+            keys[i] = kKind == MetricKind::euclidean ? r2 : projected(v, d, slopes[i], r2);
         }
+        // A loop of its own: within the first, a compiler would make it a branch around the work, and take
+        // the photons one by one.
+        for (std::size_t i = 0; i < kBlock; ++i) keys[i] = slopes[i] < 0 ? keys[i] : INFINITY;
         return keys;
     }
 
