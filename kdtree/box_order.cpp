@@ -54,22 +54,17 @@ void order(Entries range) {
     order(range.subspan(middle));
 }
 
-// Cuts all ranges in two, side by side; those that are one block stay. False: there was none to cut.
-bool cut_all(std::vector<Entries>& ranges, const Workers& workers) {
-    std::vector<std::array<Entries, 2>> halves(ranges.size());
+// Cuts all ranges in two, side by side.
+void cut_all(std::vector<Entries>& ranges, const Workers& workers) {
+    std::vector<Entries> halves(2 * ranges.size());
     parallel_chunks(workers, static_cast<std::int64_t>(ranges.size()), [&](std::int64_t chunk) {
         const auto i = static_cast<std::size_t>(chunk);
+        // The last part of a range that just overflows its fan may be small, even empty.
         const std::size_t middle = ranges[i].size() > kBlock ? cut(ranges[i]) : ranges[i].size();
-        halves[i] = {ranges[i].first(middle), ranges[i].subspan(middle)};
+        halves[2 * i] = ranges[i].first(middle);
+        halves[2 * i + 1] = ranges[i].subspan(middle);
     });
-    const std::size_t before = ranges.size();
-    ranges.clear();
-    for (const auto& pair : halves) {
-        for (const Entries& half : pair) {
-            if (!half.empty()) ranges.push_back(half);
-        }
-    }
-    return ranges.size() > before;
+    ranges.swap(halves);
 }
 
 template <typename Body>
@@ -95,10 +90,10 @@ std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers&
     });
 
     // Cut until there is work for many threads; from there each range is one thread's.
-    constexpr std::size_t kRanges = 512;
+    constexpr std::size_t kRanges = 256;
+    constexpr std::size_t kLeast = 4096;  // points in a range on average
     std::vector<Entries> ranges{entries};
-    while (ranges.size() < kRanges && cut_all(ranges, workers)) {
-    }
+    while (ranges.size() < std::min(kRanges, entries.size() / kLeast)) cut_all(ranges, workers);
     parallel_chunks(workers, static_cast<std::int64_t>(ranges.size()),
                     [&](std::int64_t chunk) { order(ranges[static_cast<std::size_t>(chunk)]); });
 

@@ -28,7 +28,10 @@ template <typename Body>
 void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
     std::atomic<std::int64_t> error_chunk{chunks};
     std::exception_ptr error;
-#pragma omp parallel for schedule(dynamic, 1) num_threads(workers.threads)
+    // No more threads than chunks: a single chunk must not wait for others to wake up and find nothing to do.
+    const int threads =
+        static_cast<int>(std::max<std::int64_t>(1, std::min<std::int64_t>(chunks, workers.threads)));
+#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
     for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
         if (chunk > error_chunk.load(std::memory_order_relaxed)) continue;
         try {
