@@ -20,7 +20,6 @@
 #include "engine/render/integrator.h"
 #include "engine/render/irradiance_ahead.h"
 #include "engine/render/specular_chain.h"
-#include "photon/fixed_gather.h"
 #include "photon/gather.h"
 #include "photon/volume_gather.h"
 
@@ -146,7 +145,7 @@ class PhotonMapEstimator final : public Estimator {
         if (const PhotonMap* map = maps_.find(MapKind::volume)) {
             const GatherSettings& how = stage == Stage::eye ? gather_.seen : gather_.landed;
             VolumeGatherSettings volume{how.k, gather_.volume_radius};
-            if (radii_) volume = {0, radii_->radius(MapKind::volume, vertex.p, V3f(0.0F))};
+            if (radii_) volume = {0, radii_->volume_radius()};
             const VolumeGather gather(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
             result += gather.in_scattered(at, stream).value;
@@ -262,8 +261,12 @@ class PhotonMapEstimator final : public Estimator {
         if (!map) return {};
         if (radii_) {
             const SurfacePoint& at = vertex.hit.at;
-            const float radius = radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n);
-            return gather_within(*map, how, radius, vertex.hit, vertex.bsdf, vertex.wo);
+            GatherSettings within = how;
+            within.k = 0;  // all
+            // Below the surface's own error float32 cannot tell points apart.
+            within.radius =
+                std::max(radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n), at.error);
+            return Gather(*map, within, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
         }
         return Gather(*map, how, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
     }

@@ -12,8 +12,10 @@ namespace lucerna {
 class RadiusRule {
   public:
     virtual ~RadiusRule() = default;
-    // Scene units, > 0. n: unit, on the side that is seen; 0 in a medium.
+    // Scene units, > 0. n: unit, on the side that is seen.
     virtual float radius(MapKind map, const V3f& x, const V3f& n) const = 0;
+    // In space, for the Volume map.
+    virtual float volume_radius() const = 0;
 };
 
 // What the `photonmap` integrator with these settings prepares; with `radii`, all photons within them count

@@ -46,7 +46,11 @@ class FirstRadii final : public Groundwork {
         : largest_(how.radius) {
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             const PhotonMap* map = maps.find(static_cast<MapKind>(kind));
-            if (map) found_[kind].emplace(*map, how, kPilotPoints, workers);
+            if (map && kind == static_cast<std::size_t>(MapKind::volume)) {
+                volume_ = radius_in_space(*map, how.k);
+            } else if (map) {
+                found_[kind].emplace(*map, how, kPilotPoints, workers);
+            }
         }
     }
 
@@ -63,24 +67,42 @@ class FirstRadii final : public Groundwork {
         const auto& found = found_[static_cast<std::size_t>(kind)];
         return found ? found->at(x, n) : largest_;
     }
+    float volume() const { return volume_; }
 
   private:
+    // Of a ball that holds k photons where they are as dense as on the average over the box around them all.
+    float radius_in_space(const PhotonMap& map, int k) const {
+        Box3f box;
+        for (const V3f& p : map.positions()) box.extendBy(p);
+        if (box.isEmpty()) return largest_;
+        const V3d size(box.size());
+        const double radius =
+            std::cbrt(0.75 / M_PI * size.x * size.y * size.z * k / static_cast<double>(map.size()));
+        return radius > 0 ? std::min(static_cast<float>(radius), largest_) : largest_;
+    }
+
     float largest_;
+    float volume_ = largest_;
     std::array<std::optional<LocalRadius>, kMapKinds> found_;
 };
 
-// r_i: all of them smaller by the same share.
+// r_i: all of them smaller by the same share. In space a ball holds as many photons as its r³ is large: that
+// is what shrinks there by the sequence, so that the variance grows as it does on surfaces; the bias, r²,
+// falls as N^(2(α-1)/3).
 class PassRadii final : public RadiusRule {
   public:
     PassRadii(const FirstRadii& first, double share)
-        : first_(first), scale_(static_cast<float>(std::sqrt(share))) {}
+        : first_(first),
+          scale_(static_cast<float>(std::sqrt(share))),
+          volume_scale_(static_cast<float>(std::cbrt(share))) {}
     float radius(MapKind map, const V3f& x, const V3f& n) const override {
         return scale_ * first_.at(map, x, n);
     }
+    float volume_radius() const override { return volume_scale_ * first_.volume(); }
 
   private:
     const FirstRadii& first_;
-    float scale_;
+    float scale_, volume_scale_;
 };
 
 class ProgressiveIntegrator final : public Integrator {
@@ -102,6 +124,7 @@ class ProgressiveIntegrator final : public Integrator {
         plan.paths = settings_.photons;
         plan.seed = context.seed;
         plan.pass = kPilotPass;
+        plan.volume_direct = settings_.direct == DirectMethod::map;
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             plan.wanted[kind] = reads_map(static_cast<MapKind>(kind), context.scene);
         }
@@ -144,7 +167,7 @@ class ProgressiveIntegrator final : public Integrator {
             case MapKind::caustic:
                 return scene.has_specular();
             case MapKind::volume:
-                return false;  // the pilot finds radii on surfaces only; in space the largest is the first
+                return scatters(scene.media());
         }
         return false;
     }

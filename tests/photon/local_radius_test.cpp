@@ -1,12 +1,10 @@
-// The radius that holds k photons, and estimates within a given one, on photons of a known density.
+// The radius that holds k photons, on photons of a known density.
 #include "photon/local_radius.h"
 
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
 #include "engine/base/stream.h"
-#include "photon/fixed_gather.h"
-#include "tests/support/statistics.h"
 
 namespace lucerna {
 namespace {
@@ -69,28 +67,6 @@ TEST(LocalRadius, AnyNumberOfThreads_SameRadii) {
     const PhotonMap map = uniform_square(5000, 4);
     const LocalRadius one(map, nearest(20, 1), 1000, Workers{1}), five(map, nearest(20, 1), 1000, Workers{5});
     for (float x = -1; x < 1; x += 0.1F) EXPECT_EQ(one.at({x, 0, 0}, kUp), five.at({x, 0, 0}, kUp));
-}
-
-// White Lambertian floor under 1 W on 4 m²: radiance 1/4/π for every kernel; a radius off by 2 % is found
-// out.
-TEST(GatherWithin, UniformDensity_IsUnbiased) {
-    Hit hit;
-    hit.at = {V3f(0.1F, 0.2F, 0), kUp, 0};
-    hit.ns = kUp;
-    hit.dpdu = V3f(1, 0, 0);
-    const Bsdf white(DiffuseLobe{Rgb(1.0F)}, kUp, kUp, hit.dpdu);
-    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
-        GatherSettings how;
-        how.kernel = kernel;
-        RunningStats radiance;
-        for (std::uint64_t seed = 0; seed < 2000; ++seed) {
-            const PhotonMap map = uniform_square(500, seed);
-            radiance.add(double{gather_within(map, how, 0.3F, hit, white, kUp).value.x});
-        }
-        EXPECT_TRUE(testing::agrees(radiance, 0.25 / M_PI));
-        EXPECT_FALSE(testing::agrees(radiance, 0.25 / M_PI * 1.02 * 1.02));
-    }
-    EXPECT_EQ(gather_within(PhotonMap(Photons{}), {}, 0.3F, hit, white, kUp).value, Rgb(0));
 }
 
 }  // namespace
