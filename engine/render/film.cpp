@@ -120,22 +120,29 @@ Image Film::develop(float scale) const {
 }
 
 double Film::relative_error() const {
-    double sum = 0, square = 0;
+    constexpr double kFloor = 0.1;  // of the mean luminance
+    double sum = 0;
     std::size_t known = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         const std::uint32_t count = passes_.empty() ? pixels_[i].count : passes_[i].count;
         if (count == 0) continue;  // none of its samples was finite
         if (count == 1) return INFINITY;
         ++known;
-        const V3f spread = variance(i);
-        const Rgb deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
-        sum += double{luminance(value(pixels_[i]))};
-        square += sqr(double{luminance(deviation)});
+        sum += std::fabs(double{luminance(value(pixels_[i]))});
     }
     if (known == 0) return INFINITY;
-    if (square == 0) return 0;
-    const auto n = static_cast<double>(known);
-    return sum > 0 ? std::sqrt(square / n) / (sum / n) : INFINITY;
+    const double floor2 = sqr(kFloor * sum / static_cast<double>(known));
+
+    double square = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+        const V3f spread = variance(i);
+        const Rgb deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
+        const double error = double{luminance(deviation)};
+        // Where something varies the divisor is above 0: a variance above 0 is one of values that are not all
+        // 0.
+        if (error > 0) square += sqr(error) / (sqr(double{luminance(value(pixels_[i]))}) + floor2);
+    }
+    return std::sqrt(square / static_cast<double>(known));
 }
 
 FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(settings) {

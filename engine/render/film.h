@@ -43,11 +43,12 @@ class Film {
     // exact where L does not vary, however the signs of the weights fall.
     Image develop(float scale) const;
 
-    // The noise that is left, as a share: the root of the mean square, over all pixels, of the standard error
-    // of a pixel's luminance, divided by the mean luminance of the image. (Channels are taken to vary
-    // together, which makes it rather too large than too small; so does the stratification of a pixel's
-    // samples, which their variance does not know of.) Bias is no part of it. Infinite until the pixels have
-    // two samples or passes; 0 if nothing varies.
+    // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
+    // pixel's standard error of luminance over its luminance (plus a tenth of the image's mean, both squared,
+    // so that black pixels do not count for more than they show). (Channels are taken to vary together, which
+    // makes it rather too large than too small; so does the stratification of a pixel's samples, which their
+    // variance does not know of.) Bias is no part of it. Infinite until the pixels have two samples or
+    // passes; 0 if nothing varies.
     double relative_error() const;
 
   private:
