@@ -27,9 +27,8 @@ Ctrl-C ends a render early and keeps what is there; a second one ends at once.
 
 A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
 time or an error, the scene's own number of samples no longer counts. The time is that of preparation and image; what
-would not be done in time is not begun. The error is the root mean square
-over the pixels of their standard errors, each relative to the pixel's own luminance (plus a tenth of the image's
-mean): noise, not bias.
+would not be done in time is not begun. The error is the root mean square over the pixels of their standard errors,
+each relative to the pixel's own luminance (plus a tenth of the image's mean): noise, not bias.
 
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
