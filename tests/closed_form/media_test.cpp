@@ -106,7 +106,11 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
     for (const float sigma : {0.4F, 2.0F}) {
         const float g = sigma > 1 ? 0.5F : 0.0F;
         const Image truth = image_of(foggy_cornell(sigma, g), PathSettings{}, 1024);
-        for (const Method& method : methods()) {
+        std::vector<Method> all = methods();
+        ProgressiveSettings passes;
+        passes.photons = 20'000;
+        all.push_back({"progressive", passes});
+        for (const Method& method : all) {
             if (std::holds_alternative<PathSettings>(method.settings)) continue;
             const Image image = image_of(foggy_cornell(sigma, g), method.settings, 64);
             const Rgb mean = testing::mean_rgb(image), expected = testing::mean_rgb(truth);

@@ -191,7 +191,7 @@ PhotonMap even_cloud(int n, std::uint64_t seed, const V3f& size = V3f(1.0F)) {
         photons.add(V3f(u.x, u.y, stream.next()) * size, PackedDirection(),
                     {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
     }
-    return PhotonMap(photons);
+    return PhotonMap(photons, IndexKind::tree, Workers{1});
 }
 
 Scene foggy_cube(bool walls) {
@@ -268,6 +268,9 @@ TEST(VolumeGather, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
     const auto all = VolumeGather(scene, point, {50, 0.1F}).in_scattered(at, stream);
     EXPECT_EQ(all.photons, 10);
     EXPECT_NEAR(static_cast<double>(all.value.x) / (10 / (4 * M_PI) / (4.0 / 3 * M_PI * 1e-3)), 1, 1e-3);
+    const auto fixed = VolumeGather(scene, point, {0, 0.2F}).in_scattered(at, stream);
+    EXPECT_EQ(fixed.photons, 10);
+    EXPECT_NEAR(static_cast<double>(all.value.x / fixed.value.x), 8, 1e-3);
     const auto some = VolumeGather(scene, point, {4, 0.1F}).in_scattered(at, stream);
     EXPECT_EQ(some.photons, 4);
     EXPECT_GT(some.radius, 0);

@@ -115,6 +115,38 @@ TEST_P(PhotonIndexClouds, NearestFacing_EqualsALookAtEveryNormal) {
     EXPECT_GT(found, 20);
 }
 
+// Whatever their directions: what photons in media are asked for.
+TEST_P(PhotonIndexClouds, InSpace_EqualALookAtEveryPhoton) {
+    const auto [kind, scale, metric] = GetParam();
+    if (metric != MetricKind::euclidean) return;  // no metric is asked; once is enough
+    for (const std::size_t n : {0U, 1U, 100U, 3000U}) {
+        const Photons landed = make_photons(kind, n, scale);
+        const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
+        Stream stream(3, Purpose::test, 0, n);
+        for (int query = 0; query < 30; ++query) {
+            const Search search = make_search(maps[0], scale, metric, stream);
+            std::vector<Neighbour> by_index;
+            for (std::uint32_t i = 0; i < maps[0].size(); ++i) {
+                const float r2 = (maps[0].positions()[i] - search.x).length2();
+                if (r2 < search.most2) by_index.push_back({i, r2});
+            }
+            std::vector<Neighbour> by_distance = by_index;
+            std::sort(by_distance.begin(), by_distance.end());
+            for (const PhotonMap& map : maps) {
+                std::vector<Neighbour> within;
+                map.index().within_in_space(search.x, search.most2, within);
+                expect_equal(within, by_index);
+                for (const std::size_t k : {std::size_t{1}, std::size_t{20}, n + 5}) {
+                    Nearest nearest(k, search.most2);
+                    map.index().nearest_in_space(search.x, nearest);
+                    expect_equal(nearest.sorted(),
+                                 std::span(by_distance).first(std::min(k, by_distance.size())));
+                }
+            }
+        }
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, PhotonIndexClouds,
                          ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F),
