@@ -126,6 +126,19 @@ class Triangles {
         return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent};
     }
 
+    LightBounds bounds() const {
+        std::optional<LightBounds> all;
+        for (const V3i& triangle : shape_.triangles) {
+            const V3d across = cross(triangle);
+            if (!std::isfinite(across.length2()) || !(across.length2() > 0)) continue;
+            const V3f n(shape_.reverse ? -across.normalized() : across.normalized());
+            LightBounds one{{}, n, 0};
+            for (int i = 0; i < 3; ++i) one.box.extendBy(vertex(triangle, i));
+            all = all ? together(*all, one) : one;
+        }
+        return all.value_or(LightBounds{});
+    }
+
   private:
     const V3f& vertex(const V3i& triangle, int corner) const {
         const auto index = static_cast<std::size_t>(triangle[corner]);
@@ -159,6 +172,13 @@ class Disk {
         return {p, V3d(frame_.n), extent_};
     }
 
+    LightBounds bounds() const {
+        const V3f n = frame_.n;
+        const auto reach = [&](float c) { return 0.5F * extent_ * std::sqrt(std::max(0.0F, 1 - c * c)); };
+        const V3f half(reach(n.x), reach(n.y), reach(n.z));
+        return {Box3f(centre_ - half, centre_ + half), n, 0};
+    }
+
   private:
     V3f centre_;
     Frame frame_;
@@ -185,6 +205,11 @@ class FlatLight final : public Light {
     }
     Seen meet(const Ray& ray, float t, const V3f& n) const override {
         return emission_.meet_by_area(ray, t, n, shape_.area());
+    }
+    std::optional<LightBounds> bounds() const override {
+        LightBounds bounds = shape_.bounds();
+        if (emission_.two_sided()) bounds.theta_o = kPi;
+        return bounds;
     }
 
   private:
@@ -240,6 +265,11 @@ class SphereLight final : public Light {
         if (!shines_out() || !(front || emission_.two_sided())) return {Rgb(0.0F), 0, t};
         const double d = (V3d(centre_) - V3d(ray.o)).length();
         return {emission_.radiance(), static_cast<float>(1 / (kTwoPi * cone(d))), t};
+    }
+
+    std::optional<LightBounds> bounds() const override {
+        const V3f half(static_cast<float>(radius_));
+        return LightBounds{Box3f(centre_ - half, centre_ + half)};
     }
 
   private:

@@ -18,6 +18,7 @@
 #include "engine/base/surface_point.h"
 #include "engine/base/vec.h"
 #include "lights/flux_unit.h"
+#include "lights/light_bounds.h"
 
 namespace lucerna {
 
@@ -39,6 +40,15 @@ struct Emitted {
     CellId cell = kNoCell;
 };
 
+// A light whose choice of directions can be restricted has parts, each named by one of its cells. A direction
+// at x leads to one part; here is how probable each of the two choices makes the direction, whichever was
+// made.
+struct PartPdf {
+    CellId part;
+    float whole_pdf_w;  // density per solid angle of illuminate() without a cell
+    float part_pdf_w;   // of illuminate() restricted to `part`
+};
+
 // Light that arrives at a point x from direction `w` if nothing stands in between.
 struct Incident {
     V3f w;           // unit, from x towards the light
@@ -46,6 +56,7 @@ struct Incident {
     Rgb weight;      // radiance / pdf_w; for a delta light the irradiance on a plane that faces it [W/m²]
     float pdf_w;     // density per solid angle with which illuminate() chose w; 0 for a delta light
     CellId cell = kNoCell;
+    std::optional<PartPdf> part = {};  // none: the light has no parts
 };
 
 // Emission met by a ray that was chosen without the light in mind.
@@ -53,6 +64,7 @@ struct Seen {
     Rgb radiance;
     float pdf_w;     // density per solid angle with which illuminate() would have chosen this ray; for MIS
     float distance;  // along the ray; INFINITY for the sky
+    std::optional<PartPdf> part = {};  // none: the light has no parts
 };
 
 // The sphere that holds the scene, for lights that have no place of their own.
@@ -84,10 +96,13 @@ class Light {
         for (std::size_t i = 0; i < u.size(); ++i) out[i] = emit(u[i]);
     }
 
-    // A direction from x towards the light. `cell` restricts the choice to one cell of a light field (the
-    // density is then that of the restricted choice). No sample: nothing arrives at x.
+    // A direction from x towards the light. `cell` restricts the choice to the part of the light that holds
+    // this cell (the density is then that of the restricted choice). No sample: nothing arrives at x.
     virtual std::optional<Incident> illuminate(const V3f& x, const V2f& u,
                                                std::optional<CellId> cell = {}) const = 0;
+    // The part that holds a cell, named by one cell of its own: the same for all cells of a part. kNoCell
+    // from a light that has no parts.
+    virtual CellId part_of(CellId /*cell*/) const { return kNoCell; }
 
     // Emission along a ray from something that is not geometry of the scene: the sky, a lamp's impostor. Does
     // not look at what stands in between.
@@ -96,6 +111,10 @@ class Light {
     // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric
     // normal n on the shape's own (emitting) side.
     virtual Seen meet(const Ray& /*ray*/, float t, const V3f& /*n*/) const { return {Rgb(0), 0, t}; }
+
+    // Where it is and which way it shines; its power is left to whoever asks. None: it has no place (a sky),
+    // or none is known.
+    virtual std::optional<LightBounds> bounds() const { return std::nullopt; }
 
     // True if only illuminate() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }

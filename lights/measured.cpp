@@ -70,32 +70,54 @@ class MeasuredLight final : public Light {
     std::optional<Incident> illuminate(const V3f& x, const V2f& u,
                                        std::optional<CellId> from) const override {
         if (!(flux_ > 0)) return std::nullopt;
-        const Rig& rig = field_.rig();
         const V3d local = placement_.to_local_point(V3d(x));
         if (!(local.z > 0 || shape_)) return std::nullopt;
-        // Choose an interval of S by its share of the flux, or take the one asked for; then a point of it.
-        CellTable::IntervalDraw at{0, 0, 1, u};
-        if (from) {
-            const std::optional<Cell> cell = table_.cell(*from);
-            if (!cell) return std::nullopt;
-            at.n = cell->n, at.o = cell->o;
-        } else {
-            at = table_.draw_interval(u);
-        }
-        Line line{{rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
-                   rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y},
-                  {},
-                  at.n,
-                  at.o};
+        auto chosen = choose(u, from);
+        if (!chosen) return std::nullopt;
+        Line& line = *chosen;
         line.way = V3d(local.x - line.on_s.x, local.y - line.on_s.y, local.z);
         const double radiance = radiance_along(line);
         if (!(radiance > 0)) return std::nullopt;
         const double distance = distance_to_origin(line, x);
         if (!(distance > 0)) return std::nullopt;
-        const double pdf_w = density(at.probability, line.way);
-        return Incident{to_float(-travel(line)), static_cast<float>(distance),
-                        static_cast<float>(radiance / pdf_w) * field_.info().colour,
-                        static_cast<float>(pdf_w), cell_at(line)};
+        const PartPdf part = densities(line);
+        const float pdf_w = from ? part.part_pdf_w : part.whole_pdf_w;
+        const auto weight = static_cast<float>(radiance / double{pdf_w});
+        if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
+        return Incident{to_float(-travel(line)),
+                        static_cast<float>(distance),
+                        weight * field_.info().colour,
+                        pdf_w,
+                        cell_at(line),
+                        part};
+    }
+
+    CellId part_of(CellId id) const override {
+        const std::optional<Cell> cell = table_.cell(id);
+        return cell ? name_of(part_at(cell->n, cell->o)) : kNoCell;
+    }
+
+    // S, and the widest angle of a line to its normal. On a shape light may begin anywhere along a line.
+    std::optional<LightBounds> bounds() const override {
+        if (shape_) return std::nullopt;
+        const Rig& rig = field_.rig();
+        LightBounds bounds;
+        double across2 = 0;
+        for (int a = 0; a < 2; ++a) {
+            const double s = rig.interval_edge(a, rig.intervals(a));
+            const double m = std::max(std::fabs(rig.column_edge(a, 0, 0)),
+                                      std::fabs(rig.column_edge(a, rig.intervals(a) - 1, rig.columns(a))));
+            across2 += sqr(s + m);
+        }
+        for (int corner = 0; corner < 4; ++corner) {
+            const V2d p(rig.interval_edge(0, corner % 2 == 0 ? 0 : rig.intervals(0)),
+                        rig.interval_edge(1, corner < 2 ? 0 : rig.intervals(1)));
+            bounds.box.extendBy(to_float(placement_.point(p)));
+        }
+        bounds.axis = to_float(placement_.normal());
+        bounds.theta_o = static_cast<float>(std::atan2(std::sqrt(across2), rig.distance));
+        bounds.theta_e = 0;
+        return bounds;
     }
 
     // S itself, where the line of the ray does not cross the shape.
@@ -129,13 +151,65 @@ class MeasuredLight final : public Light {
     // Two crossings of a line nearer than this share of the shape's extent are one.
     static constexpr double kSameCrossing = 1e-4;
 
+    // Parts are blocks of intervals, so large that there are at most so many across S: finer ones would be
+    // more than a few dozen photons can tell apart.
+    static constexpr int kPartsAcross = 8;
+
     // A line of the field: its point of S, and the way from there to a point elsewhere on it, which lies
     // behind S if way.z < 0. Light frame.
     struct Line {
         V2d on_s;
         V3d way;
-        int n, o;  // the interval of S
+        int n = 0, o = 0;  // the interval of S
     };
+
+    // From the first interval in each direction to before the last.
+    struct Part {
+        V2i first, end;
+        int intervals() const { return (end.x - first.x) * (end.y - first.y); }  // at least 1
+    };
+    Part part_at(int n, int o) const {
+        Part part;
+        for (int a = 0; a < 2; ++a) {
+            const int all = field_.rig().intervals(a);
+            const int size = (all + kPartsAcross - 1) / kPartsAcross;
+            part.first[a] = (a == 0 ? n : o) / size * size;
+            part.end[a] = std::min(all, part.first[a] + size);
+        }
+        return part;
+    }
+    CellId name_of(const Part& part) const { return table_.id({part.first.x, part.first.y, 0, 0}); }
+
+    // An interval of S by its share of the flux and a point of it, or any point of the part that holds the
+    // cell. The way is left open. None: there is no such cell.
+    std::optional<Line> choose(const V2f& u, std::optional<CellId> from) const {
+        const Rig& rig = field_.rig();
+        Line line;
+        if (!from) {
+            const CellTable::IntervalDraw at = table_.draw_interval(u);
+            line.n = at.n, line.o = at.o;
+            line.on_s = {rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
+                         rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y};
+            return line;
+        }
+        const std::optional<Cell> cell = table_.cell(*from);
+        if (!cell) return std::nullopt;
+        const Part part = part_at(cell->n, cell->o);
+        for (int a = 0; a < 2; ++a) {
+            const double at = part.first[a] + double{u[a]} * (part.end[a] - part.first[a]);
+            (a == 0 ? line.n : line.o) = std::min(static_cast<int>(at), part.end[a] - 1);
+            line.on_s[a] = rig.interval_edge(a, 0) + at * rig.spacing[a];
+        }
+        return line;
+    }
+
+    // Of both choices that lead to the line. way.z != 0.
+    PartPdf densities(const Line& line) const {
+        const Part part = part_at(line.n, line.o);
+        return {name_of(part),
+                static_cast<float>(density(double{table_.interval_probability(line.n, line.o)}, line.way)),
+                static_cast<float>(density(1.0 / part.intervals(), line.way))};
+    }
 
     // Of the light along the line: its direction in the scene.
     V3d travel(const Line& line) const {
@@ -164,8 +238,8 @@ class MeasuredLight final : public Light {
     // What a ray along the line sees at distance t, and how probable illuminate() makes it.
     Seen found_along(const Line& line, float t) const {
         const double radiance = radiance_along(line);
-        const double pdf_w = density(double{table_.interval_probability(line.n, line.o)}, line.way);
-        return {static_cast<float>(radiance) * field_.info().colour, static_cast<float>(pdf_w), t};
+        const PartPdf part = densities(line);
+        return {static_cast<float>(radiance) * field_.info().colour, part.whole_pdf_w, t, part};
     }
 
     // How far the way from x to where the line's light begins must be free; nothing above 0 if x lies behind

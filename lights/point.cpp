@@ -23,6 +23,7 @@ class PointLight final : public Light {
     std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
         return illuminate_from_point(position_, x, intensity_);
     }
+    std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
 
   private:
     V3f position_;   // scene units

@@ -47,6 +47,7 @@ class ShapedPointLight final : public Light {
         if (!(r > 0)) return std::nullopt;
         return illuminate_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
     }
+    std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
 
   private:
     std::string_view kind_;

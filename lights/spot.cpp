@@ -69,6 +69,11 @@ class SpotLight final : public Light {
         const double h = 0.5 * (way / r - V3d(frame_.n)).length2();
         return illuminate_from_point(position_, x, intensity_ * static_cast<float>(falloff(h)));
     }
+    // The same all over the cone, for all that is said here.
+    std::optional<LightBounds> bounds() const override {
+        const auto cone = static_cast<float>(2 * std::asin(std::sqrt(std::min(1.0, total_ / 2))));
+        return LightBounds{Box3f(position_), frame_.n, cone, 0};
+    }
 
   private:
     double rim() const { return total_ - start_; }

@@ -10,10 +10,12 @@ namespace {
 class DirectEstimator final : public Estimator {
   public:
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
-        : scene_(scene), settings_(settings) {}
+        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
-        const auto shade = [&](const Vertex& vertex) { return direct_light(scene_, vertex, stream); };
+        const auto shade = [&](const Vertex& vertex) {
+            return direct_light(scene_, vertex, stream, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
+        };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
             return sigma_s * direct_light(scene_, vertex, stream);
@@ -24,6 +26,7 @@ class DirectEstimator final : public Estimator {
   private:
     const Scene& scene_;
     DirectSettings settings_;
+    LightChooser lights_;
 };
 
 class DirectIntegrator final : public Integrator {

@@ -7,30 +7,36 @@ namespace {
 constexpr std::uint32_t kShadowBranch = 0x5d;
 constexpr std::uint32_t kLampBranch = 0x1a;
 
-// One light, chosen by power, asked by a surface or by a place in a medium.
+// The share that passes: nothing where something stands in between, else what media leave of it.
 template <typename Place>
-Rgb ask_light(const Scene& scene, const Place& place, Stream& stream) {
+Rgb passing(const Scene& scene, const Place& place, const Incident& incident, Stream& stream) {
+    const SurfacePoint x = place.from();
+    if (!scene.visible(x, incident.w, incident.distance)) return Rgb(0);
+    if (scene.media().empty()) return Rgb(1);
+    Stream more = stream.split(kShadowBranch);
+    return passage(scene, x, incident.w, incident.distance, place.medium_towards(incident.w), more);
+}
+
+template <typename Place>
+Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
+    const Incident& incident = drawn.incident;
+    Rgb result = place.value(incident.w);
+    if (is_black(result)) return Rgb(0);
+    result *= incident.weight * drawn.gain;
+    if (!(drawn.pdf_w > 0)) return result;  // a delta light: nothing else finds it
+    return result * power_heuristic(drawn.pdf_w, place.pdf_w(incident.w));
+}
+
+// One light, asked by a surface or by a place in a medium.
+template <typename Place>
+Rgb ask_light(const Scene& scene, const Place& place, Stream& stream, const LightChoice& choice) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
     const float u_light = stream.next();
     const V2f u_place = stream.next2();
-    const auto pick = scene.picker().pick(u_light);
-    if (!pick) return Rgb(0);
-    const SurfacePoint x = place.from();
-    const Light& light = *scene.lights()[pick->light];
-    const auto incident = light.illuminate(x.p, u_place);
-    if (!incident) return Rgb(0);
-
-    Rgb result = place.value(incident->w);
-    if (is_black(result)) return Rgb(0);
-    result *= incident->weight * (1 / pick->probability);  // a picked light has probability > 0
-    if (!light.is_delta()) {
-        result *= power_heuristic(incident->pdf_w * pick->probability, place.pdf_w(incident->w));
-    }
-    if (is_black(result) || !scene.visible(x, incident->w, incident->distance)) return Rgb(0);
-    if (scene.media().empty()) return result;
-    Stream more = stream.split(kShadowBranch);
-    return result *
-           passage(scene, x, incident->w, incident->distance, place.medium_towards(incident->w), more);
+    const auto drawn = choice.draw(scene, place.from().p, u_light, u_place);
+    if (!drawn) return Rgb(0);
+    const Rgb result = unshadowed_at(place, *drawn);
+    return is_black(result) ? result : result * passing(scene, place, drawn->incident, stream);
 }
 
 // What is not geometry and lies before `hit`: calls found(radiance, distance) for each.
@@ -41,17 +47,24 @@ void meet_lamps(const Scene& scene, const Ray& ray, const std::optional<Hit>& hi
     for (const std::uint32_t light : scene.impostors()) {
         const auto seen = scene.lights()[light]->seen(ray);
         if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
-        found(seen->radiance * rule.share(seen->pdf_w * scene.picker().probability(light)), seen->distance);
+        found(seen->radiance * rule.share(scene, light, *seen), seen->distance);
     }
 }
 
 }  // namespace
 
-Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream) {
-    return ask_light(scene, vertex, stream);
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice) {
+    return ask_light(scene, vertex, stream, choice);
 }
 Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream) {
-    return ask_light(scene, vertex, stream);
+    return ask_light(scene, vertex, stream, {});
+}
+
+Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
+    return unshadowed_at(vertex, drawn);
+}
+Rgb passing_share(const Scene& scene, const Vertex& vertex, const Incident& incident, Stream& stream) {
+    return passing(scene, vertex, incident, stream);
 }
 
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
@@ -59,7 +72,7 @@ Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit
     if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
     const auto light = static_cast<std::uint32_t>(hit->light);
     const Seen seen = scene.lights()[light]->meet(ray, hit->t, hit->at.n);
-    return seen.radiance * rule.share(seen.pdf_w * scene.picker().probability(light));
+    return seen.radiance * rule.share(scene, light, seen);
 }
 
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
@@ -94,14 +107,15 @@ bool visible_between(const Scene& scene, const SurfacePoint& x, const SurfacePoi
     return scene.visible(SurfacePoint{begin}, way / distance, distance);
 }
 
-DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream) {
-    const Rgb asked = next_event(scene, vertex, stream);
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream,
+                         const LightChoice& choice) {
+    const Rgb asked = next_event(scene, vertex, stream, choice);
     const BsdfU u{stream.next(), stream.next2()};
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
     if (!sample) return {asked, {}};
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-    const Rgb found = emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w),
+    const Rgb found = emission(scene, ray, scene.hit(ray), EmissionRule::mis(sample->pdf_w, choice),
                                vertex.medium_towards(sample->wi), stream);
     return {asked + sample->weight * found, {}};
 }

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "engine/base/stream.h"
+#include "engine/render/light_choice.h"
 #include "engine/world/passage.h"
 #include "engine/world/phase.h"
 #include "engine/world/scene.h"
@@ -31,11 +32,18 @@ struct EmissionRule {
         mis,   // a ray from a surface that also asked the lights: the share of the BSDF's strategy
         none,  // accounted for elsewhere
     } kind = Kind::all;
-    float pdf_w = 0;  // with which the ray's direction was drawn; for `mis`
+    float pdf_w = 0;     // with which the ray's direction was drawn; for `mis`
+    LightChoice choice;  // by which the surface asked the lights; for `mis`
 
     static EmissionRule all() { return {}; }
-    static EmissionRule none() { return {Kind::none, 0}; }
-    static EmissionRule mis(float pdf_w) { return {Kind::mis, pdf_w}; }
+    static EmissionRule none() { return {Kind::none, 0, {}}; }
+    static EmissionRule mis(float pdf_w, const LightChoice& choice = {}) {
+        return {Kind::mis, pdf_w, choice};
+    }
+    // The share of what was seen of a light that counts.
+    float share(const Scene& scene, std::uint32_t light, const Seen& seen) const {
+        return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
+    }
     // The share of emission that counts, given the density with which next_event() would have drawn this
     // direction.
     float share(float light_pdf_w) const {
@@ -84,9 +92,14 @@ struct MediumVertex {
     std::int32_t medium_towards(const V3f& /*w*/) const { return medium; }
 };
 
-// Radiance towards wo from one light, chosen by power and asked for a direction.
-Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream);
+// Radiance towards wo from one light, chosen and asked for a direction.
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice = {});
 Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream);
+
+// What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
+Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
+// What of it arrives: 0 if something stands in between, else what media let pass.
+Rgb passing_share(const Scene& scene, const Vertex& vertex, const Incident& incident, Stream& stream);
 
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
@@ -109,7 +122,8 @@ struct DirectLight {
     // still to be found.
     std::optional<BsdfSample> specular;
 };
-DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream);
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream,
+                         const LightChoice& choice = {});
 // In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
 Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream);
 

@@ -9,7 +9,8 @@ namespace {
 
 class PathEstimator final : public Estimator {
   public:
-    PathEstimator(const Scene& scene, const PathSettings& settings) : scene_(scene), settings_(settings) {}
+    PathEstimator(const Scene& scene, const PathSettings& settings)
+        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb radiance(const Ray& camera_ray, Stream& stream) const override {
         Rgb result(0);
@@ -29,7 +30,8 @@ class PathEstimator final : public Estimator {
             const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
-            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, stream);
+            const LightChoice choice = specular ? LightChoice() : lights_.at(hit->at, bsdf, wo);
+            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, stream, choice);
 
             // Go on.
             const BsdfU u{stream.next(), stream.next2()};
@@ -38,7 +40,7 @@ class PathEstimator final : public Estimator {
             if (!sample) break;
             throughput *= sample->weight;
             eta_scale *= sample->eta_scale;
-            rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w);
+            rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
             ray = Ray{hit->at.towards(sample->wi), sample->wi};
 
             // Russian roulette by what the path is still worth.
@@ -53,6 +55,7 @@ class PathEstimator final : public Estimator {
   private:
     const Scene& scene_;
     PathSettings settings_;
+    LightChooser lights_;
 };
 
 class PathIntegrator final : public Integrator {

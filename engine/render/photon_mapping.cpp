@@ -2,7 +2,7 @@
 // 5].
 //
 // Every path of light is counted once. At a diffuse surface, what arrives is split by where it comes from:
-//   straight from a light        lights sampled, or the Direct map
+//   straight from a light        lights sampled (plainly or by the Direct map), or the Direct map itself
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
 // Scattering in a medium counts as a diffuse surface. What media scatter into a ray, be it the camera's or a
@@ -17,6 +17,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/energy_report.h"
+#include "engine/render/guided_light.h"
 #include "engine/render/integrator.h"
 #include "engine/render/irradiance_ahead.h"
 #include "engine/render/specular_chain.h"
@@ -46,14 +47,16 @@ struct GatherPair {
 class PhotonMapEstimator final : public Estimator {
   public:
     PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, const GatherPair& gather,
-                       PhotonMaps maps, std::optional<IrradiancePoints> irradiance,
-                       std::unique_ptr<const RadiusRule> radii)
+                       PhotonMaps maps, std::optional<GuideMap> guides,
+                       std::optional<IrradiancePoints> irradiance, std::unique_ptr<const RadiusRule> radii)
         : scene_(scene),
           settings_(settings),
           gather_(gather),
           maps_(std::move(maps)),
+          guides_(std::move(guides)),
           irradiance_(std::move(irradiance)),
-          radii_(std::move(radii)) {}
+          radii_(std::move(radii)),
+          lights_(scene, settings.lights) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         if (settings_.quantity == Quantity::illuminance) {
@@ -109,6 +112,7 @@ class PhotonMapEstimator final : public Estimator {
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const Split split(bsdf);
             Ways ways;
+            LightChoice rest_lights;
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
@@ -121,11 +125,12 @@ class PhotonMapEstimator final : public Estimator {
             }
             const Sheen sheen(split.rest, rule, settings_.specular_below);
             if (sheen.asks) {  // no photons there: ask the lights, then follow the BSDF
-                result += throughput * next_event(scene_, chain.vertex(*sheen.asks), stream);
+                rest_lights = lights_.at(chain.hit->at, *sheen.asks, chain.wo);
+                result += throughput * next_event(scene_, chain.vertex(*sheen.asks), stream, rest_lights);
                 ways.rest = &*sheen.asks;
             }
             if (sheen.counted) ways.counted = &*sheen.counted;
-            const auto next = go_on(ways, chain.wo, rule, stream);
+            const auto next = go_on(ways, chain.wo, rule, rest_lights, stream);
             if (!next) break;
             throughput *= next->sample.weight;
             const float survival = std::min(1.0F, max_component(throughput));
@@ -155,9 +160,8 @@ class PhotonMapEstimator final : public Estimator {
 
     // A diffuse surface that the camera sees.
     Rgb seen(const Vertex& vertex, Stream& stream) const {
-        Rgb result = settings_.direct == DirectMethod::mc
-                         ? direct_light(scene_, vertex, stream).radiance
-                         : estimate(MapKind::direct, vertex, gather_.seen).value;
+        Rgb result = direct(vertex, gather_.seen, stream);
+        if (settings_.indirect == IndirectMethod::none) return result;
         result += estimate(MapKind::caustic, vertex, gather_.seen).value;
         if (settings_.indirect == IndirectMethod::map) {
             return result + estimate(MapKind::global, vertex, gather_.seen).value;
@@ -180,14 +184,27 @@ class PhotonMapEstimator final : public Estimator {
     Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         const Looked looked = look(vertex);
         if (looked.radius > length && depth + 1 < kMostBounces) {
-            const Rgb direct = direct_light(scene_, vertex, stream).radiance;
-            return {direct + estimate(MapKind::caustic, vertex, gather_.landed).value, true};
+            const Rgb sampled = asked(vertex, stream);
+            return {sampled + estimate(MapKind::caustic, vertex, gather_.landed).value, true};
         }
         if (looked.has_direct) return {looked.radiance, false};
-        const Rgb direct = settings_.direct == DirectMethod::mc
-                               ? direct_light(scene_, vertex, stream).radiance
-                               : estimate(MapKind::direct, vertex, gather_.landed).value;
-        return {direct + looked.radiance, false};
+        return {direct(vertex, gather_.landed, stream) + looked.radiance, false};
+    }
+
+    // Direct light by the chosen method.
+    Rgb direct(const Vertex& vertex, const GatherSettings& how, Stream& stream) const {
+        if (settings_.direct == DirectMethod::map) return estimate(MapKind::direct, vertex, how).value;
+        return asked(vertex, stream);
+    }
+    // The same, by rays: where the Direct map is read elsewhere, plainly.
+    Rgb asked(const Vertex& vertex, Stream& stream) const {
+        const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
+        if (!guides_) return direct_light(scene_, vertex, stream, plain).radiance;
+        if (settings_.direct == DirectMethod::gated) {
+            return gated_light(scene_, *guides_, vertex, stream, plain).radiance;
+        }
+        const GuidedLightSettings how{settings_.guide_floor, settings_.candidates};
+        return GuidedLight(scene_, *guides_, how)(vertex, stream, plain).radiance;
     }
 
     // The parts of a surface by which a ray may go on.
@@ -202,7 +219,7 @@ class PhotonMapEstimator final : public Estimator {
     };
     // One of them, by chance where there are several: a ray that split at every surface would never end.
     std::optional<Step> go_on(const Ways& ways, const V3f& wo, const EmissionRule& rule,
-                              Stream& stream) const {
+                              const LightChoice& rest_lights, Stream& stream) const {
         const float u_way = stream.next();
         const BsdfU u{stream.next(), stream.next2()};
         std::array<const Bsdf*, 3> open{};
@@ -218,7 +235,8 @@ class PhotonMapEstimator final : public Estimator {
         Step step{*sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
         step.sample.weight *= share;
         if (way == ways.rest) {
-            step.rule = sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w);
+            step.rule =
+                sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w, rest_lights);
         }
         return step;
     }
@@ -275,8 +293,10 @@ class PhotonMapEstimator final : public Estimator {
     PhotonMapSettings settings_;
     GatherPair gather_;
     PhotonMaps maps_;
+    std::optional<GuideMap> guides_;
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
+    LightChooser lights_;
 };
 
 class PhotonMapIntegrator final : public Integrator {
@@ -298,10 +318,15 @@ class PhotonMapIntegrator final : public Integrator {
         plan.seed = context.seed;
         plan.pass = context.pass;
         plan.index = settings_.index;
-        PhotonMaps maps = make_maps(plan, context);
-        if (context.monitor.stopped()) return nullptr;
-        report(maps, context.report);
+        PhotonMaps maps;
+        if (plan.wanted != std::array<bool, kMapKinds>{}) {
+            maps = make_maps(plan, context);
+            if (context.monitor.stopped()) return nullptr;
+            report(maps, context.report);
+        }
         const GatherPair how = gather(context.scene);
+        std::optional<GuideMap> guides = guide(context, how.seen.radius);
+        if (context.monitor.stopped()) return nullptr;
         std::optional<IrradiancePoints> irradiance;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             const Stopwatch computing;
@@ -311,7 +336,8 @@ class PhotonMapIntegrator final : public Integrator {
             if (context.monitor.stopped()) return nullptr;
         }
         return std::make_unique<PhotonMapEstimator>(context.scene, settings_, how, std::move(maps),
-                                                    std::move(irradiance), std::move(radii));
+                                                    std::move(guides), std::move(irradiance),
+                                                    std::move(radii));
     }
 
     std::vector<std::string> plan(const Scene& scene) const override {
@@ -340,13 +366,19 @@ class PhotonMapIntegrator final : public Integrator {
         switch (kind) {
             case MapKind::direct: {
                 const bool map = settings_.direct == DirectMethod::map;
+                if (guided()) {
+                    return {false, fmt::format("direct light is sampled where {} paths of its own lead",
+                                               settings_.guide_photons)};
+                }
                 return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
             }
             case MapKind::global:
+                if (settings_.indirect == IndirectMethod::none) return {false, "indirect = none"};
                 return {true, settings_.indirect == IndirectMethod::map
                                   ? "indirect light is read from it"
                                   : "gather rays read it where they land"};
             case MapKind::caustic: {
+                if (settings_.indirect == IndirectMethod::none) return {false, "indirect = none"};
                 if (settings_.specular_below > 0) {
                     return {true, fmt::format("gloss of alpha below {:g} counts as specular",
                                               settings_.specular_below)};
@@ -394,6 +426,21 @@ class PhotonMapIntegrator final : public Integrator {
             context.report.notes[fmt::format("map.{}", map_name(kind))] = decision_text(kind, context.scene);
         }
         return maps;
+    }
+
+    bool guided() const {
+        return settings_.direct == DirectMethod::gated || settings_.direct == DirectMethod::guided;
+    }
+    // The photons by which direct light is sampled, if it is.
+    std::optional<GuideMap> guide(const PassContext& context, float radius) const {
+        if (!guided()) return std::nullopt;
+        const Stopwatch building;
+        const GuidePlan plan{
+            settings_.guide_photons, context.seed, context.pass, {settings_.guide_k, radius}};
+        GuideMap map = build_guides(context.scene, plan, context.workers, context.monitor);
+        context.report.seconds.emplace_back("guide", building.seconds());
+        context.report.numbers["guide.photons"] = static_cast<double>(map.map().size());
+        return map;
     }
 
     GatherPair gather(const Scene& scene) const {

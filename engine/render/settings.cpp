@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/base/names.h"
+#include "photon/guide.h"
 
 namespace lucerna {
 namespace {
@@ -42,14 +43,21 @@ Field quantity(Quantity& target) {
                   {"radiance", "illuminance"}, target);
 }
 
+Field lights(LightSelection& target) {
+    return choice("lights",
+                  "one light of many is chosen by its power, or by a tree that knows where they are",
+                  {"power", "tree"}, target);
+}
+
 std::vector<Field> fields_of(PathSettings& s) {
     return {whole("maxdepth", "longest path in bounces; 0: no limit, roulette ends every path", 0, kMostInt,
                   s.max_depth),
-            quantity(s.quantity)};
+            lights(s.lights), quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
     return {
+        lights(s.lights),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity)};
 }
@@ -61,10 +69,23 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
               s.caustic_photons),
         whole("indirectphotons", "target: emit until the Global map holds that many; 0: no target", 0, 1e9,
               s.indirect_photons),
-        choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
-               s.direct),
-        choice("indirect", "indirect light: gather (final gather) or map (the maps seen directly)",
-               {"gather", "map"}, s.indirect),
+        choice("direct",
+               "direct light: mc (sample the lights), map (the Direct map), gated (mc where photons are "
+               "near) or "
+               "guided (sample the lights by the photons near)",
+               {"mc", "map", "gated", "guided"}, s.direct),
+        lights(s.lights),
+        whole("guidephotons", "light paths of the Direct map that gates or guides", 1, 4294967296.0,
+              s.guide_photons),
+        whole("guidek", "direct photons around a point that guide it", 1, GuideSettings::kMostPhotons,
+              s.guide_k),
+        real("guidefloor", "least share of the plain choice of lights beside the guide", 0.01, 1,
+             s.guide_floor),
+        whole("candidates", "places of lights that guided weighs for one shadow ray", 1, 1024, s.candidates),
+        choice("indirect",
+               "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
+               "alone)",
+               {"gather", "map", "none"}, s.indirect),
         whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
         whole("precompute", "irradiance ahead of time for gather rays, a point for every n-th photon; 0: off",
               0, 1'000'000, s.precompute),

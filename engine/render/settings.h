@@ -19,26 +19,38 @@
 
 namespace lucerna {
 
+// How one light of many is chosen to be asked: by its power alone, or by what it may send to the place that
+// asks.
+enum class LightSelection : std::uint8_t { power, tree };
+
 // The unbiased reference.
 struct PathSettings {
-    int max_depth = 0;  // bounces; 0: no limit, roulette ends every path
+    int max_depth = 0;                              // bounces; 0: no limit, roulette ends every path
+    LightSelection lights = LightSelection::power;  // in scenes without media
     Quantity quantity = Quantity::radiance;
 };
 
 // Direct light only; mirrors and glass are followed.
 struct DirectSettings {
+    LightSelection lights = LightSelection::power;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
 
-enum class DirectMethod : std::uint8_t { mc, map };
-enum class IndirectMethod : std::uint8_t { gather, map };
+enum class DirectMethod : std::uint8_t { mc, map, gated, guided };
+enum class IndirectMethod : std::uint8_t { gather, map, none };
 
 struct PhotonMapSettings {
     std::int64_t photons = 1'000'000;  // light paths emitted, unless a target is set
     // Targets: paths are emitted until the Caustic and the Global map hold that many photons. 0: none.
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
+    LightSelection lights = LightSelection::power;
+    // For `gated` and `guided`: light paths of the Direct map they go by.
+    std::int64_t guide_photons = 200'000;
+    int guide_k = 24;           // photons around a point that guide it
+    float guide_floor = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
+    int candidates = 8;         // places of lights that `guided` weighs for one shadow ray
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
     // Irradiance ahead of time, a point for every n-th photon; 0: estimate at each gather ray's end.

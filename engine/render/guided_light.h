@@ -1,0 +1,44 @@
+// Direct light with the help of photons that came straight from the lights [photon-maps 4].
+//
+//   gated   as `mc`, but only where a photon lies near. Where none landed there is no light: too dark by what
+//           arrives there. With M paths of power Φ/M and a gate of radius r on a flat surface lit by E, the
+//           chance that none landed is exp(-π r² E M/Φ), so the mean over maps lacks E times that; no
+//           irradiance lacks more than Φ/(e π r² M).
+//   guided  as `mc`, but lights and their parts are chosen by the photons near, mixed with the plain choice:
+//           unbiased.
+//
+// `guided` asks several places of lights for what would arrive, traces one shadow ray to one of them chosen
+// in proportion to that, and lets it stand for all (resampled importance, Talbot 2005). Where the BSDF's
+// strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs more.
+#pragma once
+
+#include "engine/base/stream.h"
+#include "engine/render/direct_light.h"
+#include "engine/world/scene.h"
+#include "photon/guide.h"
+
+namespace lucerna {
+
+struct GuidedLightSettings {
+    float floor = 0.25F;  // the least share of the plain choice, in (0, 1]
+    int candidates = 8;   // places of lights weighed before one is asked for, >= 1
+};
+
+// Both as direct_light(); `plain` is the choice without photons.
+DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Stream& stream,
+                        const LightChoice& plain = {});
+
+class GuidedLight {
+  public:
+    // Keeps references to the scene and the guides.
+    GuidedLight(const Scene& scene, const GuideMap& guides, const GuidedLightSettings& settings)
+        : scene_(scene), guides_(guides), settings_(settings) {}
+    DirectLight operator()(const Vertex& vertex, Stream& stream, const LightChoice& plain = {}) const;
+
+  private:
+    const Scene& scene_;
+    const GuideMap& guides_;
+    GuidedLightSettings settings_;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,72 @@
+#include "engine/render/light_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+
+// A light without parts makes a direction as probable whether it is asked for a part or not.
+PartPdf whole(float pdf_w) {
+    return {kNoCell, pdf_w, pdf_w};
+}
+
+}  // namespace
+
+std::optional<LightChoice::Plain> LightChoice::pick_plainly(const Scene& scene, float u) const {
+    if (tree_) {
+        const auto pick = tree_->pick(x_, n_, u);
+        return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+    }
+    const auto pick = scene.picker().pick(u);
+    return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+}
+
+float LightChoice::plain_probability(const Scene& scene, std::uint32_t light) const {
+    return tree_ ? tree_->probability(x_, n_, light) : scene.picker().probability(light);
+}
+
+float LightChoice::mixture(float plain, std::uint32_t light, const PartPdf& pdf) const {
+    float density = floor_ * plain * pdf.whole_pdf_w;
+    if (guide_) density += (1 - floor_) * guide_->probability(light, pdf.part) * pdf.part_pdf_w;
+    return density;
+}
+
+std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f& x, float u_light,
+                                                   const V2f& u_place) const {
+    Draw draw{};
+    std::optional<CellId> part;
+    std::optional<Plain> plain;
+    if (u_light < floor_) {  // always, without a guide: floor_ is 1
+        plain = pick_plainly(scene, std::min(u_light / floor_, kBelowOne));
+        if (!plain) return std::nullopt;
+        draw.light = plain->light;
+    } else {
+        const Guide::Choice& choice = guide_->draw(std::min((u_light - floor_) / (1 - floor_), kBelowOne));
+        draw.light = choice.light;
+        if (choice.part != kNoCell) part = choice.part;
+    }
+    const Light& light = *scene.lights()[draw.light];
+    const auto incident = light.illuminate(x, u_place, part);
+    if (!incident) return std::nullopt;
+
+    // What was drawn has a density above 0, unless float32 takes it for 0: then it is as if it were not
+    // drawn.
+    const bool delta = light.is_delta();
+    const PartPdf pdf = delta ? whole(1) : incident->part.value_or(whole(incident->pdf_w));
+    const float density =
+        mixture(plain ? plain->probability : plain_probability(scene, draw.light), draw.light, pdf);
+    if (!(density > 0) || !std::isfinite(density)) return std::nullopt;
+    draw.incident = *incident;
+    draw.gain = (delta ? 1 : incident->pdf_w) / density;
+    draw.pdf_w = delta ? 0 : density;
+    return draw;
+}
+
+float LightChoice::pdf_w(const Scene& scene, std::uint32_t light, const Seen& seen) const {
+    return mixture(plain_probability(scene, light), light, seen.part.value_or(whole(seen.pdf_w)));
+}
+
+}  // namespace lucerna

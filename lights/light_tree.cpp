@@ -1,0 +1,200 @@
+#include "lights/light_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+constexpr int kBuckets = 12;
+constexpr int kDeepest = 60;  // turns of a way fit 64 bits; below, splits are by halves
+
+V3f middle(const Box3f& box) {
+    return 0.5F * (box.min + box.max);
+}
+
+// The solid angle over which the lights of a bound shine, as [CK18 (1)] weighs it.
+double orientation_measure(const LightBounds& b) {
+    const double o = double{b.theta_o};
+    const double w = std::min(o + double{b.theta_e}, kPiD);
+    return 2 * kPiD * (1 - std::cos(o)) +
+           kPiD / 2 * (2 * w * std::sin(o) - std::cos(o - 2 * w) - 2 * o * std::sin(o) + std::cos(o));
+}
+
+// Half the surface; a flat or point-like box keeps some, so that its power counts.
+double area_measure(const Box3f& box, float least_side) {
+    const V3d d(box.size());
+    const double x = std::max(d.x, double{least_side}), y = std::max(d.y, double{least_side}),
+                 z = std::max(d.z, double{least_side});
+    return x * y + y * z + z * x;
+}
+
+}  // namespace
+
+struct LightTree::Building {
+    struct Item {
+        LightBounds bounds;
+        std::uint32_t light;
+    };
+    LightTree& tree;
+    std::vector<Item> items;
+    float least_side = 0;  // of a box in the cost
+
+    // Nodes are laid out first child first. The bounds of all of them.
+    LightBounds build(std::size_t begin, std::size_t end, std::uint64_t turns, int depth) {
+        const auto at = tree.nodes_.size();
+        if (end - begin == 1) {
+            const Item& item = items[begin];
+            tree.nodes_.push_back({LightPromise(item.bounds), item.light, true});
+            tree.ways_[item.light] = {true, true, turns};
+            return item.bounds;
+        }
+        const std::size_t middle_item = split(begin, end, depth);
+        tree.nodes_.push_back({});
+        const LightBounds first = build(begin, middle_item, turns, depth + 1);
+        const auto next = static_cast<std::uint32_t>(tree.nodes_.size());
+        const LightBounds second = build(middle_item, end, turns | std::uint64_t{1} << depth, depth + 1);
+        const LightBounds all = together(first, second);
+        tree.nodes_[at] = {LightPromise(all), next, false};
+        return all;
+    }
+
+    double cost(const LightBounds& b) const {
+        return double{b.power} * orientation_measure(b) * area_measure(b.box, least_side);
+    }
+
+    // Cuts the longest side of the boxes' centres where the sum of the two costs is least [CK18 4.2].
+    std::size_t split(std::size_t begin, std::size_t end, int depth) {
+        const std::size_t half = begin + (end - begin) / 2;
+        Box3f centres;
+        for (std::size_t i = begin; i < end; ++i) centres.extendBy(middle(items[i].bounds.box));
+        const unsigned axis = centres.majorAxis();
+        const float from = centres.min[axis], width = centres.max[axis] - from;
+        if (!(width > 0)) return half;  // all at one place
+        const auto place = [&](const Item& item) { return middle(item.bounds.box)[axis]; };
+        const auto bucket = [&](const Item& item) {
+            return std::min(static_cast<int>(kBuckets * ((place(item) - from) / width)), kBuckets - 1);
+        };
+        // Deep down, only as deep as halves go: 2^31 lights in 31 levels.
+        if (depth < kDeepest - 32) {
+            const int cut = cheapest_cut(begin, end, bucket);
+            const auto found = std::stable_partition(items.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                     items.begin() + static_cast<std::ptrdiff_t>(end),
+                                                     [&](const Item& item) { return bucket(item) <= cut; });
+            const auto middle_item = static_cast<std::size_t>(found - items.begin());
+            if (middle_item > begin && middle_item < end) return middle_item;
+        }
+        std::stable_sort(items.begin() + static_cast<std::ptrdiff_t>(begin),
+                         items.begin() + static_cast<std::ptrdiff_t>(end),
+                         [&](const Item& a, const Item& b) { return place(a) < place(b); });
+        return half;
+    }
+
+    template <typename Bucket>
+    int cheapest_cut(std::size_t begin, std::size_t end, Bucket&& bucket) const {
+        std::array<std::optional<LightBounds>, kBuckets> in;
+        const auto add = [](std::optional<LightBounds>& to, const LightBounds& more) {
+            to = to ? together(*to, more) : more;
+        };
+        for (std::size_t i = begin; i < end; ++i) {
+            add(in[static_cast<std::size_t>(bucket(items[i]))], items[i].bounds);
+        }
+        int best = 0;
+        double least = INFINITY;
+        for (int cut = 0; cut + 1 < kBuckets; ++cut) {
+            std::optional<LightBounds> low, high;
+            for (int b = 0; b < kBuckets; ++b) {
+                const auto& bounds = in[static_cast<std::size_t>(b)];
+                if (bounds) add(b <= cut ? low : high, *bounds);
+            }
+            if (!low || !high) continue;
+            const double sum = cost(*low) + cost(*high);
+            if (sum < least) least = sum, best = cut;
+        }
+        return best;
+    }
+};
+
+LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : ways_(lights.size()) {
+    Building building{*this, {}, 0};
+    double total = 0;
+    for (const auto& light : lights) total += light->only_particles() ? 0.0 : light->power();
+    Box3f all;
+    for (std::uint32_t i = 0; i < lights.size(); ++i) {
+        const Light& light = *lights[i];
+        if (light.only_particles() || !(light.power() > 0)) continue;
+        auto bounds = light.bounds();
+        if (!bounds) {
+            beside_.push_back(i);
+            ways_[i] = {true, false, 0};
+            continue;
+        }
+        // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
+        bounds->power = std::max(static_cast<float>(light.power() / total), 1e-30F);
+        all.extendBy(bounds->box);
+        building.items.push_back({*bounds, i});
+    }
+    if (building.items.empty()) return;
+    building.least_side = 1e-4F * all.size().length();
+    nodes_.reserve(2 * building.items.size());
+    building.build(0, building.items.size(), 0, 0);
+}
+
+float LightTree::tree_share() const {
+    return nodes_.empty() ? 0.0F : 1.0F / static_cast<float>(beside_.size() + 1);
+}
+
+float LightTree::first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const {
+    const float first = nodes_[node + 1].promise.at(x, n);
+    const float second = nodes_[nodes_[node].next].promise.at(x, n);
+    // Both 0: neither can send anything; -1 says so. Neither can overflow: shares of power, over 1e-30.
+    return first + second > 0 ? first / (first + second) : -1.0F;
+}
+
+std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float u) const {
+    const float down = tree_share();
+    if (!(u < down)) {
+        if (beside_.empty()) return std::nullopt;
+        const float rest = (u - down) / (1 - down);  // beside_ is not empty: down < 1
+        const auto count = static_cast<float>(beside_.size());
+        const auto i = std::min(static_cast<std::size_t>(rest * count), beside_.size() - 1);
+        return Pick{beside_[i], (1 - down) / count};
+    }
+    u = std::min(u / down, kBelowOne);
+    float probability = down;
+    std::uint32_t node = 0;
+    if (nodes_[0].leaf && !(nodes_[0].promise.at(x, n) > 0)) return std::nullopt;
+    while (!nodes_[node].leaf) {
+        const float p = first_child_probability(node, x, n);
+        if (p < 0) return std::nullopt;
+        const bool first = u < p;
+        u = std::min(first ? u / p : (u - p) / (1 - p), kBelowOne);
+        probability *= first ? p : 1 - p;
+        node = first ? node + 1 : nodes_[node].next;
+    }
+    if (!(probability > 0)) return std::nullopt;
+    return Pick{nodes_[node].next, probability};
+}
+
+float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light) const {
+    const Way& way = ways_[light];
+    if (!way.known) return 0;
+    const float down = tree_share();
+    if (!way.placed) return (1 - down) / static_cast<float>(beside_.size());
+    float probability = down;
+    if (nodes_[0].leaf) return nodes_[0].promise.at(x, n) > 0 ? probability : 0.0F;
+    std::uint32_t node = 0;
+    for (int depth = 0; !nodes_[node].leaf; ++depth) {
+        const float p = first_child_probability(node, x, n);
+        if (p < 0) return 0;
+        const bool second = (way.turns >> depth & 1) != 0;
+        probability *= second ? 1 - p : p;
+        node = second ? nodes_[node].next : node + 1;
+    }
+    return probability;
+}
+
+}  // namespace lucerna

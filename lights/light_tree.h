@@ -1,0 +1,62 @@
+// Which light to ask, of many: by what each may send to the place that asks.
+//
+// A binary tree of bounds over the lights. A draw walks down from its root, at every node to the child that
+// promises more, in proportion; the probability of a light is the product along its way. Lights without a
+// place (skies, the sun) stand beside the tree: each is as probable as the tree as a whole.
+//
+// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018
+// [CK18], without the splitting.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lights/light.h"
+#include "lights/light_bounds.h"
+
+namespace lucerna {
+
+class LightTree {
+  public:
+    LightTree() = default;
+    // Lights without power, and those that only particles carry, are left out. The lights need not live on.
+    explicit LightTree(std::span<const std::unique_ptr<Light>> lights);
+
+    struct Pick {
+        std::uint32_t light;
+        float probability;  // > 0
+    };
+    // For a point x with normal n on the side seen, if it is of an opaque surface; or 0. None: no light can
+    // send anything there. u in [0,1).
+    std::optional<Pick> pick(const V3f& x, const V3f& n, float u) const;
+    // Of pick() giving this light.
+    float probability(const V3f& x, const V3f& n, std::uint32_t light) const;
+
+    std::size_t lights_in_tree() const { return (nodes_.size() + 1) / 2; }
+
+  private:
+    struct Node {
+        LightPromise promise;
+        std::uint32_t next;  // inner: the second child, the first follows at once; leaf: the light
+        bool leaf;
+    };
+    // How a light is reached.
+    struct Way {
+        bool known = false;       // among the lights that are chosen at all
+        bool placed = false;      // in the tree
+        std::uint64_t turns = 0;  // from the root: bit i set, the second child at depth i
+    };
+    struct Building;
+    float first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const;
+    // Of going down the tree rather than to any one of those beside it.
+    float tree_share() const;
+
+    std::vector<Node> nodes_;
+    std::vector<std::uint32_t> beside_;  // lights without a place
+    std::vector<Way> ways_;              // by light
+};
+
+}  // namespace lucerna

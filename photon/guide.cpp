@@ -1,0 +1,134 @@
+#include "photon/guide.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "photon/build_maps.h"
+#include "photon/kernel.h"
+#include "photon/near_photons.h"
+#include "photon/tangent_metric.h"
+
+namespace lucerna {
+namespace {
+
+constexpr CellId kMute = kNoCell - 1;  // no part is named so: a table has fewer cells
+
+// What is voted for, as one number to sort by.
+struct Ballot {
+    std::uint64_t key;
+    std::uint32_t order;  // nearest first: sums do not depend on how equal keys are sorted
+    float weight;
+
+    bool operator<(const Ballot& other) const {
+        return key < other.key || (key == other.key && order < other.order);
+    }
+};
+
+std::uint64_t key_of(std::uint32_t light, CellId part) {
+    return std::uint64_t{light} << 32 | part;
+}
+
+}  // namespace
+
+Guide::Guide(std::span<const Vote> votes) {
+    assert(votes.size() <= GuideSettings::kMostPhotons);
+    std::array<Ballot, GuideSettings::kMostPhotons> ballots;
+    float total = 0;
+    for (std::size_t i = 0; i < votes.size(); ++i) {
+        ballots[i] = {key_of(votes[i].light, votes[i].part), static_cast<std::uint32_t>(i), votes[i].weight};
+        total += votes[i].weight;
+    }
+    if (!(total > 0) || !std::isfinite(total)) return;
+    std::sort(ballots.begin(), ballots.begin() + static_cast<std::ptrdiff_t>(votes.size()));
+
+    // Count by key.
+    float sum = 0;
+    std::size_t alone = 0;
+    for (std::size_t i = 0; i < votes.size();) {
+        const std::size_t first = i;
+        const std::uint64_t key = ballots[first].key;
+        for (; i < votes.size() && ballots[i].key == key; ++i) sum += ballots[i].weight;
+        if (i - first == 1) ++alone;
+        choices_[size_] = {static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0};
+        upto_[size_++] = sum;
+    }
+    unseen_ = static_cast<float>(alone) / static_cast<float>(votes.size());
+
+    // A choice is as probable as the steps between the sums make it: what draw() does, to the last bit.
+    float before = 0;
+    for (std::size_t i = 0; i < size_; ++i) {
+        upto_[i] = i + 1 < size_ ? std::min(upto_[i] / sum, 1.0F) : 1.0F;
+        choices_[i].probability = upto_[i] - before;
+        before = upto_[i];
+    }
+}
+
+const Guide::Choice& Guide::draw(float u) const {
+    assert(!empty());
+    std::size_t i = 0;
+    while (i + 1 < size_ && !(u < upto_[i])) ++i;
+    return choices_[i];
+}
+
+float Guide::probability(std::uint32_t light, CellId part) const {
+    const std::uint64_t key = key_of(light, part);
+    const auto end = choices_.begin() + static_cast<std::ptrdiff_t>(size_);
+    const auto found =
+        std::lower_bound(choices_.begin(), end, key, [](const Choice& choice, std::uint64_t wanted) {
+            return key_of(choice.light, choice.part) < wanted;
+        });
+    return found != end && found->light == light && found->part == part ? found->probability : 0.0F;
+}
+
+GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
+                   const GuideSettings& settings, const Workers& workers)
+    : map_(std::move(map)), parts_(map_.size()), settings_(settings) {
+    assert(settings.k >= 1 && settings.k <= GuideSettings::kMostPhotons);
+    constexpr std::int64_t kGrain = 1 << 14;
+    parallel_ranges(workers, static_cast<std::int64_t>(map_.size()), kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
+                             ++i) {
+                            const Photon& photon = map_.photons()[i];
+                            const Light& light = *lights[photon.light];
+                            parts_[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
+                        }
+                    });
+}
+
+Guide GuideMap::at(const V3f& x, const V3f& n) const {
+    if (map_.size() == 0) return {};
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    const NearPhotons near(map_, x, metric, static_cast<std::size_t>(settings_.k), sqr(settings_.radius));
+    std::array<Guide::Vote, GuideSettings::kMostPhotons> votes;
+    std::size_t size = 0;
+    for (const Neighbour& neighbour : near.found()) {
+        const CellId part = parts_[neighbour.index];
+        if (part == kMute) continue;
+        const Photon& photon = map_.photons()[neighbour.index];
+        // All at one point: they count alike.
+        const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
+        votes[size++] = {photon.light, part, luminance(photon.power) * kernel(KernelShape::epanechnikov, x2)};
+    }
+    return Guide({votes.data(), size});
+}
+
+bool GuideMap::any_near(const V3f& x, const V3f& n) const {
+    if (map_.size() == 0) return false;
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    return !NearPhotons(map_, x, metric, 1, sqr(settings_.radius)).found().empty();
+}
+
+GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor) {
+    constexpr auto kDirect = static_cast<std::size_t>(MapKind::direct);
+    MapPlan maps;
+    maps.paths = plan.paths;
+    maps.wanted[kDirect] = true;
+    maps.seed = plan.seed;
+    maps.pass = plan.pass;
+    PhotonMaps built = build_photon_maps(scene, maps, workers, monitor);
+    return {std::move(*built.maps[kDirect]), scene.lights(), plan.settings, workers};
+}
+
+}  // namespace lucerna

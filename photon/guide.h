@@ -1,0 +1,102 @@
+// Importance for direct light from photons [photon-maps 4; LF 5.3].
+//
+// A photon of the Direct map says that light from its part of its light has reached the place where it rests.
+// The nearest ones around a point, counted by part, are a small distribution over (light, part): which ones
+// are worth asking there, shadows included. It is importance and nothing more: whoever samples by it must
+// leave every other choice a chance, for light that sent no photon here. So photons are looked for by plain
+// distance, which is the cheapest; those that came from behind the surface do not count.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/world/scene.h"
+#include "lights/light.h"
+#include "photon/photon_map.h"
+
+namespace lucerna {
+
+struct GuideSettings {
+    static constexpr int kMostPhotons = 255;
+
+    int k = 24;        // photons around a point, in [1, kMostPhotons]
+    float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
+};
+
+// What is worth asking at one point. A value, without heap.
+class Guide {
+  public:
+    struct Choice {
+        std::uint32_t light;
+        CellId part;  // kNoCell: the light has no parts
+        float probability;
+    };
+
+    // One photon's word.
+    struct Vote {
+        std::uint32_t light;
+        CellId part;
+        float weight;  // finite, not negative
+    };
+    Guide() = default;
+    // At most kMostPhotons votes, nearest first. The same distribution in whatever order, up to rounding.
+    explicit Guide(std::span<const Vote> votes);
+
+    // Nothing to go by: no photon near, or none of any weight. draw() must not be asked then.
+    bool empty() const { return size_ == 0; }
+    // In the order of lights and parts, each once; the probabilities add up to 1.
+    std::span<const Choice> choices() const { return {choices_.data(), size_}; }
+    // u in [0,1); a choice of probability 0 is never drawn.
+    const Choice& draw(float u) const;
+    // 0 for what the photons do not name.
+    float probability(std::uint32_t light, CellId part) const;
+
+    // How much of the light that arrives is from choices that no photon here names, estimated: the share of
+    // photons that are the only one of their kind (Good, "The population frequencies of species and the
+    // estimation of population parameters", Biometrika 1953). 1 if there are no photons.
+    float unseen() const { return unseen_; }
+
+  private:
+    std::array<Choice, GuideSettings::kMostPhotons> choices_;
+    std::array<float, GuideSettings::kMostPhotons> upto_;  // probability of a choice or one before it
+    std::size_t size_ = 0;
+    float unseen_ = 1;
+};
+
+// A Direct map and what its photons vote for. Constant, safe to share between threads.
+class GuideMap {
+  public:
+    // `lights` are the scene's, by which the photons' lights are numbered. Photons of lights that only
+    // particles carry do not vote.
+    GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const GuideSettings& settings,
+             const Workers& workers);
+
+    // On the side of n (unit).
+    Guide at(const V3f& x, const V3f& n) const;
+    // Whether any photon counts within the radius.
+    bool any_near(const V3f& x, const V3f& n) const;
+
+    const PhotonMap& map() const { return map_; }
+    const GuideSettings& settings() const { return settings_; }
+
+  private:
+    PhotonMap map_;
+    std::vector<CellId> parts_;  // of each photon's light, or kMute
+    GuideSettings settings_;
+};
+
+// From light paths of its own: `paths` of them, in [1, 2^32]. Stopped early (monitor), it must not be used.
+struct GuidePlan {
+    std::int64_t paths = 0;
+    std::uint64_t seed = 0;
+    std::uint32_t pass = 0;
+    GuideSettings settings;
+};
+GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna

@@ -1,0 +1,247 @@
+#include "lights/light_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "engine/base/frame.h"
+#include "engine/base/warp.h"
+#include "lights/analytic.h"
+#include "lights/measured.h"
+#include "lights/picker.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace {
+
+using Lights = std::vector<std::unique_ptr<Light>>;
+
+V3f random_point(Stream& stream, float size) {
+    const V2f a = stream.next2();
+    return size * (2.0F * V3f(a.x, a.y, stream.next()) - V3f(1.0F));
+}
+V3f random_direction(Stream& stream) {
+    return square_to_sphere(stream.next2()).normalized();
+}
+
+std::unique_ptr<Light> random_triangle(Stream& stream, float size) {
+    const V3f p = random_point(stream, size);
+    TriangleEmitter shape;
+    shape.p = {p, p + random_point(stream, 0.2F), p + random_point(stream, 0.2F),
+               p + random_point(stream, 0.2F)};
+    shape.triangles = {{0, 1, 2}, {0, 3, 1}};
+    shape.reverse = stream.next() < 0.5F;
+    return make_area_light(std::move(shape), Rgb(stream.next()), stream.next() < 0.2F);
+}
+
+std::unique_ptr<Light> random_lamp(Stream& stream, float size) {
+    Rig rig = testing::rig_b();
+    MeasuredSettings settings;
+    settings.world_from_light.rotate(V3d(random_point(stream, 3)));
+    settings.world_from_light.scale(V3d(2));
+    for (int a = 0; a < 3; ++a) settings.world_from_light[3][a] = double{random_point(stream, size)[a]};
+    Monitor silent;
+    LightField field = testing::random_field(rig, 0, 1, stream.bits());
+    CellTable table(field, {}, silent);
+    return make_measured_light(std::move(field), std::move(table), settings, silent);
+}
+
+// Of every kind that has a place, at random places.
+Lights lights_of_every_kind(std::uint64_t seed, int count, float size) {
+    Stream stream(seed, Purpose::test, 0, 0);
+    Lights lights;
+    for (int i = 0; i < count; ++i) {
+        const V3f p = random_point(stream, size);
+        const V3f d = random_direction(stream);
+        const Rgb power(0.1F + 5 * stream.next());
+        switch (i % 6) {
+            case 0:
+                lights.push_back(make_point_light(p, power));
+                break;
+            case 1:
+                lights.push_back(make_spot_light(p, d, power, 5 + 150 * stream.next(), 5));
+                break;
+            case 2:
+                lights.push_back(make_area_light(DiskEmitter{p, d, 0.3F}, power, false));
+                break;
+            case 3:
+                lights.push_back(make_area_light(SphereEmitter{p, 0.1F, stream.next() < 0.3F}, power, false));
+                break;
+            case 4:
+                lights.push_back(random_triangle(stream, size));
+                break;
+            default:
+                lights.push_back(random_lamp(stream, size));
+        }
+    }
+    return lights;
+}
+
+TEST(LightBounds, EveryParticle_StartsInsideAndFliesWithinTheCone) {
+    for (const auto& light : lights_of_every_kind(1, 60, 3)) {
+        const auto bounds = light->bounds();
+        ASSERT_TRUE(bounds) << light->kind();
+        Box3f box = bounds->box;
+        box.min -= V3f(1e-5F);
+        box.max += V3f(1e-5F);
+        for (std::uint64_t i = 0; i < 300; ++i) {
+            Stream stream(2, Purpose::test, 0, i);
+            const EmitU u{stream.next2(), stream.next2(), stream.bits()};
+            const auto e = light->emit(u);
+            if (!e) continue;
+            EXPECT_TRUE(box.intersects(e->from.p)) << light->kind() << " " << e->from.p;
+            const float angle = std::acos(std::clamp(bounds->axis.dot(e->d), -1.0F, 1.0F));
+            EXPECT_LE(angle, bounds->theta_o + bounds->theta_e + 1e-3F) << light->kind();
+        }
+    }
+}
+
+TEST(LightBounds, Together_HoldBothCones) {
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+        Stream stream(3, Purpose::test, 0, i);
+        const auto random = [&] {
+            const V3f p = random_point(stream, 1);
+            LightBounds bounds{Box3f(p, p + V3f(0.1F)), random_direction(stream)};
+            bounds.theta_o = stream.next() < 0.3F ? 0 : kPi * stream.next();
+            bounds.power = stream.next();
+            return bounds;
+        };
+        const LightBounds a = random();
+        LightBounds b = random();
+        if (i % 10 == 0) b.axis = -a.axis;
+        if (i % 10 == 1) b.axis = a.axis;
+        const LightBounds all = together(a, b);
+        EXPECT_FLOAT_EQ(all.power, a.power + b.power);
+        EXPECT_NEAR(all.axis.length(), 1, 1e-5F);
+        for (const LightBounds& one : {a, b}) {
+            EXPECT_TRUE(all.box.intersects(one.box.min) && all.box.intersects(one.box.max));
+            const float apart = std::acos(std::clamp(all.axis.dot(one.axis), -1.0F, 1.0F));
+            EXPECT_LE(std::min(apart + one.theta_o, kPi), all.theta_o + 1e-3F);
+        }
+        EXPECT_LE(all.theta_o, kPi);
+    }
+}
+
+TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) {
+    Lights lights = lights_of_every_kind(4, 50, 3);
+    lights.push_back(make_infinite_light(Rgb(1.0F), {{0, 0, 0}, 5}));
+    lights.push_back(make_distant_light({0, -1, 0}, Rgb(1.0F), {{0, 0, 0}, 5}));
+    lights.push_back(make_point_light({0, 0, 0}, Rgb(0.0F)));
+    const LightTree tree(lights);
+    constexpr int kDraws = 40'000;
+    for (std::uint64_t place = 0; place < 6; ++place) {
+        Stream where(5, Purpose::test, 0, place);
+        const V3f x = random_point(where, 3);
+        const V3f n = place % 2 == 0 ? V3f(0.0F) : random_direction(where);
+        std::vector<std::uint64_t> observed(lights.size() + 1);
+        for (std::uint64_t i = 0; i < kDraws; ++i) {
+            Stream stream(6, Purpose::test, 0, i);
+            const auto pick = tree.pick(x, n, stream.next());
+            ++observed[pick ? pick->light : lights.size()];
+            if (pick) EXPECT_NEAR(pick->probability, tree.probability(x, n, pick->light), 1e-6F);
+        }
+        std::vector<double> expected;
+        double sum = 0;
+        for (std::uint32_t i = 0; i < lights.size(); ++i) {
+            expected.push_back(kDraws * double{tree.probability(x, n, i)});
+            sum += expected.back();
+        }
+        expected.push_back(std::max(0.0, kDraws - sum));
+        if (expected.back() < 1e-3 * kDraws) expected.back() = 0;
+        EXPECT_EQ(tree.probability(x, n, static_cast<std::uint32_t>(lights.size() - 1)), 0);
+        EXPECT_TRUE(testing::chi_square(observed, expected).accepted());
+        // Another place's probabilities.
+        std::vector<double> wrong;
+        for (std::uint32_t i = 0; i < lights.size(); ++i) {
+            wrong.push_back(kDraws * double{tree.probability(x + V3f(0.3F), n, i)});
+        }
+        wrong.push_back(0);
+        EXPECT_FALSE(testing::chi_square(observed, wrong).accepted());
+    }
+}
+
+// No light that sends something to a surface is left without a chance.
+TEST(LightTree, LightThatArrives_HasAChance) {
+    const Lights lights = lights_of_every_kind(7, 90, 3);
+    const LightTree tree(lights);
+    int arrived = 0;
+    for (std::uint64_t i = 0; i < 3000; ++i) {
+        Stream stream(8, Purpose::test, 0, i);
+        const V3f x = random_point(stream, 3);
+        const V3f n = i % 3 == 0 ? V3f(0.0F) : random_direction(stream);
+        for (std::uint32_t l = 0; l < lights.size(); ++l) {
+            const auto in = lights[l]->illuminate(x, stream.next2());
+            if (!in || !(luminance(in->weight) > 0)) continue;
+            if (n != V3f(0.0F) && !(n.dot(in->w) > 0)) continue;
+            ++arrived;
+            EXPECT_GT(tree.probability(x, n, l), 0) << lights[l]->kind() << " at " << x;
+        }
+    }
+    EXPECT_GT(arrived, 10'000);
+}
+
+// What a place gets from one picked light, over its probability: the same mean as by power, with less noise.
+TEST(LightTree, AmongManyLamps_NearOnesAreAsked) {
+    Lights lights;
+    for (int i = 0; i < 400; ++i) {
+        lights.push_back(
+            make_point_light({static_cast<float>(i % 20), 0, static_cast<float>(i / 20)}, Rgb(1.0F)));
+    }
+    const LightTree tree(lights);
+    EXPECT_EQ(tree.lights_in_tree(), 400U);
+    const LightPicker picker(lights);
+    const V3f x(7.3F, -0.4F, 11.6F);
+    const V3f up(0, 1, 0);
+    const auto arriving = [&](std::uint32_t light) {
+        const auto in = lights[light]->illuminate(x, {});
+        return double{in->weight.x} * std::max(0.0, double{in->w.dot(up)});
+    };
+    double truth = 0;
+    for (std::uint32_t i = 0; i < lights.size(); ++i) truth += arriving(i);
+    RunningStats by_tree, by_power;
+    for (std::uint64_t i = 0; i < 20'000; ++i) {
+        Stream stream(9, Purpose::test, 0, i);
+        const float u = stream.next();
+        const auto from_tree = tree.pick(x, up, u);
+        by_tree.add(arriving(from_tree->light) / double{from_tree->probability});
+        const auto from_power = picker.pick(u);
+        by_power.add(arriving(from_power->light) / double{from_power->probability});
+    }
+    EXPECT_TRUE(testing::agrees(by_tree, truth));
+    EXPECT_TRUE(testing::agrees(by_power, truth));
+    EXPECT_LT(by_tree.standard_error(), 0.25 * by_power.standard_error());
+}
+
+TEST(LightTree, FewOrNone_HaveADefinedAnswer) {
+    const LightTree nothing;
+    EXPECT_FALSE(nothing.pick({0, 0, 0}, {0, 0, 0}, 0.5F));
+    EXPECT_FALSE(LightTree(Lights{}).pick({0, 0, 0}, {0, 1, 0}, 0.5F));
+
+    Lights one;
+    one.push_back(make_spot_light({0, 1, 0}, {0, -1, 0}, Rgb(1.0F), 20, 5));
+    const LightTree single(one);
+    EXPECT_EQ(single.pick({0, 0, 0}, {0, 1, 0}, 0.99F)->probability, 1);
+    EXPECT_FALSE(single.pick({0, 2, 0}, {0, 1, 0}, 0.5F));  // behind it
+    EXPECT_EQ(single.probability({0, 2, 0}, {0, 1, 0}, 0), 0);
+
+    Lights sky;
+    sky.push_back(make_infinite_light(Rgb(1.0F), {{0, 0, 0}, 1}));
+    EXPECT_EQ(LightTree(sky).pick({0, 0, 0}, {0, 1, 0}, 0.99F)->probability, 1);
+
+    // A thousand at one place, of powers from 1e-20 to 1e20.
+    Lights heap;
+    for (int i = 0; i < 1000; ++i) {
+        heap.push_back(make_point_light({1, 1, 1}, Rgb(std::pow(10.0F, static_cast<float>(i % 41 - 20)))));
+    }
+    const LightTree deep(heap);
+    for (const V3f& x : {V3f(0, 0, 0), V3f(1, 1, 1), V3f(1e6F, 0, 0)}) {
+        double sum = 0;
+        for (std::uint32_t i = 0; i < 1000; ++i) sum += double{deep.probability(x, {0, 0, 0}, i)};
+        EXPECT_NEAR(sum, 1, 1e-4);
+        EXPECT_TRUE(deep.pick(x, {0, 0, 0}, 0.999F));
+    }
+}
+
+}  // namespace
+}  // namespace lucerna
