@@ -4,7 +4,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "photon/build_maps.h"
+#include "engine/base/error.h"
+#include "photon/emission.h"
 #include "photon/kernel.h"
 #include "photon/near_photons.h"
 #include "photon/tangent_metric.h"
@@ -120,15 +121,49 @@ bool GuideMap::any_near(const V3f& x, const V3f& n) const {
     return !NearPhotons(map_, x, metric, 1, sqr(settings_.radius)).found().empty();
 }
 
+namespace {
+
+// The first impacts of some paths, whatever they landed on: each is one ray.
+Photons first_impacts(const Scene& scene, const GuidePlan& plan, std::int64_t begin, std::int64_t end) {
+    Photons landed;
+    Emission emission(scene, plan.seed, Purpose::emission, plan.pass);
+    const float share = 1.0F / static_cast<float>(plan.paths);
+    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
+                      [&](std::uint32_t /*path*/, const std::optional<LightPathStart>& start) {
+                          if (!start) return;
+                          const auto hit = scene.hit(Ray{start->from.towards(start->d), start->d});
+                          if (!hit) return;
+                          const V3f& n = hit->at.n;
+                          landed.add(
+                              hit->at.p, PackedDirection(n.dot(start->d) > 0 ? -n : n),
+                              {PackedDirection(start->d), start->power * share, start->light, start->cell});
+                      });
+    return landed;
+}
+
+}  // namespace
+
 GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor) {
-    constexpr auto kDirect = static_cast<std::size_t>(MapKind::direct);
-    MapPlan maps;
-    maps.paths = plan.paths;
-    maps.wanted[kDirect] = true;
-    maps.seed = plan.seed;
-    maps.pass = plan.pass;
-    PhotonMaps built = build_photon_maps(scene, maps, workers, monitor);
-    return {std::move(*built.maps[kDirect]), scene.lights(), plan.settings, workers};
+    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
+        throw InputError(
+            fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
+    }
+    constexpr std::int64_t kGrain = 4096;  // fixed, so that results do not depend on threads
+    std::vector<Photons> chunks(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
+    Phase phase(monitor, "guide", static_cast<std::uint64_t>(plan.paths));
+    parallel_ranges(workers, plan.paths, kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                        if (monitor.stopped()) return;
+                        chunks[static_cast<std::size_t>(chunk)] = first_impacts(scene, plan, begin, end);
+                        phase.advance(static_cast<std::uint64_t>(end - begin));
+                    });
+    Photons all;
+    for (const Photons& chunk : chunks) {
+        for (std::size_t i = 0; i < chunk.size(); ++i) {
+            all.add(chunk.positions[i], chunk.normals[i], chunk.photons[i]);
+        }
+    }
+    return {PhotonMap(all), scene.lights(), plan.settings, workers};
 }
 
 }  // namespace lucerna

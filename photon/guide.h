@@ -68,7 +68,7 @@ class Guide {
     float unseen_ = 1;
 };
 
-// A Direct map and what its photons vote for. Constant, safe to share between threads.
+// Photons straight from the lights and what they vote for. Constant, safe to share between threads.
 class GuideMap {
   public:
     // `lights` are the scene's, by which the photons' lights are numbered. Photons of lights that only
@@ -90,7 +90,8 @@ class GuideMap {
     GuideSettings settings_;
 };
 
-// From light paths of its own: `paths` of them, in [1, 2^32]. Stopped early (monitor), it must not be used.
+// From the first impacts of `paths` light paths, in [1, 2^32], on whatever surface. They are the first that
+// maps of the same seed and pass are built from. Stopped early (monitor), it must not be used.
 struct GuidePlan {
     std::int64_t paths = 0;
     std::uint64_t seed = 0;

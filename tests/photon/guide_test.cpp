@@ -100,7 +100,7 @@ TEST(GuideMap, BesideAWall_OnlyTheLightOfThisSideIsNamed) {
     const Scene scene = two_chambers();
     Monitor silent;
     const GuideMap guides = build_guides(scene, {20'000, 5, 0, {}}, Workers{2}, silent);
-    for (const float x : {-1.5F, -0.1F, 0.1F, 1.5F}) {
+    for (const float x : {-1.5F, -0.5F, 0.5F, 1.5F}) {
         const Guide guide = guides.at({x, 0, 0.2F}, {0, 1, 0});
         ASSERT_EQ(guide.choices().size(), 1U) << x;
         EXPECT_EQ(guide.choices()[0].light, x < 0 ? 0U : 1U);
