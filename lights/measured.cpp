@@ -26,6 +26,8 @@ class MeasuredLight final : public Light {
           extent_(static_cast<float>(std::sqrt(placement_.scale2()) *
                                      std::max(field_.rig().spacing.x * field_.rig().intervals(0),
                                               field_.rig().spacing.y * field_.rig().intervals(1)))),
+          part_size_(part_size(0), part_size(1)),
+          by_flux_(intervals_by_flux()),
           shape_(std::move(shape)),
           emission_(field_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
 
@@ -163,25 +165,47 @@ class MeasuredLight final : public Light {
         int n = 0, o = 0;  // the interval of S
     };
 
-    // From the first interval in each direction to before the last.
     struct Part {
-        V2i first, end;
-        int intervals() const { return (end.x - first.x) * (end.y - first.y); }  // at least 1
+        V2i first;  // interval in each direction
     };
+    // In intervals; bounded so that a part's table has items that 16 bits count.
+    int part_size(int axis) const {
+        return std::min((field_.rig().intervals(axis) + kPartsAcross - 1) / kPartsAcross, 255);
+    }
     Part part_at(int n, int o) const {
-        Part part;
-        for (int a = 0; a < 2; ++a) {
-            const int all = field_.rig().intervals(a);
-            const int size = (all + kPartsAcross - 1) / kPartsAcross;
-            part.first[a] = (a == 0 ? n : o) / size * size;
-            part.end[a] = std::min(all, part.first[a] + size);
+        return {{n / part_size_.x * part_size_.x, o / part_size_.y * part_size_.y}};
+    }
+    std::size_t index_of(const Part& part) const {
+        return static_cast<std::size_t>(part.first.x / part_size_.x * parts_across(1) +
+                                        part.first.y / part_size_.y);
+    }
+    int parts_across(int axis) const {
+        return (field_.rig().intervals(axis) + part_size_[axis] - 1) / part_size_[axis];
+    }
+    // The shares of its intervals in a part's flux; a row for each part.
+    ConditionalTables intervals_by_flux() const {
+        ConditionalTables tables(static_cast<std::size_t>(parts_across(0) * parts_across(1)),
+                                 part_size_.x * part_size_.y);
+        std::vector<double> weights(static_cast<std::size_t>(part_size_.x * part_size_.y));
+        const V2i all(field_.rig().intervals(0), field_.rig().intervals(1));
+        for (int n = 0; n < all.x; n += part_size_.x) {
+            for (int o = 0; o < all.y; o += part_size_.y) {
+                std::fill(weights.begin(), weights.end(), 0.0);
+                for (int i = n; i < std::min(all.x, n + part_size_.x); ++i) {
+                    for (int j = o; j < std::min(all.y, o + part_size_.y); ++j) {
+                        weights[static_cast<std::size_t>((i - n) * part_size_.y + (j - o))] =
+                            double{table_.interval_probability(i, j)};
+                    }
+                }
+                tables.set(index_of(part_at(n, o)), weights.data());
+            }
         }
-        return part;
+        return tables;
     }
     CellId name_of(const Part& part) const { return table_.id({part.first.x, part.first.y, 0, 0}); }
 
-    // An interval of S by its share of the flux and a point of it, or any point of the part that holds the
-    // cell. The way is left open. None: there is no such cell.
+    // An interval by its share of the flux, of all S or of the part that holds the cell, and a point of it.
+    // The way is left open. None: there is no such cell.
     std::optional<Line> choose(const V2f& u, std::optional<CellId> from) const {
         const Rig& rig = field_.rig();
         Line line;
@@ -195,20 +219,21 @@ class MeasuredLight final : public Light {
         const std::optional<Cell> cell = table_.cell(*from);
         if (!cell) return std::nullopt;
         const Part part = part_at(cell->n, cell->o);
-        for (int a = 0; a < 2; ++a) {
-            const double at = part.first[a] + double{u[a]} * (part.end[a] - part.first[a]);
-            (a == 0 ? line.n : line.o) = std::min(static_cast<int>(at), part.end[a] - 1);
-            line.on_s[a] = rig.interval_edge(a, 0) + at * rig.spacing[a];
-        }
+        const auto drawn = by_flux_.draw(index_of(part), u.x);
+        line.n = part.first.x + drawn.item / part_size_.y;
+        line.o = part.first.y + drawn.item % part_size_.y;
+        line.on_s = {rig.interval_edge(0, line.n) + double{drawn.remainder} * rig.spacing.x,
+                     rig.interval_edge(1, line.o) + double{u.y} * rig.spacing.y};
         return line;
     }
 
     // Of both choices that lead to the line. way.z != 0.
     PartPdf densities(const Line& line) const {
         const Part part = part_at(line.n, line.o);
+        const int item = (line.n - part.first.x) * part_size_.y + (line.o - part.first.y);
         return {name_of(part),
                 static_cast<float>(density(double{table_.interval_probability(line.n, line.o)}, line.way)),
-                static_cast<float>(density(1.0 / part.intervals(), line.way))};
+                static_cast<float>(density(double{by_flux_.probability(index_of(part), item)}, line.way))};
     }
 
     // Of the light along the line: its direction in the scene.
@@ -304,6 +329,8 @@ class MeasuredLight final : public Light {
     double flux_;                             // of all that leaves [field's unit]
     double gain_;                             // flux_ over the clamped field's
     float extent_;                            // the larger side of S, scene units
+    V2i part_size_;                           // intervals of S in a part, each way
+    ConditionalTables by_flux_;               // intervals of a part
     std::unique_ptr<const LampShape> shape_;  // may be null
     CellEmission emission_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <unordered_map>
 
 #include "engine/base/error.h"
 #include "photon/emission.h"
@@ -20,6 +21,7 @@ struct Ballot {
     std::uint64_t key;
     std::uint32_t order;  // nearest first: sums do not depend on how equal keys are sorted
     float weight;
+    float plain;
 
     bool operator<(const Ballot& other) const {
         return key < other.key || (key == other.key && order < other.order);
@@ -30,6 +32,35 @@ std::uint64_t key_of(std::uint32_t light, CellId part) {
     return std::uint64_t{light} << 32 | part;
 }
 
+// How many photons are for one choice, and how probable it is without them.
+struct Count {
+    float photons;
+    float plain;
+};
+
+// The f in [0, 1] for which Π f q + (1 - f) p is greatest: over the photons, q the plain probability of each
+// one's choice, p the share of the *other* photons that made it. The logarithm is concave in f, so its slope
+// changes sign once.
+float likeliest_share(std::span<const Count> counts, float all) {
+    if (all < 2) return 1;
+    const auto slope = [&](float f) {
+        float sum = 0;
+        for (const Count& c : counts) {
+            const float p = (c.photons - 1) / (all - 1);
+            // A denominator of 0 needs q = 0 or f = 0, for a choice that a lone photon made.
+            sum += c.photons * (c.plain - p) / std::max(f * c.plain + (1 - f) * p, 1e-12F);
+        }
+        return sum;
+    };
+    if (slope(1) >= 0) return 1;
+    float low = 0, high = 1;
+    for (int i = 0; i < 6; ++i) {
+        const float middle = 0.5F * (low + high);
+        (slope(middle) > 0 ? low : high) = middle;
+    }
+    return 0.5F * (low + high);
+}
+
 }  // namespace
 
 Guide::Guide(std::span<const Vote> votes) {
@@ -37,7 +68,8 @@ Guide::Guide(std::span<const Vote> votes) {
     std::array<Ballot, GuideSettings::kMostPhotons> ballots;
     float total = 0;
     for (std::size_t i = 0; i < votes.size(); ++i) {
-        ballots[i] = {key_of(votes[i].light, votes[i].part), static_cast<std::uint32_t>(i), votes[i].weight};
+        ballots[i] = {key_of(votes[i].light, votes[i].part), static_cast<std::uint32_t>(i), votes[i].weight,
+                      votes[i].plain};
         total += votes[i].weight;
     }
     if (!(total > 0) || !std::isfinite(total)) return;
@@ -45,16 +77,16 @@ Guide::Guide(std::span<const Vote> votes) {
 
     // Count by key.
     float sum = 0;
-    std::size_t alone = 0;
+    std::array<Count, GuideSettings::kMostPhotons> counts;
     for (std::size_t i = 0; i < votes.size();) {
         const std::size_t first = i;
         const std::uint64_t key = ballots[first].key;
         for (; i < votes.size() && ballots[i].key == key; ++i) sum += ballots[i].weight;
-        if (i - first == 1) ++alone;
+        counts[size_] = {static_cast<float>(i - first), ballots[first].plain};
         choices_[size_] = {static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0};
         upto_[size_++] = sum;
     }
-    unseen_ = static_cast<float>(alone) / static_cast<float>(votes.size());
+    plain_share_ = likeliest_share({counts.data(), size_}, static_cast<float>(votes.size()));
 
     // A choice is as probable as the steps between the sums make it: what draw() does, to the last bit.
     float before = 0;
@@ -84,18 +116,24 @@ float Guide::probability(std::uint32_t light, CellId part) const {
 
 GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
                    const GuideSettings& settings, const Workers& workers)
-    : map_(std::move(map)), parts_(map_.size()), settings_(settings) {
+    : map_(std::move(map)), parts_(map_.size()), plain_(map_.size()), settings_(settings) {
     assert(settings.k >= 1 && settings.k <= GuideSettings::kMostPhotons);
+    const auto size = static_cast<std::int64_t>(map_.size());
     constexpr std::int64_t kGrain = 1 << 14;
-    parallel_ranges(workers, static_cast<std::int64_t>(map_.size()), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                             ++i) {
-                            const Photon& photon = map_.photons()[i];
-                            const Light& light = *lights[photon.light];
-                            parts_[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
-                        }
-                    });
+    parallel_ranges(workers, size, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+            const Photon& photon = map_.photons()[i];
+            const Light& light = *lights[photon.light];
+            parts_[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
+        }
+    });
+    // All photons together are emitted by flux, as the plain choice is made.
+    std::unordered_map<std::uint64_t, float> counts;
+    const auto key = [&](std::size_t i) { return key_of(map_.photons()[i].light, parts_[i]); };
+    for (std::size_t i = 0; i < parts_.size(); ++i) ++counts[key(i)];
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        plain_[i] = counts[key(i)] / static_cast<float>(parts_.size());
+    }
 }
 
 Guide GuideMap::at(const V3f& x, const V3f& n) const {
@@ -110,7 +148,8 @@ Guide GuideMap::at(const V3f& x, const V3f& n) const {
         const Photon& photon = map_.photons()[neighbour.index];
         // All at one point: they count alike.
         const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
-        votes[size++] = {photon.light, part, luminance(photon.power) * kernel(KernelShape::epanechnikov, x2)};
+        votes[size++] = {photon.light, part, luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
+                         plain_[neighbour.index]};
     }
     return Guide({votes.data(), size});
 }

@@ -42,6 +42,7 @@ class Guide {
         std::uint32_t light;
         CellId part;
         float weight;  // finite, not negative
+        float plain;   // the probability with which the choice would be made without photons, in [0, 1]
     };
     Guide() = default;
     // At most kMostPhotons votes, nearest first. The same distribution in whatever order, up to rounding.
@@ -56,16 +57,16 @@ class Guide {
     // 0 for what the photons do not name.
     float probability(std::uint32_t light, CellId part) const;
 
-    // How much of the light that arrives is from choices that no photon here names, estimated: the share of
-    // photons that are the only one of their kind (Good, "The population frequencies of species and the
-    // estimation of population parameters", Biometrika 1953). 1 if there are no photons.
-    float unseen() const { return unseen_; }
+    // How much of a mixture the plain choice should be, in [0, 1]: what makes the photons here most likely,
+    // each judged by the others (leave-one-out). Near 1 where they are scattered as the plain choice would
+    // scatter them, or too few to tell; near 0 where they agree. 1 if there are none.
+    float plain_share() const { return plain_share_; }
 
   private:
     std::array<Choice, GuideSettings::kMostPhotons> choices_;
     std::array<float, GuideSettings::kMostPhotons> upto_;  // probability of a choice or one before it
     std::size_t size_ = 0;
-    float unseen_ = 1;
+    float plain_share_ = 1;
 };
 
 // Photons straight from the lights and what they vote for. Constant, safe to share between threads.
@@ -87,6 +88,7 @@ class GuideMap {
   private:
     PhotonMap map_;
     std::vector<CellId> parts_;  // of each photon's light, or kMute
+    std::vector<float> plain_;   // the share of all photons that vote alike
     GuideSettings settings_;
 };
 

@@ -106,7 +106,7 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Stream& stream, const 
     const SurfacePoint& x = vertex.hit.at;
     const bool guided = settings_.floor < 1;
     const Guide guide = guided ? guides_.at(x.p, side_seen(vertex)) : Guide();
-    const LightChoice choice = plain.guided(guide, std::max(settings_.floor, guide.unseen()));
+    const LightChoice choice = plain.guided(guide, std::max(settings_.floor, guide.plain_share()));
 
     // Ask the lights.
     DirectLight result{Rgb(0), {}};

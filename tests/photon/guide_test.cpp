@@ -13,7 +13,8 @@ using testing::SceneMaker;
 
 std::vector<Guide::Vote> votes() {
     // Light 3 in two parts, light 1 in one; one photon weighs nothing.
-    return {{3, 7, 1}, {1, kNoCell, 2}, {3, 2, 0.5F}, {3, 7, 3}, {1, kNoCell, 1}, {9, 0, 0}};
+    return {{3, 7, 1, 0.1F}, {1, kNoCell, 2, 0.1F}, {3, 2, 0.5F, 0.1F},
+            {3, 7, 3, 0.1F}, {1, kNoCell, 1, 0.1F}, {9, 0, 0, 0.1F}};
 }
 
 TEST(Guide, Choices_AreTheVotesByLightAndPart) {
@@ -52,36 +53,54 @@ TEST(Guide, Draws_ComeInProportion_AndTheTestSeesWhenTheyDoNot) {
 
 TEST(Guide, WithoutWeight_IsEmpty) {
     EXPECT_TRUE(Guide().empty());
-    EXPECT_EQ(Guide().unseen(), 1);
+    EXPECT_EQ(Guide().plain_share(), 1);
     EXPECT_TRUE(Guide(std::vector<Guide::Vote>{}).empty());
-    EXPECT_TRUE(Guide(std::vector<Guide::Vote>{{0, 0, 0}, {1, 0, 0}}).empty());
-    EXPECT_EQ(Guide(std::vector<Guide::Vote>{{0, 0, 0}}).probability(0, 0), 0);
+    EXPECT_TRUE(Guide(std::vector<Guide::Vote>{{0, 0, 0, 1}, {1, 0, 0, 1}}).empty());
+    EXPECT_EQ(Guide(std::vector<Guide::Vote>{{0, 0, 0, 1}}).probability(0, 0), 0);
 }
 
-TEST(Guide, Unseen_IsTheShareOfPhotonsThatAreAlone) {
-    const Guide guide(votes());
-    EXPECT_FLOAT_EQ(guide.unseen(), 2 / 6.0F);
-    EXPECT_EQ(Guide(std::vector<Guide::Vote>{{0, 0, 1}, {0, 0, 1}}).unseen(), 0);
-    EXPECT_EQ(Guide(std::vector<Guide::Vote>{{0, 0, 1}, {0, 1, 1}}).unseen(), 1);
-}
-
-// Many kinds of equal share: what the lone photons say is missing is what is missing.
-TEST(Guide, Unseen_IsOnAverageTheProbabilityOfWhatWasNotDrawn) {
-    constexpr int kKinds = 40;
-    constexpr int kPhotons = 50;
-    RunningStats difference;
-    for (std::uint64_t i = 0; i < 4000; ++i) {
+// Photons of `kinds` equally probable choices, of which only the first `lit` arrive.
+float mean_plain_share(int kinds, int lit, int photons) {
+    RunningStats stats;
+    for (std::uint64_t i = 0; i < 2000; ++i) {
         Stream stream(4, Purpose::test, 0, i);
         std::vector<Guide::Vote> drawn;
-        for (int k = 0; k < kPhotons; ++k) {
-            drawn.push_back({0, static_cast<CellId>(stream.next() * kKinds), 1});
+        for (int k = 0; k < photons; ++k) {
+            const auto part = static_cast<CellId>(stream.next() * static_cast<float>(lit));
+            drawn.push_back({0, part, 1, 1 / static_cast<float>(kinds)});
         }
-        const Guide guide(drawn);
-        const double missing = 1 - static_cast<double>(guide.choices().size()) / kKinds;
-        difference.add(double{guide.unseen()} - missing);
+        stats.add(double{Guide(drawn).plain_share()});
     }
-    // Good's estimate is that of one photon fewer: off by less than 1/k of itself.
-    EXPECT_NEAR(difference.mean(), 0, 0.3 / kPhotons + 4 * difference.standard_error());
+    return static_cast<float>(stats.mean());
+}
+
+TEST(Guide, PlainShare_IsLargeWherePhotonsSayNothingNew_AndSmallWhereTheyAgree) {
+    EXPECT_GT(mean_plain_share(40, 40, 24), 0.85F);
+    EXPECT_GT(mean_plain_share(400, 400, 24), 0.9F);
+    EXPECT_LT(mean_plain_share(40, 1, 24), 0.02F);
+    EXPECT_LT(mean_plain_share(40, 4, 24), 0.1F);
+    // One photon is no majority.
+    EXPECT_EQ(mean_plain_share(40, 1, 1), 1);
+    // Lone photons, each of its kind.
+    const Guide lone(std::vector<Guide::Vote>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
+    EXPECT_EQ(lone.plain_share(), 1);
+}
+
+// Among shares f of a mixture, the one whose photons are likeliest.
+TEST(Guide, PlainShare_IsTheMaximumOfTheLikelihood) {
+    const std::vector<Guide::Vote> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
+                                        {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
+    const auto log_likelihood = [](double f) {
+        const auto one = [f](double plain, double others) {
+            return std::log(f * plain + (1 - f) * others / 6);
+        };
+        return 3 * one(0.1, 2) + one(0.2, 0) + 2 * one(0.3, 1) + one(0.05, 0);
+    };
+    double best = 0.001;
+    for (double f = 0.001; f < 1; f += 0.001) {
+        if (log_likelihood(f) > log_likelihood(best)) best = f;
+    }
+    EXPECT_NEAR(double{Guide(some).plain_share()}, best, 0.01);
 }
 
 // Two points of light on either side of a wall.
