@@ -26,13 +26,13 @@ enum class LightSelection : std::uint8_t { power, tree };
 // The unbiased reference.
 struct PathSettings {
     int max_depth = 0;                              // bounces; 0: no limit, roulette ends every path
-    LightSelection lights = LightSelection::power;  // in scenes without media
+    LightSelection lights = LightSelection::tree;  // in scenes without media
     Quantity quantity = Quantity::radiance;
 };
 
 // Direct light only; mirrors and glass are followed.
 struct DirectSettings {
-    LightSelection lights = LightSelection::power;
+    LightSelection lights = LightSelection::tree;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
@@ -45,12 +45,12 @@ struct PhotonMapSettings {
     // Targets: paths are emitted until the Caustic and the Global map hold that many photons. 0: none.
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
-    LightSelection lights = LightSelection::power;
+    LightSelection lights = LightSelection::tree;
     // For `gated` and `guided`: light paths of the Direct map they go by.
     std::int64_t guide_photons = 200'000;
     int guide_k = 24;           // photons around a point that guide it
     float guide_floor = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
-    int candidates = 8;         // places of lights that `guided` weighs for one shadow ray
+    int candidates = 16;        // places of lights that `guided` weighs for one shadow ray
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
     // Irradiance ahead of time, a point for every n-th photon; 0: estimate at each gather ray's end.
