@@ -28,9 +28,6 @@ class PhotonIndex {
     // Photons on the wrong side never shrink the radius.
     virtual void nearest(const V3f& x, const TangentMetric& metric, Nearest& found) const = 0;
 
-    // The same by the distance in space, on whatever side.
-    virtual void nearest_in_space(const V3f& x, Nearest& found) const = 0;
-
     // Appends all photons of squared distance below `most2` > 0, in the order of their indices.
     virtual void within(const V3f& x, const TangentMetric& metric, float most2,
                         std::vector<Neighbour>& found) const = 0;
