@@ -79,7 +79,7 @@ inline Scene foggy_cornell(float sigma, float g) {
     static Medium fog;  // what add() below takes; tests run one after the other
     fog = in_box(homogeneous(Rgb(0.1F * sigma), Rgb(sigma, 0.8F * sigma, 0.6F * sigma), g), {0, 0, 0},
                  {1, 1, 1});
-    return testing::small_cornell([](SceneMaker& make) { make.region(fog); });
+    return small_cornell_with([](SceneMaker& make) { make.region(fog); });
 }
 
 }  // namespace lucerna::testing

@@ -122,9 +122,9 @@ inline Scene integrating_sphere(float albedo, float flux) {
 
 // The measured Cornell box's proportions in metres, roughly: white room, red and green walls, one block, one
 // lamp. `add` may put more into it.
-inline Scene small_cornell(void (*add)(SceneMaker&) = nullptr) {
+inline Scene small_cornell_with(void (*add)(SceneMaker&)) {
     SceneMaker make;
-    if (add != nullptr) add(make);
+    add(make);
     const auto white = make.diffuse(Rgb(0.725F, 0.71F, 0.68F));
     const auto red = make.diffuse(Rgb(0.63F, 0.065F, 0.05F));
     const auto green = make.diffuse(Rgb(0.14F, 0.45F, 0.091F));
@@ -141,6 +141,9 @@ inline Scene small_cornell(void (*add)(SceneMaker&) = nullptr) {
     make.quad({0.5F + s, 0, 0.4F}, {0, s, 0}, {0, 0, s}, white);
     make.quad_light({0.35F, 0.998F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, make.diffuse(Rgb(0)), Rgb(17, 12, 4));
     return make.build();
+}
+inline Scene small_cornell() {
+    return small_cornell_with([](SceneMaker&) {});
 }
 inline Camera small_cornell_camera(int size) {
     return camera({0.5F, 0.5F, -1.4F}, {0.5F, 0.5F, 0}, size, size, 39.3F);
