@@ -13,11 +13,9 @@
 // Why that is consistent. The pilot's photons are those of no pass. Given r_1, which is then a fixed function
 // of the place with a positive lower and a finite upper bound, the passes are independent and each is the
 // estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the pilot
-// happened to find, and therefore on the average over pilots. (In media r_1 is one length everywhere, and r_i
-// shrinks alike: the balls' variance grows as r^-3, slower than the passes' mean takes it away while α >
-// 1/3.) A radius found in the pass's own map would be a function of the photons it then averages over:
-// unbiased in the limit only if photons fell independently of each other, which those of one light path, and
-// those of a net, do not.
+// happened to find, and therefore on the average over pilots. A radius found in the pass's own map would be a
+// function of the photons it then averages over: unbiased in the limit only if photons fell independently of
+// each other, which those of one light path, and those of a net, do not.
 #include <array>
 
 #include "engine/base/stopwatch.h"
@@ -149,7 +147,6 @@ class ProgressiveIntegrator final : public Integrator {
             const auto kind = static_cast<MapKind>(i);
             if (reads_map(kind, scene)) lines.push_back(fmt::format("a {} map", map_name(kind)));
         }
-        if (scatters(scene.media())) lines.emplace_back("a volume map, whose first radius is the largest");
         lines.push_back(settings_.radius > 0
                             ? fmt::format("the first radius is {:g}", settings_.radius)
                             : fmt::format("once: pilot maps, whose radius for {} photons is the first radius",
