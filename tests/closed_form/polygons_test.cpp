@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
                       // Part of it lies below the patch's horizon.
                       Tilt{"cut_by_the_horizon", kSlanted, {-2.2F, 1, -0.5F}, {2, 0, 0}, {0, 0, 1}},
                       Tilt{"standing_beside", {0, 1, 0}, {0.7F, -0.5F, -1}, {0, 0, 2}, {0, 1, 0}}),
-    [](const ::testing::TestParamInfo<Tilt>& info) { return std::string(info.param.name); });
+    [](const ::testing::TestParamInfo<Tilt>& of) { return std::string(of.param.name); });
 
 // Two parallel plates so large that each sees nothing else: the upper one emits radiance L and reflects ρ2,
 // the lower one reflects ρ1: it shows ρ1 L / (1 - ρ1 ρ2).
