@@ -36,7 +36,7 @@ inline PhotonMap uniform_map(int n, std::uint64_t seed) {
         landed.add(p, PackedDirection(kUp),
                    photon(-square_to_cosine_hemisphere(stream.next2()), 1.0F / static_cast<float>(n)));
     }
-    return PhotonMap(landed);
+    return PhotonMap(landed, IndexKind::tree, Workers{1});  // small ones, and many: threads only cost
 }
 
 }  // namespace lucerna::testing
