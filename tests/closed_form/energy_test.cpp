@@ -45,8 +45,8 @@ PhotonMaps build(const Scene& scene, std::int64_t paths, unsigned kinds) {
 constexpr unsigned kEvery = (1U << kMapKinds) - 1;
 
 TEST(Energy, EveryMapBuild_ClosesToRounding_AndHoldsTheSamePhotons) {
-    for (const auto& make_scene :
-         {std::function<Scene()>(shiny_room), std::function<Scene()>(testing::small_cornell)}) {
+    for (const auto& make_scene : {std::function<Scene()>(shiny_room),
+                                   std::function<Scene()>([] { return testing::small_cornell(); })}) {
         const Scene scene = make_scene();
         const PhotonMaps every = build(scene, 20'000, kEvery);
         for (unsigned kinds = 0; kinds <= kEvery; ++kinds) {

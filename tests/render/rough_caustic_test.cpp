@@ -70,8 +70,8 @@ TEST_P(RoughCaustic, WhicheverMapHoldsIt_IsThereOnce) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Plates, RoughCaustic, ::testing::Values(false, true),
-                         [](const ::testing::TestParamInfo<bool>& info) {
-                             return info.param ? "varnish" : "metal";
+                         [](const ::testing::TestParamInfo<bool>& c) {
+                             return c.param ? "varnish" : "metal";
                          });
 
 // Both maps together hold what one held, and each its own part, colour by colour.
