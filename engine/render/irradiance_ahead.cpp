@@ -28,9 +28,9 @@ IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& 
                                   const GatherSettings& how, const PhotonMapSettings& settings) {
     const PhotonMap& global = *maps.find(MapKind::global);
     std::vector<const PhotonMap*> read = {&global};
-    for (const MapKind kind : {MapKind::caustic, MapKind::direct}) {
-        if (const PhotonMap* map = maps.find(kind)) read.push_back(map);
-    }
+    if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
+    // Other methods build a Direct map, too, but only to be led by it.
+    if (settings.direct == DirectMethod::map) read.push_back(maps.find(MapKind::direct));
     IrradianceSources sources{read, how, &context.scene, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
         sources.more = [&](std::size_t place, const SurfacePoint& at) {
