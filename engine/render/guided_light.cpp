@@ -29,11 +29,10 @@ V2f step(const V2f& u, int i) {
 
 // Several candidates of the lights' strategy, one kept.
 struct Candidates {
-    float sum = 0;      // of the luminances of what each would bring, MIS share included
-    float missing = 0;  // of what MIS leaves to the BSDF's strategy in the same directions
-    Rgb kept{0.0F};     // what the kept one would bring
-    V3f w;
-    float distance = 0;
+    float sum = 0;        // of the luminances of what each would bring, MIS share included
+    float missing = 0;    // of what MIS leaves to the BSDF's strategy in the same directions
+    Rgb kept{0.0F};       // what the kept one would bring
+    Incident incident{};  // how it would
 
     // Radiance for a free way: on average over which one is kept it is the mean of all `count` of them.
     Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
@@ -49,8 +48,7 @@ void offer(Candidates& all, const Rgb& value, const Incident& incident, float& u
     const float chance = y / all.sum;  // 1 for the first
     if (u_keep < chance) {
         all.kept = value;
-        all.w = incident.w;
-        all.distance = incident.distance;
+        all.incident = incident;
         u_keep /= chance;
     } else {
         u_keep = (u_keep - chance) / (1 - chance);
@@ -111,8 +109,9 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Stream& stream, const 
     // Ask the lights.
     DirectLight result{Rgb(0), {}};
     const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, stream);
-    if (all.sum > 0 && scene_.visible(x, all.w, all.distance)) {
-        result.radiance = all.radiance(settings_.candidates);
+    if (all.sum > 0) {
+        result.radiance =
+            all.radiance(settings_.candidates) * passing_share(scene_, vertex, all.incident, stream);
     }
 
     // Ask the BSDF.
@@ -127,7 +126,8 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Stream& stream, const 
     const float chance = bsdf_chance(vertex, all);
     if (!(u_trace < chance)) return result;
     const Ray ray{x.towards(sample->wi), sample->wi};
-    const Rgb found = emission(scene_, ray, scene_.hit(ray), EmissionRule::mis(sample->pdf_w, choice));
+    const Rgb found = emission(scene_, ray, scene_.hit(ray), EmissionRule::mis(sample->pdf_w, choice),
+                               vertex.medium_towards(sample->wi), stream);
     result.radiance += sample->weight * found / chance;
     return result;
 }

@@ -25,7 +25,7 @@ enum class LightSelection : std::uint8_t { power, tree };
 
 // The unbiased reference.
 struct PathSettings {
-    int max_depth = 0;                              // bounces; 0: no limit, roulette ends every path
+    int max_depth = 0;                             // bounces; 0: no limit, roulette ends every path
     LightSelection lights = LightSelection::tree;  // in scenes without media
     Quantity quantity = Quantity::radiance;
 };
