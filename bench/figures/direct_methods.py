@@ -16,11 +16,12 @@ import matplotlib.pyplot as plt
 
 LABELS = {
     "mc": "mc",
-    "candidates": "mc, 8 candidates",
+    "candidates": "mc, 16 candidates",
     "tree": "mc, light tree",
     "map": "map",
     "gated": "gated",
     "guided": "guided",
+    "both": "guided, light tree",
 }
 
 

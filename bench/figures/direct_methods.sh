@@ -13,7 +13,7 @@ out=out/direct
 resolution=${RESOLUTION:-240x160}
 spp=${SPP:-1 2 4 8 16 32 64 128}
 reference=${REFERENCE:-4096}
-methods=${METHODS:-mc candidates map gated guided tree}
+methods=${METHODS:-mc candidates map gated guided tree both}
 [ $# -gt 0 ] || set -- flashlight projector many-lights cornell
 mkdir -p "$out" docs/images
 
@@ -27,28 +27,34 @@ lamp() {
 }
 
 for name in "$@"; do
+    quantity=radiance
     case $name in
         flashlight | projector)
             [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
             lamp "$name"
             file=scenes/cloister/by-$name.pbrt ;;
-        *) file=scenes/$name/$name.pbrt ;;
+        *)  # Lamps that are seen are small and bright: at their rims all methods have the same noise, and only that.
+            quantity=illuminance
+            file=scenes/$name/$name.pbrt ;;
     esac
     common=("$file" --quiet --resolution "$resolution")
     for seed in 101 102; do
         image=$out/$name-reference-$seed.exr
-        [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator direct --spp "$reference" --seed "$seed"
+        [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator direct --set quantity="$quantity" \
+            --spp "$reference" --seed "$seed"
     done
     "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json"
     for method in $methods; do
         for n in $spp; do
             run=$out/$name-$method-$n
-            set_=(indirect=none direct="$method")
+            set_=(quantity="$quantity" indirect=none)
             case $method in
                 # The plain choice with guided's several candidates for one shadow ray: what the guide itself adds to that.
-                candidates) set_=(indirect=none direct=guided guidefloor=1) ;;
-                tree) set_=(indirect=none direct=mc lights=tree) ;;
-                map) set_+=(photons=$((62500 * n)) k=50) ;;
+                candidates) set_+=(direct=guided guidefloor=1 lights=power) ;;
+                tree) set_+=(direct=mc lights=tree) ;;
+                both) set_+=(direct=guided lights=tree) ;;
+                map) set_+=(direct=map photons=$((62500 * n)) k=50) ;;
+                *) set_+=(direct="$method" lights=power) ;;
             esac
             "$lucerna" render "${common[@]}" -o "$run.exr" --integrator photonmap --spp "$n" --stats "$run.json" --set "${set_[@]}"
             for seed in 101 102; do
