@@ -21,8 +21,8 @@ struct RunFacts {
 };
 
 // JSON. Keys, stable: program, version, scene, integrator, settings, seed, threads, image {width, height,
-// file}, samples {asked (null: no end), done}, complete, seconds {read, <phase> …, total}, numbers, notes, warnings,
-// peak_memory_bytes.
+// file}, samples {asked (null: no end), done}, complete, seconds {read, <phase> …, total}, numbers, notes,
+// warnings, peak_memory_bytes.
 std::string statistics_json(const RunFacts& facts, const Job& job, const RenderReport& report,
                             const std::filesystem::path& image_file);
 

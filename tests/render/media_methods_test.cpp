@@ -107,8 +107,7 @@ TEST(DirectInMedia, PointLightInFog_IsTheLineIntegral) {
 TEST(FoggyCornell, AnyNumberOfThreads_SameImageBitForBit) {
     const auto image = [](const IntegratorSettings& settings, int threads) {
         Monitor silent;
-        const Job job =
-            make_job(foggy_cornell(1, 0.3F), testing::small_cornell_camera(12), settings, 2);
+        const Job job = make_job(foggy_cornell(1, 0.3F), testing::small_cornell_camera(12), settings, 2);
         return render(job, {11, Workers{threads}}, silent).image.data;
     };
     auto few = photons(DirectMethod::mc, IndirectMethod::gather);
