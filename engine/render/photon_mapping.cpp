@@ -247,10 +247,10 @@ class PhotonMapEstimator final : public Estimator {
         bool has_direct;  // or what the Direct map would say is still missing
     };
     // What the maps say where a gather ray landed: looked up if it was computed ahead of time, else
-    // estimated. What is not quite Lambertian (a base under varnish) is lit as if that irradiance came evenly
-    // from all sides: nobody sees it but by way of a gather ray.
+    // estimated. Irradiance says all there is to know for Lambertian surfaces only: a base under varnish that
+    // a lamp shines on from one side would be off by percents.
     Looked look(const Vertex& vertex) const {
-        if (irradiance_) {
+        if (irradiance_ && vertex.bsdf.is_lambertian()) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
             if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {
