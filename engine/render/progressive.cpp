@@ -179,6 +179,7 @@ class ProgressiveIntegrator final : public Integrator {
         settings.metric = settings_.metric;
         settings.max_specular_depth = settings_.max_specular_depth;
         settings.quantity = settings_.quantity;
+        settings.boundary = settings_.boundary;
         return settings;
     }
 

@@ -148,6 +148,9 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
                {"constant", "cone", "epanechnikov"}, s.kernel),
         choice("metric", "photon distance: projected (tangent plane) or euclidean",
                {"projected", "euclidean"}, s.metric),
+        choice("boundary",
+               "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
+               {"none", "hull", "probes"}, s.boundary),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };

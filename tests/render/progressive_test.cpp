@@ -61,6 +61,7 @@ ProgressiveSettings of_direct_map(float alpha) {
     ProgressiveSettings settings;
     settings.photons = 3000;
     settings.direct = DirectMethod::map;
+    settings.boundary = Boundary::none;
     settings.radius = 0.6F;
     settings.alpha = alpha;
     return settings;
@@ -166,6 +167,7 @@ TEST(Progressive, IntegratingSphere_VarianceFallsAsPredicted) {
     settings.photons = 2000;
     settings.k = 40;
     settings.metric = MetricKind::euclidean;
+    settings.boundary = Boundary::none;
     const std::vector<int> after = {1, 4, 16, 64, 256};
     const std::vector<double> errors = square_errors(settings, after);
     const Shrink shrink(2.0 / 3);
