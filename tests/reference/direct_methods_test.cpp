@@ -62,8 +62,12 @@ double sigmas_apart(const Image& a, const Image& b, int x0, int x1) {
 }
 
 void expect_unbiased(const Case& c, const Parameters& parameters, int spp) {
-    const Image plain = rendered(c, "direct", {}, 4 * spp, 1);
-    const Image tried = rendered(c, "photonmap", parameters, spp, 2);
+    // What is lit, not the lamps themselves: a few of them in a pixel are most of a picture's noise.
+    const Image plain =
+        rendered(c, "direct", {{"quantity", "illuminance"}, {"lights", "power"}}, 32 * spp, 1);
+    Parameters all = parameters;
+    all.emplace_back("quantity", "illuminance");
+    const Image tried = rendered(c, "photonmap", all, spp, 2);
     for (int x = 0; x < 48; x += 16) {
         EXPECT_LT(std::fabs(sigmas_apart(tried, plain, x, x + 16)), 4) << c.name << " from column " << x;
     }
@@ -92,11 +96,9 @@ TEST(DirectMethods, Guided_IsUnbiasedOnWholeScenes) {
     EXPECT_GE(tested, 2);
 }
 
-TEST(DirectMethods, LightTree_IsUnbiasedOnWholeScenes) {
-    for (const Case& c : kCases) {
-        if (!made(c)) continue;
-        expect_unbiased(c, {{"direct", "mc"}, {"indirect", "none"}, {"lights", "tree"}}, 128);
-    }
+// The other scenes have a light or two: nothing to choose.
+TEST(DirectMethods, LightTree_IsUnbiasedWhereThereAreManyLights) {
+    expect_unbiased(kCases[2], {{"direct", "mc"}, {"indirect", "none"}, {"lights", "tree"}}, 512);
 }
 
 TEST(ManyLights, Flux_IsTheSumOverTheBalls) {
