@@ -277,16 +277,17 @@ class PhotonMapEstimator final : public Estimator {
     GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
+        GatherSettings own = how;
+        // What glass has bent comes from where a straight look back finds the glass in its way: no edge.
+        if (kind == MapKind::caustic) own.boundary = Boundary::none;
         if (radii_) {
             const SurfacePoint& at = vertex.hit.at;
-            GatherSettings within = how;
-            within.k = 0;  // all
+            own.k = 0;  // all
             // Below the surface's own error float32 cannot tell points apart.
-            within.radius =
+            own.radius =
                 std::max(radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n), at.error);
-            return Gather(*map, within, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
         }
-        return Gather(*map, how, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
+        return Gather(*map, own, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;

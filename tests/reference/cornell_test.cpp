@@ -312,7 +312,8 @@ TEST(Cornell, Progressive_ConcaveCornersAreNotDark) {
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
     const Image reference = halve(mean_of(read_exr(first), read_exr(second)));
-    const Image image = render_scene("cornell", "progressive", {{"photons", "100000"}}, 64, 128);
+    const Image image =
+        render_scene("cornell", "progressive", {{"photons", "100000"}, {"boundary", "probes"}}, 64, 128);
     const Part parts[] = {{"back wall and ceiling", 40, 28, 88, 31}, {"back wall and floor", 70, 96, 88, 99}};
     for (const Part& part : parts) {
         const double ratio = part.mean(image) / part.mean(reference);
