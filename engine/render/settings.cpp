@@ -49,6 +49,25 @@ Field lights(LightSelection& target) {
                   {"power", "tree"}, target);
 }
 
+// Of every method that estimates from photons.
+Field ratio(float& target) {
+    return real("ratio", "search ball over projected disc; larger catches more photons around corners", 1,
+                1000, target);
+}
+Field kernel_shape(KernelShape& target) {
+    return choice("kernel", "weight over the disc: constant, cone or epanechnikov",
+                  {"constant", "cone", "epanechnikov"}, target);
+}
+Field metric(MetricKind& target) {
+    return choice("metric", "photon distance: projected (tangent plane) or euclidean",
+                  {"projected", "euclidean"}, target);
+}
+Field boundary(Boundary& target) {
+    return choice("boundary",
+                  "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
+                  {"none", "hull", "probes"}, target);
+}
+
 std::vector<Field> fields_of(PathSettings& s) {
     return {whole("maxdepth", "longest path in bounces; 0: no limit, roulette ends every path", 0, kMostInt,
                   s.max_depth),
@@ -96,17 +115,12 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
               kMostInt, s.gather_k),
         real("radius", "largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal", 0, kMost,
              s.radius),
-        real("ratio", "search ball over projected disc; larger catches more photons around corners", 1, 1000,
-             s.ratio),
-        choice("kernel", "weight over the disc: constant, cone or epanechnikov",
-               {"constant", "cone", "epanechnikov"}, s.kernel),
-        choice("metric", "photon distance: projected (tangent plane) or euclidean",
-               {"projected", "euclidean"}, s.metric),
+        ratio(s.ratio),
+        kernel_shape(s.kernel),
+        metric(s.metric),
         choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
                {"tree", "flann"}, s.index),
-        choice("boundary",
-               "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
-               {"none", "hull", "probes"}, s.boundary),
+        boundary(s.boundary),
         real("specularbelow",
              "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
              s.specular_below),
@@ -142,15 +156,10 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
         whole("k", "photons of one pass that the first radius holds", 1, 1'000'000, s.k),
         real("radius", "the first radius everywhere, scene units; 0: by k and the local density", 0, kMost,
              s.radius),
-        real("ratio", "search ball over projected disc; larger catches more photons around corners", 1, 1000,
-             s.ratio),
-        choice("kernel", "weight over the disc: constant, cone or epanechnikov",
-               {"constant", "cone", "epanechnikov"}, s.kernel),
-        choice("metric", "photon distance: projected (tangent plane) or euclidean",
-               {"projected", "euclidean"}, s.metric),
-        choice("boundary",
-               "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
-               {"none", "hull", "probes"}, s.boundary),
+        ratio(s.ratio),
+        kernel_shape(s.kernel),
+        metric(s.metric),
+        boundary(s.boundary),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };
