@@ -2,7 +2,7 @@
 //
 // A pass builds maps of its own, a function of (seed, pass), and looks at them once per camera sample: at the
 // first diffuse surface all photons within a fixed radius count. Direct light is sampled (or read from the
-// Direct map), mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
+// Direct map), mirrors, glass and gloss are followed, all as in photon_estimator.h. The radius of pass i at x
 // is
 //
 //   r_i(x)² = s_i r_1(x)²,
@@ -20,6 +20,7 @@
 
 #include "engine/base/stopwatch.h"
 #include "engine/render/integrator.h"
+#include "engine/render/needed_maps.h"
 #include "engine/render/photon_mapping.h"
 #include "photon/local_radius.h"
 #include "photon/shrink.h"
@@ -124,7 +125,7 @@ class ProgressiveIntegrator final : public Integrator {
         plan.pass = kPilotPass;
         plan.volume_direct = settings_.direct == DirectMethod::map;
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-            plan.wanted[kind] = reads_map(static_cast<MapKind>(kind), context.scene);
+            plan.wanted[kind] = map_need(static_cast<MapKind>(kind), photon_settings(), context.scene).build;
         }
         const PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
@@ -145,7 +146,8 @@ class ProgressiveIntegrator final : public Integrator {
         std::vector<std::string> lines{fmt::format("for every pass: {} light paths", settings_.photons)};
         for (std::size_t i = 0; i < kMapKinds; ++i) {
             const auto kind = static_cast<MapKind>(i);
-            if (reads_map(kind, scene)) lines.push_back(fmt::format("a {} map", map_name(kind)));
+            if (map_need(kind, photon_settings(), scene).build)
+                lines.push_back(fmt::format("a {} map", map_name(kind)));
         }
         lines.push_back(settings_.radius > 0
                             ? fmt::format("the first radius is {:g}", settings_.radius)
@@ -155,20 +157,6 @@ class ProgressiveIntegrator final : public Integrator {
     }
 
   private:
-    bool reads_map(MapKind kind, const Scene& scene) const {
-        switch (kind) {
-            case MapKind::direct:
-                return settings_.direct == DirectMethod::map;
-            case MapKind::global:
-                return true;
-            case MapKind::caustic:
-                return scene.has_specular();
-            case MapKind::volume:
-                return scatters(scene.media());
-        }
-        return false;
-    }
-
     PhotonMapSettings photon_settings() const {
         PhotonMapSettings settings;
         settings.photons = settings_.photons;

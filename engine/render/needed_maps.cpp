@@ -1,0 +1,56 @@
+#include "engine/render/needed_maps.h"
+
+#include <fmt/format.h>
+
+namespace lucerna {
+namespace {
+
+MapNeed direct_map(const PhotonMapSettings& settings) {
+    if (goes_by_guides(settings)) {
+        return {false, fmt::format("direct light is sampled where {} paths of its own lead",
+                                   settings.guide_photons)};
+    }
+    const bool map = settings.direct == DirectMethod::map;
+    return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
+}
+
+MapNeed global_map(const PhotonMapSettings& settings) {
+    if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    return {true, settings.indirect == IndirectMethod::map ? "indirect light is read from it"
+                                                           : "gather rays read it where they land"};
+}
+
+MapNeed caustic_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    if (settings.specular_below > 0) {
+        return {true, fmt::format("gloss of alpha below {:g} counts as specular", settings.specular_below)};
+    }
+    const bool specular = scene.has_specular();
+    return {specular,
+            specular ? "the scene has mirrors or smooth glass" : "no surface of the scene is specular"};
+}
+
+MapNeed volume_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (!scatters(scene.media())) return {false, "no medium of the scene scatters"};
+    return {true, settings.direct == DirectMethod::map
+                      ? "what media scatter is read from it"
+                      : "what media scatter is read from it, but for light straight from a light"};
+}
+
+}  // namespace
+
+MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene) {
+    switch (kind) {
+        case MapKind::direct:
+            return direct_map(settings);
+        case MapKind::global:
+            return global_map(settings);
+        case MapKind::caustic:
+            return caustic_map(settings, scene);
+        case MapKind::volume:
+            return volume_map(settings, scene);
+    }
+    return {false, ""};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,26 @@
+// Which photon maps are built, and why: only what the scene and the chosen methods need [photon-maps 1].
+#pragma once
+
+#include <string>
+
+#include "engine/render/settings.h"
+#include "engine/world/scene.h"
+#include "photon/deposit.h"
+
+namespace lucerna {
+
+struct MapNeed {
+    bool build;
+    std::string why;
+
+    std::string text() const { return (build ? "built: " : "not built: ") + why; }
+};
+
+MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene);
+
+// Whether direct light is sampled by photons of its own.
+inline bool goes_by_guides(const PhotonMapSettings& settings) {
+    return settings.direct == DirectMethod::gated || settings.direct == DirectMethod::guided;
+}
+
+}  // namespace lucerna
