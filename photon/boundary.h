@@ -9,8 +9,7 @@
 //            the kernel is integrated exactly. Needs nothing but the photons; sees no hole and no inner
 //            corner.
 //   probes   a few photons' paths, moved across the disc as the kernel has it, are traced: does each end
-//   where
-//            the metric would have counted it? Sees what the scene is; costs short rays.
+//            where the metric would have counted it? Sees what the scene is; costs short rays.
 //
 // Where a neighbouring wall fills the disc (a concave corner) neither corrects anything, as photons are found
 // all over it.
@@ -43,10 +42,15 @@ struct ProbedDisc {
     float ball2;  // TangentMetric::ball2 of it
     KernelShape kernel;
 };
-inline constexpr int kProbes = 16;
-// Share of the kernel over places across which a photon travelling along one of `directions` (at least one;
-// all with n·d < 0) would have been counted by the metric. In (0,1]: 1 also if no probe is counted. The
-// probes' places are a function of x.
+// Two numbers in [0,1) that x decides.
+V2f probe_shift(const V3f& x);
+
+inline constexpr int kProbedDirections = 2;
+inline constexpr int kProbes = 16;  // of each
+// Share of the kernel over places across which photons travelling along the first `kProbedDirections` of
+// `directions` (at least one; all with n·d < 0) would have been counted by the metric. The mean of shares is
+// the harmonic one: directions of a small share are found as seldom as it is small. In (0,1]. The probes'
+// places are a function of x.
 float probed_share(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
                    std::span<const V3f> directions);
 

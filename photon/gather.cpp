@@ -38,6 +38,28 @@ GatherResult Gather::sum(const Disc& disc, std::span<const Neighbour> found, Car
     return result;
 }
 
+// Directions of some of the photons, in proportion to what each brings to the estimate.
+std::span<const V3f> Gather::pick_directions(const Disc& disc, std::span<const Neighbour> found,
+                                             std::span<V3f> picked) const {
+    const auto brings = [&](const Neighbour& neighbour) {
+        return luminance(map_.photons()[neighbour.index].power) *
+               kernel(settings_.kernel, neighbour.key / disc.r2);
+    };
+    const float shift = probe_shift(disc.x).x;
+    float total = 0;
+    for (const Neighbour& neighbour : found) total += brings(neighbour);
+    std::size_t count = 0;
+    float sum = 0;
+    for (const Neighbour& neighbour : found) {
+        sum += brings(neighbour);
+        while (count < picked.size() &&
+               sum * static_cast<float>(picked.size()) > (static_cast<float>(count) + shift) * total) {
+            picked[count++] = map_.photons()[neighbour.index].direction.unpack();
+        }
+    }
+    return picked.first(count);
+}
+
 float Gather::share(const Disc& disc, std::span<const Neighbour> found) const {
     switch (settings_.boundary) {
         case Boundary::none:
@@ -56,15 +78,12 @@ float Gather::share(const Disc& disc, std::span<const Neighbour> found) const {
         }
         case Boundary::probes: {
             if (!scene_) return 1;
-            std::array<V3f, kProbes> directions;
-            const std::size_t count = std::min<std::size_t>(kProbes, found.size());
-            for (std::size_t i = 0; i < count; ++i) {
-                const std::uint32_t index = found[i * found.size() / count].index;
-                directions[i] = map_.photons()[index].direction.unpack();
-            }
+            std::array<V3f, kProbedDirections> picked;
+            const std::span<const V3f> directions = pick_directions(disc, found, picked);
+            if (directions.empty()) return 1;
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
             return probed_share(*scene_, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel},
-                                metric, std::span(directions).first(count));
+                                metric, directions);
         }
     }
     return 1;

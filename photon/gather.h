@@ -56,6 +56,8 @@ class Gather {
     // Of photons already found.
     template <typename Carry>
     GatherResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
+    std::span<const V3f> pick_directions(const Disc& disc, std::span<const Neighbour> found,
+                                         std::span<V3f> picked) const;
     float share(const Disc& disc, std::span<const Neighbour> found) const;
 
     const PhotonMap& map_;

@@ -27,11 +27,13 @@ do, each pixel's difference is tested against its noise (z-test, corrected for s
 Examples:
   lucerna compare room.exr reference.exr
   lucerna compare room.exr reference.exr --json numbers.json
-  lucerna compare room.exr reference.exr --json -)";
+  lucerna compare room.exr reference.exr --json -
+  lucerna compare cornell.exr reference.exr --mask 4      without the lamp that is seen)";
 
 struct CompareOptions {
     std::string image, reference;
     std::string json;  // "-": to out, in place of the text
+    double mask = std::numeric_limits<double>::infinity();
 };
 
 void print_z_test(std::ostream& out, const ZTest& z) {
@@ -65,6 +67,9 @@ void print_text(std::ostream& out, const Comparison& c) {
     }
     fmt::print(out, "pixels         {} compared; not finite: {} in the image, {} in the reference\n",
                c.pixels, c.bad_pixels, c.bad_reference_pixels);
+    if (c.masked_pixels > 0)
+        fmt::print(out, "masked         {} pixels, brighter in the reference than asked for\n",
+                   c.masked_pixels);
     if (!c.left_out.empty())
         fmt::print(out, "left out       {} (in one image only)\n", fmt::join(c.left_out, ", "));
     if (c.z_test) print_z_test(out, *c.z_test);
@@ -107,6 +112,7 @@ std::string to_json(const CompareOptions& options, const Comparison& c, const st
     json["largest"] = {
         {"value", c.largest.value}, {"x", c.largest.x}, {"y", c.largest.y}, {"channel", c.largest.channel}};
     json["pixels"] = c.pixels;
+    json["masked_pixels"] = c.masked_pixels;
     json["bad_pixels"] = c.bad_pixels;
     json["bad_reference_pixels"] = c.bad_reference_pixels;
     json["left_out"] = c.left_out;
@@ -130,7 +136,7 @@ void act(const CompareOptions& options, const CommandContext& context) {
     const bool to_file = !options.json.empty() && options.json != "-";
     if (to_file) require_writable(options.json, "");
     const Image image = read_exr(options.image), reference = read_exr(options.reference);
-    const Comparison result = compare(image, reference, options.image, options.reference);
+    const Comparison result = compare(image, reference, options.image, options.reference, options.mask);
     const std::string unit = unit_of(image), reference_unit = unit_of(reference);
     if (options.json == "-") {
         context.out << to_json(options, result, unit, reference_unit);
@@ -151,6 +157,10 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
     app.add_option("REFERENCE", options->reference, "OpenEXR image of the same size")->required();
     app.add_option("--json", options->json, "write the numbers as JSON; - for standard output")
         ->type_name("FILE");
+    app.add_option("--mask", options->mask,
+                   "leave out pixels of which the reference is above this, in its own unit")
+        ->type_name("VALUE")
+        ->check(CLI::NonNegativeNumber);
     app.callback([options, &context] { act(*options, context); });
 }
 

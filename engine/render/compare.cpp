@@ -59,8 +59,8 @@ struct Sums {
 
 class Comparer {
   public:
-    Comparer(const Image& image, const Image& reference, std::vector<Shared> shared)
-        : image_(image), reference_(reference), shared_(std::move(shared)) {
+    Comparer(const Image& image, const Image& reference, std::vector<Shared> shared, double mask_above)
+        : image_(image), reference_(reference), shared_(std::move(shared)), mask_above_(mask_above) {
         sums_.value.resize(shared_.size());
         sums_.reference_value.resize(shared_.size());
         const bool variances = std::all_of(shared_.begin(), shared_.end(), [](const Shared& c) {
@@ -84,13 +84,17 @@ class Comparer {
         const float* r = &reference_.data[reference_.index(x, y)];
         bool bad = false;
         bool bad_reference = false;
+        bool masked = false;
         for (const Shared& c : shared_) {
             bad |= !std::isfinite(t[c.at]);
             bad_reference |= !std::isfinite(r[c.reference_at]);
+            masked |= std::isfinite(r[c.reference_at]) && double{r[c.reference_at]} > mask_above_;
         }
         result_.bad_pixels += bad;
         result_.bad_reference_pixels += bad_reference;
         if (bad || bad_reference) return;
+        result_.masked_pixels += masked;
+        if (masked) return;
         ++result_.pixels;
         for (std::size_t c = 0; c < shared_.size(); ++c) value(x, y, c, t, r);
     }
@@ -156,6 +160,7 @@ class Comparer {
     const Image& image_;
     const Image& reference_;
     std::vector<Shared> shared_;
+    double mask_above_;
     Sums sums_;
     std::vector<double> p_values_;
     Comparison result_;
@@ -175,7 +180,7 @@ double sidak_p_value(double smallest_p, std::uint64_t tests) {
 }
 
 Comparison compare(const Image& image, const Image& reference, const std::string& name,
-                   const std::string& reference_name) {
+                   const std::string& reference_name, double mask_above) {
     if (image.width != reference.width || image.height != reference.height) {
         throw InputError(
             {name},
@@ -186,7 +191,7 @@ Comparison compare(const Image& image, const Image& reference, const std::string
     if (shared.empty()) {
         throw InputError({name}, "no colour channel in common with " + reference_name);
     }
-    Comparison result = Comparer(image, reference, std::move(shared)).run();
+    Comparison result = Comparer(image, reference, std::move(shared), mask_above).run();
     result.left_out = only_in_one(image, reference);
     return result;
 }

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -56,15 +57,19 @@ struct Comparison {
     std::vector<ChannelComparison> channels;
     LargestDifference largest;
     std::uint64_t pixels = 0;                                // compared
+    std::uint64_t masked_pixels = 0;                         // left out as asked for
     std::uint64_t bad_pixels = 0, bad_reference_pixels = 0;  // with a value that is not finite; not compared
     std::vector<std::string> left_out;                       // channels that only one image has
     std::optional<ZTest> z_test;  // if both carry variance.C for every compared channel C
 };
 
 // Compares the channels that both images have, but not variances and alpha. Throws InputError if the sizes
-// differ or no channel is shared; `name` and `reference_name` are for its message.
+// differ or no channel is shared; `name` and `reference_name` are for its message. Pixels of which a compared
+// channel of the reference is above `mask_above` are left out: a few of a lamp that is seen would decide all
+// means.
 Comparison compare(const Image& image, const Image& reference, const std::string& name = "image",
-                   const std::string& reference_name = "reference");
+                   const std::string& reference_name = "reference",
+                   double mask_above = std::numeric_limits<double>::infinity());
 
 // 1 - (1 - level)^(1/tests): the level of each of so many independent tests that together have `level` [Šidák
 // 1967].

@@ -252,8 +252,6 @@ class PhotonMapEstimator final : public Estimator {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
         GatherSettings own = how;
-        // What glass has bent comes from where a straight look back finds the glass in its way: no edge.
-        if (kind == MapKind::caustic) own.boundary = Boundary::none;
         if (radii_) {
             const SurfacePoint& at = vertex.hit.at;
             own.k = 0;  // all

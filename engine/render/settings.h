@@ -63,8 +63,8 @@ struct PhotonMapSettings {
     float ratio = 2;    // Euclidean ball over projected disc, >= 1
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
-    IndexKind index = IndexKind::tree;   // both find the same photons
-    Boundary boundary = Boundary::none;  // what is done where an estimate hangs over a surface's edge
+    IndexKind index = IndexKind::tree;     // both find the same photons
+    Boundary boundary = Boundary::probes;  // what is done where an estimate hangs over a surface's edge
     // Lobes whose GGX alpha (the larger) lies below count as specular: light over them and nothing else goes
     // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
     // gather rays, or go to the Global map.
@@ -97,9 +97,8 @@ struct ProgressiveSettings {
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     // At edges the bias of a shrinking disc falls slowest. A correction that counts the photons of the disc
-    // (hull) is not consistent when they become few; probes are, but take glass beside a surface for an edge
-    // (2 % too bright in Cornell with a ball), so they are asked for where there is none.
-    Boundary boundary = Boundary::none;
+    // (hull) is not consistent when they become few; probes are.
+    Boundary boundary = Boundary::probes;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };

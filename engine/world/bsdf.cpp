@@ -40,6 +40,11 @@ bool is_diffuse_lobe(const Lobe& lobe) {
            std::holds_alternative<CoveredDiffuseLobe>(lobe) ||
            std::holds_alternative<SubstrateBaseLobe>(lobe);
 }
+bool transmits_lobe(const Lobe& lobe) {
+    return std::holds_alternative<DielectricLobe>(lobe) ||
+           std::holds_alternative<DiffuseTransmitLobe>(lobe) ||
+           std::holds_alternative<ThinDielectricLobe>(lobe);
+}
 // GGX's alpha, 0 for a delta, infinite for what has no peak.
 float blur_of(const Lobe& lobe) {
     if (is_delta_of(lobe)) return 0;
@@ -199,6 +204,10 @@ Rgb Bsdf::albedo(const V3f& wo) const {
 
 bool Bsdf::is_delta() const {
     return std::all_of(lobes().begin(), lobes().end(), is_delta_of);
+}
+
+bool Bsdf::transmits() const {
+    return std::any_of(lobes().begin(), lobes().end(), transmits_lobe);
 }
 
 Bsdf Bsdf::part(std::size_t begin, std::size_t end) const {

@@ -78,6 +78,8 @@ class Bsdf {
     bool is_delta() const;
     // True if it is exactly Lambertian: then f = albedo/π, whatever the directions on one side.
     bool is_lambertian() const { return count_ == 1 && std::holds_alternative<DiffuseLobe>(lobes_[0]); }
+    // True if some light goes on to the other side.
+    bool transmits() const;
     bool is_black() const { return std::holds_alternative<BlackLobe>(lobes_[0]); }
 
     // A split in two that add up to the whole: reflection without any peak (Lambertian, Oren-Nayar, a base

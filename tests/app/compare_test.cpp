@@ -69,6 +69,18 @@ TEST(Compare, NotFinitePixels_AreCountedAndLeftOut) {
     EXPECT_EQ(c.channels[0].mean, 1);
 }
 
+TEST(Compare, Mask_LeavesOutWhereTheReferenceIsBrighter) {
+    Image image = Image::rgb(2, 1);
+    Image reference = Image::rgb(2, 1);
+    reference.set_rgb(0, 0, Rgb(0.5F, 4.5F, 0.5F));  // one channel is enough
+    image.set_rgb(1, 0, Rgb(9));                     // the image's own brightness is not looked at
+    const Comparison c = compare(image, reference, "image", "reference", 4);
+    EXPECT_EQ(c.masked_pixels, 1U);
+    EXPECT_EQ(c.pixels, 1U);
+    EXPECT_EQ(c.mse, 81);
+    EXPECT_EQ(compare(image, reference, "image", "reference", 5).masked_pixels, 0U);
+}
+
 TEST(Compare, NothingFinite_GivesNoNumbersButCounts) {
     const Comparison c = compare(pair_of(NAN, NAN), pair_of(1, 1));
     EXPECT_EQ(c.bad_pixels, 2U);

@@ -125,7 +125,7 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
     RunningStats shares;
     for (int i = 0; i < 500; ++i) {
         std::vector<V3f> directions;
-        for (int j = 0; j < kProbes; ++j) {  // from the half of the sky that the wall leaves
+        for (int j = 0; j < kProbedDirections; ++j) {  // from the half of the sky that the wall leaves
             V3f d = -square_to_cosine_hemisphere(stream.next2());
             d.x = -std::fabs(d.x);
             directions.push_back(d);

@@ -26,19 +26,8 @@ Image render_scene(const std::string& name, const std::string& integrator, const
 }
 
 // The visible lamp is left out: a few bright pixels would decide every mean.
-void mask_lamp(Image& image, const Image& reference) {
-    for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) {
-            if (max_component(reference.rgb_at(x, y)) > 4) image.set_rgb(x, y, Rgb(0));
-        }
-    }
-}
-
-Comparison compare_masked(Image image, Image reference) {
-    const Image mask = reference;
-    mask_lamp(image, mask);
-    mask_lamp(reference, mask);
-    return compare(image, reference);
+Comparison compare_masked(const Image& image, const Image& reference) {
+    return compare(image, reference, "image", "reference", 4);
 }
 
 // Mean of 2 × 2 blocks.
@@ -97,7 +86,7 @@ TEST(Cornell, Path_AgreesWithAnotherRendererWithinNoise) {
     Image mean = a;
     for (std::size_t i = 0; i < mean.data.size(); ++i) mean.data[i] = 0.5F * (a.data[i] + b.data[i]);
     const Image ours = render_scene("cornell", "path", {}, 512, 128);
-    const Comparison result = compare_masked(Image(ours), mean);
+    const Comparison result = compare_masked(ours, mean);
     for (const ChannelComparison& channel : result.channels) {
         if (!channel.name.starts_with("variance")) {
             EXPECT_NEAR(channel.ratio.value_or(0), 1, 0.002) << channel.name;
@@ -296,6 +285,7 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
 struct Part {
     const char* name;
     int x0, y0, x1, y1;
+    double least;  // of the reference's
 
     double mean(const Image& image) const {
         double sum = 0;
@@ -306,21 +296,23 @@ struct Part {
     }
 };
 
-// Where walls meet, a disc on one of them is filled by the other's photons (photon/tangent_metric.h): no dark
-// line.
+// Where walls meet, a disc on one of them is filled by the other's photons (photon/tangent_metric.h), and
+// what is lost is known to be lost (photon/boundary.h): no dark line.
 TEST(Cornell, Progressive_ConcaveCornersAreNotDark) {
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
     const Image reference = halve(mean_of(read_exr(first), read_exr(second)));
-    const Image image =
-        render_scene("cornell", "progressive", {{"photons", "100000"}, {"boundary", "probes"}}, 64, 128);
-    const Part parts[] = {{"back wall and ceiling", 40, 28, 88, 31}, {"back wall and floor", 70, 96, 88, 99}};
+    const Image image = render_scene("cornell", "progressive", {{"photons", "100000"}}, 64, 128);
+    const Part parts[] = {{"back wall and ceiling", 40, 28, 88, 31, 0.99},
+                          {"back wall and right wall", 99, 35, 103, 75, 0.99},
+                          {"back wall and left wall", 25, 35, 28, 65, 0.99},
+                          // Lit by the floor before it, at so flat an angle that much of the disc is lost.
+                          {"foot of the tall block", 41, 107, 61, 109, 0.96}};
     for (const Part& part : parts) {
         const double ratio = part.mean(image) / part.mean(reference);
         std::cout << part.name << ": " << ratio << "\n";
-        // Not darker than 1 %. The floor is 4 % too bright here, which is not yet explained.
-        EXPECT_GT(ratio, 0.99) << part.name;
-        EXPECT_LT(ratio, 1.06) << part.name;
+        EXPECT_GT(ratio, part.least) << part.name;
+        EXPECT_LT(ratio, 1.02) << part.name;
     }
 }
 
