@@ -45,7 +45,7 @@ void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
 
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
-    Emission emission(scene, plan.seed, Purpose::emission, plan.pass);
+    Emission emission(scene, plan.seed, Purpose::emission, plan.pass, plan.emission);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           ++harvest.ledger.paths;
@@ -197,6 +197,7 @@ std::uint64_t map_key(const Scene& scene, const MapPlan& plan) {
     }
     key.add(int{plan.volume_direct});
     key.add(plan.specular_below);
+    if (plan.emission) key.add(plan.emission->hash());
 
     MapPlan all = plan;
     all.wanted.fill(true);

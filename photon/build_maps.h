@@ -24,6 +24,8 @@ struct MapPlan {
     IndexKind index = IndexKind::tree;
     // Bounces off lobes of a smaller GGX alpha count as specular; 0: deltas alone.
     float specular_below = 0;
+    // By which paths are emitted; null: plainly. Outlives the maps' making.
+    const EmissionPlan* emission = nullptr;
 };
 
 // What became of the hits of one class.

@@ -4,16 +4,29 @@
 
 namespace lucerna {
 
+std::optional<Emission::Choice> Emission::choose(const EmitNet::Point& point) const {
+    if (!plan_) {
+        const auto pick = scene_.picker().pick(point.light);
+        if (!pick) return std::nullopt;
+        return Choice{pick->light, 0, pick->probability, 1, point.u};
+    }
+    const auto pick = plan_->pick(point.light);
+    if (!pick) return std::nullopt;
+    Choice choice{pick->light, 0, pick->probability, 1, point.u};
+    choice.scale = plan_->warp(choice.light, choice.u);
+    return choice;
+}
+
 void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart>> out) {
     std::fill(out.begin(), out.end(), std::nullopt);
 
     // Choose lights.
     choices_.clear();
     for (std::size_t i = 0; i < out.size(); ++i) {
-        const EmitNet::Point point = net_.at(first + static_cast<std::uint32_t>(i));
-        const auto pick = scene_.picker().pick(point.light);
-        if (pick)
-            choices_.push_back({pick->light, static_cast<std::uint32_t>(i), pick->probability, point.u});
+        auto choice = choose(net_.at(first + static_cast<std::uint32_t>(i)));
+        if (!choice) continue;
+        choice->place = static_cast<std::uint32_t>(i);
+        choices_.push_back(*choice);
     }
 
     // Ask each of them once.
@@ -42,13 +55,9 @@ void Emission::emit_group(std::span<const Choice> group, std::span<std::optional
         if (!emitted) continue;
         const Rgb weight = emitted->weight * reach;
         if (is_black(weight)) continue;
-        out[group[i].place] =
-            LightPathStart{light,
-                           emitted->cell,
-                           emitted->from,
-                           emitted->d,
-                           weight / group[i].probability,  // a picked light has probability > 0
-                           medium};
+        out[group[i].place] = LightPathStart{light, emitted->cell, emitted->from, emitted->d,
+                                             // A picked light has probability > 0.
+                                             weight / group[i].probability * group[i].scale, medium};
     }
 }
 

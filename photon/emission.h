@@ -1,4 +1,6 @@
-// The first moment of a photon's life: a light is chosen by its power and asked for a particle.
+// The first moment of a photon's life: a light is chosen by its power and asked for a particle. A plan
+// (emission_plan.h) may steer both choices; the start's power is then weighted so that every mean stays what
+// it is.
 //
 // Light paths start in batches: their numbers come from one net, and each light is asked once for all its
 // particles of a batch, so that the reads of a measured lamp's tables overlap. A path's start is the same in
@@ -12,6 +14,7 @@
 #include "engine/base/stream.h"
 #include "engine/world/scene.h"
 #include "lights/emit_net.h"
+#include "photon/emission_plan.h"
 
 namespace lucerna {
 
@@ -20,7 +23,8 @@ struct LightPathStart {
     CellId cell;
     SurfacePoint from;
     V3f d;                            // unit
-    Rgb power;                        // W; its mean over paths is the flux of all lights together
+    Rgb power;                        // W; its mean over paths is the flux of all lights together, in
+                                      // expectation where a plan weights it
     std::int32_t medium = kNoMedium;  // of the borders, in which it begins
 };
 
@@ -30,8 +34,10 @@ class Emission {
     // A batch that stays within a core's second cache.
     static constexpr std::size_t kBatch = 512;
 
-    Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass)
-        : scene_(scene), net_(seed, purpose, pass) {}
+    // Plain without a plan; a plan must outlive it.
+    Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass,
+             const EmissionPlan* plan = nullptr)
+        : scene_(scene), net_(seed, purpose, pass), plan_(plan) {}
 
     // Paths first, first + 1 …, as many as `out` has places. No sample: no light has power, or the light had
     // nothing to emit for these numbers.
@@ -55,12 +61,15 @@ class Emission {
         std::uint32_t light;
         std::uint32_t place;  // in the batch
         float probability;
+        float scale;  // of its power, by the plan: plain density over its own
         EmitU u;
     };
+    std::optional<Choice> choose(const EmitNet::Point& point) const;
     void emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out);
 
     const Scene& scene_;
     EmitNet net_;
+    const EmissionPlan* plan_;  // null: plain
     std::vector<Choice> choices_;
     std::vector<EmitU> numbers_;
     std::vector<std::optional<Emitted>> emitted_;

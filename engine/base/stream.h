@@ -25,7 +25,8 @@ enum class Purpose : std::uint32_t {
     acquisition,
     bench,
     test,
-    tile
+    tile,
+    importance
 };
 
 class Stream {

@@ -1,0 +1,57 @@
+// The pilot of a render: which lights, and which of their particles, the picture needs.
+//
+// Importons (importons.h) say where the maps are read; pilot light paths, emitted plainly, leave photons
+// there. What a path is worth to the picture is what its photons add to the variance of the pixels, relative
+// to what the pixels show. An estimate from the k nearest photons, of which one has power Φ and the disc the
+// radius r, holds Φ w / (π r²) of it, w the importon's weight; so a path's second moment is
+//
+//   m = Σ over its photons, Σ over the estimates that hold them, (Φ w / (π r²) / (L + ε))²
+//
+// with L the pixel's own radiance as the pilot's photons show it, and ε a share of the mean L that keeps
+// black pixels from mattering most. Blocks of emission numbers are then worth the root of their mean m
+// (pilot_blocks.h). That is importance and nothing more: photons of one path are taken to land in different
+// pixels, and a pixel's gather rays in different places; where that is wrong the plan is less good, and still
+// unbiased (emission_plan.h).
+//
+// The pilot's paths and rays are those of no pass, so a plan does not depend on the photons it weighs. Scenes
+// whose media scatter are left plain: what photons in space are read by is not looked at here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "photon/deposit.h"
+#include "photon/emission_plan.h"
+#include "photon/gather.h"
+#include "photon/importons.h"
+
+namespace lucerna {
+
+struct PilotSettings {
+    std::int64_t paths = 65536;  // light paths, in [1, 2^24]
+    float floor = 0.25F;         // least share of plain emission, in (0, 1]
+    std::uint64_t seed = 0;
+    // Which maps the image reads where the camera looks, and where gather rays land (if it gathers).
+    std::array<bool, kMapKinds> seen{}, landed{};
+    bool gather = false;
+    bool meter = false;        // the image shows illuminance
+    GatherSettings estimate;   // k: photons of the pilot in an estimate
+    float specular_below = 0;  // MapPlan's
+};
+
+struct Pilot {
+    EmissionPlan plan;
+    std::size_t importons = 0;
+    double useful = 0;  // share of the pilot's paths that an estimate held a photon of
+    double seconds = 0;
+};
+
+// None where there is nothing to learn: no light, nothing seen, a medium that scatters; or if the monitor
+// stopped it. The same for any number of threads.
+std::optional<Pilot> fly_pilot(const Scene& scene, const View& view, const PilotSettings& settings,
+                               const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna
