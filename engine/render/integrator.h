@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "engine/render/render.h"
 #include "engine/render/settings.h"
 #include "engine/world/scene.h"
+#include "photon/importons.h"
 #include "photon/map_file.h"
 
 namespace lucerna {
@@ -45,6 +47,7 @@ struct PassContext {
     RenderReport& report;
     const Groundwork* groundwork = nullptr;  // what groundwork() gave
     const MapFiles* map_files = nullptr;
+    std::optional<View> view = {};  // what the image shows; maps may be built for it alone
 };
 
 class Integrator {

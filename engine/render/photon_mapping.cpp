@@ -8,6 +8,7 @@
 #include "engine/render/irradiance_ahead.h"
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_estimator.h"
+#include "engine/render/steering.h"
 
 namespace lucerna {
 namespace {
@@ -20,13 +21,17 @@ class PhotonMapIntegrator final : public Integrator {
     explicit PhotonMapIntegrator(const PhotonMapSettings& settings) : settings_(settings) {}
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        return prepare(context, nullptr);
+        const std::optional<Pilot> pilot = learn_emission(settings_, gather(context.scene).seen, context);
+        if (context.monitor.stopped()) return nullptr;
+        return prepare(context, nullptr, pilot ? &pilot->plan : nullptr);
     }
     std::unique_ptr<const Estimator> prepare(const PassContext& context,
-                                             std::unique_ptr<const RadiusRule> radii) const {
+                                             std::unique_ptr<const RadiusRule> radii,
+                                             const EmissionPlan* emission) const {
         PhotonEstimatorParts parts;
         parts.radii = std::move(radii);
-        const MapPlan plan = map_plan(context);
+        MapPlan plan = map_plan(context);
+        plan.emission = emission;
         if (plan.wanted != std::array<bool, kMapKinds>{}) {
             parts.maps = make_maps(plan, context);
             if (context.monitor.stopped()) return nullptr;
@@ -155,8 +160,9 @@ std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& setting
 
 std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
                                                      const PassContext& context,
-                                                     std::unique_ptr<const RadiusRule> radii) {
-    return PhotonMapIntegrator(settings).prepare(context, std::move(radii));
+                                                     std::unique_ptr<const RadiusRule> radii,
+                                                     const EmissionPlan* emission) {
+    return PhotonMapIntegrator(settings).prepare(context, std::move(radii), emission);
 }
 
 }  // namespace lucerna

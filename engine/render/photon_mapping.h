@@ -19,9 +19,11 @@ class RadiusRule {
 };
 
 // What the `photonmap` integrator with these settings prepares; with `radii`, all photons within them count
-// in place of the k nearest. Null if the monitor stopped it.
+// in place of the k nearest; with `emission`, which is used while maps are made, paths are emitted by that.
+// Null if the monitor stopped it.
 std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
                                                      const PassContext& context,
-                                                     std::unique_ptr<const RadiusRule> radii);
+                                                     std::unique_ptr<const RadiusRule> radii,
+                                                     const EmissionPlan* emission = nullptr);
 
 }  // namespace lucerna

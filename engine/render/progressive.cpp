@@ -22,6 +22,7 @@
 #include "engine/render/integrator.h"
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_mapping.h"
+#include "engine/render/steering.h"
 #include "photon/local_radius.h"
 #include "photon/shrink.h"
 
@@ -38,7 +39,7 @@ constexpr std::uint32_t kPilotPass = 0xffffffffU;
 constexpr std::size_t kPilotPoints = 8192;
 
 // r_1: one length, or what the pilot found near by.
-class FirstRadii final : public Groundwork {
+class FirstRadii {
   public:
     explicit FirstRadii(float radius) : largest_(radius) {}
     FirstRadii(const PhotonMaps& maps, const GatherSettings& how, const Workers& workers)
@@ -104,6 +105,14 @@ class PassRadii final : public RadiusRule {
     float scale_, volume_scale_;
 };
 
+// What every pass goes by.
+struct Ahead final : Groundwork {
+    Ahead(FirstRadii r, std::optional<Pilot> e) : radii(std::move(r)), emission(std::move(e)) {}
+
+    FirstRadii radii;
+    std::optional<Pilot> emission;
+};
+
 class ProgressiveIntegrator final : public Integrator {
   public:
     explicit ProgressiveIntegrator(const ProgressiveSettings& settings) : settings_(settings) {}
@@ -111,15 +120,20 @@ class ProgressiveIntegrator final : public Integrator {
     int samples_per_pass() const override { return settings_.samples; }
 
     std::unique_ptr<const Groundwork> groundwork(const PassContext& context) const override {
-        if (settings_.radius > 0) return std::make_unique<FirstRadii>(settings_.radius);
-        const Stopwatch watch;
         GatherSettings how;
         how.k = settings_.k;
-        how.radius = kLargestRadius * diagonal(context.scene);
+        how.radius = settings_.radius > 0 ? settings_.radius : kLargestRadius * diagonal(context.scene);
         how.ratio = settings_.ratio;
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;
+        auto emission = learn_emission(photon_settings(), how, context);
+        if (context.monitor.stopped()) return nullptr;
+        if (settings_.radius > 0) {
+            return std::make_unique<Ahead>(FirstRadii(settings_.radius), std::move(emission));
+        }
+        const Stopwatch watch;
         MapPlan plan;
+        plan.emission = emission ? &emission->plan : nullptr;
         plan.paths = settings_.photons;
         plan.seed = context.seed;
         plan.pass = kPilotPass;
@@ -129,17 +143,19 @@ class ProgressiveIntegrator final : public Integrator {
         }
         const PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
-        auto radii = std::make_unique<FirstRadii>(maps, how, context.workers);
-        radii->report(context.report);
-        context.report.seconds.emplace_back("pilot", watch.seconds());
-        return radii;
+        auto ahead = std::make_unique<Ahead>(FirstRadii(maps, how, context.workers), std::move(emission));
+        ahead->radii.report(context.report);
+        context.report.seconds.emplace_back("radii", watch.seconds());
+        return ahead;
     }
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        const auto& first = static_cast<const FirstRadii&>(*context.groundwork);
+        const auto& ahead = static_cast<const Ahead&>(*context.groundwork);
         const double share = Shrink(static_cast<double>(settings_.alpha)).share(context.pass);
         context.report.numbers["radius.share"] = std::sqrt(share);  // of the first
-        return prepare_photon_maps(photon_settings(), context, std::make_unique<PassRadii>(first, share));
+        return prepare_photon_maps(photon_settings(), context,
+                                   std::make_unique<PassRadii>(ahead.radii, share),
+                                   ahead.emission ? &ahead.emission->plan : nullptr);
     }
 
     std::vector<std::string> plan(const Scene& scene) const override {
@@ -168,6 +184,8 @@ class ProgressiveIntegrator final : public Integrator {
         settings.max_specular_depth = settings_.max_specular_depth;
         settings.quantity = settings_.quantity;
         settings.boundary = settings_.boundary;
+        settings.pilot = settings_.pilot;
+        settings.pilot_floor = settings_.pilot_floor;
         return settings;
     }
 

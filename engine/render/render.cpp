@@ -115,8 +115,8 @@ class Run {
     // One prepared pass serves all samples.
     void render_rounds() {
         const Stopwatch preparing;
-        const auto estimator = integrator_->prepare(
-            {job_.scene, options_.seed, 0, options_.workers, monitor_, report_, nullptr, &options_.maps});
+        const auto estimator = integrator_->prepare({job_.scene, options_.seed, 0, options_.workers, monitor_,
+                                                     report_, nullptr, &options_.maps, view()});
         preparing_ = preparing.seconds();
         report_.numbers["rays.prepare"] = static_cast<double>(job_.scene.rays());
         if (!estimator) return end("user");
@@ -137,8 +137,8 @@ class Run {
     // Every pass is prepared, looked at once and forgotten.
     void render_passes() {
         const Stopwatch founding;
-        const auto groundwork =
-            integrator_->groundwork({job_.scene, options_.seed, 0, options_.workers, monitor_, report_});
+        const auto groundwork = integrator_->groundwork(
+            {job_.scene, options_.seed, 0, options_.workers, monitor_, report_, nullptr, nullptr, view()});
         preparing_ = founding.seconds();
         if (monitor_.stopped()) return end("user");
         const int samples = integrator_->samples_per_pass();
@@ -214,6 +214,12 @@ class Run {
         if (std::isfinite(error)) numbers["error.relative"] = error;
         result.image.attributes["lucerna.unit"] = report_.notes.at("unit");
         return result;
+    }
+
+    View view() const {
+        const FilmSettings& film = job_.film;
+        const V2i end = film.crop_end == V2i(0, 0) ? V2i(film.width, film.height) : film.crop_end;
+        return {&job_.camera, V2f(film.crop_begin), V2f(end)};
     }
 
     std::string unit() const {

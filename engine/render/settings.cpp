@@ -62,6 +62,14 @@ Field metric(MetricKind& target) {
     return choice("metric", "photon distance: projected (tangent plane) or euclidean",
                   {"projected", "euclidean"}, target);
 }
+Field pilot(std::int64_t& target) {
+    return whole("pilot", "light paths that learn which emission the view needs, ahead; 0: lights by power",
+                 0, 1 << 24, target);
+}
+Field pilot_floor(float& target) {
+    return real("pilotfloor", "least share of emission by power beside what the pilot learned", 0.01, 1,
+                target);
+}
 Field boundary(Boundary& target) {
     return choice("boundary",
                   "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
@@ -121,6 +129,8 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
                {"tree", "flann"}, s.index),
         boundary(s.boundary),
+        pilot(s.pilot),
+        pilot_floor(s.pilot_floor),
         real("specularbelow",
              "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
              s.specular_below),
@@ -160,6 +170,8 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
         kernel_shape(s.kernel),
         metric(s.metric),
         boundary(s.boundary),
+        pilot(s.pilot),
+        pilot_floor(s.pilot_floor),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };

@@ -69,6 +69,11 @@ struct PhotonMapSettings {
     // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
     // gather rays, or go to the Global map.
     float specular_below = 0;
+    // Light paths of the pilot that learns which lights, and which of their particles, the camera's view
+    // needs (photon/pilot.h); 0: emission by power alone. And the least share of that, which keeps it
+    // unbiased and its weights below 1/floor.
+    std::int64_t pilot = 0;
+    float pilot_floor = 0.25F;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
@@ -99,6 +104,8 @@ struct ProgressiveSettings {
     // At edges the bias of a shrinking disc falls slowest. A correction that counts the photons of the disc
     // (hull) is not consistent when they become few; probes are.
     Boundary boundary = Boundary::probes;
+    std::int64_t pilot = 0;  // PhotonMapSettings'; flown once, before the first pass
+    float pilot_floor = 0.25F;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };

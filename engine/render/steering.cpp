@@ -1,0 +1,81 @@
+#include "engine/render/steering.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/render/needed_maps.h"
+
+namespace lucerna {
+namespace {
+
+// Photons of the pilot in an estimate: its disc is then about as wide as one of the image's. Fewer than the
+// least say little; more than the most take long.
+constexpr double kLeastPhotons = 8, kMostPhotons = 64;
+
+int pilot_photons(const PhotonMapSettings& settings, int k) {
+    if (k == 0) return static_cast<int>(kMostPhotons);
+    const double share = static_cast<double>(settings.pilot) / static_cast<double>(settings.photons);
+    return static_cast<int>(std::clamp(std::ceil(k * share), kLeastPhotons, kMostPhotons));
+}
+
+// Why emission stays plain; nothing: it need not.
+std::string_view why_plain(const PhotonMapSettings& settings, const PassContext& context, bool reads) {
+    if (settings.pilot == 0) return "plain: pilot = 0";
+    if (!context.view) return "plain: there is no camera";
+    if (context.map_files && context.map_files->any()) return "plain: maps in files serve every camera";
+    if (!reads) return "plain: no map is read";
+    if (scatters(context.scene.media())) return "plain: a medium scatters";
+    if (!(context.scene.picker().total_power() > 0)) return "plain: no light shines";
+    return "";
+}
+
+void report(const Pilot& pilot, const PilotSettings& how, const Scene& scene, RenderReport& report) {
+    report.notes["emission"] = "steered by a pilot";
+    report.numbers["pilot.paths"] = static_cast<double>(how.paths);
+    report.numbers["pilot.importons"] = static_cast<double>(pilot.importons);
+    report.numbers["pilot.useful"] = pilot.useful;
+    report.numbers["pilot.blocks"] = static_cast<double>(pilot.plan.blocks());
+    // How far the choice of lights was moved: the share of paths that go to another light.
+    double moved = 0;
+    for (std::uint32_t light = 0; light < scene.lights().size(); ++light) {
+        moved += std::fabs(pilot.plan.probability(light) - double{scene.picker().probability(light)});
+    }
+    report.numbers["pilot.share_of_lights"] = 0.5 * moved;
+    report.seconds.emplace_back("pilot", pilot.seconds);
+}
+
+}  // namespace
+
+std::optional<Pilot> learn_emission(const PhotonMapSettings& settings, const GatherSettings& estimate,
+                                    const PassContext& context) {
+    PilotSettings how;
+    how.paths = settings.pilot;
+    how.floor = settings.pilot_floor;
+    how.seed = context.seed;
+    how.gather = settings.indirect == IndirectMethod::gather;
+    how.meter = settings.quantity == Quantity::illuminance;
+    how.estimate = estimate;
+    how.estimate.k = pilot_photons(settings, estimate.k);
+    how.specular_below = settings.specular_below;
+    bool reads = false;
+    for (const MapKind kind : {MapKind::direct, MapKind::global, MapKind::caustic}) {
+        const auto i = static_cast<std::size_t>(kind);
+        const bool built = map_need(kind, settings, context.scene).build;
+        how.landed[i] = built && how.gather;
+        how.seen[i] = built && !(how.gather && kind == MapKind::global);
+        reads = reads || built;
+    }
+    if (const auto why = why_plain(settings, context, reads); !why.empty()) {
+        context.report.notes["emission"] = why;
+        return std::nullopt;
+    }
+    auto pilot = fly_pilot(context.scene, *context.view, how, context.workers, context.monitor);
+    if (pilot) {
+        report(*pilot, how, context.scene, context.report);
+    } else {
+        context.report.notes["emission"] = "plain: the pilot saw nothing";
+    }
+    return pilot;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,17 @@
+// Whether and how the emission of photon maps is steered towards what the camera sees (photon/pilot.h).
+#pragma once
+
+#include <optional>
+
+#include "engine/render/integrator.h"
+#include "photon/pilot.h"
+
+namespace lucerna {
+
+// Learns by which paths maps with these settings are best built, and writes into the context's report what it
+// learned: `pilot.*`, or a note that says why emission stays plain. None: it stays plain (or the monitor
+// stopped it). `estimate`: as the image gathers from `paths` light paths; k = 0: all within the radius.
+std::optional<Pilot> learn_emission(const PhotonMapSettings& settings, const GatherSettings& estimate,
+                                    const PassContext& context);
+
+}  // namespace lucerna
