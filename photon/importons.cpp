@@ -20,6 +20,7 @@ class Follower {
         : scene_(scene), plan_(plan), ray_(ray), stream_(stream), found_(found) {}
 
     void follow(Ray ray, Rgb throughput, bool landed) {
+        float squeeze = 1;
         for (int bounce = 0; bounce < kMostBounces; ++bounce) {
             const auto hit = scene_.hit(ray);
             if (!hit) return;
@@ -31,7 +32,8 @@ class Follower {
             const auto sample = bsdf.rest().sample(wo, numbers(), Transport::radiance);
             if (!sample) return;
             throughput *= sample->weight;
-            const float survival = std::min(1.0F, luminance(throughput));
+            squeeze *= sample->eta_scale;  // what glass takes from radiance it gives back: no reason to end
+            const float survival = std::min(1.0F, luminance(throughput) / squeeze);
             if (!(stream_.next() < survival)) return;
             throughput /= survival;
             ray = Ray{hit->at.towards(sample->wi), sample->wi};

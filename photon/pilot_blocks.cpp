@@ -110,7 +110,7 @@ class Learner {
     }
 
     std::vector<EmitBlocks> run() {
-        for (std::size_t left = settings_.most_blocks; left > 0 && !queue_.empty(); --left) {
+        for (std::size_t left = settings_.most_cuts; left > 0 && !queue_.empty(); --left) {
             const Cut cut = queue_.top();
             queue_.pop();
             apply(cut);

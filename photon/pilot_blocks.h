@@ -25,8 +25,8 @@ struct EmitTrial {
 };
 
 struct BlockSettings {
-    std::size_t most_blocks = 4096;  // of all lights
-    std::size_t least_trials = 32;   // in a block that is cut
+    std::size_t most_cuts = 4096;   // of all lights' blocks
+    std::size_t least_trials = 32;  // in a block that is cut
 };
 
 // `trials[i]`: those of light i, in any order; they are moved about. `powers`: of the lights, by which they

@@ -1,0 +1,67 @@
+#!/usr/bin/env bash
+# Emission by power against emission steered by a pilot: docs/images/steered-emission.png and the table of docs/results.md.
+# A corner of the flashlight's beam in the cloister, sixteen rooms of which one is seen, and many small lamps: illuminance by
+# `photonmap` with both kinds of light read from maps, at growing numbers of light paths, and by `progressive`, at growing
+# numbers of passes. The error is the relative MSE against two independent references by `path`, bias and all; half of what
+# those two differ by is their own noise and is taken off. The time is everything after the scene was read, pilot included.
+# usage: bench/figures/steered_emission.sh [SCENE...]     default: beam rooms many-lights; into out/steered
+# RESOLUTION, SPP (camera samples of the references), PHOTONS, PASSES (lists) and SEEDS may be set before it.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+lucerna=build/release/lucerna
+out=out/steered
+resolution=${RESOLUTION:-96x64}
+spp=${SPP:-2048}
+photons=${PHOTONS:-62500 250000 1000000}
+passes=${PASSES:-4 16 64}
+seeds=${SEEDS:-1 2 3}
+[ $# -gt 0 ] || set -- beam rooms many-lights
+mkdir -p "$out" docs/images
+
+# The upper right quarter of the beam and a little of the dark beside it.
+beam() {
+    [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
+    local lamp=scenes/lamps/flashlight
+    [ -f "$lamp/flashlight.exr" ] || "$lucerna" light acquire "$lamp/rig-screen.toml" -o "$lamp/flashlight.exr" --quiet
+    sed -e 's/^LookAt.*/LookAt 1.1 1.65 7.7  -4.5 1.95 7.9  0 1 0/' -e 's/"float fov" 58/"float fov" 8/' \
+        -e 's#"stone.pbrt"#"../../scenes/cloister/stone.pbrt"#' -e 's#"../lamps/#"../../scenes/lamps/#' \
+        scenes/cloister/by-flashlight.pbrt > "$out/beam.pbrt"
+}
+
+for name in "$@"; do
+    file=scenes/$name/$name.pbrt
+    if [ "$name" = beam ]; then
+        beam
+        file=$out/beam.pbrt
+    fi
+    common=("$file" --quiet --resolution "$resolution" --set quantity=illuminance)
+    for seed in 101 102; do
+        image=$out/$name-reference-$seed.exr
+        [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator path --spp "$spp" --seed "$seed"
+    done
+    "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json"
+
+    # shoot METHOD NUMBER ARGUMENT...: plainly and steered, from every seed
+    shoot() {
+        local method=$1 number=$2 pilot seed run reference
+        shift 2
+        for pilot in 0 65536; do
+            for seed in $seeds; do
+                run=$out/$name-$method-$number-$pilot-$seed
+                "$lucerna" render "${common[@]}" "$@" --set pilot="$pilot" direct=map --seed "$seed" -o "$run.exr" --stats "$run.json"
+                for reference in 101 102; do
+                    "$lucerna" compare "$run.exr" "$out/$name-reference-$reference.exr" --json "$run-$reference.json"
+                done
+                rm "$run.exr"
+            done
+        done
+    }
+    for n in $photons; do
+        shoot photonmap "$n" --integrator photonmap --spp 8 --set photons="$n" indirect=map radius=0.3
+    done
+    for n in $passes; do
+        shoot progressive "$n" --integrator progressive --passes "$n" --set photons=50000
+    done
+done
+/usr/bin/python3 bench/figures/steered_emission.py "$out" docs/images/steered-emission.png "$@"
