@@ -1,5 +1,6 @@
 #include "photon/pilot.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,9 @@ constexpr std::uint32_t kPilotPass = 0xfffffffeU;
 
 // Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
 constexpr double kDarkest = 0.05;
+
+// Pilot paths for one camera ray: estimates cost as much as the paths that they judge.
+constexpr std::int64_t kPathsPerRay = 4;
 
 constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::caustic};
 
@@ -189,6 +193,7 @@ std::optional<Pilot> fly_pilot(const Scene& scene, const View& view, const Pilot
 
     // Where the picture looks.
     ImportonPlan looks;
+    looks.rays = std::clamp<std::int64_t>(settings.paths / kPathsPerRay, 64, looks.rays);
     looks.gather = settings.gather;
     looks.meter = settings.meter;
     looks.seed = settings.seed;

@@ -176,7 +176,7 @@ bool agree(const RunningStats& a, const RunningStats& b) {
 TEST(Pilot, SteeredMaps_HoldTheSameLight_AndTheTestSeesWrongWeights) {
     const Scene scene = two_rooms(true);
     const Pilot pilot = fly(scene, pilot_settings());
-    const Arrived plain = arrived(scene, nullptr, 150), steered = arrived(scene, &pilot.plan, 150);
+    const Arrived plain = arrived(scene, nullptr, 80), steered = arrived(scene, &pilot.plan, 80);
     for (const MapKind kind : kSurfaceMaps) {
         const auto k = static_cast<std::size_t>(kind);
         EXPECT_TRUE(agree(plain.weighted[k], steered.weighted[k]))
