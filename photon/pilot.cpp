@@ -1,7 +1,7 @@
 #include "photon/pilot.h"
 
 #include <algorithm>
-#include <utility>
+#include <cmath>
 #include <vector>
 
 #include "engine/base/stopwatch.h"
@@ -83,82 +83,77 @@ class Scorer {
   public:
     Scorer(const std::array<std::optional<PhotonMap>, kMapKinds>& maps, const PilotSettings& settings,
            std::span<const Importon> importons, const Workers& workers)
-        : maps_(maps), settings_(settings), importons_(importons), workers_(workers) {}
+        : maps_(maps), settings_(settings) {
+        constexpr std::int64_t kGrain = 256;
+        parts_.resize((importons.size() + kGrain - 1) / kGrain);
+        parallel_ranges(workers, static_cast<std::int64_t>(importons.size()), kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                            const auto first = static_cast<std::size_t>(begin);
+                            const auto count = static_cast<std::size_t>(end - begin);
+                            for (const Importon& importon : importons.subspan(first, count)) {
+                                look(importon, parts_[static_cast<std::size_t>(chunk)]);
+                            }
+                        });
+    }
 
     // By path.
     std::vector<float> scores() const {
         const std::vector<float> shown = radiances();
-        using Entry = std::pair<std::uint32_t, float>;
-        std::vector<std::vector<Entry>> chunks(chunk_count());
-        for_each_importon([&](const Importon& importon, std::size_t /*place*/, std::size_t chunk) {
-            const auto& reads = importon.landed ? settings_.landed : settings_.seen;
-            for (const MapKind kind : kSurfaceMaps) {
-                if (!reads[static_cast<std::size_t>(kind)]) continue;
-                for_each_near(importon, kind, [&](const Photon& photon, float per_power) {
-                    const float part = luminance(photon.power) * per_power / shown[importon.ray];
-                    chunks[chunk].emplace_back(photon.cell, part * part);
-                });
-            }
-        });
         std::vector<float> scores(static_cast<std::size_t>(settings_.paths));
-        for (const auto& chunk : chunks) {
-            for (const auto& [path, score] : chunk) scores[path] += score;
+        for (const auto& chunk : parts_) {
+            for (const Part& part : chunk) {
+                if (!part.read) continue;
+                const float share = part.radiance / shown[part.ray];
+                scores[part.path] += share * share;
+            }
         }
         return scores;
     }
 
   private:
-    static constexpr std::int64_t kGrain = 256;
-    std::size_t chunk_count() const { return (importons_.size() + kGrain - 1) / kGrain; }
+    // Of a camera ray's radiance, what one photon brings.
+    struct Part {
+        std::uint32_t ray, path;
+        float radiance;
+        bool read;    // by the image from its maps; what it finds otherwise is only shown
+        bool landed;  // where a gather ray is: no radiance of the surface that the camera sees
+    };
 
-    template <typename Visit>
-    void for_each_importon(Visit&& visit) const {
-        parallel_ranges(workers_, static_cast<std::int64_t>(importons_.size()), kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-                            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                                 ++i) {
-                                visit(importons_[i], i, static_cast<std::size_t>(chunk));
-                            }
-                        });
-    }
-
-    // Calls visit(photon, radiance per unit of its power) for the photons of an estimate.
-    template <typename Visit>
-    void for_each_near(const Importon& importon, MapKind kind, Visit&& visit) const {
-        const auto& map = maps_[static_cast<std::size_t>(kind)];
-        if (!map) return;
-        const GatherSettings& how = settings_.estimate;
-        const TangentMetric metric(importon.p, importon.n, how.metric, how.ratio);
-        const NearPhotons near(*map, importon.p, metric, static_cast<std::size_t>(how.k), sqr(how.radius));
-        // Photons at one point would weigh without bound; they are as far apart as float32 tells.
-        const float r2 = std::max(near.radius2(), sqr(kSmallest * how.radius));
-        if (!(r2 > 0)) return;
-        const float per_power = importon.weight / (kPi * r2);
-        if (!std::isfinite(per_power)) return;
-        for (const Neighbour& neighbour : near.found()) visit(map->photons()[neighbour.index], per_power);
-    }
-
-    // What each camera ray shows, and a little more: > 0 wherever a photon is found at all.
-    std::vector<float> radiances() const {
-        std::vector<float> of_importon(importons_.size());
-        for_each_importon([&](const Importon& importon, std::size_t place, std::size_t /*chunk*/) {
-            if (importon.landed) return;
-            for (const MapKind kind : kSurfaceMaps) {
-                for_each_near(importon, kind, [&](const Photon& photon, float per_power) {
-                    of_importon[place] += luminance(photon.power) * per_power;
-                });
+    void look(const Importon& importon, std::vector<Part>& parts) const {
+        const auto& reads = importon.landed ? settings_.landed : settings_.seen;
+        for (const MapKind kind : kSurfaceMaps) {
+            const auto k = static_cast<std::size_t>(kind);
+            if (!maps_[k] || (importon.landed && !reads[k])) continue;
+            const GatherSettings& how = settings_.estimate;
+            const TangentMetric metric(importon.p, importon.n, how.metric, how.ratio);
+            const NearPhotons near(*maps_[k], importon.p, metric, static_cast<std::size_t>(how.k),
+                                   sqr(how.radius));
+            // Photons at one point would weigh without bound.
+            const float r2 = std::max(near.radius2(), sqr(kSmallest * how.radius));
+            const float per_power = importon.weight / (kPi * r2);
+            if (!std::isfinite(per_power)) continue;  // r2 is 0 where float32 cannot hold it
+            for (const Neighbour& neighbour : near.found()) {
+                const Photon& photon = maps_[k]->photons()[neighbour.index];
+                parts.push_back({importon.ray, photon.cell, luminance(photon.power) * per_power, reads[k],
+                                 importon.landed});
             }
-        });
-        std::size_t rays = 0;
-        for (const Importon& importon : importons_) rays = std::max<std::size_t>(rays, importon.ray + 1);
-        std::vector<float> shown(rays);
+        }
+    }
+
+    // What each camera ray shows, and a little more: > 0.
+    std::vector<float> radiances() const {
+        std::vector<float> shown;
         double sum = 0;
-        for (std::size_t i = 0; i < importons_.size(); ++i) {
-            shown[importons_[i].ray] += of_importon[i];
-            sum += double{of_importon[i]};
+        for (const auto& chunk : parts_) {
+            for (const Part& part : chunk) {
+                if (part.ray >= shown.size()) shown.resize(part.ray + 1);
+                if (part.landed) continue;
+                shown[part.ray] += part.radiance;
+                sum += double{part.radiance};
+            }
         }
         const auto dark =
-            static_cast<float>(kDarkest * sum / static_cast<double>(std::max<std::size_t>(rays, 1)));
+            static_cast<float>(kDarkest * sum / std::max(static_cast<double>(shown.size()), 1.0));
         for (float& radiance : shown) radiance += dark > 0 ? dark : 1.0F;
         return shown;
     }
@@ -167,8 +162,7 @@ class Scorer {
 
     const std::array<std::optional<PhotonMap>, kMapKinds>& maps_;
     const PilotSettings& settings_;
-    std::span<const Importon> importons_;
-    const Workers& workers_;
+    std::vector<std::vector<Part>> parts_;  // by chunk of importons
 };
 
 // The pilot's paths by light, with the numbers they began with.

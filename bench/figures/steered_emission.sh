@@ -19,21 +19,18 @@ seeds=${SEEDS:-1 2 3}
 [ $# -gt 0 ] || set -- beam rooms many-lights
 mkdir -p "$out" docs/images
 
-# The upper right quarter of the beam and a little of the dark beside it.
+# The lamp and the cloister, if they are not there.
 beam() {
     [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
     local lamp=scenes/lamps/flashlight
     [ -f "$lamp/flashlight.exr" ] || "$lucerna" light acquire "$lamp/rig-screen.toml" -o "$lamp/flashlight.exr" --quiet
-    sed -e 's/^LookAt.*/LookAt 1.1 1.65 7.7  -4.5 1.95 7.9  0 1 0/' -e 's/"float fov" 58/"float fov" 8/' \
-        -e 's#"stone.pbrt"#"../../scenes/cloister/stone.pbrt"#' -e 's#"../lamps/#"../../scenes/lamps/#' \
-        scenes/cloister/by-flashlight.pbrt > "$out/beam.pbrt"
 }
 
 for name in "$@"; do
     file=scenes/$name/$name.pbrt
     if [ "$name" = beam ]; then
         beam
-        file=$out/beam.pbrt
+        file=scenes/cloister/beam.pbrt
     fi
     common=("$file" --quiet --resolution "$resolution" --set quantity=illuminance)
     for seed in 101 102; do

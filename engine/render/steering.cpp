@@ -10,7 +10,7 @@ namespace {
 
 // Photons of the pilot in an estimate: its disc is then about as wide as one of the image's. Fewer than the
 // least say little; more than the most take long.
-constexpr double kLeastPhotons = 8, kMostPhotons = 64;
+constexpr double kLeastPhotons = 8, kMostPhotons = 32;
 
 int pilot_photons(const PhotonMapSettings& settings, int k) {
     if (k == 0) return static_cast<int>(kMostPhotons);
