@@ -37,7 +37,7 @@ for name in "$@"; do
         image=$out/$name-reference-$seed.exr
         [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator path --spp "$spp" --seed "$seed"
     done
-    "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json"
+    "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json" > /dev/null
 
     # shoot METHOD NUMBER ARGUMENT...: plainly and steered, from every seed
     shoot() {
@@ -48,7 +48,7 @@ for name in "$@"; do
                 run=$out/$name-$method-$number-$pilot-$seed
                 "$lucerna" render "${common[@]}" "$@" --set pilot="$pilot" direct=map --seed "$seed" -o "$run.exr" --stats "$run.json"
                 for reference in 101 102; do
-                    "$lucerna" compare "$run.exr" "$out/$name-reference-$reference.exr" --json "$run-$reference.json"
+                    "$lucerna" compare "$run.exr" "$out/$name-reference-$reference.exr" --json "$run-$reference.json" > /dev/null
                 done
                 rm "$run.exr"
             done

@@ -6,6 +6,9 @@
 
 namespace lucerna {
 
+// What is emitted is the lamps' flux where emission is plain and every particle of a lamp carries alike; a
+// plan (photon/emission_plan.h) weights particles, and then it is an estimate of it.
+//
 // Luminance of each account in W (or lm), and what does not add up, as a share.
 inline void report_energy(const Ledger& ledger, RenderReport& report) {
     const auto y = [](const V3d& c) { return 0.212671 * c.x + 0.715160 * c.y + 0.072169 * c.z; };

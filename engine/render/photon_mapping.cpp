@@ -57,6 +57,7 @@ class PhotonMapIntegrator final : public Integrator {
             lines.push_back(
                 fmt::format("{} map {}", map_name(kind), map_need(kind, settings_, scene).text()));
         }
+        if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
         const bool targets = settings_.caustic_photons > 0 || settings_.indirect_photons > 0;
         lines.push_back(targets ? "light paths until the targets are met"
                                 : fmt::format("{} light paths", settings_.photons));

@@ -169,6 +169,7 @@ class ProgressiveIntegrator final : public Integrator {
                             ? fmt::format("the first radius is {:g}", settings_.radius)
                             : fmt::format("once: pilot maps, whose radius for {} photons is the first radius",
                                           settings_.k));
+        if (settings_.pilot > 0) lines.push_back("once: " + pilot_line(settings_.pilot));
         return lines;
     }
 

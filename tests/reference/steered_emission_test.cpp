@@ -1,0 +1,71 @@
+// Steered emission on whole scenes: what the pilot finds there, and what the picture gains by as many light
+// paths.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/compare.h"
+#include "engine/render/render.h"
+
+namespace lucerna {
+namespace {
+
+std::filesystem::path scenes() {
+    return std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
+}
+
+RenderResult rendered(const std::filesystem::path& file, std::string pilot, std::string photons,
+                      std::uint64_t seed) {
+    Monitor silent;
+    SceneOverrides overrides;
+    overrides.integrator = "photonmap";
+    overrides.set = {{"direct", "map"},
+                     {"indirect", "map"},
+                     {"quantity", "illuminance"},
+                     {"photons", photons},
+                     {"pilot", std::move(pilot)}};
+    overrides.spp = 4;
+    overrides.resolution = V2i(48, 32);
+    return render(read_scene(file, overrides, Workers{}, silent), {seed, Workers{}}, silent);
+}
+
+// Plain error over steered error, of pictures by 100000 light paths, beside plain ones by forty times as
+// many.
+double gain(const std::filesystem::path& file) {
+    const Image reference = rendered(file, "0", "4000000", 50).image;
+    double plain = 0, steered = 0;
+    for (const std::uint64_t seed : {1U, 2U}) {
+        plain += compare(rendered(file, "0", "100000", seed).image, reference).relative_mse;
+        steered += compare(rendered(file, "65536", "100000", seed).image, reference).relative_mse;
+    }
+    ::testing::Test::RecordProperty("gain", std::to_string(plain / steered));
+    return plain / steered;
+}
+
+TEST(SteeredEmission, OfRoomsThatAreNotSeen_IsLeftToTheFloor) {
+    EXPECT_GT(gain(scenes() / "rooms/rooms.pbrt"), 1.5);
+    const RenderResult result = rendered(scenes() / "rooms/rooms.pbrt", "65536", "1000", 3);
+    EXPECT_GT(result.report.numbers.at("pilot.share_of_lights"), 0.25);
+}
+
+TEST(SteeredEmission, OfAMeasuredLamp_PicksTheCellsThatTheCameraSees) {
+    if (!std::filesystem::exists(scenes() / "lamps/flashlight/flashlight.exr") ||
+        !std::filesystem::exists(scenes() / "cloister/mesh")) {
+        GTEST_SKIP()
+            << "the flashlight or the cloister is not made: bench/figures/steered_emission.sh makes them";
+    }
+    EXPECT_GT(gain(scenes() / "cloister/beam.pbrt"), 2.5);
+}
+
+TEST(Rooms, Flux_IsTheSumOverTheLamps) {
+    Monitor silent;
+    const Job job = read_scene(scenes() / "rooms/rooms.pbrt", {}, Workers{}, silent);
+    ASSERT_EQ(job.scene.lights().size(), 16U);
+    double flux = 0;
+    for (const auto& light : job.scene.lights()) flux += light->power();
+    EXPECT_NEAR(flux, 208.17, 0.05);
+}
+
+}  // namespace
+}  // namespace lucerna
