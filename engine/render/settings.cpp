@@ -63,7 +63,8 @@ Field metric(MetricKind& target) {
                   {"projected", "euclidean"}, target);
 }
 Field pilot(std::int64_t& target) {
-    return whole("pilot", "light paths that learn which emission the view needs, ahead; 0: lights by power",
+    return whole("pilot",
+                 "light paths that learn which emission the view needs, ahead; 65536 are plenty; 0: by power",
                  0, 1 << 24, target);
 }
 Field pilot_floor(float& target) {
