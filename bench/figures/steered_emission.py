@@ -57,7 +57,8 @@ def table(scene, noise, curves):
         plain, steered = (curves.get((method, pilot), []) for pilot in NAMES)
         for (n, t, e, _), (_, ts, es, numbers) in zip(plain, steered):
             sooner = seconds_to(plain, es)
-            gain = f"{sooner / ts:.2f}" if sooner else "-"
+            beyond = f"> {plain[-1][1] / ts:.2f}" if es < plain[-1][2] else "-"
+            gain = f"{sooner / ts:.2f}" if sooner else beyond
             print(f"  {method:12} {n:8} {unit:11}  plain {e:.5f} in {t:6.2f} s   steered {es:.5f} in {ts:6.2f} s   "
                   f"error x {e / es:.2f}   sooner x {gain}   blocks {numbers['pilot.blocks']:.0f}, "
                   f"useful {100 * numbers['pilot.useful']:.0f} %, other lights {100 * numbers['pilot.share_of_lights']:.0f} %")
