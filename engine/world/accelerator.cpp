@@ -411,6 +411,20 @@ bool Accelerator::hidden(const Ray& from, unsigned layers) const {
     return !(ray.tfar >= 0);  // Embree marks what is hidden with -infinity
 }
 
+std::uint64_t Accelerator::count_met(std::span<const Ray> rays, unsigned layers) const {
+    std::uint64_t met = 0;
+    for (const Ray& ray : rays) {
+        RTCRayHit found;
+        found.ray = embree_ray(ray, layers);
+        found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        RayContext context = impl_->context(ray, false);
+        rtcIntersect1(impl_->scene.get(), &context.embree, &found);
+        met += found.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
+    }
+    return met;
+}
+
 std::uint64_t Accelerator::bytes() const {
     return static_cast<std::uint64_t>(std::max<std::int64_t>(0, impl_->bytes));
 }

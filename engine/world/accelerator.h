@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/base/vec.h"
@@ -33,6 +34,10 @@ class Accelerator {
     std::optional<Found> nearest(const Ray& ray, unsigned layers) const;
     // Whether there is any.
     bool hidden(const Ray& ray, unsigned layers) const;
+
+    // How many of the rays meet a surface of these layers, by Embree alone: nothing is made of what it finds.
+    // For measuring what the engine adds to it.
+    std::uint64_t count_met(std::span<const Ray> rays, unsigned layers) const;
 
     // Memory that Embree holds.
     std::uint64_t bytes() const;

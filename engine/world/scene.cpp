@@ -6,6 +6,7 @@
 #include "engine/world/scene.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cassert>
 #include <cmath>
 
@@ -239,6 +240,18 @@ bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
     }
     impl_->rays.add();
     return !impl_->accelerator->hidden(ray, kSurfaces);
+}
+
+std::uint64_t Scene::count_met(std::span<const Ray> rays, const Workers& workers) const {
+    constexpr std::int64_t kGrain = 4096;
+    std::atomic<std::uint64_t> met{0};
+    parallel_ranges(workers, static_cast<std::int64_t>(rays.size()), kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                        const auto first = static_cast<std::size_t>(begin);
+                        const auto count = static_cast<std::size_t>(end - begin);
+                        met += impl_->accelerator->count_met(rays.subspan(first, count), kSurfaces);
+                    });
+    return met;
 }
 
 Bsdf Scene::bsdf(const Hit& hit) const {

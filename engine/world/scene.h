@@ -73,6 +73,10 @@ class Scene {
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
     bool visible(const SurfacePoint& x, const V3f& w, float distance) const;
 
+    // How many of the rays meet a surface, by the acceleration structure alone: no Hit is made, no ray is
+    // counted. For measuring. The rays must be of usable numbers.
+    std::uint64_t count_met(std::span<const Ray> rays, const Workers& workers) const;
+
     Bsdf bsdf(const Hit& hit) const;
 
     std::span<const std::unique_ptr<Light>> lights() const;
