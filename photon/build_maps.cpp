@@ -6,6 +6,7 @@
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
 #include "engine/base/stopwatch.h"
+#include "photon/walk_group.h"
 
 namespace lucerna {
 namespace {
@@ -46,20 +47,21 @@ void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
     Emission emission(scene, plan.seed, Purpose::emission, plan.pass, plan.emission);
+    const StreamFamily numbers(plan.seed, Purpose::emission, plan.pass);
+    WalkGroup group(
+        scene, harvest.ledger, [&](const WalkHit& at) { deposit(at, plan, harvest); },
+        [&](const WalkScatter& at) { deposit(at, plan, harvest); }, [](const WalkExit&) {},
+        plan.specular_below);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           ++harvest.ledger.paths;
-                          if (!start) {
+                          if (start) {
+                              group.add(*start, numbers.path(path));
+                          } else {
                               ++harvest.ledger.not_emitted;
-                              return;
                           }
-                          Stream stream = Stream::stratified(plan.seed, Purpose::emission, plan.pass, path);
-                          walk(
-                              scene, *start, stream, harvest.ledger,
-                              [&](const WalkHit& at) { deposit(at, plan, harvest); },
-                              [&](const WalkScatter& at) { deposit(at, plan, harvest); },
-                              [](const WalkExit&) {}, plan.specular_below);
                       });
+    group.finish();
     return harvest;
 }
 

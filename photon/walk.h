@@ -79,14 +79,20 @@ class Walker {
     const Rgb& power() const { return power_; }
     const PathClass& path() const { return path_; }
 
+    Ray ray() const { return {from_.towards(d_), d_}; }
+
     struct Leg {
         std::optional<Hit> hit;
         std::optional<Crossing::Scattered> scattered;
     };
     // To the next surface, or to where a medium scatters. The power may be black after it.
     Leg travel() {
-        const Ray ray{from_.towards(d_), d_};
-        Leg leg{scene_.hit(ray), {}};
+        return travel(ray(), [this](const Ray& ray) { return scene_.hit(ray); });
+    }
+    // The same along ray(), where what it hits is found by hit(ray).
+    template <typename HitBy>
+    Leg travel(const Ray& ray, HitBy&& hit) {
+        Leg leg{hit(ray), {}};
         if (scene_.media().empty()) return leg;
         const Crossing crossing = cross_media(scene_, ray, leg.hit, medium_, power_, stream_);
         ledger_.media += V3d(power_) - V3d(crossing.power);
@@ -158,6 +164,28 @@ class Walker {
     std::int32_t medium_;
 };
 
+// What happens at the end of a leg; false: the path ends there.
+template <typename Visit, typename Scatter, typename Leave>
+bool take_leg(const Scene& scene, Walker& walker, const Walker::Leg& leg, const LightPathStart& start,
+              Ledger& ledger, Visit&& visit, Scatter&& scatter, Leave&& leave) {
+    if (is_black(walker.power())) return false;  // absorbed on the way, and booked
+    if (leg.scattered) {
+        ++ledger.scatterings;
+        scatter(WalkScatter{leg.scattered->p, leg.scattered->g, walker.d(), walker.power(), walker.path(),
+                            start});
+        return walker.leave(*leg.scattered);
+    }
+    if (leg.hit) {
+        ++ledger.hits;
+        const Bsdf bsdf = scene.bsdf(*leg.hit);
+        visit(WalkHit{*leg.hit, bsdf, walker.d(), walker.power(), walker.path(), start});
+        return walker.leave(*leg.hit, bsdf);
+    }
+    ledger.escaped += V3d(walker.power());
+    leave(WalkExit{walker.from(), walker.d(), walker.power(), walker.path(), start});
+    return false;
+}
+
 // Follows the path; calls visit(WalkHit) at every surface, scatter(WalkScatter) where a medium turns it, and
 // leave(WalkExit) if it leaves the scene. Source of the roulette: [igi.md 2], with the luminance of the power
 // in place of that of the scale alone, so that every survivor of a surface carries the luminance its parent
@@ -167,23 +195,7 @@ void walk(const Scene& scene, const LightPathStart& start, Stream& stream, Ledge
           Scatter&& scatter, Leave&& leave, float specular_below = 0) {
     Walker walker(scene, start, stream, ledger, specular_below);
     for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
-        const Walker::Leg leg = walker.travel();
-        if (is_black(walker.power())) return;  // absorbed on the way, and booked
-        if (leg.scattered) {
-            ++ledger.scatterings;
-            scatter(WalkScatter{leg.scattered->p, leg.scattered->g, walker.d(), walker.power(), walker.path(),
-                                start});
-            if (!walker.leave(*leg.scattered)) return;
-        } else if (leg.hit) {
-            ++ledger.hits;
-            const Bsdf bsdf = scene.bsdf(*leg.hit);
-            visit(WalkHit{*leg.hit, bsdf, walker.d(), walker.power(), walker.path(), start});
-            if (!walker.leave(*leg.hit, bsdf)) return;
-        } else {
-            ledger.escaped += V3d(walker.power());
-            leave(WalkExit{walker.from(), walker.d(), walker.power(), walker.path(), start});
-            return;
-        }
+        if (!take_leg(scene, walker, walker.travel(), start, ledger, visit, scatter, leave)) return;
     }
     ledger.cut += V3d(walker.power());
 }

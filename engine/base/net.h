@@ -38,13 +38,19 @@ inline std::uint32_t owen_scramble(std::uint32_t x, std::uint32_t seed) {
     return reverse_bits(owen_scramble_reversed(reverse_bits(x), seed));
 }
 
-// Second Sobol dimension, whose generator matrix is Pascal's triangle modulo 2 (the first is reverse_bits).
-inline std::uint32_t sobol_1(std::uint32_t index) {
-    std::uint32_t result = 0;
-    for (std::uint32_t v = 1U << 31; index != 0; index >>= 1, v ^= v >> 1) {
-        if (index & 1U) result ^= v;
-    }
-    return result;
+// The second Sobol dimension of an index, least significant bit first. Its generator matrix is Pascal's
+// triangle modulo 2, whose entry (i, j) is 1 where all bits of i are bits of j: the product is a sum over
+// supersets, one bit of i and j at a time.
+constexpr std::uint32_t sobol_1_reversed(std::uint32_t x) {
+    x ^= (x >> 1) & 0x55555555U;
+    x ^= (x >> 2) & 0x33333333U;
+    x ^= (x >> 4) & 0x0f0f0f0fU;
+    x ^= (x >> 8) & 0x00ff00ffU;
+    return x ^ (x >> 16);
+}
+// The same, most significant bit first; the first dimension is reverse_bits.
+constexpr std::uint32_t sobol_1(std::uint32_t index) {
+    return reverse_bits(sobol_1_reversed(index));
 }
 
 // [0,1) from the upper 24 bits: every value is exact in a float and 1 is never reached.

@@ -46,23 +46,29 @@ std::uint32_t Stream::bits() {
     return word(draw_++, 0);
 }
 
-float Stream::next() {
-    if (!stratified_) return to_unit(bits());
-    const auto h = hash(key_, ~std::uint64_t{0}, draw_++, 1);
-    const std::uint32_t shuffled = owen_scramble(index_, h[0]);
-    return to_unit(owen_scramble(reverse_bits(shuffled), h[1]));
+Stream::Scrambles Stream::scrambles(std::uint64_t key, std::uint32_t draw) {
+    const auto h = hash(key, ~std::uint64_t{0}, draw, 1);
+    return {h[0], h[1], h[2], h[3]};
 }
 
-V2f Stream::next2() {
+float Stream::next_unknown() {
+    if (!stratified_) return to_unit(bits());
+    const Scrambles h = scrambles(key_, draw_++);
+    return to_unit(reverse_bits(owen_scramble_reversed(shuffled(h[0]), h[1])));
+}
+
+V2f Stream::next2_unknown() {
     const std::uint32_t draw = draw_++;
-    if (!stratified_) {
-        const auto h = hash(key_, path_, draw, 0);
-        return {to_unit(h[0]), to_unit(h[1])};
+    if (stratified_) return point(scrambles(key_, draw));
+    const auto h = hash(key_, path_, draw, 0);
+    return {to_unit(h[0]), to_unit(h[1])};
+}
+
+StreamFamily::StreamFamily(std::uint64_t seed, Purpose purpose, std::uint64_t family)
+    : begin_(Stream::stratified(seed, purpose, family, 0)) {
+    for (std::uint32_t draw = 0; draw < kDraws; ++draw) {
+        scrambles_[draw] = Stream::scrambles(begin_.key_, draw);
     }
-    const auto h = hash(key_, ~std::uint64_t{0}, draw, 1);
-    const std::uint32_t shuffled = owen_scramble(index_, h[0]);
-    return {to_unit(owen_scramble(reverse_bits(shuffled), h[1])),
-            to_unit(owen_scramble(sobol_1(shuffled), h[2]))};
 }
 
 Stream Stream::split(std::uint32_t branch) const {

@@ -239,9 +239,6 @@ struct Accelerator::Impl {
     void attach_instance(std::uint32_t index);
     void finish(RTCScene to, RTCGeometry geometry, const ShapeSet& set, std::uint32_t id);
 
-    const ShapeSet& set_of(const Placed* instance) const {
-        return instance ? sets[instance->prototype] : world;
-    }
     RayContext context(const Ray& ray, bool shadow) const {
         RayContext made{{}, ray, instances, world.geometries(), origin, shadow};
         rtcInitIntersectContext(&made.embree);
@@ -378,8 +375,8 @@ Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& pro
     : impl_(std::make_unique<Impl>(world, prototypes, instances, origin, threads)) {}
 Accelerator::~Accelerator() = default;
 
-std::optional<Accelerator::Found> Accelerator::nearest(const Ray& ray, unsigned layers) const {
-    RTCRayHit found{};
+std::optional<Met> Accelerator::nearest(const Ray& ray, unsigned layers) const {
+    RTCRayHit found;
     found.ray = embree_ray(ray, layers);
     found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
@@ -388,20 +385,18 @@ std::optional<Accelerator::Found> Accelerator::nearest(const Ray& ray, unsigned 
     const RTCHit& hit = found.hit;
     if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
-    Found result;
-    result.instance = context.placed(hit.instID[0]);
-    const ShapeSet& set = impl_->set_of(result.instance);
-    if (hit.geomID >= set.quadrics_id()) {
-        result.meeting = context.nearest;
-        return result;
-    }
-    result.meeting = {hit.geomID,
-                      hit.primID,
-                      static_cast<double>(found.ray.tfar),
-                      static_cast<double>(hit.u),
-                      static_cast<double>(hit.v),
-                      {hit.Ng_x, hit.Ng_y, hit.Ng_z}};
-    return result;
+    const std::uint32_t instance =
+        hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? kNoInstance : hit.instID[0] - impl_->world.geometries();
+    const ShapeSet& set =
+        instance == kNoInstance ? impl_->world : impl_->sets[impl_->instances[instance].prototype];
+    if (hit.geomID >= set.quadrics_id()) return Met{context.nearest, instance};
+    return Met{{hit.geomID,
+                hit.primID,
+                static_cast<double>(found.ray.tfar),
+                static_cast<double>(hit.u),
+                static_cast<double>(hit.v),
+                {hit.Ng_x, hit.Ng_y, hit.Ng_z}},
+               instance};
 }
 
 bool Accelerator::hidden(const Ray& from, unsigned layers) const {

@@ -26,12 +26,8 @@ class Accelerator {
     Accelerator(Accelerator&&) = delete;
     Accelerator& operator=(Accelerator&&) = delete;
 
-    struct Found {
-        Meeting meeting;
-        const Placed* instance = nullptr;  // null: the world's own
-    };
     // The nearest surface of these layers at 0 < t <= ray.t_max. The ray must be of usable numbers.
-    std::optional<Found> nearest(const Ray& ray, unsigned layers) const;
+    std::optional<Met> nearest(const Ray& ray, unsigned layers) const;
     // Whether there is any.
     bool hidden(const Ray& ray, unsigned layers) const;
 

@@ -108,10 +108,17 @@ const Relief* relief_of(const Material& material) {
 Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin) {
     assert(!is_interface(material) && "rays pass through an interface; Scene::hit never returns one");
     const TexturePoint point(hit.uv, V3d(hit.at.p) + origin);
+    const Relief* relief = relief_of(material);
+    V3f ns = hit.ns;
+    if (relief) {
+        // Relief takes long enough for the colour's texels to arrive.
+        if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.model)) {
+            diffuse->reflectance.prefetch(point);
+        }
+        ns = bent_normal(*relief, hit, point);
+    }
     LobeList list;
     add_lobes(material.model, point, list);
-    const Relief* relief = relief_of(material);
-    const V3f ns = relief ? bent_normal(*relief, hit, point) : hit.ns;
     if (list.size() == 1) return {list.all().front(), ns, hit.at.n, hit.dpdu};
     return {list.all(), ns, hit.at.n, hit.dpdu};
 }

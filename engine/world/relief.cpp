@@ -1,4 +1,5 @@
 // Bump maps and normal maps: the shading normal of a surface that is not moved (Blinn 1978).
+#include <array>
 #include <cmath>
 
 #include "engine/world/material.h"
@@ -19,13 +20,16 @@ V3f across(const V3f& v, const V3f& n) {
 // p' = p + d n: dp'/du = dp/du + dd/du n, and likewise along v. What d times the normal's own change would
 // add is left out: it tilts the normal by the order of d over the radius of curvature.
 V3f displaced_normal(const FloatTexture& displacement, const Hit& hit, const TexturePoint& point) {
-    const float here = displacement.at(point);
-    const auto slope = [&](const V2f& step, const V3f& tangent) {
-        const TexturePoint there(point.uv + step, point.p + V3d(tangent * kStep));
-        return (displacement.at(there) - here) / kStep;
+    const auto stepped = [&](const V2f& step, const V3f& tangent) {
+        return TexturePoint(point.uv + step, point.p + V3d(tangent * kStep));
     };
-    const V3f u = across(hit.dpdu, hit.ns) + slope({kStep, 0}, hit.dpdu) * hit.ns;
-    const V3f v = across(hit.dpdv, hit.ns) + slope({0, kStep}, hit.dpdv) * hit.ns;
+    const std::array<TexturePoint, 3> points{point, stepped({kStep, 0}, hit.dpdu),
+                                             stepped({0, kStep}, hit.dpdv)};
+    std::array<float, 3> heights{};
+    displacement.at_each(points, heights);
+    const float slope_u = (heights[1] - heights[0]) / kStep, slope_v = (heights[2] - heights[0]) / kStep;
+    const V3f u = across(hit.dpdu, hit.ns) + slope_u * hit.ns;
+    const V3f v = across(hit.dpdv, hit.ns) + slope_v * hit.ns;
     return u.cross(v);
 }
 

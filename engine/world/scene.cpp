@@ -107,6 +107,10 @@ struct Scene::Impl {
     };
     std::vector<LightPlace> light_places;
 
+    const ShapeSet& set_of(const Met& met) const {
+        return met.instance == kNoInstance ? *world : prototypes[instances[met.instance].prototype];
+    }
+
     Impl(SceneParts given, const Workers& workers);
     void take_shapes();
     void count();
@@ -202,20 +206,43 @@ bool Scene::is_border(const Hit& hit) const {
     return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
 }
 
-std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
+std::optional<Met> Scene::meet(const Ray& ray, unsigned layers) const {
     if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
         return std::nullopt;
     }
     impl_->rays.add();
-    const auto found = impl_->accelerator->nearest(ray, layers);
-    if (!found) return std::nullopt;
+    return impl_->accelerator->nearest(ray, layers);
+}
 
-    const Meeting& meeting = found->meeting;
-    const Accelerator::Placed* instance = found->instance;
-    const ShapeSet& set = instance ? impl_->prototypes[instance->prototype] : *impl_->world;
-    Hit hit = instance ? instance->placement.world(set.hit(meeting, instance->placement.local(ray)))
-                       : set.hit(meeting, {V3d(ray.o), V3d(ray.d)});
+std::optional<Met> Scene::meet(const Ray& ray) const {
+    return meet(ray, kSurfaces);
+}
+
+void Scene::prefetch_corners(const Met& met) const {
+    impl_->set_of(met).prefetch_corners(met.meeting);
+}
+
+void Scene::prefetch_vertices(const Met& met) const {
+    impl_->set_of(met).prefetch_vertices(met.meeting);
+}
+
+std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
+    const auto met = meet(ray, layers);
+    if (!met) return std::nullopt;
+    return hit(ray, *met);
+}
+
+Hit Scene::hit(const Ray& ray, const Met& met) const {
+    const Meeting& meeting = met.meeting;
+    const ShapeSet& set = impl_->set_of(met);
+    Hit hit;
+    if (met.instance == kNoInstance) {
+        hit = set.hit(meeting, {V3d(ray.o), V3d(ray.d)});
+    } else {
+        const InstancePlacement& placement = impl_->instances[met.instance].placement;
+        hit = placement.world(set.hit(meeting, placement.local(ray)));
+    }
     const SurfaceTraits& traits = set.traits(meeting.geometry, meeting.primitive);
     hit.t = static_cast<float>(meeting.t);
     hit.material = traits.material;

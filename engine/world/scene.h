@@ -52,6 +52,19 @@ struct Hit {
     MediumInterface media;
 };
 
+// Where a ray met a primitive, as the acceleration structure says it: before anything is worked out there.
+// `u`, `v` as surface_hit.h has them; not used by quadrics.
+struct Meeting {
+    std::uint32_t geometry = 0, primitive = 0;
+    double t = 0, u = 0, v = 0;
+    V3f n{0, 0, 0};  // of a curve, as Embree says
+};
+inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
+struct Met {
+    Meeting meeting;
+    std::uint32_t instance = kNoInstance;  // kNoInstance: one of the world's own shapes
+};
+
 class Scene {
   public:
     // Builds the acceleration structure. Triangles of zero area or with a non-finite vertex are left out and
@@ -64,7 +77,14 @@ class Scene {
     // The nearest surface at 0 < t <= ray.t_max. Interface materials are passed through; one that carries a
     // light is a black surface instead.
     std::optional<Hit> hit(const Ray& ray) const;
-    // The same, but an interface that is a border between media is met, too: is_border() tells.
+    // hit() in steps, for whoever has many rays at hand: what memory is slow to bring of one surface comes
+    // while other rays are traced. First meet(); then, other work later, prefetch_corners(),
+    // prefetch_vertices() and hit() with the same ray. Any of the two in between may be left out.
+    std::optional<Met> meet(const Ray& ray) const;
+    void prefetch_corners(const Met& met) const;
+    void prefetch_vertices(const Met& met) const;
+    Hit hit(const Ray& ray, const Met& met) const;
+    // As hit(), but an interface that is a border between media is met, too: is_border() tells.
     std::optional<Hit> hit_or_border(const Ray& ray) const;
     // The nearest interface that is a border between media, whatever surfaces stand before it.
     std::optional<Hit> hit_border(const Ray& ray) const;
@@ -114,6 +134,7 @@ class Scene {
     std::uint64_t invalid_rays() const;
 
   private:
+    std::optional<Met> meet(const Ray& ray, unsigned layers) const;
     std::optional<Hit> nearest(const Ray& ray, unsigned layers) const;
 
     struct Impl;

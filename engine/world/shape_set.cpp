@@ -184,6 +184,18 @@ V2f ShapeSet::uv(const Meeting& m, const LocalRay& ray) const {
     return patch_uv(shapes_.patches[at.mesh], at.patch, m.u, m.v);
 }
 
+void ShapeSet::prefetch_vertices(const Meeting& m) const {
+    if (m.geometry >= curves_begin()) return;
+    const Mesh& mesh = shapes_.meshes[m.geometry];
+    const V3i& triangle = mesh.triangles[m.primitive];
+    for (int c = 0; c < 3; ++c) {
+        const auto vertex = static_cast<std::size_t>(triangle[c]);
+        __builtin_prefetch(&mesh.p[vertex]);
+        if (!mesh.n.empty()) __builtin_prefetch(&mesh.n[vertex]);
+        if (!mesh.uv.empty()) __builtin_prefetch(&mesh.uv[vertex]);
+    }
+}
+
 Hit ShapeSet::hit(const Meeting& m, const LocalRay& ray) const {
     const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
     if (m.geometry < curves_begin()) return triangle_hit(shapes_.meshes[m.geometry], m.primitive, u, v);

@@ -25,13 +25,6 @@ inline bool is_usable(const V3f& p) {
            std::fabs(p.z) <= kLargestCoordinate;
 }
 
-// Where a ray met a primitive. `u`, `v` as surface_hit.h has them; not used by quadrics.
-struct Meeting {
-    std::uint32_t geometry = 0, primitive = 0;
-    double t = 0, u = 0, v = 0;
-    V3f n{0, 0, 0};  // of a curve, as Embree says
-};
-
 // The box of what is there to be met, interfaces included.
 Box3f bounds_of(const Shapes& shapes);
 
@@ -60,6 +53,13 @@ class ShapeSet {
 
     V2f uv(const Meeting& meeting, const LocalRay& ray) const;
     Hit hit(const Meeting& meeting, const LocalRay& ray) const;
+    // Begins to fetch what hit() will read of a triangle: its corners' numbers, then, once these are there,
+    // what stands at them.
+    void prefetch_corners(const Meeting& meeting) const {
+        if (meeting.geometry >= curves_begin()) return;
+        __builtin_prefetch(&shapes_.meshes[meeting.geometry].triangles[meeting.primitive]);
+    }
+    void prefetch_vertices(const Meeting& meeting) const;
 
     const Shapes& shapes() const { return shapes_; }
     std::uint32_t quadrics() const { return static_cast<std::uint32_t>(quadrics_.size()); }

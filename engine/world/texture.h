@@ -9,6 +9,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "engine/base/vec.h"
@@ -41,6 +42,12 @@ class TextureNode {
   public:
     virtual ~TextureNode() = default;
     virtual Value at(const TexturePoint& point) const = 0;
+    // The same at several points at once, for nodes that can share work between them.
+    virtual void at_each(std::span<const TexturePoint> points, std::span<Value> values) const {
+        for (std::size_t i = 0; i < points.size(); ++i) values[i] = at(points[i]);
+    }
+    // Begins to fetch from memory what at(point) will read.
+    virtual void prefetch(const TexturePoint& /*point*/) const {}
 };
 
 struct UvMapping;
@@ -57,6 +64,18 @@ class Texture {
         : range_(range), node_(std::move(node)) {}
 
     Value at(const TexturePoint& point) const { return node_ ? node_->at(point) : value_; }
+
+    // As many values as points.
+    void at_each(std::span<const TexturePoint> points, std::span<Value> values) const {
+        if (node_) {
+            node_->at_each(points, values);
+        } else {
+            std::fill(values.begin(), values.end(), value_);
+        }
+    }
+    void prefetch(const TexturePoint& point) const {
+        if (node_) node_->prefetch(point);
+    }
 
     // The value if it is the same everywhere.
     std::optional<Value> constant_value() const {

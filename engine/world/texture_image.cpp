@@ -129,8 +129,17 @@ class MemoryTexels final : public Texels {
         return {texel(at.x[0], at.y[0]), texel(at.x[1], at.y[0]), texel(at.x[0], at.y[1]),
                 texel(at.x[1], at.y[1])};
     }
+    void prefetch(const TexelSquare& at) const override {
+        for (const int y : at.y) __builtin_prefetch(&values_[place(at.x[0], y)]);
+    }
 
   private:
+    // Of a texel's first value.
+    std::size_t place(int x, int y) const {
+        const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
+                                  static_cast<std::size_t>(x);
+        return pixel * static_cast<std::size_t>(header_.channels);
+    }
     float decoded(Stored value) const {
         if constexpr (std::is_same_v<Stored, float>) {
             return value;
@@ -139,10 +148,8 @@ class MemoryTexels final : public Texels {
         }
     }
     Rgb texel(int x, int y) const {
-        const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
-                                  static_cast<std::size_t>(x);
-        if (header_.channels == 1) return Rgb(decoded(values_[pixel]));
-        const Stored* v = &values_[3 * pixel];
+        const Stored* v = &values_[place(x, y)];
+        if (header_.channels == 1) return Rgb(decoded(v[0]));
         return {decoded(v[0]), decoded(v[1]), decoded(v[2])};
     }
 

@@ -44,6 +44,8 @@ class Texels {
     // (x0,y0), (x1,y0), (x0,y1), (x1,y1), rows running down. Throws InputError if the file has become
     // unreadable since it was opened.
     virtual std::array<Rgb, 4> square(const TexelSquare& at) const = 0;
+    // Begins to fetch them from memory, if that is where they lie.
+    virtual void prefetch(const TexelSquare& /*at*/) const {}
 };
 
 std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image);  // linear

@@ -39,11 +39,20 @@ Between between(double x, int n, Wrap wrap) {
     return result;
 }
 
+// The texels around a place; rows run down.
+struct Around {
+    Between x, y;
+
+    Around(const Texels& texels, const V2d& st, Wrap wrap)
+        : x(between(st.x, texels.width(), wrap)),
+          y(between(wrap == Wrap::repeat ? -st.y : 1 - st.y, texels.height(), wrap)) {}
+    TexelSquare square() const { return {{x.texel[0], x.texel[1]}, {y.texel[0], y.texel[1]}}; }
+};
+
 Rgb bilinear(const Texels& texels, const V2d& st, Wrap wrap) {
-    const Between x = between(st.x, texels.width(), wrap);
-    const Between y =
-        between(wrap == Wrap::repeat ? -st.y : 1 - st.y, texels.height(), wrap);  // rows run down
-    std::array<Rgb, 4> c = texels.square({{x.texel[0], x.texel[1]}, {y.texel[0], y.texel[1]}});
+    const Around around(texels, st, wrap);
+    const Between &x = around.x, &y = around.y;
+    std::array<Rgb, 4> c = texels.square(around.square());
     for (std::size_t i = 0; i < 4; ++i) {
         if (!x.there[i % 2] || !y.there[i / 2]) c[i] = Rgb(0.0F);
     }
@@ -68,6 +77,10 @@ class ImageNode final : public TextureNode<Value> {
         } else {
             return value;
         }
+    }
+
+    void prefetch(const TexturePoint& point) const override {
+        texels_->prefetch(Around(*texels_, texture_st(lookup_.mapping, point), lookup_.wrap).square());
     }
 
   private:

@@ -1,8 +1,11 @@
 #include "engine/world/texture_noise.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+
+#include "engine/world/noise_lanes.h"
 
 namespace lucerna {
 namespace {
@@ -81,24 +84,78 @@ double perlin_noise(const V3d& p) {
                    between(wy, along_x(0, 1), along_x(1, 1)));
 }
 
-double fractal_noise(const V3d& p, const Octaves& octaves) {
-    double sum = 0, frequency = 1, amplitude = 1;
-    for (int i = 0; i < octaves.count; ++i) {
-        sum += amplitude * perlin_noise(frequency * p);
-        frequency *= 1.99;
-        amplitude *= octaves.omega;
+namespace {
+
+#if LUCERNA_NOISE_LANES
+// Component by component: kGradients the other way round.
+constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
+    std::array<std::array<double, 16>, 3> parts{};
+    for (std::size_t h = 0; h < 16; ++h) {
+        for (std::size_t c = 0; c < 3; ++c) parts[c][h] = kGradients[h][c];
     }
-    return sum;
+    return parts;
+}();
+#endif
+
+std::array<double, kNoiseLanes> noise_of(const NoisePlaces& places, std::size_t count) {
+#if LUCERNA_NOISE_LANES
+    bool near = true;  // and a number
+    for (std::size_t i = 0; i < kNoiseLanes; ++i) {
+        near &= std::fabs(places.x[i]) + std::fabs(places.y[i]) + std::fabs(places.z[i]) < kLanesReach;
+    }
+    if (near) return NoiseLanes(kPermutation, kGradientParts).at(places);
+#endif
+    std::array<double, kNoiseLanes> noise{};
+    for (std::size_t i = 0; i < count; ++i) noise[i] = perlin_noise({places.x[i], places.y[i], places.z[i]});
+    return noise;
 }
 
-double turbulence(const V3d& p, const Octaves& octaves) {
-    double sum = 0, frequency = 1, amplitude = 1;
-    for (int i = 0; i < octaves.count; ++i) {
-        sum += amplitude * std::fabs(perlin_noise(frequency * p));
-        frequency *= 1.99;
-        amplitude *= octaves.omega;
+// Sums of octaves at several places. The octaves of all places share the lanes; each place's come in order.
+template <typename Shape>
+void sum_octaves(std::span<const V3d> at, const Octaves& octaves, std::span<double> sums, Shape&& shape) {
+    NoisePlaces places{};
+    std::array<double, kNoiseLanes> amplitudes{};
+    std::array<std::size_t, kNoiseLanes> owners{};
+    std::size_t used = 0;
+    const auto flush = [&] {
+        const std::array<double, kNoiseLanes> noise = noise_of(places, used);
+        for (std::size_t i = 0; i < used; ++i) sums[owners[i]] += amplitudes[i] * shape(noise[i]);
+        used = 0;
+    };
+    for (std::size_t owner = 0; owner < at.size(); ++owner) {
+        sums[owner] = 0;
+        double frequency = 1, amplitude = 1;
+        for (int octave = 0; octave < octaves.count; ++octave) {
+            const V3d p = frequency * at[owner];
+            places.x[used] = p.x, places.y[used] = p.y, places.z[used] = p.z;
+            amplitudes[used] = amplitude;
+            owners[used] = owner;
+            frequency *= 1.99;
+            amplitude *= octaves.omega;
+            if (++used == kNoiseLanes) flush();
+        }
     }
-    return sum;
+    if (used > 0) flush();
+}
+
+}  // namespace
+
+void fractal_noise(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
+    sum_octaves(at, octaves, noise, [](double x) { return x; });
+}
+void turbulence(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
+    sum_octaves(at, octaves, noise, [](double x) { return std::fabs(x); });
+}
+
+double fractal_noise(const V3d& p, const Octaves& octaves) {
+    double noise = 0;
+    fractal_noise({&p, 1}, octaves, {&noise, 1});
+    return noise;
+}
+double turbulence(const V3d& p, const Octaves& octaves) {
+    double noise = 0;
+    turbulence({&p, 1}, octaves, {&noise, 1});
+    return noise;
 }
 
 double fractal_bound(const Octaves& octaves) {

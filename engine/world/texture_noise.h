@@ -6,6 +6,8 @@
 // origin.
 #pragma once
 
+#include <span>
+
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -22,6 +24,10 @@ struct Octaves {
 };
 double fractal_noise(const V3d& p, const Octaves& octaves);  // pbrt's fBm
 double turbulence(const V3d& p, const Octaves& octaves);     // of absolute values
+// The same at several places, bit for bit and quicker: octaves of all of them are looked up together. As many
+// answers as places.
+void fractal_noise(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise);
+void turbulence(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise);
 // What neither exceeds.
 double fractal_bound(const Octaves& octaves);
 

@@ -3,6 +3,7 @@
 #include "engine/world/texture_patterns.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <type_traits>
 
@@ -22,6 +23,71 @@ class FunctionNode final : public TextureNode<Value> {
 template <typename Value, typename Function>
 Texture<Value> pattern(const ValueRange& range, Function function) {
     return {std::make_shared<FunctionNode<Value, Function>>(std::move(function)), range};
+}
+
+// A product of two, the second of which may be a number.
+template <typename Value, typename Factor>
+class ProductNode final : public TextureNode<Value> {
+  public:
+    ProductNode(const Texture<Value>& a, const Texture<Factor>& b) : a_(a), b_(b) {}
+
+    Value at(const TexturePoint& point) const override { return a_.at(point) * b_.at(point); }
+    void at_each(std::span<const TexturePoint> points, std::span<Value> values) const override {
+        constexpr std::size_t kMost = 8;
+        for (std::size_t first = 0; first < points.size(); first += kMost) {
+            const std::size_t count = std::min(kMost, points.size() - first);
+            const auto here = points.subspan(first, count);
+            const auto products = values.subspan(first, count);
+            std::array<Factor, kMost> factors;
+            a_.at_each(here, products);
+            b_.at_each(here, std::span(factors).first(count));
+            for (std::size_t i = 0; i < count; ++i) products[i] = products[i] * factors[i];
+        }
+    }
+    void prefetch(const TexturePoint& point) const override {
+        a_.prefetch(point);
+        b_.prefetch(point);
+    }
+
+  private:
+    Texture<Value> a_;
+    Texture<Factor> b_;
+};
+
+// Sums of octaves of noise.
+template <typename Sum>
+class OctavesNode final : public TextureNode<float> {
+  public:
+    OctavesNode(const Octaves& octaves, const Mapping3& mapping, Sum sum)
+        : octaves_(octaves), mapping_(mapping), sum_(sum) {}
+
+    float at(const TexturePoint& point) const override {
+        float value = 0;
+        at_each({&point, 1}, {&value, 1});
+        return value;
+    }
+    void at_each(std::span<const TexturePoint> points, std::span<float> values) const override {
+        constexpr std::size_t kMost = 8;
+        for (std::size_t first = 0; first < points.size(); first += kMost) {
+            const std::size_t count = std::min(kMost, points.size() - first);
+            std::array<V3d, kMost> at;
+            std::array<double, kMost> noise;
+            for (std::size_t i = 0; i < count; ++i) at[i] = texture_position(mapping_, points[first + i]);
+            sum_(std::span<const V3d>(at).first(count), octaves_, std::span(noise).first(count));
+            for (std::size_t i = 0; i < count; ++i) values[first + i] = static_cast<float>(noise[i]);
+        }
+    }
+
+  private:
+    Octaves octaves_;
+    Mapping3 mapping_;
+    Sum sum_;
+};
+
+template <typename Sum>
+FloatTexture octaves_texture(const ValueRange& range, const Octaves& octaves, const Mapping3& mapping,
+                             Sum sum) {
+    return {std::make_shared<OctavesNode<Sum>>(octaves, mapping, sum), range};
 }
 
 ValueRange joined(const ValueRange& a, const ValueRange& b) {
@@ -66,8 +132,7 @@ template <typename Value>
 Texture<Value> product_texture(const Texture<Value>& a, const Texture<Value>& b) {
     const auto x = a.constant_value(), y = b.constant_value();
     if (x && y) return Texture<Value>::constant(*x * *y);
-    return pattern<Value>(times(a.range(), b.range()),
-                          [a, b](const TexturePoint& p) { return a.at(p) * b.at(p); });
+    return {std::make_shared<ProductNode<Value, Value>>(a, b), times(a.range(), b.range())};
 }
 
 template <typename Value>
@@ -75,8 +140,7 @@ Texture<Value> scaled_texture(const Texture<Value>& a, const FloatTexture& by) {
     const auto x = a.constant_value();
     const auto y = by.constant_value();
     if (x && y) return Texture<Value>::constant(*x * *y);
-    return pattern<Value>(times(a.range(), by.range()),
-                          [a, by](const TexturePoint& p) { return a.at(p) * by.at(p); });
+    return {std::make_shared<ProductNode<Value, float>>(a, by), times(a.range(), by.range())};
 }
 
 template <typename Value>
@@ -156,16 +220,18 @@ RgbTexture uv_texture(const Mapping2& mapping) {
 
 FloatTexture fbm_texture(const Octaves& octaves, const Mapping3& mapping) {
     const auto bound = static_cast<float>(fractal_bound(octaves));
-    return pattern<float>({-bound, bound}, [octaves, mapping](const TexturePoint& p) {
-        return static_cast<float>(fractal_noise(texture_position(mapping, p), octaves));
-    });
+    return octaves_texture({-bound, bound}, octaves, mapping,
+                           [](std::span<const V3d> at, const Octaves& of, std::span<double> noise) {
+                               fractal_noise(at, of, noise);
+                           });
 }
 
 FloatTexture wrinkled_texture(const Octaves& octaves, const Mapping3& mapping) {
     const auto bound = static_cast<float>(fractal_bound(octaves));
-    return pattern<float>({0, bound}, [octaves, mapping](const TexturePoint& p) {
-        return static_cast<float>(turbulence(texture_position(mapping, p), octaves));
-    });
+    return octaves_texture({0, bound}, octaves, mapping,
+                           [](std::span<const V3d> at, const Octaves& of, std::span<double> noise) {
+                               turbulence(at, of, noise);
+                           });
 }
 
 // Waves of six octaves, as high as a slower noise of three says.
