@@ -1,4 +1,4 @@
-// Perlin's noise at eight places at once, where the processor can look up 64 bytes in a table of 256 in one
+// Perlin's noise of eight octaves at once, where the processor can look up 64 bytes in a table of 256 in one
 // step (AVX-512 VBMI); behind texture_noise.cpp.
 //
 // The arithmetic is that of one place at a time, in the same order and without fused steps, so both give the
@@ -8,6 +8,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+
+#include "engine/base/vec.h"
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512VL__) && \
     defined(__AVX512VBMI__)
@@ -24,10 +26,6 @@ inline constexpr std::size_t kNoiseLanes = 8;
 // Places beyond lose their fractions in the way the lanes find the cell.
 inline constexpr double kLanesReach = 0x1p50;
 
-struct alignas(64) NoisePlaces {
-    std::array<double, kNoiseLanes> x, y, z;  // all within kLanesReach
-};
-
 #if LUCERNA_NOISE_LANES
 
 // Perlin's permutation, and the components of the sixteen gradients, as registers hold them.
@@ -42,8 +40,13 @@ class NoiseLanes {
         }
     }
 
-    std::array<double, kNoiseLanes> at(const NoisePlaces& p) const {
-        const Axis x(p.x), y(p.y), z(p.z);
+    // At p times each of the eight frequencies; all products within kLanesReach.
+    std::array<double, kNoiseLanes> at(const V3d& p, const double* frequencies) const {
+        const __m512d f = _mm512_loadu_pd(frequencies);
+        const auto along = [&](double coordinate) {
+            return Axis(_mm512_mul_pd(f, _mm512_set1_pd(coordinate)));
+        };
+        const Axis x = along(p.x), y = along(p.y), z = along(p.z);
         const __m512i hash = hash_corners(x.cell, y.cell, z.cell);
         // Corners in the order of hash_corners: x first, then y, then z.
         const __m512d one = _mm512_set1_pd(1);
@@ -72,8 +75,7 @@ class NoiseLanes {
         __m512d within, weight;
         __m128i cell;  // modulo 256, a byte for each lane
 
-        explicit Axis(const std::array<double, kNoiseLanes>& at) {
-            const __m512d x = _mm512_loadu_pd(at.data());
+        explicit Axis(__m512d x) {
             const __m512d floor = _mm512_roundscale_pd(x, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
             within = _mm512_sub_pd(x, floor);
             const __m512d t = within;

@@ -97,65 +97,66 @@ constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
 }();
 #endif
 
-std::array<double, kNoiseLanes> noise_of(const NoisePlaces& places, std::size_t count) {
+// The noise at p times each of kNoiseLanes frequencies, which rise; the first `count` are wanted.
+std::array<double, kNoiseLanes> noise_of(const V3d& p, const double* frequencies, std::size_t count) {
 #if LUCERNA_NOISE_LANES
-    bool near = true;  // and a number
-    for (std::size_t i = 0; i < kNoiseLanes; ++i) {
-        near &= std::fabs(places.x[i]) + std::fabs(places.y[i]) + std::fabs(places.z[i]) < kLanesReach;
+    // Not where p is no number.
+    if ((std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
+        return NoiseLanes(kPermutation, kGradientParts).at(p, frequencies);
     }
-    if (near) return NoiseLanes(kPermutation, kGradientParts).at(places);
 #endif
     std::array<double, kNoiseLanes> noise{};
-    for (std::size_t i = 0; i < count; ++i) noise[i] = perlin_noise({places.x[i], places.y[i], places.z[i]});
+    for (std::size_t i = 0; i < count; ++i) noise[i] = perlin_noise(frequencies[i] * p);
     return noise;
 }
 
-// Sums of octaves at several places. The octaves of all places share the lanes; each place's come in order.
+constexpr std::size_t kFirstOctaves = 16;  // a multiple of kNoiseLanes, and more than pictures need
+constexpr std::array<double, kFirstOctaves> kFrequencies = [] {
+    std::array<double, kFirstOctaves> all{};
+    double frequency = 1;
+    for (double& f : all) {
+        f = frequency;
+        frequency *= 1.99;
+    }
+    return all;
+}();
+
+// The sum of amplitude times shape(noise), octave by octave.
 template <typename Shape>
-void sum_octaves(std::span<const V3d> at, const Octaves& octaves, std::span<double> sums, Shape&& shape) {
-    NoisePlaces places{};
-    std::array<double, kNoiseLanes> amplitudes{};
-    std::array<std::size_t, kNoiseLanes> owners{};
-    std::size_t used = 0;
-    const auto flush = [&] {
-        const std::array<double, kNoiseLanes> noise = noise_of(places, used);
-        for (std::size_t i = 0; i < used; ++i) sums[owners[i]] += amplitudes[i] * shape(noise[i]);
-        used = 0;
-    };
-    for (std::size_t owner = 0; owner < at.size(); ++owner) {
-        sums[owner] = 0;
-        double frequency = 1, amplitude = 1;
-        for (int octave = 0; octave < octaves.count; ++octave) {
-            const V3d p = frequency * at[owner];
-            places.x[used] = p.x, places.y[used] = p.y, places.z[used] = p.z;
-            amplitudes[used] = amplitude;
-            owners[used] = owner;
-            frequency *= 1.99;
+double sum_octaves(const V3d& p, const Octaves& octaves, Shape&& shape) {
+    const auto count = static_cast<std::size_t>(std::max(octaves.count, 0));
+    const std::size_t first = std::min(count, kFirstOctaves);
+    double sum = 0, amplitude = 1;
+    for (std::size_t begin = 0; begin < first; begin += kNoiseLanes) {
+        const std::size_t here = std::min(kNoiseLanes, first - begin);
+        const auto noise = noise_of(p, &kFrequencies[begin], here);
+        for (std::size_t i = 0; i < here; ++i) {
+            sum += amplitude * shape(noise[i]);
             amplitude *= octaves.omega;
-            if (++used == kNoiseLanes) flush();
         }
     }
-    if (used > 0) flush();
+    double frequency = kFrequencies.back() * 1.99;
+    for (std::size_t i = first; i < count; ++i) {
+        sum += amplitude * shape(perlin_noise(frequency * p));
+        frequency *= 1.99;
+        amplitude *= octaves.omega;
+    }
+    return sum;
 }
 
 }  // namespace
 
-void fractal_noise(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
-    sum_octaves(at, octaves, noise, [](double x) { return x; });
-}
-void turbulence(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
-    sum_octaves(at, octaves, noise, [](double x) { return std::fabs(x); });
-}
-
 double fractal_noise(const V3d& p, const Octaves& octaves) {
-    double noise = 0;
-    fractal_noise({&p, 1}, octaves, {&noise, 1});
-    return noise;
+    return sum_octaves(p, octaves, [](double x) { return x; });
 }
 double turbulence(const V3d& p, const Octaves& octaves) {
-    double noise = 0;
-    turbulence({&p, 1}, octaves, {&noise, 1});
-    return noise;
+    return sum_octaves(p, octaves, [](double x) { return std::fabs(x); });
+}
+void fractal_noise(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
+    for (std::size_t i = 0; i < at.size(); ++i) noise[i] = fractal_noise(at[i], octaves);
+}
+void turbulence(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
+    for (std::size_t i = 0; i < at.size(); ++i) noise[i] = turbulence(at[i], octaves);
 }
 
 double fractal_bound(const Octaves& octaves) {
