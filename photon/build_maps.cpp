@@ -1,5 +1,6 @@
 #include "photon/build_maps.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -66,20 +67,29 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
 }
 
 // Concatenates the chunks' photons of one class, freeing each as it goes.
-Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t paths) {
+Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t paths, const Workers& workers) {
     const float share = 1.0F / static_cast<float>(paths);  // the one place of 1/M; paths >= 1
+    std::vector<std::size_t> begins;
     std::size_t total = 0;
-    for (const Harvest& h : harvests) total += h.batches[kind].size();
-    Photons all;
-    all.reserve(total);
-    for (Harvest& h : harvests) {
-        const Photons batch = std::exchange(h.batches[kind], {});
-        for (std::size_t i = 0; i < batch.size(); ++i) {
-            Photon photon = batch.photons[i];
-            photon.power *= share;
-            all.add(batch.positions[i], batch.normals[i], photon);
-        }
+    for (const Harvest& h : harvests) {
+        begins.push_back(total);
+        total += h.batches[kind].size();
     }
+    Photons all;
+    all.positions.resize(total);
+    all.normals.resize(total);
+    all.photons.resize(total);
+    parallel_chunks(workers, static_cast<std::int64_t>(harvests.size()), [&](std::int64_t chunk) {
+        const Photons batch = std::exchange(harvests[static_cast<std::size_t>(chunk)].batches[kind], {});
+        const auto begin = static_cast<std::ptrdiff_t>(begins[static_cast<std::size_t>(chunk)]);
+        std::copy(batch.positions.begin(), batch.positions.end(), all.positions.begin() + begin);
+        std::copy(batch.normals.begin(), batch.normals.end(), all.normals.begin() + begin);
+        std::transform(batch.photons.begin(), batch.photons.end(), all.photons.begin() + begin,
+                       [share](Photon photon) {
+                           photon.power *= share;
+                           return photon;
+                       });
+    });
     return all;
 }
 
@@ -182,7 +192,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (!plan.wanted[kind]) continue;
-        result.maps[kind].emplace(join(harvests, kind, paths), plan.index, workers);
+        result.maps[kind].emplace(join(harvests, kind, paths, workers), plan.index, workers);
     }
     result.seconds_index = indexing.seconds();
     return result;

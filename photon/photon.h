@@ -48,7 +48,8 @@ class PackedDirection {
         return {std::copysign(1 - std::fabs(p.y), p.x), std::copysign(1 - std::fabs(p.x), p.y)};
     }
     static std::uint32_t quantise(float x) {
-        return static_cast<std::uint32_t>(std::lround((x * 0.5F + 0.5F) * 65535.0F));
+        // As lround, which is a call: the sum is exact in double, and not negative but by rounding.
+        return static_cast<std::uint32_t>(static_cast<double>((x * 0.5F + 0.5F) * 65535.0F) + 0.5);
     }
 
     std::uint32_t bits_ = 0;
