@@ -28,6 +28,19 @@ int broken_shape(int k, const std::function<V2f(std::uint32_t)>& point) {
     return -1;
 }
 
+// The second dimension by its generator matrix, a column for every bit of the index.
+std::uint32_t sobol_1_by_columns(std::uint32_t index) {
+    std::uint32_t result = 0;
+    for (std::uint32_t column = 1U << 31; index != 0; index >>= 1, column ^= column >> 1) {
+        if ((index & 1U) != 0) result ^= column;
+    }
+    return result;
+}
+
+RC_GTEST_PROP(NetProperties, SobolsSecondDimension_BySupersets_IsThatOfItsColumns, (std::uint32_t index)) {
+    RC_ASSERT(sobol_1(index) == sobol_1_by_columns(index));
+}
+
 TEST(Net, Sobol_ConsecutivePoints_AreANet) {
     for (int k = 0; k <= 10; ++k) {
         for (const std::uint32_t block : {0U, 1U, 5U, 1000U}) {

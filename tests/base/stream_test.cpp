@@ -55,6 +55,22 @@ std::vector<float> first_numbers(Stream stream) {
     return numbers;
 }
 
+TEST(StreamFamily, Paths_DrawWhatStratifiedStreamsDraw) {
+    const StreamFamily family(7, Purpose::test, 3);
+    for (const std::uint32_t index : {0U, 1U, 77U, 0xffffffffU}) {
+        Stream known = family.path(index), plain = Stream::stratified(7, Purpose::test, 3, index);
+        for (int i = 0; i < 60; ++i) {  // beyond the draws that the family keeps
+            ASSERT_EQ(known.next(), plain.next()) << i;
+            ASSERT_EQ(known.next2(), plain.next2()) << i;
+            if (i % 10 == 0) {
+                ASSERT_EQ(known.bits(), plain.bits());
+                ASSERT_EQ(known.split(5).next(), plain.split(5).next());
+                ASSERT_EQ(known.split_stratified(5, 2).next2(), plain.split_stratified(5, 2).next2());
+            }
+        }
+    }
+}
+
 TEST(StreamUniform, OneStream_IsUniform) {
     Stream stream = path(0);
     EXPECT_TRUE(uniform_1d([&](std::uint64_t) { return stream.next(); }).accepted());

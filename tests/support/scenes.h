@@ -15,8 +15,8 @@ namespace lucerna::testing {
 
 class SceneMaker {
   public:
-    std::uint32_t material(MaterialModel model) {
-        parts_.materials.push_back({"", std::move(model)});
+    std::uint32_t material(MaterialModel model, Relief relief = {}) {
+        parts_.materials.push_back({"", std::move(model), std::move(relief)});
         return static_cast<std::uint32_t>(parts_.materials.size() - 1);
     }
     std::uint32_t diffuse(const Rgb& albedo) {

@@ -103,6 +103,50 @@ TEST(Noise, Everywhere_IsContinuousWithItsSlope) {
     EXPECT_GT(largest, 0.8);
 }
 
+// What the sums are of, octave by octave.
+double octave_by_octave(const V3d& p, const Octaves& octaves, bool absolute) {
+    double sum = 0, frequency = 1, amplitude = 1;
+    for (int i = 0; i < octaves.count; ++i) {
+        const double noise = perlin_noise(frequency * p);
+        sum += amplitude * (absolute ? std::fabs(noise) : noise);
+        frequency *= 1.99;
+        amplitude *= octaves.omega;
+    }
+    return sum;
+}
+
+TEST(Noise, OctavesTogether_AreTheBitsOfOctavesOneByOne) {
+    Stream s(4, Purpose::test, 0, 0);
+    for (int i = 0; i < 20000; ++i) {
+        // Near and far, beyond what the lanes reach, and across faces of cells.
+        const double size = std::pow(10.0, static_cast<double>(s.next()) * 24 - 4);
+        V3d p(size * (2 * static_cast<double>(s.next()) - 1), size * (2 * static_cast<double>(s.next()) - 1),
+              size * (2 * static_cast<double>(s.next()) - 1));
+        if (i % 4 == 0) p.y = std::round(p.y);
+        const Octaves octaves{0.3 + 0.6 * static_cast<double>(s.next()), i % 21};
+        ASSERT_EQ(fractal_noise(p, octaves), octave_by_octave(p, octaves, false)) << p << octaves.count;
+        ASSERT_EQ(turbulence(p, octaves), octave_by_octave(p, octaves, true)) << p << octaves.count;
+    }
+    for (const double bad : {static_cast<double>(NAN), static_cast<double>(INFINITY), 1e300}) {
+        EXPECT_EQ(fractal_noise({bad, 0.5, 0.5}, {0.5, 6}), 0);
+        EXPECT_EQ(turbulence({0.5, 0.5, -bad}, {0.5, 6}), 0);
+    }
+}
+
+TEST(Textures, AskedAtManyPoints_AnswerAsAtEach) {
+    const FloatTexture noise =
+        scaled_texture(fbm_texture({0.6, 5}, Mapping3()), wrinkled_texture({0.4, 3}, Mapping3()));
+    const auto checks = FloatTexture::checkerboard(1, 2, V2f(3, 3));
+    for (const FloatTexture& texture : {noise, checks, FloatTexture::constant(0.25F)}) {
+        Stream s(5, Purpose::test, 0, 0);
+        std::vector<TexturePoint> points;
+        for (int i = 0; i < 21; ++i) points.push_back(random_point(s));
+        std::vector<float> values(points.size());
+        texture.at_each(points, values);
+        for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(values[i], texture.at(points[i]));
+    }
+}
+
 TEST(Noise, FarFromTheOrigin_KeepsItsShape) {
     const auto waves = fbm_texture({0.5, 4}, Mapping3());
     const double far = 256e6;  // a multiple of the first octave's period
