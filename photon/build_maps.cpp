@@ -47,6 +47,11 @@ void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
 
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
+    // Room for a photon of each path: arrays that grow in steps leave twice their size to the system, page by
+    // page, and threads wait for each other there. What is not filled is never touched.
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        if (plan.wanted[kind]) harvest.batches[kind].reserve(static_cast<std::size_t>(end - begin));
+    }
     Emission emission(scene, plan.seed, Purpose::emission, plan.pass, plan.emission);
     const StreamFamily numbers(plan.seed, Purpose::emission, plan.pass);
     WalkGroup group(
