@@ -1,6 +1,7 @@
 #include "photon/guide.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <unordered_map>
@@ -13,6 +14,11 @@
 
 namespace lucerna {
 namespace {
+
+// Of the photons that a station counts, one in so many is a station itself.
+constexpr int kOverlap = 3;
+// Between the normals of a point and of a station by which it goes: cosine.
+constexpr float kAboutTheSame = 0.7F;
 
 constexpr CellId kMute = kNoCell - 1;  // no part is named so: a table has fewer cells
 
@@ -63,7 +69,7 @@ float likeliest_share(std::span<const Count> counts, float all) {
 
 }  // namespace
 
-Guide::Guide(std::span<const Vote> votes) {
+float tally(std::span<const Vote> votes, std::vector<Guide::Choice>& choices) {
     assert(votes.size() <= GuideSettings::kMostPhotons);
     std::array<Ballot, GuideSettings::kMostPhotons> ballots;
     float total = 0;
@@ -72,86 +78,148 @@ Guide::Guide(std::span<const Vote> votes) {
                       votes[i].plain};
         total += votes[i].weight;
     }
-    if (!(total > 0) || !std::isfinite(total)) return;
+    if (!(total > 0) || !std::isfinite(total)) return 1;
     std::sort(ballots.begin(), ballots.begin() + static_cast<std::ptrdiff_t>(votes.size()));
 
     // Count by key.
+    const std::size_t begin = choices.size();
     float sum = 0;
     std::array<Count, GuideSettings::kMostPhotons> counts;
     for (std::size_t i = 0; i < votes.size();) {
         const std::size_t first = i;
         const std::uint64_t key = ballots[first].key;
         for (; i < votes.size() && ballots[i].key == key; ++i) sum += ballots[i].weight;
-        counts[size_] = {static_cast<float>(i - first), ballots[first].plain};
-        choices_[size_] = {static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0};
-        upto_[size_++] = sum;
+        counts[choices.size() - begin] = {static_cast<float>(i - first), ballots[first].plain};
+        choices.push_back({static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0, sum});
     }
-    plain_share_ = likeliest_share({counts.data(), size_}, static_cast<float>(votes.size()));
 
     // A choice is as probable as the steps between the sums make it: what draw() does, to the last bit.
     float before = 0;
-    for (std::size_t i = 0; i < size_; ++i) {
-        upto_[i] = i + 1 < size_ ? std::min(upto_[i] / sum, 1.0F) : 1.0F;
-        choices_[i].probability = upto_[i] - before;
-        before = upto_[i];
+    for (std::size_t i = begin; i < choices.size(); ++i) {
+        Guide::Choice& choice = choices[i];
+        choice.upto = i + 1 < choices.size() ? std::min(choice.upto / sum, 1.0F) : 1.0F;
+        choice.probability = choice.upto - before;
+        before = choice.upto;
     }
+    return likeliest_share({counts.data(), choices.size() - begin}, static_cast<float>(votes.size()));
 }
 
 const Guide::Choice& Guide::draw(float u) const {
     assert(!empty());
-    std::size_t i = 0;
-    while (i + 1 < size_ && !(u < upto_[i])) ++i;
-    return choices_[i];
+    const auto found = std::upper_bound(choices_.begin(), choices_.end() - 1, u,
+                                        [](float wanted, const Choice& c) { return wanted < c.upto; });
+    return *found;
 }
 
 float Guide::probability(std::uint32_t light, CellId part) const {
     const std::uint64_t key = key_of(light, part);
-    const auto end = choices_.begin() + static_cast<std::ptrdiff_t>(size_);
-    const auto found =
-        std::lower_bound(choices_.begin(), end, key, [](const Choice& choice, std::uint64_t wanted) {
-            return key_of(choice.light, choice.part) < wanted;
-        });
-    return found != end && found->light == light && found->part == part ? found->probability : 0.0F;
+    const auto found = std::lower_bound(choices_.begin(), choices_.end(), key,
+                                        [](const Choice& choice, std::uint64_t wanted) {
+                                            return key_of(choice.light, choice.part) < wanted;
+                                        });
+    return found != choices_.end() && found->light == light && found->part == part ? found->probability
+                                                                                   : 0.0F;
 }
 
-GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
-                   const GuideSettings& settings, const Workers& workers)
-    : map_(std::move(map)), parts_(map_.size()), plain_(map_.size()), settings_(settings) {
-    assert(settings.k >= 1 && settings.k <= GuideSettings::kMostPhotons);
-    const auto size = static_cast<std::int64_t>(map_.size());
-    constexpr std::int64_t kGrain = 1 << 14;
-    parallel_ranges(workers, size, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const Photon& photon = map_.photons()[i];
-            const Light& light = *lights[photon.light];
-            parts_[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
+namespace {
+
+// What each photon is for, and the share of all of them that vote alike: they were emitted by flux, as the
+// plain choice is made.
+struct Parties {
+    std::vector<CellId> parts;  // of each photon's light, or kMute
+    std::vector<float> plain;
+
+    Parties(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
+        : parts(map.size()), plain(map.size()) {
+        const auto size = static_cast<std::int64_t>(map.size());
+        constexpr std::int64_t kGrain = 1 << 14;
+        parallel_ranges(
+            workers, size, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                    const Photon& photon = map.photons()[i];
+                    const Light& light = *lights[photon.light];
+                    parts[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
+                }
+            });
+        std::unordered_map<std::uint64_t, float> counts;
+        const auto key = [&](std::size_t i) { return key_of(map.photons()[i].light, parts[i]); };
+        for (std::size_t i = 0; i < parts.size(); ++i) ++counts[key(i)];
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            plain[i] = counts[key(i)] / static_cast<float>(parts.size());
         }
-    });
-    // All photons together are emitted by flux, as the plain choice is made.
-    std::unordered_map<std::uint64_t, float> counts;
-    const auto key = [&](std::size_t i) { return key_of(map_.photons()[i].light, parts_[i]); };
-    for (std::size_t i = 0; i < parts_.size(); ++i) ++counts[key(i)];
-    for (std::size_t i = 0; i < parts_.size(); ++i) {
-        plain_[i] = counts[key(i)] / static_cast<float>(parts_.size());
     }
-}
+};
 
-Guide GuideMap::at(const V3f& x, const V3f& n) const {
-    if (map_.size() == 0) return {};
+// The votes around x, on the side of n; their number.
+std::size_t votes_near(const PhotonMap& map, const Parties& parties, const GuideSettings& settings,
+                       const V3f& x, const V3f& n, std::array<Vote, GuideSettings::kMostPhotons>& votes) {
     const TangentMetric metric(x, n, MetricKind::euclidean, 1);
-    const NearPhotons near(map_, x, metric, static_cast<std::size_t>(settings_.k), sqr(settings_.radius));
-    std::array<Guide::Vote, GuideSettings::kMostPhotons> votes;
+    const NearPhotons near(map, x, metric, static_cast<std::size_t>(settings.k), sqr(settings.radius));
     std::size_t size = 0;
     for (const Neighbour& neighbour : near.found()) {
-        const CellId part = parts_[neighbour.index];
+        const CellId part = parties.parts[neighbour.index];
         if (part == kMute) continue;
-        const Photon& photon = map_.photons()[neighbour.index];
+        const Photon& photon = map.photons()[neighbour.index];
         // All at one point: they count alike.
         const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
         votes[size++] = {photon.light, part, luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
-                         plain_[neighbour.index]};
+                         parties.plain[neighbour.index]};
     }
-    return Guide({votes.data(), size});
+    return size;
+}
+
+}  // namespace
+
+GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
+                   const GuideSettings& settings, const Workers& workers)
+    : map_(std::move(map)), settings_(settings) {
+    assert(settings.k >= 0 && settings.k <= GuideSettings::kMostPhotons);
+    if (settings.k > 0 && map_.size() > 0) make_stations(lights, workers);
+}
+
+void GuideMap::make_stations(std::span<const std::unique_ptr<Light>> lights, const Workers& workers) {
+    const Parties parties(map_, lights, workers);
+    // A station for every few of the photons that each one counts: they overlap. In the order of the map.
+    const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings_.k) / kOverlap, 1);
+    for (std::size_t i = 0; i < map_.size(); i += stride) {
+        places_.push_back(map_.positions()[i]);
+        normals_.push_back(map_.normals()[i]);
+    }
+    const auto count = static_cast<std::int64_t>(places_.size());
+    constexpr std::int64_t kGrain = 512;  // fixed, so that results do not depend on threads
+    struct Chunk {
+        std::vector<Station> stations;
+        std::vector<Guide::Choice> choices;
+    };
+    std::vector<Chunk> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
+    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t number) {
+        Chunk& chunk = chunks[static_cast<std::size_t>(number)];
+        std::array<Vote, GuideSettings::kMostPhotons> votes;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+            const std::size_t size =
+                votes_near(map_, parties, settings_, places_[i], normals_[i].unpack(), votes);
+            const std::size_t first = chunk.choices.size();
+            const float plain_share = tally({votes.data(), size}, chunk.choices);
+            chunk.stations.push_back({first, chunk.choices.size() - first, plain_share});
+        }
+    });
+    stations_.reserve(places_.size());
+    for (const Chunk& chunk : chunks) {
+        for (Station station : chunk.stations) {
+            station.first += choices_.size();
+            stations_.push_back(station);
+        }
+        choices_.insert(choices_.end(), chunk.choices.begin(), chunk.choices.end());
+    }
+    index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+}
+
+Guide GuideMap::at(const V3f& x, const V3f& n) const {
+    if (!index_) return {};
+    const auto nearest = index_->nearest_facing(x, n, kAboutTheSame, sqr(settings_.radius));
+    if (!nearest) return {};
+    const Station& station = stations_[nearest->index];
+    return {std::span(choices_).subspan(station.first, station.size), station.plain_share};
 }
 
 bool GuideMap::any_near(const V3f& x, const V3f& n) const {

@@ -4,10 +4,11 @@
 // The nearest ones around a point, counted by part, are a small distribution over (light, part): which ones
 // are worth asking there, shadows included. It is importance and nothing more: whoever samples by it must
 // leave every other choice a chance, for light that sent no photon here. So photons are looked for by plain
-// distance, which is the cheapest; those that came from behind the surface do not count.
+// distance, which is the cheapest; those that came from behind the surface do not count; and they are counted
+// ahead of time at stations, some of the photons' own places: a point goes by the nearest one that faces
+// about the same way, which costs a fraction of a search for many.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -24,34 +25,28 @@ namespace lucerna {
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
-    int k = 24;        // photons around a point, in [1, kMostPhotons]
+    int k = 24;        // photons around a station, in [1, kMostPhotons]; 0: no stations, any_near() alone
     float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
 };
 
-// What is worth asking at one point. A value, without heap.
+// What is worth asking at one point. Refers to choices that are kept elsewhere.
 class Guide {
   public:
     struct Choice {
         std::uint32_t light;
         CellId part;  // kNoCell: the light has no parts
         float probability;
-    };
-
-    // One photon's word.
-    struct Vote {
-        std::uint32_t light;
-        CellId part;
-        float weight;  // finite, not negative
-        float plain;   // the probability with which the choice would be made without photons, in [0, 1]
+        float upto;  // its own and that of all before it
     };
     Guide() = default;
-    // At most kMostPhotons votes, nearest first. The same distribution in whatever order, up to rounding.
-    explicit Guide(std::span<const Vote> votes);
+    // As tally() gave them.
+    Guide(std::span<const Choice> choices, float plain_share)
+        : choices_(choices), plain_share_(plain_share) {}
 
     // Nothing to go by: no photon near, or none of any weight. draw() must not be asked then.
-    bool empty() const { return size_ == 0; }
+    bool empty() const { return choices_.empty(); }
     // In the order of lights and parts, each once; the probabilities add up to 1.
-    std::span<const Choice> choices() const { return {choices_.data(), size_}; }
+    std::span<const Choice> choices() const { return choices_; }
     // u in [0,1); a choice of probability 0 is never drawn.
     const Choice& draw(float u) const;
     // 0 for what the photons do not name.
@@ -63,11 +58,20 @@ class Guide {
     float plain_share() const { return plain_share_; }
 
   private:
-    std::array<Choice, GuideSettings::kMostPhotons> choices_;
-    std::array<float, GuideSettings::kMostPhotons> upto_;  // probability of a choice or one before it
-    std::size_t size_ = 0;
+    std::span<const Choice> choices_;
     float plain_share_ = 1;
 };
+
+// One photon's word.
+struct Vote {
+    std::uint32_t light;
+    CellId part;
+    float weight;  // finite, not negative
+    float plain;   // the probability with which the choice would be made without photons, in [0, 1]
+};
+// At most kMostPhotons votes, nearest first: the same distribution in whatever order, up to rounding. Appends
+// the guide's choices, none if no vote weighs anything, and returns its plain share.
+float tally(std::span<const Vote> votes, std::vector<Guide::Choice>& choices);
 
 // Photons straight from the lights and what they vote for. Constant, safe to share between threads.
 class GuideMap {
@@ -77,19 +81,29 @@ class GuideMap {
     GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const GuideSettings& settings,
              const Workers& workers);
 
-    // On the side of n (unit).
+    // On the side of n (unit): what the nearest station within the radius says. Lives as long as this.
     Guide at(const V3f& x, const V3f& n) const;
     // Whether any photon counts within the radius.
     bool any_near(const V3f& x, const V3f& n) const;
 
     const PhotonMap& map() const { return map_; }
+    std::size_t stations() const { return stations_.size(); }
     const GuideSettings& settings() const { return settings_; }
 
   private:
+    struct Station {
+        std::size_t first, size;  // among the choices
+        float plain_share;
+    };
+    void make_stations(std::span<const std::unique_ptr<Light>> lights, const Workers& workers);
+
     PhotonMap map_;
-    std::vector<CellId> parts_;  // of each photon's light, or kMute
-    std::vector<float> plain_;   // the share of all photons that vote alike
     GuideSettings settings_;
+    std::vector<V3f> places_;  // of the stations, and the normals on the side that is lit
+    std::vector<PackedDirection> normals_;
+    std::vector<Station> stations_;
+    std::vector<Guide::Choice> choices_;
+    std::unique_ptr<PhotonIndex> index_;  // of the stations by their normals; null: none
 };
 
 // From the first impacts of `paths` light paths, in [1, 2^32], on whatever surface. They are the first that

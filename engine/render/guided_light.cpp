@@ -1,6 +1,7 @@
 #include "engine/render/guided_light.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace lucerna {
@@ -40,40 +41,65 @@ struct Candidates {
     float left_to_bsdf() const { return missing / (sum + missing); }
 };
 
-// Keeps one in proportion to its luminance, by one uniform number that is used again and again (Chao 1982).
-void offer(Candidates& all, const Rgb& value, const Incident& incident, float& u_keep) {
-    const float y = luminance(value);
-    if (!(y > 0) || !std::isfinite(y)) return;
-    all.sum += y;
-    const float chance = y / all.sum;  // 1 for the first
-    if (u_keep < chance) {
-        all.kept = value;
-        all.incident = incident;
-        u_keep /= chance;
-    } else {
-        u_keep = (u_keep - chance) / (1 - chance);
+// The candidates at one vertex, by their numbers; each can be drawn again, the same.
+class Draws {
+  public:
+    Draws(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count, Stream& stream)
+        : scene_(scene),
+          vertex_(vertex),
+          choice_(choice),
+          count_(static_cast<float>(count)),
+          u_light_(stream.next()),
+          u_place_(stream.next2()) {}
+
+    struct One {
+        Rgb value;
+        LightChoice::Draw drawn;
+    };
+    std::optional<One> operator[](int i) const {
+        // One in each of `count` equal parts of the choice.
+        const float u = std::min((static_cast<float>(i) + u_light_) / count_, 0x1.fffffep-1F);
+        const auto drawn = choice_.draw(scene_, vertex_.hit.at.p, u, step(u_place_, i));
+        if (!drawn) return std::nullopt;
+        return One{unshadowed(vertex_, *drawn), *drawn};
     }
-    u_keep = std::min(u_keep, 0x1.fffffep-1F);
-}
+
+  private:
+    const Scene& scene_;
+    const Vertex& vertex_;
+    const LightChoice& choice_;
+    float count_, u_light_;
+    V2f u_place_;
+};
 
 Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count,
                            Stream& stream) {
-    const float u_light = stream.next();
-    const V2f u_place = stream.next2();
-    float u_keep = stream.next();
+    const Draws draws(scene, vertex, choice, count, stream);
+    const float u_keep = stream.next();
     Candidates all;
+    std::array<float, GuidedLightSettings::kMostCandidates> upto;
     for (int i = 0; i < count; ++i) {
-        // One in each of `count` equal parts of the choice.
-        const float u = (static_cast<float>(i) + u_light) / static_cast<float>(count);
-        const auto drawn = choice.draw(scene, vertex.hit.at.p, std::min(u, 0x1.fffffep-1F), step(u_place, i));
-        if (!drawn) continue;
-        const Rgb value = unshadowed(vertex, *drawn);
-        if (drawn->pdf_w > 0) {
-            const float ratio = vertex.bsdf.pdf_w(vertex.wo, drawn->incident.w) / drawn->pdf_w;
-            all.missing += luminance(value) * ratio * ratio;  // power heuristic: the shares are 1 : ratio²
+        if (const auto one = draws[i]) {
+            if (one->drawn.pdf_w > 0) {
+                const float ratio = vertex.bsdf.pdf_w(vertex.wo, one->drawn.incident.w) / one->drawn.pdf_w;
+                all.missing += luminance(one->value) * ratio * ratio;  // power heuristic: shares 1 : ratio²
+            }
+            const float y = luminance(one->value);
+            if (y > 0 && std::isfinite(y)) all.sum += y;
         }
-        offer(all, value, drawn->incident, u_keep);
+        upto[static_cast<std::size_t>(i)] = all.sum;
     }
+    if (!(all.sum > 0)) return all;
+
+    // One is kept in proportion to its luminance. In the candidates' order, which is that of lights and their
+    // parts: so u_keep, well spread over the samples of a pixel, spreads what is kept over them.
+    const auto end = upto.begin() + count;
+    const auto found = std::upper_bound(upto.begin(), end, u_keep * all.sum);
+    // Rounding may lead past the last that counts: back to it.
+    const auto kept = found != end ? found : std::lower_bound(upto.begin(), end, all.sum);
+    const auto one = draws[static_cast<int>(kept - upto.begin())];
+    all.kept = one->value;  // drawn above with a value: drawn again the same
+    all.incident = one->drawn.incident;
     return all;
 }
 

@@ -21,7 +21,8 @@ namespace lucerna {
 
 struct GuidedLightSettings {
     float floor = 0.25F;  // the least share of the plain choice, in (0, 1]
-    int candidates = 16;  // places of lights weighed before one is asked for, >= 1
+    static constexpr int kMostCandidates = 1024;
+    int candidates = 16;  // places of lights weighed before one is asked for, in [1, kMostCandidates]
 };
 
 // Both as direct_light(); `plain` is the choice without photons.

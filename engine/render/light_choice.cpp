@@ -30,7 +30,7 @@ float LightChoice::plain_probability(const Scene& scene, std::uint32_t light) co
 
 float LightChoice::mixture(float plain, std::uint32_t light, const PartPdf& pdf) const {
     float density = floor_ * plain * pdf.whole_pdf_w;
-    if (guide_) density += (1 - floor_) * guide_->probability(light, pdf.part) * pdf.part_pdf_w;
+    if (floor_ < 1) density += (1 - floor_) * guide_.probability(light, pdf.part) * pdf.part_pdf_w;
     return density;
 }
 
@@ -44,7 +44,7 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
         if (!plain) return std::nullopt;
         draw.light = plain->light;
     } else {
-        const Guide::Choice& choice = guide_->draw(std::min((u_light - floor_) / (1 - floor_), kBelowOne));
+        const Guide::Choice& choice = guide_.draw(std::min((u_light - floor_) / (1 - floor_), kBelowOne));
         draw.light = choice.light;
         if (choice.part != kNoCell) part = choice.part;
     }

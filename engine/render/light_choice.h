@@ -19,7 +19,7 @@
 
 namespace lucerna {
 
-// The choice at one point. A value; refers to tree and guide, which must outlive it.
+// The choice at one point. A value; refers to the tree and to the guide's choices, which must outlive it.
 class LightChoice {
   public:
     // By power.
@@ -30,7 +30,7 @@ class LightChoice {
     // nothing.
     LightChoice guided(const Guide& guide, float floor) const {
         LightChoice choice = *this;
-        choice.guide_ = guide.empty() ? nullptr : &guide;
+        choice.guide_ = guide;
         choice.floor_ = guide.empty() ? 1 : floor;
         return choice;
     }
@@ -59,7 +59,7 @@ class LightChoice {
 
     const LightTree* tree_ = nullptr;
     V3f x_{0, 0, 0}, n_{0, 0, 0};
-    const Guide* guide_ = nullptr;
+    Guide guide_;
     float floor_ = 1;
 };
 
