@@ -155,7 +155,7 @@ class MeasuredLight final : public Light {
 
     // Parts are blocks of intervals, so large that there are at most so many across S: finer ones would be
     // more than a few dozen photons can tell apart.
-    static constexpr int kPartsAcross = 8;
+    static constexpr int kPartsAcross = 16;
 
     // A line of the field: its point of S, and the way from there to a point elsewhere on it, which lies
     // behind S if way.z < 0. Light frame.

@@ -25,7 +25,7 @@ namespace lucerna {
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
-    int k = 24;        // photons around a station, in [1, kMostPhotons]; 0: no stations, any_near() alone
+    int k = 64;        // photons around a station, in [1, kMostPhotons]; 0: no stations, any_near() alone
     float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
 };
 

@@ -15,6 +15,16 @@ PartPdf whole(float pdf_w) {
 
 }  // namespace
 
+bool nothing_to_choose(const Scene& scene) {
+    int lights = 0;
+    for (const auto& light : scene.lights()) {
+        if (light->only_particles() || !(light->power() > 0)) continue;
+        // Whichever cell a light of parts is asked about, the first is one.
+        if (++lights > 1 || light->part_of(0) != kNoCell) return false;
+    }
+    return true;
+}
+
 std::optional<LightChoice::Plain> LightChoice::pick_plainly(const Scene& scene, float u) const {
     if (tree_) {
         const auto pick = tree_->pick(x_, n_, u);

@@ -63,6 +63,9 @@ class LightChoice {
     float floor_ = 1;
 };
 
+// Whether there is only one light to ask, and one without parts: then no choice is better than another.
+bool nothing_to_choose(const Scene& scene);
+
 // Makes the plain choices of a scene. Constant, safe to share between threads.
 class LightChooser {
   public:

@@ -6,6 +6,7 @@
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
 #include "engine/render/irradiance_ahead.h"
+#include "engine/render/light_choice.h"
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_estimator.h"
 #include "engine/render/steering.h"
@@ -112,12 +113,18 @@ class PhotonMapIntegrator final : public Integrator {
     // The photons by which direct light is sampled, if it is.
     std::optional<GuideMap> guide(const PassContext& context, float radius) const {
         if (!goes_by_guides(settings_)) return std::nullopt;
+        const bool gate = settings_.direct == DirectMethod::gated;
+        if (!gate && nothing_to_choose(context.scene)) {
+            context.report.notes["guide"] = "not built: one light without parts is all there is to ask";
+            return std::nullopt;
+        }
         const Stopwatch building;
         const GuidePlan plan{
-            settings_.guide_photons, context.seed, context.pass, {settings_.guide_k, radius}};
+            settings_.guide_photons, context.seed, context.pass, {gate ? 0 : settings_.guide_k, radius}};
         GuideMap map = build_guides(context.scene, plan, context.workers, context.monitor);
         context.report.seconds.emplace_back("guide", building.seconds());
         context.report.numbers["guide.photons"] = static_cast<double>(map.map().size());
+        context.report.numbers["guide.stations"] = static_cast<double>(map.stations());
         return map;
     }
 

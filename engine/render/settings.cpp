@@ -105,7 +105,7 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         lights(s.lights),
         whole("guidephotons", "light paths of the Direct map that gates or guides", 1, 4294967296.0,
               s.guide_photons),
-        whole("guidek", "direct photons around a point that guide it", 1, GuideSettings::kMostPhotons,
+        whole("guidek", "direct photons around a place that guide what is near", 1, GuideSettings::kMostPhotons,
               s.guide_k),
         real("guidefloor", "least share of the plain choice of lights beside the guide", 0.01, 1,
              s.guide_floor),

@@ -48,7 +48,7 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     // For `gated` and `guided`: light paths of the Direct map they go by.
     std::int64_t guide_photons = 200'000;
-    int guide_k = 24;           // photons around a point that guide it
+    int guide_k = 64;           // photons around a station that guide what is near
     float guide_floor = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
     int candidates = 16;        // places of lights that `guided` weighs for one shadow ray
     IndirectMethod indirect = IndirectMethod::gather;
