@@ -5,7 +5,6 @@ usage: direct_methods.py FOLDER picture.png SCENE...     the folder as direct_me
 import glob
 import json
 import math
-import os
 import re
 import sys
 
@@ -16,13 +15,15 @@ import matplotlib.pyplot as plt
 
 LABELS = {
     "mc": "mc",
-    "candidates": "mc, 16 candidates",
+    "candidates": "mc, candidates",
     "tree": "mc, light tree",
     "map": "map",
     "gated": "gated",
     "guided": "guided",
     "both": "guided, light tree",
 }
+SEEDS = (1, 2)
+REFERENCES = (101, 102)
 
 
 def load(path):
@@ -30,58 +31,66 @@ def load(path):
         return json.load(file)
 
 
+def mean(values):
+    values = list(values)
+    return sum(values) / len(values)
+
+
+class Point:
+    """A method at one number of samples, over its seeds; the references' own noise is taken off the error."""
+
+    def __init__(self, stem, samples, noise):
+        compared = [load(f"{stem}-{samples}-{seed}-{against}.json") for seed in SEEDS for against in REFERENCES]
+        seconds = [load(f"{stem}-{samples}-{seed}.json")["seconds"] for seed in SEEDS]
+        self.samples = samples
+        self.error = mean(c["relative_mse"] for c in compared) - noise
+        self.seconds = mean(s["total"] - s["read"] for s in seconds)
+        self.brightness = mean(channel["ratio"] for c in compared for channel in c["channels"])
+
+
 def read(folder, scene):
-    """{method: [(spp, seconds, relative MSE)]}, sorted; the references' own noise is taken off."""
+    """The noise of the references, and {method: [Point]} by samples."""
     noise = load(f"{folder}/{scene}-references.json")["relative_mse"] / 2
     curves = {}
-    for path in glob.glob(f"{folder}/{scene}-*-101.json"):
-        found = re.fullmatch(rf"{re.escape(scene)}-(\w+)-(\d+)-101\.json", os.path.basename(path))
-        if not found or found[1] not in LABELS:
-            continue
-        errors = [load(path.replace("-101.json", f"-{seed}.json"))["relative_mse"] for seed in (101, 102)]
-        seconds = load(path.replace("-101.json", ".json"))["seconds"]
-        error = sum(errors) / 2 - noise
-        if error > 0:
-            curves.setdefault(found[1], []).append((int(found[2]), seconds["total"] - seconds["read"], error))
-    for curve in curves.values():
-        curve.sort()
+    for method in LABELS:
+        stem = f"{folder}/{scene}-{method}"
+        found = (re.fullmatch(r".*-(\d+)-1\.json", path) for path in glob.glob(glob.escape(stem) + "-*-1.json"))
+        samples = sorted(int(f[1]) for f in found if f and f[0] == f"{stem}-{f[1]}-1.json")
+        points = [Point(stem, n, noise) for n in samples]
+        if points:
+            curves[method] = [p for p in points if p.error > 0]
     return noise, curves
 
 
 def seconds_to(curve, error):
-    """By straight lines in logarithms between the points measured; none beyond them."""
-    for (_, t0, e0), (_, t1, e1) in zip(curve, curve[1:]):
-        if e0 >= error >= e1 and e0 > e1:
-            part = math.log(e0 / error) / math.log(e0 / e1)
-            return t0 * (t1 / t0) ** part
-    return None
+    """By straight lines in logarithms between the points measured; beyond them error goes as 1/seconds."""
+    for a, b in zip(curve, curve[1:]):
+        if a.error >= error >= b.error and a.error > b.error:
+            part = math.log(a.error / error) / math.log(a.error / b.error)
+            return a.seconds * (b.seconds / a.seconds) ** part
+    end = curve[0] if error > curve[0].error else curve[-1]
+    return end.seconds * end.error / error
 
 
 def table(scene, noise, curves):
-    """At three errors that `mc` reaches: seconds, and mc's over them."""
     mc = curves.get("mc", [])
-    print(f"\n{scene} (noise of the references {noise:.2g}, taken off)\n")
-    if len(mc) < 2:
+    print(f"\n**{scene}** (references' noise {noise:.2g}, taken off)\n")
+    if not mc:
         print("no curve of mc to compare with")
         return
-    picks = [mc[len(mc) // 3][2], mc[2 * len(mc) // 3][2], mc[-1][2]]
-    print("| relative MSE | " + " | ".join(LABELS[m] for m in LABELS if m in curves) + " |")
-    print("| --- |" + " --- |" * sum(m in curves for m in LABELS))
-    for error in picks:
-        base = seconds_to(mc, error) or mc[-1][1]
-        cells = []
-        for method in LABELS:
-            if method in curves:
-                t = seconds_to(curves[method], error)
-                first = curves[method][0]
-                if t is None and first[2] < error:
-                    cells.append(f"< {first[1]:.2f} s (> {base / first[1]:.1f} times)")
-                else:
-                    cells.append("not reached" if t is None else f"{t:.2f} s ({base / t:.1f} times)")
-        print(f"| {error:.2g} | " + " | ".join(cells) + " |")
-    print("\nsamples, seconds, relative MSE:")
+    counts = [p.samples for p in mc[1:]]
+    print("| method | " + " | ".join(f"{n} samples: error, time, mc's time for that error" for n in counts) + " | mean |")
+    print("| --- |" + " --- |" * (len(counts) + 1))
     for method, curve in curves.items():
-        print(f"  {LABELS[method]}: " + "; ".join(f"{n} {t:.2f} {e:.3g}" for n, t, e in curve))
+        cells = []
+        for n in counts:
+            p = next((p for p in curve if p.samples == n), None)
+            if p is None:
+                cells.append("below the references' noise")
+            else:
+                cells.append(f"{p.error:.2g}, {p.seconds:.2f} s, × {seconds_to(mc, p.error) / p.seconds:.1f}")
+        brightness = f"{curve[-1].brightness:.4f}" if curve else ""
+        print(f"| {LABELS[method]} | " + " | ".join(cells) + f" | {brightness} |")
 
 
 def main(folder, picture, scenes):
@@ -89,9 +98,8 @@ def main(folder, picture, scenes):
     for ax, scene in zip(axes[0], scenes):
         noise, curves = read(folder, scene)
         table(scene, noise, curves)
-        for method in LABELS:
-            if method in curves:
-                ax.loglog([t for _, t, _ in curves[method]], [e for _, _, e in curves[method]], marker=".", label=LABELS[method])
+        for method, curve in curves.items():
+            ax.loglog([p.seconds for p in curve], [p.error for p in curve], marker=".", label=LABELS[method])
         ax.set_title(scene)
         ax.set_xlabel("seconds")
         ax.grid(True, which="both", linewidth=0.3)

@@ -1,18 +1,21 @@
 #!/usr/bin/env bash
 # Direct light four ways on four scenes, time against error: docs/images/direct-methods.png and the tables of docs/results.md.
-# Each method renders direct light alone at growing numbers of samples; `map` gets more photons with them. The error is the
-# relative MSE against two independent long references by `direct`; half of what those two differ by is their own noise
-# and is taken off. The time is everything after the scene was read: photons, index, guide, image.
+# Each method renders direct light alone at growing numbers of samples, with two seeds; `map` gets more photons with them.
+# The error is the relative MSE against two independent references; half of what those two differ by is their own noise and
+# is taken off. References are made by `guided`, which has the least noise: tests/reference/direct_methods_test.cpp holds it
+# against `path`, and the tables show each method's mean over theirs. The time is everything after the scene was read:
+# photons, index, guide, image.
 # usage: bench/figures/direct_methods.sh [SCENE...]     default: flashlight projector many-lights cornell; into out/direct
-# RESOLUTION, SPP (a list), REFERENCE (samples of each reference) and METHODS may be set before it.
+# RESOLUTION, SPP (a list), REFERENCE (samples of each reference) and METHODS may be set before it. About ten minutes on two
+# processors.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 lucerna=build/release/lucerna
 out=out/direct
-resolution=${RESOLUTION:-240x160}
-spp=${SPP:-1 2 4 8 16 32 64 128}
-reference=${REFERENCE:-4096}
+resolution=${RESOLUTION:-180x120}
+spp=${SPP:-1 4 16 64}
+reference=${REFERENCE:-1024}
 methods=${METHODS:-mc candidates map gated guided tree both}
 [ $# -gt 0 ] || set -- flashlight projector many-lights cornell
 mkdir -p "$out" docs/images
@@ -24,6 +27,25 @@ lamp() {
     [ "$1" = flashlight ] && rig=rig-screen.toml
     if [ -f "$folder/make.py" ]; then python3 "$folder/make.py"; fi
     "$lucerna" light acquire "$folder/$rig" -o "$folder/$1.exr" --quiet
+}
+
+# run METHOD SAMPLES SEED: into out/direct/SCENE-METHOD-SAMPLES-SEED
+run() {
+    local method=$1 n=$2 seed=$3 run=$out/$name-$1-$2-$3
+    local set_=(quantity="$quantity" indirect=none)
+    case $method in
+        # The plain choice with guided's several candidates for one shadow ray: what the guide itself adds to that.
+        candidates) set_+=(direct=guided guidefloor=1 lights=power) ;;
+        tree) set_+=(direct=mc lights=tree) ;;
+        both) set_+=(direct=guided lights=tree) ;;
+        map) set_+=(direct=map photons=$((62500 * n)) k=50) ;;
+        *) set_+=(direct="$method" lights=power) ;;
+    esac
+    "$lucerna" render "${common[@]}" -o "$run.exr" --integrator photonmap --spp "$n" --seed "$seed" --stats "$run.json" \
+        --set "${set_[@]}"
+    for against in 101 102; do
+        "$lucerna" compare "$run.exr" "$out/$name-reference-$against.exr" --json "$run-$against.json"
+    done
 }
 
 for name in "$@"; do
@@ -40,26 +62,13 @@ for name in "$@"; do
     common=("$file" --quiet --resolution "$resolution")
     for seed in 101 102; do
         image=$out/$name-reference-$seed.exr
-        [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator direct --set quantity="$quantity" \
-            --spp "$reference" --seed "$seed"
+        [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator photonmap --spp "$reference" --seed "$seed" \
+            --set quantity="$quantity" indirect=none direct=guided lights=tree
     done
     "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json"
     for method in $methods; do
         for n in $spp; do
-            run=$out/$name-$method-$n
-            set_=(quantity="$quantity" indirect=none)
-            case $method in
-                # The plain choice with guided's several candidates for one shadow ray: what the guide itself adds to that.
-                candidates) set_+=(direct=guided guidefloor=1 lights=power) ;;
-                tree) set_+=(direct=mc lights=tree) ;;
-                both) set_+=(direct=guided lights=tree) ;;
-                map) set_+=(direct=map photons=$((62500 * n)) k=50) ;;
-                *) set_+=(direct="$method" lights=power) ;;
-            esac
-            "$lucerna" render "${common[@]}" -o "$run.exr" --integrator photonmap --spp "$n" --stats "$run.json" --set "${set_[@]}"
-            for seed in 101 102; do
-                "$lucerna" compare "$run.exr" "$out/$name-reference-$seed.exr" --json "$run-$seed.json"
-            done
+            for seed in 1 2; do run "$method" "$n" "$seed"; done
         done
     done
 done

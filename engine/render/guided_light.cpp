@@ -115,6 +115,10 @@ float bsdf_chance(const Vertex& vertex, const Candidates& all) {
 
 }  // namespace
 
+int candidates_that_pay(const Scene& scene) {
+    return has_parts(scene) ? 16 : 4;
+}
+
 DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Stream& stream,
                         const LightChoice& plain) {
     if (guides.any_near(vertex.hit.at.p, side_seen(vertex))) {

@@ -25,6 +25,10 @@ struct GuidedLightSettings {
     int candidates = 16;  // places of lights weighed before one is asked for, in [1, kMostCandidates]
 };
 
+// As many candidates as pay. Those of a measured lamp's places cost little beside a shadow ray, and what
+// arrives differs much between them; those of whole lights differ less than their shadows do.
+int candidates_that_pay(const Scene& scene);
+
 // Both as direct_light(); `plain` is the choice without photons.
 DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Stream& stream,
                         const LightChoice& plain = {});

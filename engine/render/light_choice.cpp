@@ -16,13 +16,16 @@ PartPdf whole(float pdf_w) {
 }  // namespace
 
 bool nothing_to_choose(const Scene& scene) {
-    int lights = 0;
-    for (const auto& light : scene.lights()) {
-        if (light->only_particles() || !(light->power() > 0)) continue;
-        // Whichever cell a light of parts is asked about, the first is one.
-        if (++lights > 1 || light->part_of(0) != kNoCell) return false;
-    }
-    return true;
+    const auto asked = std::count_if(scene.lights().begin(), scene.lights().end(), [](const auto& light) {
+        return !light->only_particles() && light->power() > 0;
+    });
+    return asked <= 1 && !has_parts(scene);
+}
+
+bool has_parts(const Scene& scene) {
+    // A light that has parts has a first cell, and that is of one.
+    return std::any_of(scene.lights().begin(), scene.lights().end(),
+                       [](const auto& light) { return light->part_of(0) != kNoCell; });
 }
 
 std::optional<LightChoice::Plain> LightChoice::pick_plainly(const Scene& scene, float u) const {

@@ -14,7 +14,6 @@
 #include "engine/render/settings.h"
 #include "engine/world/bsdf.h"
 #include "engine/world/scene.h"
-#include "lights/light_tree.h"
 #include "photon/guide.h"
 
 namespace lucerna {
@@ -65,13 +64,14 @@ class LightChoice {
 
 // Whether there is only one light to ask, and one without parts: then no choice is better than another.
 bool nothing_to_choose(const Scene& scene);
+// Whether any light has parts to choose among.
+bool has_parts(const Scene& scene);
 
-// Makes the plain choices of a scene. Constant, safe to share between threads.
+// Makes the plain choices of a scene, which it refers to. Constant, safe to share between threads.
 class LightChooser {
   public:
-    LightChooser(const Scene& scene, LightSelection selection) {
-        if (selection == LightSelection::tree) tree_.emplace(scene.lights());
-    }
+    LightChooser(const Scene& scene, LightSelection selection)
+        : tree_(selection == LightSelection::tree ? &scene.light_tree() : nullptr) {}
     // At a surface seen from the side of wo.
     LightChoice at(const SurfacePoint& x, const Bsdf& bsdf, const V3f& wo) const {
         if (!tree_) return {};
@@ -81,7 +81,7 @@ class LightChooser {
     }
 
   private:
-    std::optional<LightTree> tree_;
+    const LightTree* tree_;  // null: by power
 };
 
 }  // namespace lucerna

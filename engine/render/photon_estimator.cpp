@@ -30,6 +30,8 @@ class PhotonMapEstimator final : public Estimator {
           guides_(std::move(parts.guides)),
           irradiance_(std::move(parts.irradiance)),
           radii_(std::move(parts.radii)),
+          guided_{settings.guide_floor,
+                  settings.candidates > 0 ? settings.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
@@ -177,8 +179,7 @@ class PhotonMapEstimator final : public Estimator {
         if (settings_.direct == DirectMethod::gated) {
             return gated_light(scene_, *guides_, vertex, stream, plain).radiance;
         }
-        const GuidedLightSettings how{settings_.guide_floor, settings_.candidates};
-        return GuidedLight(scene_, *guides_, how)(vertex, stream, plain).radiance;
+        return GuidedLight(scene_, *guides_, guided_)(vertex, stream, plain).radiance;
     }
 
     // The parts of a surface by which a ray may go on.
@@ -269,6 +270,7 @@ class PhotonMapEstimator final : public Estimator {
     std::optional<GuideMap> guides_;
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
+    GuidedLightSettings guided_;
     LightChooser lights_;
 };
 

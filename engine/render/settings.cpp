@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/base/names.h"
+#include "engine/render/guided_light.h"
 #include "photon/guide.h"
 
 namespace lucerna {
@@ -105,11 +106,13 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         lights(s.lights),
         whole("guidephotons", "light paths of the Direct map that gates or guides", 1, 4294967296.0,
               s.guide_photons),
-        whole("guidek", "direct photons around a place that guide what is near", 1, GuideSettings::kMostPhotons,
-              s.guide_k),
+        whole("guidek", "direct photons around a place that guide what is near", 1,
+              GuideSettings::kMostPhotons, s.guide_k),
         real("guidefloor", "least share of the plain choice of lights beside the guide", 0.01, 1,
              s.guide_floor),
-        whole("candidates", "places of lights that guided weighs for one shadow ray", 1, 1024, s.candidates),
+        whole("candidates",
+              "places of lights that guided weighs for one shadow ray; 0: 16 where a light has parts, else 4",
+              0, GuidedLightSettings::kMostCandidates, s.candidates),
         choice("indirect",
                "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
                "alone)",

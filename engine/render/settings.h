@@ -50,7 +50,8 @@ struct PhotonMapSettings {
     std::int64_t guide_photons = 200'000;
     int guide_k = 64;           // photons around a station that guide what is near
     float guide_floor = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
-    int candidates = 16;        // places of lights that `guided` weighs for one shadow ray
+    // Places of lights that `guided` weighs for one shadow ray; 0: 16 where a light has parts, else 4.
+    int candidates = 0;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
     // Irradiance ahead of time, a point for every n-th photon; 0: estimate at each gather ray's end.

@@ -92,6 +92,7 @@ float diagonal_with_media(const Scene& scene) {
 struct Scene::Impl {
     SceneParts parts;  // without its shapes and prototypes, which the sets own
     LightPicker picker;
+    LightTree light_tree;
     std::vector<std::uint32_t> impostors;
     bool has_specular = false, has_borders = false;
     Box3f bounds;
@@ -116,7 +117,8 @@ struct Scene::Impl {
     void count();
 };
 
-Scene::Impl::Impl(SceneParts given, const Workers& workers) : parts(std::move(given)), picker(parts.lights) {
+Scene::Impl::Impl(SceneParts given, const Workers& workers)
+    : parts(std::move(given)), picker(parts.lights), light_tree(parts.lights) {
     for (std::uint32_t i = 0; i < parts.lights.size(); ++i) {
         if (parts.lights[i]->has_impostor()) impostors.push_back(i);
     }
@@ -289,6 +291,9 @@ Bsdf Scene::bsdf(const Hit& hit) const {
 
 std::span<const std::unique_ptr<Light>> Scene::lights() const {
     return impl_->parts.lights;
+}
+const LightTree& Scene::light_tree() const {
+    return impl_->light_tree;
 }
 const LightPicker& Scene::picker() const {
     return impl_->picker;

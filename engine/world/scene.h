@@ -18,6 +18,7 @@
 #include "engine/world/medium.h"
 #include "engine/world/mesh.h"
 #include "lights/light.h"
+#include "lights/light_tree.h"
 #include "lights/picker.h"
 
 namespace lucerna {
@@ -102,6 +103,8 @@ class Scene {
     std::span<const std::unique_ptr<Light>> lights() const;
     // Lights chosen in proportion to their power.
     const LightPicker& picker() const;
+    // Lights chosen by what each may send to the place that asks.
+    const LightTree& light_tree() const;
     // Indices of the lights for which seen() can answer.
     std::span<const std::uint32_t> impostors() const;
     std::span<const Material> materials() const;

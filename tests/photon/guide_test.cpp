@@ -11,14 +11,25 @@ namespace {
 
 using testing::SceneMaker;
 
-std::vector<Guide::Vote> votes() {
+// Keeps the choices that a guide refers to.
+struct Tallied {
+    std::vector<Guide::Choice> choices;
+    float plain_share;
+    Guide guide;
+
+    explicit Tallied(std::span<const Vote> votes)
+        : plain_share(tally(votes, choices)), guide(choices, plain_share) {}
+};
+
+std::vector<Vote> votes() {
     // Light 3 in two parts, light 1 in one; one photon weighs nothing.
     return {{3, 7, 1, 0.1F}, {1, kNoCell, 2, 0.1F}, {3, 2, 0.5F, 0.1F},
             {3, 7, 3, 0.1F}, {1, kNoCell, 1, 0.1F}, {9, 0, 0, 0.1F}};
 }
 
 TEST(Guide, Choices_AreTheVotesByLightAndPart) {
-    const Guide guide(votes());
+    const Tallied tallied(votes());
+    const Guide& guide = tallied.guide;
     ASSERT_EQ(guide.choices().size(), 4U);
     const std::tuple<std::uint32_t, CellId, float> expected[] = {
         {1, kNoCell, 3 / 7.5F}, {3, 2, 0.5F / 7.5F}, {3, 7, 4 / 7.5F}, {9, 0, 0.0F}};
@@ -35,7 +46,8 @@ TEST(Guide, Choices_AreTheVotesByLightAndPart) {
 }
 
 TEST(Guide, Draws_ComeInProportion_AndTheTestSeesWhenTheyDoNot) {
-    const Guide guide(votes());
+    const Tallied tallied(votes());
+    const Guide& guide = tallied.guide;
     constexpr int kDraws = 40000;
     std::vector<std::uint64_t> observed(guide.choices().size());
     for (int i = 0; i < kDraws; ++i) {
@@ -54,9 +66,10 @@ TEST(Guide, Draws_ComeInProportion_AndTheTestSeesWhenTheyDoNot) {
 TEST(Guide, WithoutWeight_IsEmpty) {
     EXPECT_TRUE(Guide().empty());
     EXPECT_EQ(Guide().plain_share(), 1);
-    EXPECT_TRUE(Guide(std::vector<Guide::Vote>{}).empty());
-    EXPECT_TRUE(Guide(std::vector<Guide::Vote>{{0, 0, 0, 1}, {1, 0, 0, 1}}).empty());
-    EXPECT_EQ(Guide(std::vector<Guide::Vote>{{0, 0, 0, 1}}).probability(0, 0), 0);
+    EXPECT_TRUE(Tallied(std::vector<Vote>{}).guide.empty());
+    EXPECT_TRUE(Tallied(std::vector<Vote>{{0, 0, 0, 1}, {1, 0, 0, 1}}).guide.empty());
+    EXPECT_EQ(Guide().probability(0, 0), 0);
+    EXPECT_EQ(Tallied(std::vector<Vote>{{0, 0, 0, 1}}).plain_share, 1);
 }
 
 // Photons of `kinds` equally probable choices, of which only the first `lit` arrive.
@@ -64,12 +77,12 @@ float mean_plain_share(int kinds, int lit, int photons) {
     RunningStats stats;
     for (std::uint64_t i = 0; i < 2000; ++i) {
         Stream stream(4, Purpose::test, 0, i);
-        std::vector<Guide::Vote> drawn;
+        std::vector<Vote> drawn;
         for (int k = 0; k < photons; ++k) {
             const auto part = static_cast<CellId>(stream.next() * static_cast<float>(lit));
             drawn.push_back({0, part, 1, 1 / static_cast<float>(kinds)});
         }
-        stats.add(double{Guide(drawn).plain_share()});
+        stats.add(double{Tallied(drawn).plain_share});
     }
     return static_cast<float>(stats.mean());
 }
@@ -82,14 +95,14 @@ TEST(Guide, PlainShare_IsLargeWherePhotonsSayNothingNew_AndSmallWhereTheyAgree) 
     // One photon is no majority.
     EXPECT_EQ(mean_plain_share(40, 1, 1), 1);
     // Lone photons, each of its kind.
-    const Guide lone(std::vector<Guide::Vote>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
-    EXPECT_EQ(lone.plain_share(), 1);
+    const Tallied lone(std::vector<Vote>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
+    EXPECT_EQ(lone.plain_share, 1);
 }
 
 // Among shares f of a mixture, the one whose photons are likeliest.
 TEST(Guide, PlainShare_IsTheMaximumOfTheLikelihood) {
-    const std::vector<Guide::Vote> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
-                                        {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
+    const std::vector<Vote> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
+                                 {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
     const auto log_likelihood = [](double f) {
         const auto one = [f](double plain, double others) {
             return std::log(f * plain + (1 - f) * others / 6);
@@ -100,7 +113,7 @@ TEST(Guide, PlainShare_IsTheMaximumOfTheLikelihood) {
     for (double f = 0.001; f < 1; f += 0.001) {
         if (log_likelihood(f) > log_likelihood(best)) best = f;
     }
-    EXPECT_NEAR(double{Guide(some).plain_share()}, best, 0.01);
+    EXPECT_NEAR(double{Tallied(some).plain_share}, best, 0.01);
 }
 
 // Two points of light on either side of a wall.
@@ -132,7 +145,61 @@ TEST(GuideMap, BesideAWall_OnlyTheLightOfThisSideIsNamed) {
     EXPECT_TRUE(guides.at({1, 0, 0}, {0, -1, 0}).empty());
 }
 
-TEST(GuideMap, FewPhotons_AllVote) {
+TEST(Guide, TalliesBehindEachOther_AreApart) {
+    std::vector<Guide::Choice> choices;
+    tally(votes(), choices);
+    const std::size_t first = choices.size();
+    tally(std::vector<Vote>{{5, 1, 2, 0.5F}, {4, 1, 6, 0.5F}}, choices);
+    ASSERT_EQ(choices.size(), first + 2);
+    EXPECT_EQ(choices[first].light, 4U);
+    EXPECT_EQ(choices[first].probability, 0.75F);
+    EXPECT_EQ(choices[first].upto, 0.75F);
+    EXPECT_EQ(choices[first + 1].upto, 1);
+}
+
+// With k = 1 every photon is a station of its own.
+TEST(GuideMap, AtAPhoton_ItsOwnLightIsNamed_AndElsewhereTheNearestsThatFacesThisWay) {
+    const Scene scene = two_chambers();
+    Monitor silent;
+    GuideSettings own;
+    own.k = 1;
+    const GuideMap guides = build_guides(scene, {2000, 5, 0, own}, Workers{2}, silent);
+    const PhotonMap& map = guides.map();
+    ASSERT_EQ(guides.stations(), map.size());
+    for (std::size_t i = 0; i < map.size(); i += 7) {
+        const Guide guide = guides.at(map.positions()[i], map.normals()[i].unpack());
+        ASSERT_EQ(guide.choices().size(), 1U) << i;
+        EXPECT_EQ(guide.choices()[0].light, map.photons()[i].light);
+    }
+    Stream stream(6, Purpose::test, 0, 0);
+    for (int i = 0; i < 200; ++i) {
+        const V2f u = stream.next2();
+        const V3f x(-2 + 4 * u.x, 0, -1 + 2 * u.y), up(0, 1, 0);
+        std::size_t nearest = 0;
+        float least = INFINITY;
+        for (std::size_t k = 0; k < map.size(); ++k) {
+            const float r2 = (map.positions()[k] - x).length2();
+            if (map.normals()[k].unpack().dot(up) > 0.7F && r2 < least) least = r2, nearest = k;
+        }
+        const Guide guide = guides.at(x, up);
+        ASSERT_FALSE(guide.empty());
+        EXPECT_EQ(guide.choices()[0].light, map.photons()[nearest].light);
+    }
+    // No surface faces that way.
+    EXPECT_TRUE(guides.at({-1, 0, 0}, {0, 0, 1}).empty());
+}
+
+TEST(GuideMap, ForAGateAlone_HasNoStations) {
+    Monitor silent;
+    GuideSettings gate;
+    gate.k = 0;
+    const GuideMap guides = build_guides(two_chambers(), {2000, 5, 0, gate}, Workers{2}, silent);
+    EXPECT_EQ(guides.stations(), 0U);
+    EXPECT_TRUE(guides.at({1, 0, 0}, {0, 1, 0}).empty());
+    EXPECT_TRUE(guides.any_near({1, 0, 0}, {0, 1, 0}));
+}
+
+TEST(GuideMap, FewPhotons_HaveADefinedAnswer) {
     const Scene scene = two_chambers();
     Monitor silent;
     GuideSettings wide;

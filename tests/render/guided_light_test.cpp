@@ -308,6 +308,31 @@ TEST(GuidedLight, AsAPicture_AgreesWithDirect) {
     }
 }
 
+// One light without parts leaves nothing to choose: not a photon is sent for it.
+TEST(GuidedLight, OneLightWithoutParts_IsMcBitForBit) {
+    PhotonMapSettings mc, guided;
+    mc.indirect = guided.indirect = IndirectMethod::none;
+    guided.direct = DirectMethod::guided;
+    EXPECT_EQ(render_with(large_light(), mc, 4, 15).image.data,
+              render_with(large_light(), guided, 4, 15).image.data);
+    EXPECT_NE(render_with(lamp_over_floor(), mc, 4, 15).image.data,
+              render_with(lamp_over_floor(), guided, 4, 15).image.data);
+}
+
+TEST(LightChoice, NothingToChoose_IsOneLightWithoutParts) {
+    EXPECT_TRUE(nothing_to_choose(large_light()));
+    EXPECT_FALSE(nothing_to_choose(lamp_over_floor()));
+    EXPECT_FALSE(nothing_to_choose(many_small_lights()));
+    EXPECT_TRUE(has_parts(lamp_over_floor()));
+    EXPECT_FALSE(has_parts(many_small_lights()));
+    SceneMaker dark_beside;
+    dark_beside.light(make_point_light({0, 2, 0}, Rgb(1.0F)));
+    dark_beside.light(make_point_light({1, 2, 0}, Rgb(0.0F)));
+    EXPECT_TRUE(nothing_to_choose(dark_beside.build()));
+    SceneMaker none;
+    EXPECT_TRUE(nothing_to_choose(none.build()));
+}
+
 TEST(GuidedLight, AnyNumberOfThreads_SameImageBitForBit) {
     for (const DirectMethod method : {DirectMethod::gated, DirectMethod::guided}) {
         PhotonMapSettings settings;
