@@ -45,7 +45,7 @@ class Point:
         self.samples = samples
         self.error = mean(c["relative_mse"] for c in compared) - noise
         self.seconds = mean(s["total"] - s["read"] for s in seconds)
-        self.brightness = mean(channel["ratio"] for c in compared for channel in c["channels"])
+        self.brightness = mean(channel["ratio"] for c in compared for channel in c["channels"].values() if "ratio" in channel)
 
 
 def read(folder, scene):

@@ -44,7 +44,7 @@ run() {
     "$lucerna" render "${common[@]}" -o "$run.exr" --integrator photonmap --spp "$n" --seed "$seed" --stats "$run.json" \
         --set "${set_[@]}"
     for against in 101 102; do
-        "$lucerna" compare "$run.exr" "$out/$name-reference-$against.exr" --json "$run-$against.json"
+        "$lucerna" compare "$run.exr" "$out/$name-reference-$against.exr" --json "$run-$against.json" > /dev/null
     done
 }
 
@@ -65,7 +65,7 @@ for name in "$@"; do
         [ -f "$image" ] || "$lucerna" render "${common[@]}" -o "$image" --integrator photonmap --spp "$reference" --seed "$seed" \
             --set quantity="$quantity" indirect=none direct=guided lights=tree
     done
-    "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json"
+    "$lucerna" compare "$out/$name-reference-101.exr" "$out/$name-reference-102.exr" --json "$out/$name-references.json" > /dev/null
     for method in $methods; do
         for n in $spp; do
             for seed in 1 2; do run "$method" "$n" "$seed"; done
