@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "engine/base/stats.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/direct_light.h"
 #include "engine/render/integrator.h"
