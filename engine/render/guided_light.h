@@ -9,7 +9,8 @@
 //
 // `guided` asks several places of lights for what would arrive, traces one shadow ray to one of them chosen
 // in proportion to that, and lets it stand for all (resampled importance, Talbot 2005). Where the BSDF's
-// strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs more.
+// strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs more. In a
+// scene with nothing_to_choose() renderers take `mc` in its place: it does the same with less work.
 #pragma once
 
 #include "engine/base/stream.h"
