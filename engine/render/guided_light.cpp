@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 namespace lucerna {
@@ -74,6 +75,7 @@ class Draws {
 
 Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count,
                            Stream& stream) {
+    assert(count >= 1 && count <= GuidedLightSettings::kMostCandidates);
     const Draws draws(scene, vertex, choice, count, stream);
     const float u_keep = stream.next();
     Candidates all;

@@ -2,13 +2,18 @@
 
 #include <fmt/format.h>
 
+#include "engine/render/light_choice.h"
+
 namespace lucerna {
 namespace {
 
-MapNeed direct_map(const PhotonMapSettings& settings) {
-    if (goes_by_guides(settings)) {
+MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (goes_by_guides(settings, scene)) {
         return {false, fmt::format("direct light is sampled where {} paths of its own lead",
                                    settings.guide_photons)};
+    }
+    if (settings.direct == DirectMethod::guided) {
+        return {false, "direct light is sampled as by mc: one light without parts leaves nothing to choose"};
     }
     const bool map = settings.direct == DirectMethod::map;
     return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
@@ -42,7 +47,7 @@ MapNeed volume_map(const PhotonMapSettings& settings, const Scene& scene) {
 MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene) {
     switch (kind) {
         case MapKind::direct:
-            return direct_map(settings);
+            return direct_map(settings, scene);
         case MapKind::global:
             return global_map(settings);
         case MapKind::caustic:
@@ -51,6 +56,11 @@ MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& s
             return volume_map(settings, scene);
     }
     return {false, ""};
+}
+
+bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene) {
+    return settings.direct == DirectMethod::gated ||
+           (settings.direct == DirectMethod::guided && !nothing_to_choose(scene));
 }
 
 }  // namespace lucerna

@@ -18,9 +18,8 @@ struct MapNeed {
 
 MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene);
 
-// Whether direct light is sampled by photons of its own.
-inline bool goes_by_guides(const PhotonMapSettings& settings) {
-    return settings.direct == DirectMethod::gated || settings.direct == DirectMethod::guided;
-}
+// Whether direct light is sampled by photons of its own. Where there is nothing to choose `guided` needs
+// none.
+bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene);
 
 }  // namespace lucerna

@@ -6,7 +6,6 @@
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
 #include "engine/render/irradiance_ahead.h"
-#include "engine/render/light_choice.h"
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_estimator.h"
 #include "engine/render/steering.h"
@@ -112,12 +111,8 @@ class PhotonMapIntegrator final : public Integrator {
 
     // The photons by which direct light is sampled, if it is.
     std::optional<GuideMap> guide(const PassContext& context, float radius) const {
-        if (!goes_by_guides(settings_)) return std::nullopt;
+        if (!goes_by_guides(settings_, context.scene)) return std::nullopt;
         const bool gate = settings_.direct == DirectMethod::gated;
-        if (!gate && nothing_to_choose(context.scene)) {
-            context.report.notes["guide"] = "not built: one light without parts is all there is to ask";
-            return std::nullopt;
-        }
         const Stopwatch building;
         const GuidePlan plan{
             settings_.guide_photons, context.seed, context.pass, {gate ? 0 : settings_.guide_k, radius}};
