@@ -93,6 +93,9 @@ class Walker {
     template <typename HitBy>
     Leg travel(const Ray& ray, HitBy&& hit) {
         Leg leg{hit(ray), {}};
+        // Bent normals turn to whoever looks; light does not look, and is absorbed by what it meets from
+        // behind.
+        if (leg.hit) leg.hit->wo = V3f(0.0F);
         if (scene_.media().empty()) return leg;
         const Crossing crossing = cross_media(scene_, ray, leg.hit, medium_, power_, stream_);
         ledger_.media += V3d(power_) - V3d(crossing.power);

@@ -247,6 +247,7 @@ Hit Scene::hit(const Ray& ray, const Met& met) const {
     }
     const SurfaceTraits& traits = set.traits(meeting.geometry, meeting.primitive);
     hit.t = static_cast<float>(meeting.t);
+    hit.wo = -ray.d;
     hit.material = traits.material;
     hit.light = traits.light;
     hit.media = traits.media;

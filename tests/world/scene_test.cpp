@@ -92,6 +92,7 @@ TEST(Scene, NearestOfMeshAndQuadric_IsMetAndHides) {
     ASSERT_TRUE(plane);
     EXPECT_FLOAT_EQ(plane->t, 2);
     EXPECT_EQ(plane->material, 2U);
+    EXPECT_EQ(plane->wo, V3f(0, 0, -1));
     const auto ball = scene.hit({{0, 0, 10}, {0, 0, -1}});
     ASSERT_TRUE(ball);
     EXPECT_FLOAT_EQ(ball->t, 4);

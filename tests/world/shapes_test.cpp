@@ -395,6 +395,7 @@ TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
             EXPECT_LT((x->dpdu - y->dpdu).length(), 1e-3F * y->dpdu.length());
             EXPECT_LT((x->dpdv - y->dpdv).length(), 1e-3F * y->dpdv.length());
             EXPECT_LT((x->uv - y->uv).length(), 1e-3F);
+            EXPECT_EQ(x->wo, -ray.d);
             EXPECT_EQ(placed.visible(x->at, -ray.d, x->t), true);
         }
         EXPECT_LE(differ, 5);
