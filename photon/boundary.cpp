@@ -197,11 +197,10 @@ float probed_share(const Scene& scene, const ProbedDisc& disc, const TangentMetr
     const std::size_t count = std::min<std::size_t>(directions.size(), kProbedDirections);
 
     // Edges and walls cut off the rim first: where it is open, so is the rest.
-    constexpr int kRimProbes = 8;
+    constexpr int kRimProbes = 4;
     bool whole = true;
     for (int i = 0; whole && i < kRimProbes; ++i) {
-        V2f u = probe_place(i, kRimProbes, shift);
-        u.x = 0.75F + 0.25F * u.x;
+        const V2f u(0.75F + 0.25F * shift.x, (static_cast<float>(i) + shift.y) / kRimProbes);
         const V3f y = prober.place(u);
         whole = prober.is_open(y) && prober.counts(y, true, directions[static_cast<std::size_t>(i) % count]);
     }

@@ -9,8 +9,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 lucerna=build/release/lucerna
 out=out/references
-short=${SHORT:-100000 60 4}
-long=${LONG:-50000 40 40}
+short=${SHORT:-50000 40 6}
+long=${LONG:-100000 60 40}
 mkdir -p "$out"
 
 echo "| scene | photons, k, passes | seconds | relative MSE | mean R, G, B over the reference's |"

@@ -22,13 +22,14 @@ constexpr const char* kFooter =
   MAPE          mean of |t - r| / (|r| + 0.01)
   mean ratio    mean t / mean r, per channel
 Pixels with NaN or infinity are counted and left out. If both images carry variances, as all that lucerna renders
-do, each pixel's difference is tested against its noise (z-test, corrected for so many pixels by Sidak).
+do, each pixel's difference is tested against its noise (z-test, corrected for so many pixels by Sidak). A lamp that
+is seen is a few bright pixels that decide every mean: --mask leaves them out.
 
 Examples:
   lucerna compare room.exr reference.exr
   lucerna compare room.exr reference.exr --json numbers.json
   lucerna compare room.exr reference.exr --json -
-  lucerna compare cornell.exr reference.exr --mask 4      without the lamp that is seen)";
+  lucerna compare cornell.exr reference.exr --mask 4)";
 
 struct CompareOptions {
     std::string image, reference;

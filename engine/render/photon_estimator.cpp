@@ -253,6 +253,8 @@ class PhotonMapEstimator final : public Estimator {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
         GatherSettings own = how;
+        // A correction takes light to be even over the disc; a caustic is not.
+        if (kind == MapKind::caustic) own.boundary = Boundary::none;
         if (radii_) {
             const SurfacePoint& at = vertex.hit.at;
             own.k = 0;  // all

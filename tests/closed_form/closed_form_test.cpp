@@ -52,6 +52,7 @@ IntegratorSettings sphere_settings(const std::string& method) {
     PhotonMapSettings photons;
     photons.photons = 200'000;
     photons.gather_rays = 4;
+    photons.precompute = 16;  // of millions of photons
     photons.indirect = method == "map" ? IndirectMethod::map : IndirectMethod::gather;
     return photons;
 }
