@@ -200,6 +200,16 @@ RTCRay embree_ray(const Ray& from, unsigned layers) {
     return ray;
 }
 
+// The nearest thing that Embree finds; what our own shapes answered is in the context.
+RTCRayHit intersected(RTCScene scene, const Ray& ray, unsigned layers, RayContext& context) {
+    RTCRayHit found;
+    found.ray = embree_ray(ray, layers);
+    found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene, &context.embree, &found);
+    return found;
+}
+
 RTCGeometryType type_of(Curves::Kind kind) {
     switch (kind) {
         case Curves::Kind::flat:
@@ -376,12 +386,8 @@ Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& pro
 Accelerator::~Accelerator() = default;
 
 std::optional<Met> Accelerator::nearest(const Ray& ray, unsigned layers) const {
-    RTCRayHit found;
-    found.ray = embree_ray(ray, layers);
-    found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     RayContext context = impl_->context(ray, false);
-    rtcIntersect1(impl_->scene.get(), &context.embree, &found);
+    const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
     const RTCHit& hit = found.hit;
     if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
 
@@ -409,12 +415,8 @@ bool Accelerator::hidden(const Ray& from, unsigned layers) const {
 std::uint64_t Accelerator::count_met(std::span<const Ray> rays, unsigned layers) const {
     std::uint64_t met = 0;
     for (const Ray& ray : rays) {
-        RTCRayHit found;
-        found.ray = embree_ray(ray, layers);
-        found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         RayContext context = impl_->context(ray, false);
-        rtcIntersect1(impl_->scene.get(), &context.embree, &found);
+        const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
         met += found.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
     }
     return met;
