@@ -158,10 +158,8 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
     app.add_option("REFERENCE", options->reference, "OpenEXR image of the same size")->required();
     app.add_option("--json", options->json, "write the numbers as JSON; - for standard output")
         ->type_name("FILE");
-    app.add_option("--mask", options->mask,
-                   "leave out pixels of which the reference is above this, in its own unit")
-        ->type_name("VALUE")
-        ->check(CLI::NonNegativeNumber);
+    add_word(app, "--mask", "VALUE", "leave out pixels of which the reference is above this, in its own unit",
+             [options](const std::string& word) { options->mask = parse_number({"--mask"}, word, 0, 1e30); });
     app.callback([options, &context] { act(*options, context); });
 }
 

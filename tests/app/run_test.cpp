@@ -99,6 +99,7 @@ TEST_F(RunErrors, BadWords_AreRefusedByName) {
     expect_refused({"light"}, {"lucerna light --help"});
     expect_refused({"light", "forge"}, {"lucerna light --help"});
     expect_refused({"compare", "a.exr"}, {"REFERENCE"});
+    expect_refused({"compare", "a.exr", "b.exr", "--mask", "-1"}, {"--mask", "\"-1\"", "from 0 to"});
     expect_refused({"info"}, {"--integrators"});
 }
 
