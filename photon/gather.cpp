@@ -11,6 +11,7 @@ namespace lucerna {
 template <typename Carry>
 GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const {
     const TangentMetric metric(x, n, settings_.metric, settings_.ratio);
+    if (!spread_.empty()) return spread_estimate(metric, x, carry);
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> found;
@@ -19,6 +20,23 @@ GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& c
     }
     const NearPhotons near(map_, x, metric, static_cast<std::size_t>(settings_.k), most2);
     return sum({x, n, std::max(near.radius2(), sqr(error))}, near.found(), carry);
+}
+
+template <typename Carry>
+GatherResult Gather::spread_estimate(const TangentMetric& metric, const V3f& x, Carry&& carry) const {
+    std::vector<Neighbour> found;
+    map_.index().within(x, metric, sqr(settings_.radius), found);
+    GatherResult result;
+    result.radius = settings_.radius;
+    for (const Neighbour& neighbour : found) {
+        const float r2 = sqr(spread_[neighbour.index]);
+        if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
+        const Photon& photon = map_.photons()[neighbour.index];
+        result.value +=
+            carry(photon, -photon.direction.unpack()) * (kernel(settings_.kernel, neighbour.key / r2) / r2);
+        ++result.photons;
+    }
+    return result;
 }
 
 template <typename Carry>

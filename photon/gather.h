@@ -33,11 +33,20 @@ struct GatherResult {
 // radius wherever it is asked: all photons within it count, and the estimate is the density blurred by the
 // kernel, exactly in the mean. An empty map gives black. Photons that all rest at one point get the radius
 // below which float32 cannot tell points apart (the surface's own error), never 0.
+//
+// Spread photons. A radius that varies from place to place does not keep the flux: where it grows away from
+// a bright spot with slope s, those just outside still reach into the spot, and photons in its middle count
+// 1 + 8s/15 times. Where each photon is given the radius instead (the sample-point estimator of density:
+// Silverman, "Density Estimation", 1986, 5.3), each is spread over its own disc and counts once exactly.
 class Gather {
   public:
     // `scene` is asked by Boundary::probes alone, which does nothing without it.
     Gather(const PhotonMap& map, const GatherSettings& settings, const Scene* scene = nullptr)
         : map_(map), settings_(settings), scene_(scene) {}
+    // Spread photons: `spread` has the radius of each of the map's, scene units, > 0; the settings' radius
+    // says how far away they are looked for. All found count; there is no boundary correction.
+    Gather(const PhotonMap& map, const GatherSettings& settings, std::span<const float> spread)
+        : map_(map), settings_(settings), scene_(nullptr), spread_(spread) {}
 
     // Radiance that the surface sends towards `wo` because of the map's photons.
     GatherResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
@@ -53,6 +62,8 @@ class Gather {
     // its way.
     template <typename Carry>
     GatherResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
+    template <typename Carry>
+    GatherResult spread_estimate(const TangentMetric& metric, const V3f& x, Carry&& carry) const;
     // Of photons already found.
     template <typename Carry>
     GatherResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
@@ -63,6 +74,7 @@ class Gather {
     const PhotonMap& map_;
     GatherSettings settings_;
     const Scene* scene_;
+    std::span<const float> spread_;  // empty: not spread
 };
 
 }  // namespace lucerna

@@ -13,6 +13,10 @@ namespace {
 // Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
 constexpr int kMostBounces = 64;
 
+// How much larger than the radius at a place those of the caustic photons that reach it may be: radii change
+// slowly, by less than half of the way from one place to the other.
+constexpr float kCausticReach = 2;
+
 // Which quality a surface is shaded with.
 enum class Stage : std::uint8_t {
     eye,     // the camera sees it, straight or over shiny surfaces
@@ -30,6 +34,7 @@ class PhotonMapEstimator final : public Estimator {
           guides_(std::move(parts.guides)),
           irradiance_(std::move(parts.irradiance)),
           radii_(std::move(parts.radii)),
+          caustic_radii_(std::move(parts.caustic_radii)),
           guided_{settings.guide_floor,
                   settings.candidates > 0 ? settings.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
@@ -255,14 +260,19 @@ class PhotonMapEstimator final : public Estimator {
         GatherSettings own = how;
         // A correction takes light to be even over the disc; a caustic is not.
         if (kind == MapKind::caustic) own.boundary = Boundary::none;
+        const Hit& hit = vertex.hit;
         if (radii_) {
-            const SurfacePoint& at = vertex.hit.at;
+            const SurfacePoint& at = hit.at;
             own.k = 0;  // all
             // Below the surface's own error float32 cannot tell points apart.
             own.radius =
                 std::max(radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n), at.error);
+            if (kind == MapKind::caustic) {
+                own.radius *= kCausticReach;
+                return Gather(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
+            }
         }
-        return Gather(*map, own, &scene_).radiance(vertex.hit, vertex.bsdf, vertex.wo);
+        return Gather(*map, own, &scene_).radiance(hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;
@@ -272,6 +282,7 @@ class PhotonMapEstimator final : public Estimator {
     std::optional<GuideMap> guides_;
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
+    std::vector<float> caustic_radii_;
     GuidedLightSettings guided_;
     LightChooser lights_;
 };

@@ -36,6 +36,7 @@ struct PhotonEstimatorParts {
     std::optional<GuideMap> guides;              // for the direct methods that go by one
     std::optional<IrradiancePoints> irradiance;  // looked up by gather rays where they land
     std::unique_ptr<const RadiusRule> radii;     // null: radii by the photons that are estimated from
+    std::vector<float> caustic_radii;            // with radii: by them, of each photon of the Caustic map
 };
 
 std::unique_ptr<const Estimator> make_photon_estimator(const Scene& scene, const PhotonMapSettings& settings,

@@ -37,6 +37,8 @@ class PhotonMapIntegrator final : public Integrator {
             if (context.monitor.stopped()) return nullptr;
             report(parts.maps, context.report);
         }
+        const PhotonMap* caustics = parts.maps.find(MapKind::caustic);
+        if (parts.radii && caustics) parts.caustic_radii = radii_of(*caustics, *parts.radii, context.workers);
         const GatherPair how = gather(context.scene);
         parts.guides = guide(context, how.seen.radius);
         if (context.monitor.stopped()) return nullptr;
@@ -96,6 +98,24 @@ class PhotonMapIntegrator final : public Integrator {
             save_maps(files.save, maps, map_key(scene, plan));
         }
         return maps;
+    }
+
+    // The radius at each of the Caustic map's photons.
+    static std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii,
+                                       const Workers& workers) {
+        constexpr std::int64_t kGrain = 1024;
+        std::vector<float> result(caustics.size());
+        parallel_ranges(workers, static_cast<std::int64_t>(caustics.size()), kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
+                                 ++i) {
+                                const V3f& p = caustics.positions()[i];
+                                const float error = surface_error(p, 0);  // never less: as for an estimate
+                                const V3f n = caustics.normals()[i].unpack();
+                                result[i] = std::max(radii.radius(MapKind::caustic, p, n), error);
+                            }
+                        });
+        return result;
     }
 
     std::array<bool, kMapKinds> wanted(const PassContext& context) const {

@@ -56,6 +56,38 @@ INSTANTIATE_TEST_SUITE_P(
                       Convention{0, 0.1F, KernelShape::cone, MetricKind::projected},
                       Convention{0, 0.1F, KernelShape::epanechnikov, MetricKind::euclidean}));
 
+// A bright spot in the middle, photons ever farther apart around it, and the radius that grows with their
+// distance: what all of the floor receives is what all photons bring, if each is spread.
+TEST(Gather, SpreadPhotons_KeepTheFlux) {
+    Stream stream(7, Purpose::test, 0, 0);
+    Photons photons;
+    constexpr int kCount = 4000;
+    const V3f middle(0.5F, 0.5F, 0);
+    const auto radius = [&](const V3f& p) { return 0.02F + 0.2F * (p - middle).length(); };
+    for (int i = 0; i < kCount; ++i) {
+        const float r = 0.25F * stream.next(), phi = 2 * kPi * stream.next();  // a density of 1/r
+        photons.add(V3f(0.5F + r * std::cos(phi), 0.5F + r * std::sin(phi), 0), PackedDirection(kUp),
+                    photon(-kUp, 1.0F / kCount));
+    }
+    const PhotonMap map(photons, IndexKind::tree, Workers{1});
+    std::vector<float> radii;
+    for (const V3f& p : map.positions()) radii.push_back(radius(p));
+
+    double spread = 0, by_place = 0;
+    constexpr int kSide = 400;
+    for (int i = 0; i < kSide * kSide; ++i) {
+        const V3f x((0.5F + static_cast<float>(i % kSide)) / kSide,
+                    (0.5F + static_cast<float>(i / kSide)) / kSide, 0);
+        GatherSettings how{0, radius(x), 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+        const SurfacePoint at{x, kUp, 0};
+        by_place += static_cast<double>(Gather(map, how).irradiance(at).value.x);
+        how.radius *= 2;
+        spread += static_cast<double>(Gather(map, how, radii).irradiance(at).value.x);
+    }
+    EXPECT_NEAR(spread / (kSide * kSide), 1, 0.001);
+    EXPECT_GT(by_place / (kSide * kSide), 1.02) << "the test cannot see what spreading is for";
+}
+
 TEST(Gather, EmptyMap_IsBlack) {
     const PhotonMap map(Photons{});
     const GatherResult result = Gather(map, {}).radiance(floor_hit(V3f(0.0F)), white(), kUp);
