@@ -1,7 +1,9 @@
 #include "engine/render/igi_estimator.h"
 
 #include "engine/render/igi_shade.h"
+#include "engine/render/path_estimators.h"
 #include "engine/render/specular_chain.h"
+#include "photon/walk.h"
 
 namespace lucerna {
 namespace {
@@ -12,6 +14,37 @@ constexpr float kDefaultMinDist = 0.02F;
 IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
     if (settings.mindist < 0) settings.mindist = kDefaultMinDist * diagonal(scene);
     return settings;
+}
+
+// A compensating ray on its way from a place that virtual lights have lit.
+struct Onward {
+    Ray ray{};
+    SurfacePoint from{};  // where the ray begins
+    float cosine = 1;     // of the ray there, as NearBound wants it
+    Rgb worth{1.0F};
+    EmissionRule rule{};
+    std::int32_t medium = kNoMedium;  // of the borders, in which it begins
+    // False after a mirror or smooth glass: what is met then no virtual light has brought.
+    bool lit = true;
+    float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
+};
+
+Onward onward(const Vertex& vertex, const BsdfSample& sample, const Onward& before = {}) {
+    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w);
+    return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
+            vertex.hit.at,
+            cosine_at(vertex, sample.wi),
+            before.worth * sample.weight,
+            rule,
+            vertex.medium_towards(sample.wi),
+            !sample.delta,
+            before.eta_scale * sample.eta_scale};
+}
+Onward onward(const MediumVertex& vertex, const V2f& u, const Onward& before = {}) {
+    const V3f wi = vertex.phase.sample(vertex.wo, u);
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi));
+    // The phase function over its own density is 1.
+    return {Ray{vertex.p, wi}, vertex.from(), 1, before.worth, rule, vertex.medium, true, before.eta_scale};
 }
 
 class IgiEstimator final : public Estimator {
@@ -26,26 +59,35 @@ class IgiEstimator final : public Estimator {
         // One well-distributed number chooses the set.
         const auto count = static_cast<float>(sets_.begins.size() - 1);
         const auto set = static_cast<std::size_t>(stream.next() * count);
-        const auto shade = [&](const Vertex& vertex) {
-            DirectLight shaded = direct_light(scene_, vertex, stream);
-            if (!vertex.bsdf.is_black()) shaded.radiance += indirect(vertex, set, stream);
-            return shaded;
-        };
+        const auto shade = [&](const Vertex& vertex) { return seen(vertex, set, stream); };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return sigma_s * (direct_light(scene_, vertex, stream) + indirect(vertex, set, stream));
+            return sigma_s * seen(vertex, set, stream);
         };
         return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade, source);
     }
 
   private:
-    // All lights of one set.
+    DirectLight seen(const Vertex& vertex, std::size_t set, Stream& stream) const;
+    Rgb seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const;
+    Rgb follow(Onward way, std::size_t set, Stream& stream) const;
+    void cut(Onward& way, const SurfacePoint& y, float cosine) const;
+    static bool survives(Onward& way, Stream& stream);
+
+    // All that is known at once of what leaves a place, times `worth`: the lights asked, and one set of
+    // virtual lights.
     template <typename Place>
-    Rgb indirect(const Place& place, std::size_t set, Stream& stream) const {
+    Rgb leaving(const Place& place, std::size_t set, const Rgb& worth, Stream& stream) const {
+        return worth * next_event(scene_, place, stream) + indirect(place, set, worth, stream);
+    }
+
+    // All lights of one set, times `worth`.
+    template <typename Place>
+    Rgb indirect(const Place& place, std::size_t set, const Rgb& worth, Stream& stream) const {
         Rgb sum(0);
         Stream roulette = stream.split(1);
         for (std::uint32_t i = sets_.begins[set]; i < sets_.begins[set + 1]; ++i) {
-            sum += shading_.shade(place, sets_.lights[i], roulette);
+            sum += shading_.shade(place, sets_.lights[i], worth, roulette);
         }
         return sum;
     }
@@ -55,6 +97,106 @@ class IgiEstimator final : public Estimator {
     VirtualLightSets sets_;
     VirtualLightShading shading_;
 };
+
+// The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
+DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& stream) const {
+    DirectLight shaded;
+    if (settings_.compensate) {
+        shaded.radiance = next_event(scene_, vertex, stream);
+    } else {
+        shaded = direct_light(scene_, vertex, stream);
+    }
+    if (vertex.bsdf.is_black()) return shaded;
+    shaded.radiance += indirect(vertex, set, Rgb(settings_.indirect_scale), stream);
+    if (!settings_.compensate) return shaded;
+
+    const float share = 1 / static_cast<float>(settings_.gather_samples);
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        const BsdfU u{stream.next(), stream.next2()};
+        const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+        if (!sample) continue;
+        if (!sample->delta) {
+            shaded.radiance += share * follow(onward(vertex, *sample), set, stream);
+        } else if (i == 0) {
+            shaded.specular = sample;  // what mirrors show, one of the samples is enough for
+        }
+    }
+    return shaded;
+}
+
+Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const {
+    const Rgb scale(settings_.indirect_scale);
+    if (!settings_.compensate) {
+        return direct_light(scene_, vertex, stream) + indirect(vertex, set, scale, stream);
+    }
+    Rgb result = next_event(scene_, vertex, stream) + indirect(vertex, set, scale, stream);
+    const float share = 1 / static_cast<float>(settings_.gather_samples);
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        result += share * follow(onward(vertex, stream.next2()), set, stream);
+    }
+    return result;
+}
+
+// A path tracer of which virtual lights have taken over all that lies beyond the bound: at each place it asks
+// them, and goes on with what they were not let to bring, 1 - kept, of what it meets. So the two halves of
+// each pair of places add up to the whole, exactly. What leaves there towards the eye is worked out with the
+// surface as it is, and not as the Lambertian one that a virtual light takes it for: the nearer the bound is
+// to all there is, the nearer the image to the path tracer's. The set stays the same: every term of the sum
+// is linear in one set's lights, so its mean is that over all sets.
+//
+// Light that a mirror or smooth glass turned before it came to the last place is no virtual light's: of that
+// nothing is taken off, caustics included.
+Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
+    Rgb direct(0), indirect(0);
+    for (std::uint32_t bounce = 0; bounce < kMaxBounces && !is_black(way.worth); ++bounce) {
+        const auto hit = scene_.hit(way.ray);
+        (bounce == 0 ? direct : indirect) +=
+            way.worth * emission(scene_, way.ray, hit, way.rule, way.medium, stream);
+
+        const Crossing crossing = cross_media(scene_, way.ray, hit, way.medium, way.worth, stream);
+        way.worth = crossing.power;
+        way.medium = crossing.medium;
+        if (crossing.scattered) {
+            const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
+                                      -way.ray.d, way.medium};
+            cut(way, vertex.from(), 1);
+            if (!survives(way, stream)) break;
+            indirect += leaving(vertex, set, way.worth, stream);
+            way = onward(vertex, stream.next2(), way);
+            continue;
+        }
+        if (!hit) break;
+        const Bsdf bsdf = scene_.bsdf(*hit);
+        const Vertex vertex{*hit, bsdf, -way.ray.d, way.medium};
+        if (!bsdf.is_delta()) {
+            cut(way, hit->at, std::fabs(way.ray.d.dot(hit->at.n)));
+            if (!survives(way, stream)) break;
+            indirect += leaving(vertex, set, way.worth, stream);
+        } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
+            break;
+        }
+        const BsdfU u{stream.next(), stream.next2()};
+        const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance);
+        if (!sample || is_black(sample->weight)) break;
+        way = onward(vertex, *sample, way);
+    }
+    return direct + indirect * settings_.indirect_scale;
+}
+
+// Takes off what virtual lights at y have brought to where the way began.
+void IgiEstimator::cut(Onward& way, const SurfacePoint& y, float cosine) const {
+    if (!way.lit) return;
+    const float d2 = (y.p - way.from.p).length2();
+    way.worth *= 1 - shading_.bound().kept(d2, way.cosine * cosine, way.from.error + y.error);
+}
+
+// Roulette, before a set of lights is asked: every survivor is worth it. Even with albedo 1 it ends.
+bool IgiEstimator::survives(Onward& way, Stream& stream) {
+    const float survival = std::min(kMaxSurvival, max_component(way.worth) / way.eta_scale);
+    if (!(stream.next() < survival)) return false;  // also where nothing is left
+    way.worth /= survival;
+    return true;
+}
 
 }  // namespace
 

@@ -3,51 +3,50 @@
 
 #include "engine/base/stream.h"
 #include "engine/render/direct_light.h"
+#include "engine/render/igi_bound.h"
 #include "engine/render/settings.h"
 #include "photon/virtual_lights.h"
 
 namespace lucerna {
 
-inline float smoothstep(float low, float high, float x) {
-    if (x <= low) return 0;
-    if (x >= high) return 1;  // also when low == high: the divisor below is never 0
-    const float t = (x - low) / (high - low);
-    return t * t * (3 - 2 * t);
-}
-
 class VirtualLightShading {
   public:
     // `settings.mindist` is a distance here, no longer "the default". One set has `paths` light paths.
     VirtualLightShading(const Scene& scene, const IgiSettings& settings, std::uint32_t paths)
-        : scene_(scene), settings_(settings), paths_(static_cast<float>(paths)) {}
+        : scene_(scene),
+          bound_(settings.mindist, settings.glimit),
+          rr_threshold_(settings.rr_threshold),
+          rr_continue_(settings.rr_continue),
+          paths_(static_cast<float>(paths)) {}
 
-    // Radiance towards the eye (in a medium: per unit of σ_s) from one light of a set of which all are asked.
-    // The sum over a set is one sample per light path: it is divided by the number of paths. (The note's
-    // listing divides by the number of virtual lights, of which a path makes several; that loses their
-    // energy.) `Place` is a Vertex or a MediumVertex. Draws from `roulette` in any case.
+    const NearBound& bound() const { return bound_; }
+
+    // Radiance towards the eye (in a medium: per unit of σ_s) from one light of a set of which all are asked,
+    // times `worth`. The sum over a set is one sample per light path: it is divided by the number of paths.
+    // (The note's listing divides by the number of virtual lights, of which a path makes several; that loses
+    // their energy.) `Place` is a Vertex or a MediumVertex. Draws from `roulette` in any case.
     template <typename Place>
-    Rgb shade(const Place& place, const VirtualLight& light, Stream& roulette) const {
+    Rgb shade(const Place& place, const VirtualLight& light, const Rgb& worth, Stream& roulette) const {
         const float u_shadow = roulette.next();
         const SurfacePoint x = place.from();
         const V3f way = light.at.p - x.p;
         const float d2 = way.length2();
-        // A virtual light on the very point lights nothing: where d² cannot be told from 0, G has no value.
-        if (!(d2 > sqr(x.error + light.at.error))) return Rgb(0);
-        const float min2 = sqr(settings_.mindist);
-        const float fade = smoothstep(0.8F * min2, 1.2F * min2, d2);
+        if (!(d2 > 0)) return Rgb(0);  // a virtual light on the very point lights nothing
         const float d = std::sqrt(d2);
         const V3f w = way / d;
         const float sent = light.towards(-w);
-        if (!(fade > 0) || !(sent > 0)) return Rgb(0);  // on a surface they shine on their side only
+        if (!(sent > 0)) return Rgb(0);  // on a surface they shine on their side only
+        const float cosines = cosine_at(place, w) * (light.in_medium ? 1.0F : sent);
+        const float kept = bound_.kept(d2, cosines, x.error + light.at.error);
+        if (!(kept > 0)) return Rgb(0);
 
-        Rgb value =
-            place.value(w) * light.contribution * (fade * settings_.indirect_scale * sent / d2 / paths_);
+        Rgb value = worth * place.value(w) * light.contribution * (kept * sent / d2 / paths_);
         if (is_black(value)) return value;
 
         // Faint lights get their shadow ray only sometimes.
-        if (luminance(value) < settings_.rr_threshold) {
-            if (!(u_shadow < settings_.rr_continue)) return Rgb(0);
-            value /= settings_.rr_continue;  // at least 1e-6
+        if (luminance(value) < rr_threshold_) {
+            if (!(u_shadow < rr_continue_)) return Rgb(0);
+            value /= rr_continue_;  // at least 1e-6
         }
         if (!visible_between(scene_, x, light.at)) return Rgb(0);
         return value * passage(scene_, x, w, d, place.medium_towards(w), roulette);
@@ -55,7 +54,8 @@ class VirtualLightShading {
 
   private:
     const Scene& scene_;
-    IgiSettings settings_;
+    NearBound bound_;
+    float rr_threshold_, rr_continue_;
     float paths_;
 };
 

@@ -33,6 +33,9 @@ Field whole(std::string_view name, std::string_view help, double least, double m
 Field real(std::string_view name, std::string_view help, double least, double most, float& target) {
     return {name, help, {}, least, most, false, &target};
 }
+Field flag(std::string_view name, std::string_view help, bool& target) {
+    return {name, help, {}, 0, 1, false, &target};
+}
 template <typename E>
 Field choice(std::string_view name, std::string_view help, std::vector<std::string_view> names, E& target) {
     const double last = static_cast<double>(names.size()) - 1;
@@ -151,6 +154,13 @@ std::vector<Field> fields_of(IgiSettings& s) {
         real("mindist",
              "virtual lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the diagonal",
              -1, kMost, s.mindist),
+        real("glimit",
+             "limit of a virtual light's cos cos / d^2, per scene unit squared, beside mindist; 0: none", 0,
+             kMost, s.glimit),
+        flag("compensate",
+             "rays put back the light that mindist and glimit cut off, and what mirrors and glass turn",
+             s.compensate),
+        whole("gathersamples", "compensating rays per camera sample", 1, 1'000'000, s.gather_samples),
         real("rrthreshold", "luminance below which shadow rays play roulette", 0, kMost, s.rr_threshold),
         real("rrcontinue", "chance that such a shadow ray is traced", 1e-6, 1, s.rr_continue),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),

@@ -83,6 +83,9 @@ struct IgiSettings {
     int nlights = 64;              // light paths per set, rounded up to a power of 2
     int nsets = 16;                // independent sets, rounded up to a power of 2
     float mindist = -1;            // scene units; negative: 2 % of the scene's diagonal
+    float glimit = 0;              // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
+    bool compensate = true;        // rays put back what these two cut off, and what mirrors and glass turn
+    int gather_samples = 1;        // such rays per camera sample
     float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
     float rr_continue = 0.1F;      // with this chance of going on
     float indirect_scale = 1;
