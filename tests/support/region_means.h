@@ -1,0 +1,55 @@
+// Mean luminance of an image, or most of it, and of a part, over renders of independent seeds: for methods whose error
+// all pixels share, of which a pixel's own variance knows nothing.
+#pragma once
+
+#include <cmath>
+#include <functional>
+
+#include "engine/base/stats.h"
+#include "engine/render/render.h"
+
+namespace lucerna::testing {
+
+// Which pixels count; x and y from -1 to 1.
+using Where = std::function<bool(double x, double y)>;
+
+struct RegionMeans {
+    RunningStats whole, part;  // one number for each seed
+};
+
+// `part` is a part of `whole`.
+inline RegionMeans region_means(const Job& job, int seeds, const Where& whole, const Where& part) {
+    Monitor silent;
+    RegionMeans means;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        const Image image = render(job, {static_cast<std::uint64_t>(seed), Workers{2}}, silent).image;
+        RunningStats in_whole, in_part;
+        for (int j = 0; j < image.height; ++j) {
+            for (int i = 0; i < image.width; ++i) {
+                const double value{luminance(image.rgb_at(i, j))};
+                const double x = (2 * i + 1.0) / image.width - 1, y = 1 - (2 * j + 1.0) / image.height;
+                if (!whole(x, y)) continue;
+                in_whole.add(value);
+                if (part(x, y)) in_part.add(value);
+            }
+        }
+        means.whole.add(in_whole.mean());
+        means.part.add(in_part.mean());
+    }
+    return means;
+}
+
+struct MeansCompared {
+    double ratio;   // of the means
+    double sigmas;  // between them, by both their standard errors
+    double noise;   // of the ratio: one sigma
+};
+
+inline MeansCompared compare_means(const RunningStats& ours, const RunningStats& reference) {
+    const double error = std::hypot(ours.standard_error(), reference.standard_error());
+    const double difference = std::fabs(ours.mean() - reference.mean());
+    return {ours.mean() / reference.mean(), error > 0 ? difference / error : (difference > 0 ? INFINITY : 0),
+            error / reference.mean()};
+}
+
+}  // namespace lucerna::testing
