@@ -29,7 +29,6 @@ constexpr Alias kAliases[] = {
     {"photonmap", "maxphotondepth", ""},
     {"photonmap", "nused", "k"},
     {"progressive", "maxdepth", "maxspeculardepth"},
-    {"igi", "gathersamples", ""},
     {"igi", "maxdepth", "maxspeculardepth"},
 };
 
@@ -128,12 +127,22 @@ void set_in_one_line(IntegratorSettings& settings, std::string_view name, const 
 
 namespace {
 
-// Version 2's igi clamps the geometric factor cos cos / d² at `glimit`; ours fades near virtual lights out
-// from the distance at which two facing surfaces reach that factor.
-SettingValue mindist_of(Params& params, double glimit) {
-    if (!(glimit > 0))
-        fail(params.place_of("glimit"), "\"glimit\": {:g} is not accepted; more than 0 is", glimit);
-    return 1 / std::sqrt(glimit);
+// Version 2's igi bounds virtual lights by `glimit` alone and puts back what that cuts off by
+// `gathersamples` rays, 16 if nothing is said; none of them is without compensation. Ours shares its first
+// ray with direct light and takes one a sample unless told otherwise.
+void read_second_igi(IntegratorSettings& settings, Params& params, const Param& param) {
+    const Location at = param.place.location();
+    if (param.name == "glimit") {
+        params.accept({"glimit"});
+        set_in_one_line(settings, "glimit", value_of(param), at);
+        if (!params.has("mindist")) set_in_one_line(settings, "mindist", 0.0, at);
+        if (params.has("compensate") || params.has("gathersamples")) return;
+        set_in_one_line(settings, "compensate", true, at);
+        return;
+    }
+    const int rays = params.integer("gathersamples", 1);
+    if (!params.has("compensate")) set_in_one_line(settings, "compensate", rays != 0, at);
+    if (rays != 0) set_in_one_line(settings, "gathersamples", double(rays), at);
 }
 
 // Parameters that say in pbrt's way what ours says in another. True if `param` was one.
@@ -152,8 +161,8 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
         return true;
     }
     if (ours == "progressive" && (param.name == "numiterations" || param.name == "iterations")) return true;
-    if (ours == "igi" && param.name == "glimit") {
-        set_in_one_line(settings, "mindist", mindist_of(params, params.real("glimit", 10)), at);
+    if (ours == "igi" && (param.name == "glimit" || param.name == "gathersamples")) {
+        read_second_igi(settings, params, param);
         return true;
     }
     return false;

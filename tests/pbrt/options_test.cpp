@@ -153,8 +153,20 @@ TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
             .integrator);
     EXPECT_EQ(igi.nlights, 16);
     EXPECT_EQ(igi.nsets, 32);
-    EXPECT_EQ(igi.mindist, 2) << "1/d² reaches the limit there";
-    EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"float glimit\" 0"), HasSubstr("more than 0 is"));
+    EXPECT_EQ(igi.glimit, 0.25F);
+    EXPECT_EQ(igi.mindist, 0) << "the clamp is the only bound, as there";
+    EXPECT_TRUE(igi.compensate);
+    EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"float glimit\" -1"), HasSubstr("a number from 0"));
+
+    const auto rays = [](const std::string& parameters) {
+        return std::get<IgiSettings>(options("SurfaceIntegrator \"igi\" " + parameters).integrator);
+    };
+    EXPECT_FALSE(rays("\"integer gathersamples\" 0 \"float glimit\" 1").compensate);
+    EXPECT_TRUE(rays("\"integer gathersamples\" 4").compensate);
+    EXPECT_EQ(rays("\"integer gathersamples\" 4").gather_samples, 4);
+    EXPECT_EQ(rays("\"float mindist\" .5 \"float glimit\" 3").mindist, 0.5F) << "both, if both are asked for";
+    EXPECT_FALSE(rays("\"bool compensate\" \"false\" \"float glimit\" 3").compensate);
+    EXPECT_THAT(refused("SurfaceIntegrator \"igi\" \"integer gathersamples\" -2"), HasSubstr("-2"));
 }
 
 TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {

@@ -1,9 +1,13 @@
-// Mean luminance of an image, or most of it, and of a part, over renders of independent seeds: for methods whose error
-// all pixels share, of which a pixel's own variance knows nothing.
+// Mean luminance of an image, or most of it, and of a part, over renders of independent seeds: for methods
+// whose error all pixels share, of which a pixel's own variance knows nothing.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <cstdio>
 #include <functional>
+#include <string>
 
 #include "engine/base/stats.h"
 #include "engine/render/render.h"
@@ -50,6 +54,29 @@ inline MeansCompared compare_means(const RunningStats& ours, const RunningStats&
     const double difference = std::fabs(ours.mean() - reference.mean());
     return {ours.mean() / reference.mean(), error > 0 ? difference / error : (difference > 0 ? INFINITY : 0),
             error / reference.mean()};
+}
+
+// Within four standard errors, and within 1 % beyond one. `noise`: what one standard error, relative, must
+// not exceed, or the test says nothing.
+inline void expect_agrees(const RegionMeans& ours, const RegionMeans& reference, const std::string& what,
+                          double noise) {
+    for (RunningStats RegionMeans::*which : {&RegionMeans::whole, &RegionMeans::part}) {
+        const auto compared = compare_means(ours.*which, reference.*which);
+        const std::string where = what + (which == &RegionMeans::whole ? ", whole" : ", part");
+        EXPECT_LT(compared.sigmas, 4) << where << " " << compared.ratio;
+        EXPECT_LT(compared.noise, which == &RegionMeans::whole ? noise : 3 * noise) << where;
+        EXPECT_NEAR(compared.ratio, 1, 0.01 + compared.noise) << where;
+        std::printf("%s: %.4f ± %.4f\n", where.c_str(), compared.ratio, compared.noise);
+    }
+}
+
+// That the same test rejects it.
+inline void expect_differs(const RegionMeans& ours, const RegionMeans& reference, const std::string& what) {
+    for (RunningStats RegionMeans::*which : {&RegionMeans::whole, &RegionMeans::part}) {
+        const auto compared = compare_means(ours.*which, reference.*which);
+        EXPECT_GT(compared.sigmas, 4) << what << " " << compared.ratio;
+        EXPECT_GT(std::fabs(compared.ratio - 1), 0.01) << what;
+    }
 }
 
 }  // namespace lucerna::testing
