@@ -1,5 +1,7 @@
 #include "photon/virtual_lights.h"
 
+#include "photon/virtual_light_of.h"
+
 namespace lucerna {
 namespace {
 
@@ -8,14 +10,8 @@ struct OneSet {
     Ledger ledger;
 };
 
-// Stores what a hit scatters as a virtual light.
-void store(const WalkHit& at, std::vector<VirtualLight>& lights) {
-    // Mirrors and smooth glass scatter no light that a shadow ray could bring.
-    if (at.bsdf.is_delta() || at.bsdf.is_black()) return;
-    SurfacePoint lit = at.hit.at;
-    if (lit.n.dot(at.d) > 0) lit.n = -lit.n;
-    const Rgb contribution = at.power * at.bsdf.albedo(-at.d) * kInvPi;
-    if (!is_black(contribution)) lights.push_back({.at = lit, .contribution = contribution});
+void store(const WalkHit& at, const Stream& stream, std::vector<VirtualLight>& lights) {
+    if (const auto light = virtual_light_of(at, stream)) lights.push_back(*light);
 }
 
 void store(const WalkScatter& at, std::vector<VirtualLight>& lights) {
@@ -36,7 +32,8 @@ OneSet walk_set(const Scene& scene, const VirtualLightPlan& plan, std::uint32_t 
             }
             Stream stream = Stream::stratified(plan.seed, Purpose::virtual_light, plan.pass, path);
             walk(
-                scene, *start, stream, result.ledger, [&](const WalkHit& at) { store(at, result.lights); },
+                scene, *start, stream, result.ledger,
+                [&](const WalkHit& at) { store(at, stream, result.lights); },
                 [&](const WalkScatter& at) { store(at, result.lights); });
         });
     return result;

@@ -1,0 +1,109 @@
+// Instant global illumination beside the path tracer on scenes of the repository: at no least distance, and
+// at any with compensation; as a whole, and where it is darkest without.
+#include <gtest/gtest.h>
+
+#include "engine/pbrt/read_scene.h"
+#include "tests/support/region_means.h"
+
+namespace lucerna {
+namespace {
+
+using testing::expect_agrees;
+using testing::expect_differs;
+using testing::region_means;
+using testing::RegionMeans;
+using testing::Where;
+
+std::filesystem::path scenes() {
+    return std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
+}
+
+struct Subject {
+    std::filesystem::path file;
+    V2i size;
+    Where whole, part;
+    Quantity quantity = Quantity::radiance;
+    int path_spp = 512, path_seeds = 4, seeds = 8;
+    double noise = 0.003;
+
+    Job job(const std::string& integrator, int spp) const {
+        Monitor silent;
+        SceneOverrides overrides;
+        overrides.integrator = integrator;
+        overrides.spp = spp;
+        overrides.resolution = size;
+        return read_scene(file, overrides, Workers{}, silent);
+    }
+    RegionMeans by_path() const {
+        Job path = job("path", path_spp);
+        std::get<PathSettings>(path.integrator).quantity = quantity;
+        return region_means(path, path_seeds, whole, part);
+    }
+    // Many sets of few lights: what the paths of one seed say, at little cost per sample.
+    RegionMeans by_igi(double mindist, bool compensate) const {
+        Job igi = job("igi", 32);
+        IgiSettings& settings = std::get<IgiSettings>(igi.integrator);
+        settings.nlights = 8;
+        settings.nsets = 2048;
+        settings.mindist = static_cast<float>(mindist) * diagonal(igi.scene);
+        settings.compensate = compensate;
+        settings.quantity = quantity;
+        return region_means(igi, seeds, whole, part);
+    }
+    void check() const {
+        const RegionMeans path = by_path();
+        expect_agrees(by_igi(0, false), path, "no bound", 2 * noise);
+        for (const double mindist : {0.01, 0.05, 0.2}) {
+            expect_agrees(by_igi(mindist, true), path, fmt::format("{} of the diagonal", mindist), noise);
+        }
+        expect_differs(by_igi(0.2, false), path, "not compensated");
+    }
+};
+
+bool everywhere(double, double) {
+    return true;
+}
+
+TEST(IgiBesidePath, Cornell_AtAnyLeastDistance) {
+    // All but the lamp; and the corners of the back wall.
+    const Where but_the_lamp = [](double x, double y) { return y < 0.6 || std::fabs(x) > 0.35; };
+    const Where edges = [](double x, double y) {
+        const double at = std::max(std::fabs(x), std::fabs(y));
+        return 0.48 < at && at < 0.65;
+    };
+    Subject{scenes() / "cornell/cornell.pbrt", V2i(32, 32), but_the_lamp, edges}.check();
+}
+
+TEST(IgiBesidePath, IntegratingSphereOfAlbedo09_AtAnyLeastDistance) {
+    Subject{scenes() / "integrating-sphere/integrating-sphere-0.9.pbrt",
+            V2i(8, 8),
+            everywhere,
+            [](double x, double) { return x > 0; },
+            Quantity::radiance,
+            512,
+            8,
+            8,
+            0.006}
+        .check();
+}
+
+TEST(IgiBesidePath, Cloister_AtAnyLeastDistance) {
+    if (!std::filesystem::exists(scenes() / "cloister/mesh")) {
+        GTEST_SKIP() << "the cloister is not made: scenes/make.sh cloister makes it";
+    }
+    // As illuminance: the lamp itself, seen in the picture, would decide every mean. The part: the vault and
+    // the far end, which only indirect light reaches.
+    Subject{scenes() / "cloister/cloister.pbrt",
+            V2i(48, 32),
+            everywhere,
+            [](double, double y) { return y > 0.2; },
+            Quantity::illuminance,
+            256,
+            4,
+            8,
+            0.004}
+        .check();
+}
+
+}  // namespace
+}  // namespace lucerna
