@@ -53,7 +53,8 @@ class IgiEstimator final : public Estimator {
         : scene_(scene),
           settings_(with_distance(scene, settings)),
           sets_(std::move(sets)),
-          shading_(scene, settings_, paths) {}
+          shading_(scene, settings_, paths),
+          has_specular_(scene.has_specular()) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         // One well-distributed number chooses the set.
@@ -71,7 +72,7 @@ class IgiEstimator final : public Estimator {
     DirectLight seen(const Vertex& vertex, std::size_t set, Stream& stream) const;
     Rgb seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const;
     Rgb follow(Onward way, std::size_t set, Stream& stream) const;
-    void cut(Onward& way, const SurfacePoint& y, float cosine) const;
+    Rgb uncut(const Onward& way, const SurfacePoint& y, float cosine) const;
     static bool survives(Onward& way, Stream& stream);
 
     // All that is known at once of what leaves a place, times `worth`: the lights asked, and one set of
@@ -96,6 +97,7 @@ class IgiEstimator final : public Estimator {
     IgiSettings settings_;
     VirtualLightSets sets_;
     VirtualLightShading shading_;
+    bool has_specular_;
 };
 
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
@@ -159,17 +161,20 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
         if (crossing.scattered) {
             const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
                                       -way.ray.d, way.medium};
-            cut(way, vertex.from(), 1);
+            way.worth = uncut(way, vertex.from(), 1);
             if (!survives(way, stream)) break;
             indirect += leaving(vertex, set, way.worth, stream);
             way = onward(vertex, stream.next2(), way);
             continue;
         }
         if (!hit) break;
+        const Rgb left = uncut(way, hit->at, std::fabs(way.ray.d.dot(hit->at.n)));
+        // Most ways end here, before anything is worked out about the surface.
+        if (is_black(left) && !has_specular_) break;
         const Bsdf bsdf = scene_.bsdf(*hit);
         const Vertex vertex{*hit, bsdf, -way.ray.d, way.medium};
         if (!bsdf.is_delta()) {
-            cut(way, hit->at, std::fabs(way.ray.d.dot(hit->at.n)));
+            way.worth = left;
             if (!survives(way, stream)) break;
             indirect += leaving(vertex, set, way.worth, stream);
         } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
@@ -183,11 +188,11 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
     return direct + indirect * settings_.indirect_scale;
 }
 
-// Takes off what virtual lights at y have brought to where the way began.
-void IgiEstimator::cut(Onward& way, const SurfacePoint& y, float cosine) const {
-    if (!way.lit) return;
+// What is left of a way's worth after virtual lights at y have brought theirs to where it began.
+Rgb IgiEstimator::uncut(const Onward& way, const SurfacePoint& y, float cosine) const {
+    if (!way.lit) return way.worth;
     const float d2 = (y.p - way.from.p).length2();
-    way.worth *= 1 - shading_.bound().kept(d2, way.cosine * cosine, way.from.error + y.error);
+    return way.worth * (1 - shading_.bound().kept(d2, way.cosine * cosine, way.from.error + y.error));
 }
 
 // Roulette, before a set of lights is asked: every survivor is worth it. Even with albedo 1 it ends.
