@@ -147,7 +147,7 @@ Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stre
 // is linear in one set's lights, so its mean is that over all sets.
 //
 // Light that a mirror or smooth glass turned before it came to the last place is no virtual light's: of that
-// nothing is taken off, caustics included.
+// nothing is taken off. A lamp that is met behind them makes a caustic, which counts where it is asked for.
 Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
     Rgb direct(0), indirect(0);
     for (std::uint32_t bounce = 0; bounce < kMaxBounces && !is_black(way.worth); ++bounce) {
@@ -184,6 +184,7 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
         const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
         way = onward(vertex, *sample, way);
+        if (sample->delta && !settings_.caustics) way.rule = EmissionRule::none();
     }
     return direct + indirect * settings_.indirect_scale;
 }

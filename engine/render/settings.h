@@ -86,6 +86,7 @@ struct IgiSettings {
     float glimit = 0;              // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
     bool compensate = true;        // rays put back what these two cut off, and what mirrors and glass turn
     int gather_samples = 1;        // such rays per camera sample
+    bool caustics = false;         // whether they count lamps seen by way of mirrors and glass
     float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
     float rr_continue = 0.1F;      // with this chance of going on
     float indirect_scale = 1;

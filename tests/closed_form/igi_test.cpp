@@ -1,0 +1,135 @@
+// What virtual lights alone lack, put back by compensation: light that mirrors and glass turn, surfaces that
+// are not Lambertian, both sides of what lets light through; and starts from a measured lamp.
+#include <gtest/gtest.h>
+
+#include "lights/measured.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/region_means.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace {
+
+using testing::compare_means;
+using testing::expect_agrees;
+using testing::expect_differs;
+using testing::region_means;
+using testing::RegionMeans;
+using testing::SceneMaker;
+
+bool all_but_the_lamp(double x, double y) {
+    return y < 0.6 || std::fabs(x) > 0.35;
+}
+bool lower_half(double, double y) {
+    return y < 0;
+}
+
+IgiSettings few_lights(float mindist) {
+    IgiSettings igi;
+    igi.nlights = 4;
+    igi.nsets = 2048;
+    igi.mindist = mindist;
+    igi.max_specular_depth = 64;
+    return igi;
+}
+
+RegionMeans means(Scene scene, const IntegratorSettings& settings, int spp, int seeds = 8) {
+    const Job job = testing::make_job(std::move(scene), testing::small_cornell_camera(16), settings, spp);
+    return region_means(job, seeds, all_but_the_lamp, lower_half);
+}
+
+Scene room_with_mirror_and_glass() {
+    return testing::small_cornell_with([](SceneMaker& make) {
+        make.quad({0.02F, 0.1F, 0.2F}, {0, 0.8F, 0}, {0, 0, 0.6F}, make.material(MirrorMaterial{}));
+        make.sphere({0.3F, 0.2F, 0.3F}, 0.15F, make.material(DielectricMaterial{}));
+    });
+}
+
+TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
+    const RegionMeans path = means(room_with_mirror_and_glass(), PathSettings{}, 2048);
+    IgiSettings igi = few_lights(0.05F);
+    igi.caustics = true;
+    expect_agrees(means(room_with_mirror_and_glass(), igi, 512), path, "all", 0.006);
+    // Each of the two has a share of it.
+    igi.caustics = false;
+    const auto without_caustics = means(room_with_mirror_and_glass(), igi, 64);
+    EXPECT_LT(compare_means(without_caustics.part, path.part).ratio, 0.98);
+    igi.compensate = false;
+    const auto bare = means(room_with_mirror_and_glass(), igi, 64);
+    EXPECT_LT(compare_means(bare.part, without_caustics.part).ratio, 0.99);
+}
+
+// A virtual light takes a glossy surface for a Lambertian one; what compensation brings takes it as it is. So
+// with gloss the image comes the nearer to the path tracer's the more is left to compensation.
+TEST(IgiCompensation, OnGloss_WithoutAnyVirtualLight_IsThePathTracer) {
+    const auto glossy = [] {
+        return testing::small_cornell_with([](SceneMaker& make) {
+            ConductorMaterial metal;
+            metal.roughness = Roughness::of_alpha(0.2F);
+            make.quad({0.02F, 0.1F, 0.2F}, {0, 0.8F, 0}, {0, 0, 0.6F}, make.material(metal));
+        });
+    };
+    const RegionMeans path = means(glossy(), PathSettings{}, 1024);
+    expect_agrees(means(glossy(), few_lights(10), 512), path, "all compensated", 0.006);
+    const auto usual = compare_means(means(glossy(), few_lights(0.05F), 64).whole, path.whole);
+    RecordProperty("ratio at mindist 0.05", fmt::format("{:.4f}", usual.ratio));
+    EXPECT_NEAR(usual.ratio, 1, 0.03);
+}
+
+// A lamp behind a curtain: all light in the room comes through it.
+Scene room_behind_a_curtain() {
+    SceneMaker make;
+    const auto white = make.diffuse(Rgb(0.7F));
+    make.room({1, 1, 2}, white);
+    DiffuseTransmissionMaterial curtain;
+    curtain.reflectance = RgbTexture::constant(Rgb(0.2F));
+    curtain.transmittance = RgbTexture::constant(Rgb(0.6F));
+    make.quad({0, 0, 1.5F}, {1, 0, 0}, {0, 1, 0}, make.material(curtain));
+    make.light(make_point_light(V3f(0.5F, 0.5F, 1.75F), Rgb(1.0F)));
+    return make.build();
+}
+
+TEST(IgiOfACurtain, LightOnTheOtherSide_AgreesWithPath) {
+    const auto seen = [](const IntegratorSettings& settings, int spp) {
+        const Camera camera = testing::camera({0.4F, 0.5F, 0.2F}, {0.6F, 0.3F, 1.5F}, 16, 16, 70);
+        return region_means(
+            testing::make_job(room_behind_a_curtain(), camera, settings, spp), 8,
+            [](double, double) { return true; }, lower_half);
+    };
+    const RegionMeans path = seen(PathSettings{}, 512);
+    for (const float mindist : {0.05F, 0.4F}) {
+        expect_agrees(seen(few_lights(mindist), 64), path, fmt::format("mindist {}", mindist), 0.006);
+    }
+}
+
+Scene room_of_a_measured_lamp() {
+    SceneMaker make;
+    Monitor silent;
+    const LightField field = testing::lambertian_disc(testing::rig_a(), 0.01);
+    MeasuredSettings settings;
+    settings.power = 3;
+    settings.world_from_light = M44d().translate(V3d(0.5, 0.5, 0.3));
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.7F)));
+    make.light(make_measured_light(field, CellTable(field, {1}, silent), settings, silent));
+    return make.build();
+}
+
+TEST(IgiOfAMeasuredLamp, InAClosedRoom_AgreesWithPathAtAnyLeastDistance) {
+    const auto seen = [](IntegratorSettings settings, int spp) {
+        std::visit([](auto& s) { s.quantity = Quantity::illuminance; }, settings);
+        const Camera camera = testing::camera({0.5F, 0.4F, 0.05F}, {0.9F, 0.5F, 0.3F}, 16, 16, 80);
+        return region_means(
+            testing::make_job(room_of_a_measured_lamp(), camera, settings, spp), 8,
+            [](double, double) { return true; }, lower_half);
+    };
+    const RegionMeans path = seen(PathSettings{}, 512);
+    for (const float mindist : {0.0F, 0.09F, 0.35F}) {
+        expect_agrees(seen(few_lights(mindist), 64), path, fmt::format("mindist {}", mindist), 0.006);
+    }
+    IgiSettings bare = few_lights(0.35F);
+    bare.compensate = false;
+    expect_differs(seen(bare, 64), path, "not compensated");
+}
+
+}  // namespace
+}  // namespace lucerna
