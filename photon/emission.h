@@ -37,11 +37,16 @@ class Emission {
     // Plain without a plan; a plan must outlive it.
     Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass,
              const EmissionPlan* plan = nullptr)
-        : scene_(scene), net_(seed, purpose, pass), plan_(plan) {}
+        : scene_(scene), net_(seed, purpose, pass, net_kind(purpose)), plan_(plan) {}
 
     // Paths first, first + 1 …, as many as `out` has places. No sample: no light has power, or the light had
     // nothing to emit for these numbers.
     void start(std::uint32_t first, std::span<std::optional<LightPathStart>> out);
+
+    // Sets of virtual lights start from few paths each, maps from many at once.
+    static EmitNet::Kind net_kind(Purpose purpose) {
+        return purpose == Purpose::virtual_light ? EmitNet::Kind::pairs : EmitNet::Kind::joint;
+    }
 
     // Calls visit(path, start) for the paths [begin, end) in order.
     template <typename Visit>

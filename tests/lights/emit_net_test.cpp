@@ -53,8 +53,9 @@ bool is_net(const std::vector<Point>& points, const std::vector<std::size_t>& ax
     return good;
 }
 
-std::vector<Point> points_of(std::uint32_t pass, std::uint32_t first, std::uint32_t n) {
-    const EmitNet net(7, Purpose::test, pass);
+std::vector<Point> points_of(std::uint32_t pass, std::uint32_t first, std::uint32_t n,
+                             EmitNet::Kind kind = EmitNet::Kind::joint) {
+    const EmitNet net(7, Purpose::test, pass, kind);
     std::vector<Point> points;
     for (std::uint32_t i = 0; i < n; ++i) points.push_back(point(net, first + i));
     return points;
@@ -81,6 +82,33 @@ TEST(EmitNet, ConsecutivePaths_AreNets) {
     }
     EXPECT_FALSE(is_net(loose, {0, 1, 2, 3, 4}, 9, 5));
     EXPECT_FALSE(is_net(loose, {0}, 9, 0));
+}
+
+// [igi 1]: as sets of virtual lights take them, each set and all together.
+TEST(EmitNetInPairs, EverySetAndAllSetsTogether_AreNetsInPlaceAndDirection) {
+    constexpr std::uint32_t kPaths = 16, kSets = 32;
+    const auto expect_nets = [](std::uint32_t first, std::uint32_t n, int k) {
+        const auto points = points_of(3, first, n, EmitNet::Kind::pairs);
+        EXPECT_TRUE(is_net(points, {0, 1}, k, 0)) << "place, from " << first;
+        EXPECT_TRUE(is_net(points, {2, 3}, k, 0)) << "direction, from " << first;
+        EXPECT_TRUE(is_net(points, {4}, k, 0)) << "light, from " << first;
+    };
+    for (std::uint32_t set = 0; set < kSets; ++set) expect_nets(set * kPaths, kPaths, 4);
+    expect_nets(0, kPaths * kSets, 9);
+    // The joint sequence's directions are no such net: that is what pairs are for.
+    EXPECT_FALSE(is_net(points_of(3, 0, kPaths), {2, 3}, 4, 0));
+}
+
+TEST(EmitNetInPairs, PlaceSaysNothingOfDirectionOrLight) {
+    for (const auto& [a, b] : {std::pair(0, 2), {1, 3}, {0, 4}, {2, 4}}) {
+        RunningStats product;
+        for (std::uint32_t pass = 0; pass < 20000; ++pass) {
+            const Point p = point(EmitNet(5, Purpose::test, pass, EmitNet::Kind::pairs), 9);
+            product.add((double{p[static_cast<std::size_t>(a)]} - 0.5) *
+                        (double{p[static_cast<std::size_t>(b)]} - 0.5));
+        }
+        EXPECT_TRUE(testing::agrees(product, 0)) << a << ' ' << b;
+    }
 }
 
 TEST(EmitNet, OnePathOverPasses_IsUniformInFiveDimensions) {
