@@ -1,23 +1,10 @@
 #include "lights/light_bounds.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace lucerna {
-namespace {
-
-// cos(max(0, a - b)) for angles in [0, π] given by their cosines and sines: what is left of `a` after `b`.
-float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
-    return cos_a > cos_b ? 1.0F : cos_a * cos_b + sin_a * sin_b;
-}
-float sin_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
-    return cos_a > cos_b ? 0.0F : sin_a * cos_b - cos_a * sin_b;
-}
-float sine(float cosine) {
-    return std::sqrt(std::max(0.0F, 1 - cosine * cosine));
-}
-
-}  // namespace
 
 LightPromise::LightPromise(const LightBounds& bounds)
     : centre_(0.5F * (bounds.box.min + bounds.box.max)),
@@ -35,28 +22,14 @@ float LightPromise::at(const V3f& x, const V3f& n) const {
     const float d = std::sqrt(d2);
     const V3f w = d > 0 ? way / d : axis_;  // from the light to x
 
-    // The angle that the box fills at most, seen from x, is taken off every other one.
-    const bool inside = !(d2 > r2_);
-    const float cos_u = inside ? -1.0F : std::sqrt(std::max(0.0F, 1 - r2_ / d2));
-    const float sin_u = inside ? 0.0F : sine(cos_u);
-    const float cos_w = std::clamp(axis_.dot(w), -1.0F, 1.0F), sin_w = sine(cos_w);
-    const float cos_x = cos_of_rest(cos_w, sin_w, cos_o_, sin_o_);
-    const float sin_x = sin_of_rest(cos_w, sin_w, cos_o_, sin_o_);
-    const float cos_left = cos_of_rest(cos_x, sin_x, cos_u, sin_u);
-    constexpr float kSlack = 1e-3F;  // rounding must not make a light impossible
-    if (cos_left < cos_e_ - kSlack) return 0;
-
+    const promise::Filled filled(d2, r2_);
+    const float cos_w = std::clamp(axis_.dot(w), -1.0F, 1.0F);
+    const float shining = promise::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
     // A place within the box is as near as its rim, for all that is known; the last bound is for a point
     // light at x.
-    float result = power_ * std::max(cos_left, kSlack) / std::max({d2, r2_, 1e-30F});
-    if (n != V3f(0.0F)) {
-        const float cos_i = std::clamp(-n.dot(w), -1.0F, 1.0F);
-        const float cos_n = cos_of_rest(cos_i, sine(cos_i), cos_u, sin_u);
-        if (cos_n < -kSlack) return 0;
-        // Relief bends the normal that gives the cosine: grazing light keeps a chance.
-        result *= 0.1F + 0.9F * std::max(cos_n, 0.0F);
-    }
-    return result;
+    const float result = power_ * shining / std::max({d2, r2_, 1e-30F});
+    if (n == V3f(0.0F)) return result;
+    return result * promise::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F));
 }
 
 LightBounds together(const LightBounds& a, const LightBounds& b) {
@@ -81,6 +54,25 @@ LightBounds together(const LightBounds& a, const LightBounds& b) {
     const float turn = all.theta_o - a.theta_o;
     all.axis = (std::cos(turn) * a.axis + std::sin(turn) * side.normalized()).normalized();
     return all;
+}
+
+LightBounds together(std::span<const LightBounds> all) {
+    assert(!all.empty());
+    LightBounds result = all.front();
+    V3d sum(0.0);
+    for (const LightBounds& one : all) sum += V3d(one.axis);
+    if (sum.length2() > 1e-12) result.axis = V3f(sum.normalized());
+    result.theta_o = 0;
+    result.power = 0;
+    for (const LightBounds& one : all) {
+        result.box.extendBy(one.box);
+        result.theta_e = std::max(result.theta_e, one.theta_e);
+        result.power += one.power;
+        // Good to the last digits for small angles, too, as the cosine alone is not.
+        const float apart = std::atan2(result.axis.cross(one.axis).length(), result.axis.dot(one.axis));
+        result.theta_o = std::max(result.theta_o, std::min(apart + one.theta_o, kPi));
+    }
+    return result;
 }
 
 }  // namespace lucerna

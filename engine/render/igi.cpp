@@ -25,7 +25,12 @@ class IgiIntegrator final : public Integrator {
         report_energy(lights.ledger, context.report);
         context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
         context.report.numbers["virtual_lights.sets"] = plan.sets;
-        return make_igi_estimator(context.scene, settings_, std::move(lights), plan.paths);
+        const IgiSettings settings = with_distance(context.scene, settings_);
+        Phase phase(context.monitor, "virtual lights in order", 1);
+        IgiLights ordered(lights, plan.paths, settings, context.workers);
+        phase.advance(1);
+        context.report.numbers["virtual_lights.bytes"] = static_cast<double>(ordered.bytes());
+        return make_igi_estimator(context.scene, settings, std::move(ordered));
     }
 
     std::vector<std::string> plan(const Scene& /*scene*/) const override {

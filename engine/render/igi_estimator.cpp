@@ -11,8 +11,9 @@ namespace {
 // Of the scene's diagonal: wide enough to hide the bright spots of some ten virtual lights per set.
 constexpr float kDefaultMinDist = 0.02F;
 
-IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
-    if (settings.mindist < 0) settings.mindist = kDefaultMinDist * diagonal(scene);
+// Shadow rays have played their roulette when a light is shaded.
+IgiSettings without_roulette(IgiSettings settings) {
+    settings.rr_threshold = 0;
     return settings;
 }
 
@@ -49,16 +50,16 @@ Onward onward(const MediumVertex& vertex, const V2f& u, const Onward& before = {
 
 class IgiEstimator final : public Estimator {
   public:
-    IgiEstimator(const Scene& scene, const IgiSettings& settings, VirtualLightSets sets, std::uint32_t paths)
+    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiLights lights)
         : scene_(scene),
-          settings_(with_distance(scene, settings)),
-          sets_(std::move(sets)),
-          shading_(scene, settings_, paths),
+          settings_(settings),
+          lights_(std::move(lights)),
+          shading_(scene, without_roulette(settings), lights_.paths()),
           has_specular_(scene.has_specular()) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         // One well-distributed number chooses the set.
-        const auto count = static_cast<float>(sets_.begins.size() - 1);
+        const auto count = static_cast<float>(lights_.sets());
         const auto set = static_cast<std::size_t>(stream.next() * count);
         const auto shade = [&](const Vertex& vertex) { return seen(vertex, set, stream); };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
@@ -82,20 +83,21 @@ class IgiEstimator final : public Estimator {
         return worth * next_event(scene_, place, stream) + indirect(place, set, worth, stream);
     }
 
-    // All lights of one set, times `worth`.
+    // All lights of one set, by way of those that are asked, times `worth`.
     template <typename Place>
     Rgb indirect(const Place& place, std::size_t set, const Rgb& worth, Stream& stream) const {
         Rgb sum(0);
-        Stream roulette = stream.split(1);
-        for (std::uint32_t i = sets_.begins[set]; i < sets_.begins[set + 1]; ++i) {
-            sum += shading_.shade(place, sets_.lights[i], worth, roulette);
-        }
+        const float u = stream.next();
+        Stream more = stream.split(1);
+        lights_.choose(place, set, u, more, [&](const VirtualLight& light, float scale) {
+            sum += scale * shading_.shade(place, light, worth, more);
+        });
         return sum;
     }
 
     const Scene& scene_;
     IgiSettings settings_;
-    VirtualLightSets sets_;
+    IgiLights lights_;
     VirtualLightShading shading_;
     bool has_specular_;
 };
@@ -206,9 +208,14 @@ bool IgiEstimator::survives(Onward& way, Stream& stream) {
 
 }  // namespace
 
+IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
+    if (settings.mindist < 0) settings.mindist = kDefaultMinDist * diagonal(scene);
+    return settings;
+}
+
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    VirtualLightSets sets, std::uint32_t paths) {
-    return std::make_unique<IgiEstimator>(scene, settings, std::move(sets), paths);
+                                                    IgiLights lights) {
+    return std::make_unique<IgiEstimator>(scene, settings, std::move(lights));
 }
 
 }  // namespace lucerna

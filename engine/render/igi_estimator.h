@@ -4,13 +4,16 @@
 
 #include <memory>
 
+#include "engine/render/igi_lights.h"
 #include "engine/render/integrator.h"
-#include "photon/virtual_lights.h"
 
 namespace lucerna {
 
-// `paths`: light paths of each set. The scene outlives the estimator.
+// The settings with a distance in place of "the default".
+IgiSettings with_distance(const Scene& scene, IgiSettings settings);
+
+// `settings` are those of the lights. The scene outlives the estimator.
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    VirtualLightSets sets, std::uint32_t paths);
+                                                    IgiLights lights);
 
 }  // namespace lucerna

@@ -147,6 +147,7 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
 }
 
 std::vector<Field> fields_of(IgiSettings& s) {
+    constexpr int kMostTreeSamples = 256, kMostShadowRays = 64;
     return {
         whole("nlights", "light paths per set, rounded up to a power of 2", 1, kMostPowerOf2, s.nlights),
         whole("nsets", "independent sets, rounded up to a power of 2; best near the samples per pixel", 1,
@@ -164,8 +165,17 @@ std::vector<Field> fields_of(IgiSettings& s) {
         flag("caustics",
              "compensating rays count lamps seen by way of mirrors and glass; as noisy as with path",
              s.caustics),
-        real("rrthreshold", "luminance below which shadow rays play roulette", 0, kMost, s.rr_threshold),
-        real("rrcontinue", "chance that such a shadow ray is traced", 1e-6, 1, s.rr_continue),
+        choice("choice", "loop: a place looks at all lights of one set; tree: it draws some, of all sets",
+               {"loop", "tree"}, s.choice),
+        whole("treesamples", "virtual lights that a place draws from the tree", 1, kMostTreeSamples,
+              s.tree_samples),
+        real("rrthreshold",
+             "luminance below which shadow rays play roulette; -1: rays go where they count, see shadowrays",
+             -1, kMost, s.rr_threshold),
+        real("rrcontinue", "chance that a shadow ray below rrthreshold is traced", 1e-6, 1, s.rr_continue),
+        whole("shadowrays",
+              "shadow rays of a place, about, in proportion to what lights may bring; 0: one for every light",
+              0, kMostShadowRays, s.shadow_rays),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),

@@ -79,6 +79,9 @@ struct PhotonMapSettings {
     Quantity quantity = Quantity::radiance;
 };
 
+// Which virtual lights a place asks: it looks at all of a set, or draws some from a tree over all sets.
+enum class VirtualLightChoice : std::uint8_t { loop, tree };
+
 struct IgiSettings {
     int nlights = 64;              // light paths per set, rounded up to a power of 2
     int nsets = 16;                // independent sets, rounded up to a power of 2
@@ -87,8 +90,13 @@ struct IgiSettings {
     bool compensate = true;        // rays put back what these two cut off, and what mirrors and glass turn
     int gather_samples = 1;        // such rays per camera sample
     bool caustics = false;         // whether they count lamps seen by way of mirrors and glass
-    float rr_threshold = 0.0001F;  // luminance below which shadow rays play roulette
-    float rr_continue = 0.1F;      // with this chance of going on
+    VirtualLightChoice choice = VirtualLightChoice::loop;
+    int tree_samples = 16;  // lights that a place draws from the tree
+    // Luminance below which shadow rays play roulette, with the chance rr_continue of going on, as the note
+    // has it; negative: rays go where they count, about shadow_rays of them for a place.
+    float rr_threshold = -1;
+    float rr_continue = 0.1F;
+    int shadow_rays = 4;  // 0: one for every light
     float indirect_scale = 1;
     int max_specular_depth = 5;
     Quantity quantity = Quantity::radiance;

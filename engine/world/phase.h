@@ -21,6 +21,8 @@ class HenyeyGreenstein {
     // |g| <= kLargestG.
     explicit HenyeyGreenstein(float g) : g_(g) {}
 
+    float g() const { return g_; }
+
     // Density per solid angle of scattering from one direction to the other; also what sample() draws with,
     // so a sample's weight is 1.
     float value(const V3f& wo, const V3f& wi) const { return at_cosine(-wo.dot(wi)); }

@@ -1,0 +1,54 @@
+#include "engine/render/igi_lights.h"
+
+namespace lucerna {
+namespace {
+
+// What each channel counts for in luminance().
+Rgb channel_weights() {
+    return {luminance({1, 0, 0}), luminance({0, 1, 0}), luminance({0, 0, 1})};
+}
+
+}  // namespace
+
+LightReceiver light_receiver(const Vertex& vertex, float mindist, float unit) {
+    const Bsdf& bsdf = vertex.bsdf;
+    const float side = bsdf.geometric_normal().dot(vertex.wo) >= 0 ? 1.0F : -1.0F;
+    LightReceiver at;
+    at.x = vertex.hit.at.p;
+    at.ns = side * bsdf.shading_normal();
+    at.through = bsdf.transmits();
+    if (!at.through) at.ng = side * bsdf.geometric_normal();
+    at.exact = bsdf.is_lambertian();
+    at.below = at.exact ? 0.0F : -1.0F;
+    at.weight = channel_weights() * unit;
+    // The same towards all directions on the eye's side.
+    if (at.exact) at.weight *= bsdf.f(vertex.wo, at.ns, Transport::radiance);
+    at.mindist = mindist;
+    return at;
+}
+
+LightReceiver light_receiver(const MediumVertex& vertex, float mindist, float unit) {
+    LightReceiver at;
+    at.kind = LightReceiver::Kind::medium;
+    at.x = vertex.p;
+    at.wo = vertex.wo;
+    at.phase_g = vertex.phase.g();
+    at.weight = channel_weights() * unit;
+    at.mindist = mindist;
+    return at;
+}
+
+IgiLights::IgiLights(const VirtualLightSets& sets, std::uint32_t paths, const IgiSettings& settings,
+                     const Workers& workers)
+    : settings_(settings), paths_(paths) {
+    using Keep = VirtualLightStore::Keep;
+    const bool together = settings.choice == VirtualLightChoice::tree;
+    store_ = VirtualLightStore(sets, together ? Keep::together : Keep::apart, workers);
+    if (together) {
+        tree_ = VirtualLightTree(store_, workers);
+        paths_ *= static_cast<std::uint32_t>(sets.begins.size() - 1);
+    }
+    to_radiance_ = settings.indirect_scale / (static_cast<float>(paths_) * store_.unit());
+}
+
+}  // namespace lucerna
