@@ -7,14 +7,13 @@ std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers&
     check_fan_order_size(points.size());
     std::vector<FanEntry<3>> entries(points.size());
     constexpr std::int64_t kGrain = 1 << 14;
-    parallel_ranges(workers, static_cast<std::int64_t>(points.size()), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                             ++i) {
-                            entries[i] = {{points[i].x, points[i].y, points[i].z},
-                                          static_cast<std::uint32_t>(i)};
-                        }
-                    });
+    parallel_ranges(
+        workers, static_cast<std::int64_t>(points.size()), kGrain,
+        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                entries[i] = {{points[i].x, points[i].y, points[i].z}, static_cast<std::uint32_t>(i)};
+            }
+        });
     return fan_order<3>(std::move(entries), workers);
 }
 

@@ -25,8 +25,8 @@ LightBounds together(const LightBounds& a, const LightBounds& b);
 // Bounds of all, at least one: the cone is around the mean of their axes.
 LightBounds together(std::span<const LightBounds> all);
 
-// The arithmetic of a promise, on plain numbers and without branches: loops over many bounds side by side turn
-// into vector instructions.
+// The arithmetic of a promise, on plain numbers and without branches: loops over many bounds side by side
+// turn into vector instructions.
 namespace promise {
 
 inline constexpr float kSlack = 1e-3F;  // rounding must not make a light impossible
@@ -42,8 +42,8 @@ inline float sine(float cosine) {
     return std::sqrt(std::max(0.0F, 1 - cosine * cosine));
 }
 
-// The angle u that a sphere of squared radius r2 fills at most, seen from a distance whose square is d2: it is
-// taken off every other angle.
+// The angle u that a sphere of squared radius r2 fills at most, seen from a distance whose square is d2: it
+// is taken off every other angle.
 struct Filled {
     float cos_u, sin_u;
     Filled(float d2, float r2) {

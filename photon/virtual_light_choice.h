@@ -1,9 +1,9 @@
 // Which lights of a set get a shadow ray, where all are looked at [igi 3].
 //
 // One number decides about all of them: chances are added up along the lights, and a light is taken wherever
-// the sum, begun at that number, passes a whole one (systematic sampling). Each is taken with just its chance;
-// but how many are taken can differ from the sum of chances by no more than one, and as neighbours in the
-// order are neighbours in space, those taken lie spread over the scene.
+// the sum, begun at that number, passes a whole one (systematic sampling). Each is taken with just its
+// chance; but how many are taken can differ from the sum of chances by no more than one, and as neighbours in
+// the order are neighbours in space, those taken lie spread over the scene.
 #pragma once
 
 #include <algorithm>

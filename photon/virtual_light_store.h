@@ -1,5 +1,5 @@
-// Where virtual lights are kept while an image is made: in blocks of sixteen, each measure of all sixteen side
-// by side, so that what a whole block may send to a place is worked out at once (virtual_light_worth.h).
+// Where virtual lights are kept while an image is made: in blocks of sixteen, each measure of all sixteen
+// side by side, so that what a whole block may send to a place is worked out at once (virtual_light_worth.h).
 //
 // Within a set the lights are in the order of a kd-tree over their places and normals: neighbours in memory
 // shine from the same region the same way. Lights on surfaces come first, then those in media; no block

@@ -98,7 +98,8 @@ VirtualLightTree::Promises VirtualLightTree::promises(const VirtualLightFan& fan
         // What is made of it.
         const V3f& n = medium ? at.wo : at.ng;
         const float cosine = std::min(std::max((n.x * dx + n.y * dy + n.z * dz) * inv_d, -1.0F), 1.0F);
-        const float toward = at.phase_g < 0 ? cosine : -cosine;  // a peak ahead scatters what comes against wo
+        const float toward =
+            at.phase_g < 0 ? cosine : -cosine;  // a peak ahead scatters what comes against wo
         const float phase = worth_detail::phase(std::fabs(at.phase_g), filled.cos_of_rest(toward));
         const float received = at.through ? 1.0F : promise::receiving(filled, cosine);
         value *= medium ? phase : received;

@@ -2,13 +2,13 @@
 // lights as it wants, in time that grows with the depth of the tree.
 //
 // A fan bounds eight blocks or eight fans, each by a sphere, a cone of normals and a sum of power; what they
-// promise to a place is worked out for all eight at once, and lights are drawn in proportion: down the fans by
-// promise, within a block by what each light would really send if nothing stood in between. All draws go down
-// together: one number, stretched over all of them, says where each is, so that they spread over the lights as
-// the promises do (systematic sampling).
+// promise to a place is worked out for all eight at once, and lights are drawn in proportion: down the fans
+// by promise, within a block by what each light would really send if nothing stood in between. All draws go
+// down together: one number, stretched over all of them, says where each is, so that they spread over the
+// lights as the promises do (systematic sampling).
 //
-// What lies where follows from the numbers alone, as in a BoxTree: the tree stores nothing but the bounds, 2.6
-// bytes for each light.
+// What lies where follows from the numbers alone, as in a BoxTree: the tree stores nothing but the
+// bounds, 2.6 bytes for each light.
 //
 // Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018
 // [CK18], with fans of eight in place of two children, and without the splitting.
@@ -27,9 +27,9 @@ namespace lucerna {
 // Bounds of eight; those that do not exist have no power.
 struct alignas(32) VirtualLightFan {
     using Lane = std::array<float, kFan>;
-    Lane x, y, z, r2;         // of the sphere: centre and squared radius, scene units
-    Lane ax, ay, az, cos_o;   // of the cone: unit axis, cosine of its half angle
-    Lane power;               // sums of worth, the set's mean light as the unit
+    Lane x, y, z, r2;        // of the sphere: centre and squared radius, scene units
+    Lane ax, ay, az, cos_o;  // of the cone: unit axis, cosine of its half angle
+    Lane power;              // sums of worth, the set's mean light as the unit
 };
 
 class VirtualLightTree {
@@ -123,13 +123,13 @@ void VirtualLightTree::draw(const VirtualLightStore& store, const LightReceiver&
         if (part.level == 0) {
             const std::uint32_t block = range_.surfaces + part.index;
             const Worths worth = worths(store.blocks()[block], in_medium(block), at);
-            virtual_light_tree::cut(part, worth, count, u,
-                                    [&](std::uint32_t lane, double width, double, std::uint32_t first,
-                                        std::uint32_t end) {
-                                        const auto times = static_cast<double>(end - first);
-                                        take(Drawn{static_cast<std::uint32_t>(block * kBlock + lane),
-                                                   static_cast<float>(times / (count * width)), worth[lane]});
-                                    });
+            virtual_light_tree::cut(
+                part, worth, count, u,
+                [&](std::uint32_t lane, double width, double, std::uint32_t first, std::uint32_t end) {
+                    const auto times = static_cast<double>(end - first);
+                    take(Drawn{static_cast<std::uint32_t>(block * kBlock + lane),
+                               static_cast<float>(times / (count * width)), worth[lane]});
+                });
             continue;
         }
         const Promises promised = promises(levels_[part.level - 1][part.index], at);

@@ -1,5 +1,5 @@
-// What virtual lights may send to a place, before anyone has looked whether they can be seen: sixteen at once,
-// in loops that compilers turn into vector instructions.
+// What virtual lights may send to a place, before anyone has looked whether they can be seen: sixteen at
+// once, in loops that compilers turn into vector instructions.
 //
 // A worth is the luminance of what a light adds there (up to a factor that all lights share), or close to it:
 // what a choice among lights goes by. It is positive wherever the light itself can be.
@@ -18,14 +18,16 @@ namespace lucerna {
 struct LightReceiver {
     enum class Kind : std::uint8_t { surface, medium } kind = Kind::surface;
     V3f x{0, 0, 0};
-    // On a surface: the shading normal; the geometric one, or 0 if light comes through. Both on the eye's side.
+    // On a surface: the shading normal; the geometric one, or 0 if light comes through. Both on the eye's
+    // side.
     V3f ns{0, 0, 0}, ng{0, 0, 0};
-    bool through = false;          // light comes through from the other side
-    float below = 0;               // -1: a light below the shading horizon counts like one above; 0: not at all
-    V3f wo{0, 0, 0};               // in a medium: towards the eye
-    float phase_g = 0;             // in a medium
-    Rgb weight{1.0F};              // what is left of each channel, by its share of the luminance
-    float mindist = 0;             // fade [igi 3], scene units
+    bool through = false;     // light comes through from the other side
+    float below = 0;          // -1: a light below the shading horizon counts like one above; 0: not at all
+    V3f wo{0, 0, 0};          // in a medium: towards the eye
+    float phase_g = 0;        // in a medium
+    Rgb weight{1.0F};         // what is left of each channel, by its share of the luminance
+    float mindist = 0;        // fade [igi 3], scene units
+    float glimit = INFINITY;  // of cosθ_x cosθ_y / d² [igi 4], 1/(scene unit)²
     // Whether the worths are luminances of what is added, but for one factor. If not, they lack f.
     bool exact = true;
 };
@@ -60,11 +62,11 @@ Worths worths(const VirtualLightBlock& block, const LightReceiver& at) {
         const float inv_d = std::sqrt(inv);
         // What leaves towards the place, per solid angle.
         const float along = (block.nx[i] * dx + block.ny[i] * dy + block.nz[i] * dz) * inv_d;
-        float value;
+        float value, cosines = 1;
         if constexpr (in_medium) {
             value = worth_detail::phase(block.more[i], -along);
         } else {
-            value = std::max(0.0F, -along);
+            value = cosines = std::max(0.0F, -along);
         }
         // What the place makes of it.
         if constexpr (kind == LightReceiver::Kind::medium) {
@@ -75,11 +77,13 @@ Worths worths(const VirtualLightBlock& block, const LightReceiver& at) {
             const float side = at.ng.x * dx + at.ng.y * dy + at.ng.z * dz;
             value *= std::max(cosine, at.below * cosine);
             value = side > side_least ? value : 0.0F;
+            cosines *= std::fabs(cosine);
         }
         const float t = std::min(std::max((d2 - low) * fade_scale, 0.0F), 1.0F);
         const float luminance =
             at.weight.x * block.r[i] + at.weight.y * block.g[i] + at.weight.z * block.b[i];
-        value *= luminance * inv * (t * t * (3 - 2 * t));
+        const float clamped = std::min(1.0F, at.glimit * d2 / std::max(cosines, 1e-30F));
+        value *= luminance * inv * (t * t * (3 - 2 * t)) * clamped;
         result[i] = d2 > worth_detail::kLeastD2 ? value : 0.0F;
     }
     return result;

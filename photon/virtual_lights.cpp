@@ -47,8 +47,8 @@ Walked walk_paths(const Scene& scene, const VirtualLightPlan& plan, std::uint64_
 
 VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan,
                                       const Workers& workers, Monitor& monitor) {
-    // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets. A chunk is a set, or
-    // a part of one: both are powers of 2.
+    // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets. A chunk is a set,
+    // or a part of one: both are powers of 2.
     const std::uint64_t all = std::uint64_t{plan.sets} * plan.paths;
     const std::uint64_t per_chunk = std::min<std::uint64_t>(plan.paths, kChunk);
     std::vector<Walked> walked(all / per_chunk);
@@ -75,7 +75,8 @@ VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan
         result.ledger.add(part.ledger);
         part = {};  // the lights are held twice no longer than they must be
         paths += per_chunk;
-        if (paths % plan.paths == 0) result.begins.push_back(static_cast<std::uint32_t>(result.lights.size()));
+        if (paths % plan.paths == 0)
+            result.begins.push_back(static_cast<std::uint32_t>(result.lights.size()));
     }
     result.ledger.scale(1.0 / (static_cast<double>(plan.sets) * plan.paths));
     return result;

@@ -8,9 +8,14 @@ Rgb channel_weights() {
     return {luminance({1, 0, 0}), luminance({0, 1, 0}), luminance({0, 0, 1})};
 }
 
+void bound(LightReceiver& at, const IgiSettings& settings) {
+    at.mindist = settings.mindist;
+    if (settings.glimit > 0) at.glimit = settings.glimit;
+}
+
 }  // namespace
 
-LightReceiver light_receiver(const Vertex& vertex, float mindist, float unit) {
+LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, float unit) {
     const Bsdf& bsdf = vertex.bsdf;
     const float side = bsdf.geometric_normal().dot(vertex.wo) >= 0 ? 1.0F : -1.0F;
     LightReceiver at;
@@ -23,18 +28,18 @@ LightReceiver light_receiver(const Vertex& vertex, float mindist, float unit) {
     at.weight = channel_weights() * unit;
     // The same towards all directions on the eye's side.
     if (at.exact) at.weight *= bsdf.f(vertex.wo, at.ns, Transport::radiance);
-    at.mindist = mindist;
+    bound(at, settings);
     return at;
 }
 
-LightReceiver light_receiver(const MediumVertex& vertex, float mindist, float unit) {
+LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& settings, float unit) {
     LightReceiver at;
     at.kind = LightReceiver::Kind::medium;
     at.x = vertex.p;
     at.wo = vertex.wo;
     at.phase_g = vertex.phase.g();
     at.weight = channel_weights() * unit;
-    at.mindist = mindist;
+    bound(at, settings);
     return at;
 }
 

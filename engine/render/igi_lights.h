@@ -1,9 +1,9 @@
 // Which virtual lights a place asks, and for how many each of them stands.
 //
-// Every light is first weighed by what it would bring if nothing stood in between; shadow rays, which are dear,
-// then go to lights in proportion to that, and a light's value is divided by its chance. As the chances are
-// relative to what reaches the place, neither the lamps' unit nor the scene's matters to them. Sets are looked
-// through light by light (virtual_light_choice.h), or all sets together are drawn from by a tree
+// Every light is first weighed by what it would bring if nothing stood in between; shadow rays, which are
+// dear, then go to lights in proportion to that, and a light's value is divided by its chance. As the chances
+// are relative to what reaches the place, neither the lamps' unit nor the scene's matters to them. Sets are
+// looked through light by light (virtual_light_choice.h), or all sets together are drawn from by a tree
 // (virtual_light_tree.h): then their number costs next to nothing.
 #pragma once
 
@@ -17,9 +17,9 @@
 
 namespace lucerna {
 
-// A place as virtual lights see it; `unit` is the store's.
-LightReceiver light_receiver(const Vertex& vertex, float mindist, float unit);
-LightReceiver light_receiver(const MediumVertex& vertex, float mindist, float unit);
+// A place as virtual lights see it; `unit` is the store's, `settings.mindist` a distance.
+LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, float unit);
+LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& settings, float unit);
 
 class IgiLights {
   public:
@@ -42,7 +42,8 @@ class IgiLights {
     struct Candidate {
         std::uint32_t place;
         float weight;  // of its value
-        float brings;  // about: luminance at the place, weight included, if it can be seen; in the store's unit
+        float
+            brings;  // about: luminance at the place, weight included, if it can be seen; in the store's unit
     };
     // What a place's choice goes by.
     template <typename Place>
@@ -116,14 +117,14 @@ void IgiLights::thin(std::span<const Candidate> candidates, const VirtualLightRa
         } else if (by_share) {
             chance = std::min(1.0F, static_cast<float>(static_cast<double>(c.brings) / sure));
         }
-        if (roulette.survives(static_cast<double>(chance))) give(store_.light(range, c.place), c.weight / chance);
+        if (roulette.survives(static_cast<double>(chance)))
+            give(store_.light(range, c.place), c.weight / chance);
     }
 }
 
 template <typename Place, typename Give>
 void IgiLights::choose(const Place& place, std::size_t set, float u, Stream& stream, Give&& give) const {
-    const Asking<Place> asking{place, store_.range(set),
-                               light_receiver(place, settings_.mindist, store_.unit())};
+    const Asking<Place> asking{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
     // A million lights want more bits than a float has.
     const double fine = static_cast<double>(u) + static_cast<double>(stream.bits()) * 0x1p-56;
     std::array<Candidate, kMostCandidates> candidates;
@@ -138,10 +139,9 @@ void IgiLights::choose(const Place& place, std::size_t set, float u, Stream& str
     } else if (settings_.rr_threshold >= 0 || settings_.shadow_rays == 0) {
         return choose_by_the_note(asking, fine, give);
     } else if (asking.at.exact) {
-        return take_by_worth(store_, asking.range, asking.at, settings_.shadow_rays, fine,
-                             [&](std::uint32_t at, float chance, float) {
-                                 give(store_.light(asking.range, at), 1 / chance);
-                             });
+        return take_by_worth(
+            store_, asking.range, asking.at, settings_.shadow_rays, fine,
+            [&](std::uint32_t at, float chance, float) { give(store_.light(asking.range, at), 1 / chance); });
     } else {
         take_by_worth(store_, asking.range, asking.at, kPerRay * settings_.shadow_rays, fine,
                       [&](std::uint32_t at, float chance, float worth) { add(at, 1 / chance, worth); });
