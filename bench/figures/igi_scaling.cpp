@@ -1,0 +1,186 @@
+// How the cost of indirect light at a place grows with the number of virtual lights, looked at one by one and
+// drawn from a tree, for bench/figures/igi_scaling.sh.
+//
+// PLACES places of the scene that the camera sees are lit, one thread's work, by one set of virtual lights of
+// growing size; a reference is made from a set of 2^22 light paths of its own. Writes for each size and way
+//
+//   choice lights seconds noise error make_seconds bytes
+//
+// seconds: of processor time for one place, its indirect light alone; noise: relative variance of one such
+// estimate, error: its relative squared error against the reference, both means over the places and, of small
+// sets, over several; make_seconds: to walk the paths, and to put the lights in order, on all threads.
+//
+// usage: figure_igi_scaling SCENE.pbrt PLACES
+#include <fmt/core.h>
+
+#include <cstdlib>
+#include <ctime>
+#include <vector>
+
+#include "engine/base/stats.h"
+#include "engine/base/stopwatch.h"
+#include "engine/base/units.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/igi_estimator.h"
+#include "engine/render/igi_shade.h"
+
+namespace {
+
+using namespace lucerna;  // a program of its own, not a header
+
+double processor_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+struct Place {
+    Hit hit;
+    Bsdf bsdf;
+    V3f wo;
+    Vertex vertex() const { return {hit, bsdf, wo}; }
+};
+
+std::vector<Place> places_seen(const Job& job, std::size_t count) {
+    std::vector<Place> places;
+    for (std::uint32_t i = 0; places.size() < count && i < 100 * count; ++i) {
+        Stream stream = Stream::stratified(1, Purpose::bench, 0, i);
+        const V2f u = stream.next2();
+        const auto& film = job.camera.settings();
+        const Ray ray = job.camera.ray(
+            {u.x * static_cast<float>(film.width), u.y * static_cast<float>(film.height)}, {0.5F, 0.5F});
+        const auto hit = job.scene.hit(ray);
+        if (!hit) continue;
+        const Bsdf bsdf = job.scene.bsdf(*hit);
+        if (!bsdf.is_delta() && !bsdf.is_black()) places.push_back({*hit, bsdf, -ray.d});
+    }
+    return places;
+}
+
+// One set of virtual lights, ready to be asked.
+class Lit {
+  public:
+    Lit(const Scene& scene, IgiSettings settings, std::uint32_t paths, std::uint32_t pass,
+        const Workers& workers)
+        : lights_(make(scene, with_distance(scene, settings), paths, pass, workers)),
+          shading_(scene, without_roulette(with_distance(scene, settings)), paths) {}
+
+    double luminance_at(const Place& place, std::uint32_t sample) const {
+        Stream stream = Stream::stratified(2, Purpose::bench, 1, sample);
+        const float u = stream.next();
+        Rgb sum(0);
+        const Vertex vertex = place.vertex();
+        lights_.choose(vertex, 0, u, stream, [&](const VirtualLight& light, float scale) {
+            sum += scale * shading_.shade(vertex, light, Rgb(1), stream);
+        });
+        return static_cast<double>(luminance(sum));
+    }
+    double make_seconds() const { return make_seconds_; }
+    std::size_t count() const { return count_; }
+    std::size_t bytes() const { return lights_.bytes(); }
+
+  private:
+    static IgiSettings without_roulette(IgiSettings settings) {
+        settings.rr_threshold = 0;
+        return settings;
+    }
+    IgiLights make(const Scene& scene, const IgiSettings& settings, std::uint32_t paths, std::uint32_t pass,
+                   const Workers& workers) {
+        Monitor silent;
+        const Stopwatch watch;
+        const VirtualLightSets sets = build_virtual_lights(scene, {1, paths, 1, pass}, workers, silent);
+        count_ = sets.lights.size();
+        IgiLights lights(sets, paths, settings, workers);
+        make_seconds_ = watch.seconds();
+        return lights;
+    }
+
+    double make_seconds_ = 0;  // these two are set where lights_ is made
+    std::size_t count_ = 0;
+    IgiLights lights_;
+    VirtualLightShading shading_;
+};
+
+std::vector<double> reference_at(const Scene& scene, const std::vector<Place>& places,
+                                 const Workers& workers) {
+    IgiSettings settings;
+    settings.choice = VirtualLightChoice::tree;
+    settings.tree_samples = 64;
+    settings.shadow_rays = 16;
+    const Lit lit(scene, settings, 1U << 22, 1000, workers);
+    std::vector<double> means(places.size());
+    parallel_chunks(workers, static_cast<std::int64_t>(places.size()), [&](std::int64_t chunk) {
+        const auto i = static_cast<std::size_t>(chunk);
+        RunningStats stats;
+        for (std::uint32_t k = 0; k < 512; ++k) stats.add(lit.luminance_at(places[i], k));
+        means[i] = stats.mean();
+    });
+    return means;
+}
+
+void measure(const Scene& scene, const std::vector<Place>& places, const std::vector<double>& reference,
+             VirtualLightChoice choice, std::uint32_t paths, const Workers& workers) {
+    IgiSettings settings;
+    settings.choice = choice;
+    // What a place deep in the dark lacks must not decide the mean.
+    RunningStats all;
+    for (const double value : reference) all.add(value);
+    const double floor2 = sqr(0.05 * all.mean());
+
+    const std::uint32_t sets = paths < 4096 ? 16 : 1;
+    double seconds = 0, evaluations = 0, make = 0;
+    std::size_t lights = 0, bytes = 0;
+    RunningStats noise, error;
+    for (std::uint32_t set = 0; set < sets; ++set) {
+        const Lit lit(scene, settings, paths, set, workers);
+        make += lit.make_seconds();
+        lights += lit.count();
+        bytes += lit.bytes();
+        const double looked_at = static_cast<double>(places.size()) * static_cast<double>(lit.count());
+        const bool loop = choice == VirtualLightChoice::loop;
+        const auto times = static_cast<std::uint32_t>(loop ? std::clamp(2e9 / looked_at, 4.0, 32.0) : 32.0);
+        const double begin = processor_seconds();
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            RunningStats stats;
+            const double scale = 1 / (sqr(reference[i]) + floor2);
+            for (std::uint32_t k = 0; k < times; ++k) {
+                const double value = lit.luminance_at(places[i], k);
+                stats.add(value);
+                error.add(sqr(value - reference[i]) * scale);
+            }
+            noise.add(stats.variance() * scale);
+        }
+        seconds += processor_seconds() - begin;
+        evaluations += static_cast<double>(places.size()) * times;
+    }
+    fmt::print("{} {:.1f} {:.4g} {:.4g} {:.4g} {:.4g} {}\n",
+               choice == VirtualLightChoice::loop ? "loop" : "tree", static_cast<double>(lights) / sets,
+               seconds / evaluations, noise.mean(), error.mean(), make / sets, bytes / sets);
+    std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    if (argc != 3) {
+        fmt::print(stderr, "usage: figure_igi_scaling SCENE.pbrt PLACES\n");
+        return 2;
+    }
+    try {
+        const Workers workers;
+        Monitor silent;
+        const Job job = read_scene(argv[1], {}, workers, silent);
+        const std::vector<Place> places =
+            places_seen(job, static_cast<std::size_t>(std::max(1L, std::strtol(argv[2], nullptr, 10))));
+        const std::vector<double> reference = reference_at(job.scene, places, workers);
+        for (std::uint32_t paths = 16; paths <= 1U << 21; paths *= paths < 1U << 20 ? 4 : 2) {
+            for (const auto choice : {VirtualLightChoice::loop, VirtualLightChoice::tree}) {
+                measure(job.scene, places, reference, choice, paths, workers);
+            }
+        }
+    } catch (const std::exception& failure) {
+        fmt::print(stderr, "{}\n", failure.what());
+        return 1;
+    }
+    return 0;
+}
