@@ -12,9 +12,6 @@
 namespace lucerna {
 namespace {
 
-// The pilot's place among the passes: none of them ever has that number, nor has the pilot of radii.
-constexpr std::uint32_t kPilotPass = 0xfffffffeU;
-
 // Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
 constexpr double kDarkest = 0.05;
 
@@ -32,12 +29,12 @@ PilotPhotons walk_pilot(const Scene& scene, const PilotSettings& settings, std::
     PilotPhotons photons;
     Ledger ledger;
     const float share = 1.0F / static_cast<float>(settings.paths);
-    Emission emission(scene, settings.seed, Purpose::emission, kPilotPass);
+    Emission emission(scene, settings.seed, Purpose::emission, kEmissionPilotPass);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           if (!start) return;
                           Stream stream =
-                              Stream::stratified(settings.seed, Purpose::emission, kPilotPass, path);
+                              Stream::stratified(settings.seed, Purpose::emission, kEmissionPilotPass, path);
                           const auto visit = [&](const WalkHit& at) {
                               if (!stores_photons(at.bsdf)) return;
                               const V3f& n = at.hit.at.n;
@@ -166,10 +163,10 @@ class Scorer {
 };
 
 // The pilot's paths by light, with the numbers they began with.
-std::vector<std::vector<EmitTrial>> trials(const Scene& scene, const PilotSettings& settings,
+std::vector<std::vector<EmitTrial>> trials(const Scene& scene, std::uint64_t seed,
                                            std::span<const float> scores) {
     std::vector<std::vector<EmitTrial>> by_light(scene.lights().size());
-    const EmitNet net(settings.seed, Purpose::emission, kPilotPass);
+    const EmitNet net(seed, Purpose::emission, kEmissionPilotPass);
     for (std::size_t path = 0; path < scores.size(); ++path) {
         const EmitNet::Point point = net.at(static_cast<std::uint32_t>(path));
         const auto pick = scene.picker().pick(point.light);
@@ -179,6 +176,13 @@ std::vector<std::vector<EmitTrial>> trials(const Scene& scene, const PilotSettin
 }
 
 }  // namespace
+
+EmissionPlan learn_plan(const Scene& scene, std::uint64_t seed, std::span<const float> scores, float floor) {
+    auto by_light = trials(scene, seed, scores);
+    std::vector<double> powers;
+    for (const auto& light : scene.lights()) powers.push_back(light->power());
+    return EmissionPlan(scene, learn_blocks(by_light, powers, {}), floor);
+}
 
 std::optional<Pilot> fly_pilot(const Scene& scene, const View& view, const PilotSettings& settings,
                                const Workers& workers, Monitor& monitor) {
@@ -200,11 +204,7 @@ std::optional<Pilot> fly_pilot(const Scene& scene, const View& view, const Pilot
     const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
 
     // Which ones to emit.
-    auto by_light = trials(scene, settings, scores);
-    std::vector<double> powers;
-    for (const auto& light : scene.lights()) powers.push_back(light->power());
-    const auto blocks = learn_blocks(by_light, powers, {});
-    Pilot pilot{EmissionPlan(scene, blocks, settings.floor)};
+    Pilot pilot{learn_plan(scene, settings.seed, scores, settings.floor)};
     pilot.importons = importons.size();
     for (const float score : scores) pilot.useful += score > 0 ? 1 : 0;
     pilot.useful /= static_cast<double>(settings.paths);

@@ -20,6 +20,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
@@ -29,6 +30,9 @@
 #include "photon/importons.h"
 
 namespace lucerna {
+
+// A pilot's place among the passes: none of them ever has that number, nor has the pilot of radii.
+inline constexpr std::uint32_t kEmissionPilotPass = 0xfffffffeU;
 
 struct PilotSettings {
     std::int64_t paths = 65536;  // light paths, in [1, 2^24]
@@ -48,6 +52,10 @@ struct Pilot {
     double useful = 0;  // share of the pilot's paths that an estimate held a photon of
     double seconds = 0;
 };
+
+// The plan that pilot paths 0, 1 … teach, each by its second moment. They must have started plainly: from
+// Emission(scene, seed, Purpose::emission, kEmissionPilotPass). `floor` in (0, 1].
+EmissionPlan learn_plan(const Scene& scene, std::uint64_t seed, std::span<const float> scores, float floor);
 
 // None where there is nothing to learn: no light, nothing seen, a medium that scatters; or if the monitor
 // stopped it. The same for any number of threads.

@@ -27,7 +27,7 @@ constexpr std::uint64_t kChunk = 8192;
 
 Walked walk_paths(const Scene& scene, const VirtualLightPlan& plan, std::uint64_t begin, std::uint64_t end) {
     Walked result;
-    Emission emission(scene, plan.seed, Purpose::virtual_light, plan.pass);
+    Emission emission(scene, plan.seed, Purpose::virtual_light, plan.pass, plan.emission);
     emission.for_each(begin, end, [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
         ++result.ledger.paths;
         if (!start) {

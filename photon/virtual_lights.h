@@ -30,6 +30,7 @@ struct VirtualLightPlan {
     std::uint32_t paths = 1;  // light paths per set, a power of 2
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
+    const EmissionPlan* emission = nullptr;  // by which all paths start; null: plainly, by power
 };
 
 // Independent sets of virtual lights; each set and all sets together start from a well-distributed sequence.

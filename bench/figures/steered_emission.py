@@ -14,8 +14,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-METHODS = {"photonmap": "light paths", "progressive": "passes"}
-NAMES = {0: "plain", 65536: "steered"}
+METHODS = {"photonmap": "light paths", "progressive": "passes", "igi": "sets"}
+NAMES = {False: "plain", True: "steered"}  # by whether there was a pilot
 
 
 def load(path):
@@ -28,13 +28,13 @@ def read(folder, scene):
     noise = load(f"{folder}/{scene}-references.json")["relative_mse"] / 2
     runs = {}
     for path in glob.glob(f"{folder}/{scene}-*.json"):
-        found = re.fullmatch(rf"{re.escape(scene)}-(photonmap|progressive)-(\d+)-(\d+)-(\d+)\.json", os.path.basename(path))
+        found = re.fullmatch(rf"{re.escape(scene)}-(photonmap|progressive|igi)-(\d+)-(\d+)-(\d+)\.json", os.path.basename(path))
         if not found:
             continue
         stats = load(path)
         errors = [load(path.replace(".json", f"-{reference}.json"))["relative_mse"] for reference in (101, 102)]
         run = (stats["seconds"]["total"] - stats["seconds"]["read"], sum(errors) / 2 - noise, stats["numbers"])
-        runs.setdefault((found[1], int(found[3])), {}).setdefault(int(found[2]), []).append(run)
+        runs.setdefault((found[1], int(found[3]) > 0), {}).setdefault(int(found[2]), []).append(run)
     curves = {}
     for key, of_number in runs.items():
         for number, these in sorted(of_number.items()):
@@ -51,6 +51,14 @@ def seconds_to(curve, error):
     return None
 
 
+def error_after(curve, seconds):
+    """The error of as many seconds, likewise."""
+    for (_, t0, e0, _), (_, t1, e1, _) in zip(curve, curve[1:]):
+        if t0 <= seconds <= t1 and t0 < t1:
+            return e0 * (e1 / e0) ** (math.log(seconds / t0) / math.log(t1 / t0))
+    return None
+
+
 def table(scene, noise, curves):
     print(f"{scene}: relative MSE; the references' own noise, {noise:.2e}, is taken off")
     for method, unit in METHODS.items():
@@ -59,8 +67,10 @@ def table(scene, noise, curves):
             sooner = seconds_to(plain, es)
             beyond = f"> {plain[-1][1] / ts:.2f}" if es < plain[-1][2] else "-"
             gain = f"{sooner / ts:.2f}" if sooner else beyond
+            then = error_after(plain, ts)
+            less = f"{then / es:.2f}" if then else "-"
             print(f"  {method:12} {n:8} {unit:11}  plain {e:.5f} in {t:6.2f} s   steered {es:.5f} in {ts:6.2f} s   "
-                  f"error x {e / es:.2f}   sooner x {gain}   blocks {numbers['pilot.blocks']:.0f}, "
+                  f"error / {e / es:.2f}, at equal time / {less}   sooner x {gain}   blocks {numbers['pilot.blocks']:.0f}, "
                   f"useful {100 * numbers['pilot.useful']:.0f} %, other lights {100 * numbers['pilot.share_of_lights']:.0f} %")
 
 
@@ -72,7 +82,7 @@ def main():
         table(scene, noise, curves)
         for (method, pilot), curve in sorted(curves.items()):
             axis.loglog([p[1] for p in curve], [p[2] for p in curve], marker="o", markersize=4,
-                        linestyle="-" if pilot else "--", color="C0" if method == "photonmap" else "C1",
+                        linestyle="-" if pilot else "--", color=f"C{list(METHODS).index(method)}",
                         label=f"{method}, {NAMES[pilot]}")
         axis.set_title(scene)
         axis.set_xlabel("seconds")

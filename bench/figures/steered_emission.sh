@@ -5,7 +5,8 @@
 # numbers of passes. The error is the relative MSE against two independent references by `path`, bias and all; half of what
 # those two differ by is their own noise and is taken off. The time is everything after the scene was read, pilot included.
 # usage: bench/figures/steered_emission.sh [SCENE...]     default: beam rooms many-lights; into out/steered
-# RESOLUTION, SPP (camera samples of the references), PHOTONS, PASSES (lists) and SEEDS may be set before it.
+# RESOLUTION, SPP (camera samples of the references), METHODS, PILOT, PHOTONS, PASSES (lists) and SEEDS may be set before it; METHODS
+# may hold igi, too: at growing numbers SETS of sets, and of samples per pixel, as igi_pilot.sh has it. PICTURE: the file to draw.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -15,7 +16,11 @@ resolution=${RESOLUTION:-96x64}
 spp=${SPP:-2048}
 photons=${PHOTONS:-62500 250000 1000000}
 passes=${PASSES:-4 16 64}
+sets=${SETS:-4 16 64}
+steering=${PILOT:-65536}
+methods=${METHODS:-photonmap progressive}
 seeds=${SEEDS:-1 2 3}
+picture=${PICTURE:-docs/images/steered-emission.png}
 [ $# -gt 0 ] || set -- beam rooms many-lights
 mkdir -p "$out" docs/images
 
@@ -43,10 +48,10 @@ for name in "$@"; do
     shoot() {
         local method=$1 number=$2 pilot seed run reference
         shift 2
-        for pilot in 0 65536; do
+        for pilot in 0 "$steering"; do
             for seed in $seeds; do
                 run=$out/$name-$method-$number-$pilot-$seed
-                "$lucerna" render "${common[@]}" "$@" --set pilot="$pilot" direct=map --seed "$seed" -o "$run.exr" --stats "$run.json"
+                "$lucerna" render "${common[@]}" "$@" --set pilot="$pilot" --seed "$seed" -o "$run.exr" --stats "$run.json"
                 for reference in 101 102; do
                     "$lucerna" compare "$run.exr" "$out/$name-reference-$reference.exr" --json "$run-$reference.json" > /dev/null
                 done
@@ -54,11 +59,29 @@ for name in "$@"; do
             done
         done
     }
-    for n in $photons; do
-        shoot photonmap "$n" --integrator photonmap --spp 8 --set photons="$n" indirect=map radius=0.3
-    done
-    for n in $passes; do
-        shoot progressive "$n" --integrator progressive --passes "$n" --set photons=50000
+    for method in $methods; do
+        case $method in
+        photonmap)
+            for n in $photons; do
+                shoot photonmap "$n" --integrator photonmap --spp 8 --set photons="$n" direct=map indirect=map radius=0.3
+            done
+            ;;
+        progressive)
+            for n in $passes; do
+                shoot progressive "$n" --integrator progressive --passes "$n" --set photons=50000 direct=map
+            done
+            ;;
+        igi)
+            for n in $sets; do
+                # shellcheck disable=SC2086  # IGI is a list of words
+                shoot igi "$n" --integrator igi --spp "$n" --set nsets="$n" ${IGI:-}
+            done
+            ;;
+        *)
+            echo "METHODS: $method is none of photonmap progressive igi" >&2
+            exit 1
+            ;;
+        esac
     done
 done
-/usr/bin/python3 bench/figures/steered_emission.py "$out" docs/images/steered-emission.png "$@"
+/usr/bin/python3 bench/figures/steered_emission.py "$out" "$picture" "$@"

@@ -6,6 +6,8 @@
 
 #include "engine/render/energy_report.h"
 #include "engine/render/igi_estimator.h"
+#include "engine/render/igi_thinning.h"
+#include "engine/render/steering.h"
 
 namespace lucerna {
 namespace {
@@ -15,26 +17,40 @@ class IgiIntegrator final : public Integrator {
     explicit IgiIntegrator(const IgiSettings& settings) : settings_(settings) {}
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        const IgiSettings settings = with_distance(context.scene, settings_);
+        auto pilot = learn_emission(settings, context);
+        if (context.monitor.stopped()) return nullptr;
+        const bool thins = pilot && settings_.pilot_floor < 1;
         VirtualLightPlan plan;
         plan.sets = sets();
         plan.paths = paths();
         plan.seed = context.seed;
         plan.pass = context.pass;
+        if (pilot) plan.emission = &pilot->pilot.plan;
+        if (thins) plan.paths *= kThinning;
         VirtualLightSets lights = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
+        if (thins) {
+            context.report.numbers["virtual_lights.tried"] = static_cast<double>(lights.lights.size());
+            lights = thin_virtual_lights(std::move(lights), pilot->seen, settings, context);
+            if (context.monitor.stopped()) return nullptr;
+        }
         report_energy(lights.ledger, context.report);
         context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
         context.report.numbers["virtual_lights.sets"] = plan.sets;
-        const IgiSettings settings = with_distance(context.scene, settings_);
         Phase phase(context.monitor, "virtual lights in order", 1);
         IgiLights ordered(lights, plan.paths, settings, context.workers);
         phase.advance(1);
         context.report.numbers["virtual_lights.bytes"] = static_cast<double>(ordered.bytes());
-        return make_igi_estimator(context.scene, settings, std::move(ordered));
+        return make_igi_estimator(context.scene, settings, std::move(ordered),
+                                  pilot ? std::move(pilot->guides) : std::nullopt);
     }
 
     std::vector<std::string> plan(const Scene& /*scene*/) const override {
-        return {fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths())};
+        std::vector<std::string> lines;
+        if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
+        lines.push_back(fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths()));
+        return lines;
     }
 
   private:

@@ -1,6 +1,8 @@
 #include "engine/render/igi_estimator.h"
 
+#include "engine/render/guided_light.h"
 #include "engine/render/igi_shade.h"
+#include "engine/render/light_choice.h"
 #include "engine/render/path_estimators.h"
 #include "engine/render/specular_chain.h"
 #include "photon/walk.h"
@@ -30,8 +32,10 @@ struct Onward {
     float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
 };
 
-Onward onward(const Vertex& vertex, const BsdfSample& sample, const Onward& before = {}) {
-    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w);
+// `choice`: by which the place asked the lights.
+Onward onward(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
+              const Onward& before = {}) {
+    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
     return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
             vertex.hit.at,
             cosine_at(vertex, sample.wi),
@@ -50,10 +54,14 @@ Onward onward(const MediumVertex& vertex, const V2f& u, const Onward& before = {
 
 class IgiEstimator final : public Estimator {
   public:
-    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiLights lights)
+    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiLights lights,
+                 std::optional<GuideMap> guides)
         : scene_(scene),
           settings_(settings),
           lights_(std::move(lights)),
+          guides_(std::move(guides)),
+          chooser_(scene, settings.lights),
+          guided_{settings.pilot_floor, candidates_that_pay(scene)},
           shading_(scene, without_roulette(settings), lights_.paths()),
           has_specular_(scene.has_specular()) {}
 
@@ -76,11 +84,18 @@ class IgiEstimator final : public Estimator {
     Rgb uncut(const Onward& way, const SurfacePoint& y, float cosine) const;
     static bool survives(Onward& way, Stream& stream);
 
-    // All that is known at once of what leaves a place, times `worth`: the lights asked, and one set of
-    // virtual lights.
-    template <typename Place>
-    Rgb leaving(const Place& place, std::size_t set, const Rgb& worth, Stream& stream) const {
-        return worth * next_event(scene_, place, stream) + indirect(place, set, worth, stream);
+    // How a surface chooses the light that it asks.
+    LightChoice choice_at(const Vertex& vertex) const {
+        const SurfacePoint& x = vertex.hit.at;
+        const LightChoice plain = chooser_.at(x, vertex.bsdf, vertex.wo);
+        if (!guides_) return plain;
+        const Guide guide = guides_->at(x.p, x.n.dot(vertex.wo) < 0 ? -x.n : x.n);
+        return plain.guided(guide, std::max(settings_.pilot_floor, guide.plain_share()));
+    }
+    DirectLight direct(const Vertex& vertex, Stream& stream) const {
+        if (!guides_) return direct_light(scene_, vertex, stream, choice_at(vertex));
+        const LightChoice plain = chooser_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
+        return GuidedLight(scene_, *guides_, guided_)(vertex, stream, plain);
     }
 
     // All lights of one set, by way of those that are asked, times `worth`.
@@ -98,6 +113,9 @@ class IgiEstimator final : public Estimator {
     const Scene& scene_;
     IgiSettings settings_;
     IgiLights lights_;
+    std::optional<GuideMap> guides_;
+    LightChooser chooser_;
+    GuidedLightSettings guided_;
     VirtualLightShading shading_;
     bool has_specular_;
 };
@@ -105,10 +123,12 @@ class IgiEstimator final : public Estimator {
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
 DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& stream) const {
     DirectLight shaded;
+    LightChoice choice;
     if (settings_.compensate) {
-        shaded.radiance = next_event(scene_, vertex, stream);
+        choice = choice_at(vertex);
+        shaded.radiance = next_event(scene_, vertex, stream, choice);
     } else {
-        shaded = direct_light(scene_, vertex, stream);
+        shaded = direct(vertex, stream);
     }
     if (vertex.bsdf.is_black()) return shaded;
     shaded.radiance += indirect(vertex, set, Rgb(settings_.indirect_scale), stream);
@@ -120,7 +140,7 @@ DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& st
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) continue;
         if (!sample->delta) {
-            shaded.radiance += share * follow(onward(vertex, *sample), set, stream);
+            shaded.radiance += share * follow(onward(vertex, *sample, choice), set, stream);
         } else if (i == 0) {
             shaded.specular = sample;  // what mirrors show, one of the samples is enough for
         }
@@ -165,7 +185,8 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
                                       -way.ray.d, way.medium};
             way.worth = uncut(way, vertex.from(), 1);
             if (!survives(way, stream)) break;
-            indirect += leaving(vertex, set, way.worth, stream);
+            indirect += way.worth * next_event(scene_, vertex, stream) +
+                        this->indirect(vertex, set, way.worth, stream);
             way = onward(vertex, stream.next2(), way);
             continue;
         }
@@ -175,17 +196,20 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
         if (is_black(left) && !has_specular_) break;
         const Bsdf bsdf = scene_.bsdf(*hit);
         const Vertex vertex{*hit, bsdf, -way.ray.d, way.medium};
+        LightChoice choice;
         if (!bsdf.is_delta()) {
             way.worth = left;
             if (!survives(way, stream)) break;
-            indirect += leaving(vertex, set, way.worth, stream);
+            choice = choice_at(vertex);
+            indirect += way.worth * next_event(scene_, vertex, stream, choice) +
+                        this->indirect(vertex, set, way.worth, stream);
         } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
             break;
         }
         const BsdfU u{stream.next(), stream.next2()};
         const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
-        way = onward(vertex, *sample, way);
+        way = onward(vertex, *sample, choice, way);
         if (sample->delta && !settings_.caustics) way.rule = EmissionRule::none();
     }
     return direct + indirect * settings_.indirect_scale;
@@ -214,8 +238,8 @@ IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
 }
 
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    IgiLights lights) {
-    return std::make_unique<IgiEstimator>(scene, settings, std::move(lights));
+                                                    IgiLights lights, std::optional<GuideMap> guides) {
+    return std::make_unique<IgiEstimator>(scene, settings, std::move(lights), std::move(guides));
 }
 
 }  // namespace lucerna

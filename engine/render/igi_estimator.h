@@ -3,17 +3,20 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "engine/render/igi_lights.h"
 #include "engine/render/integrator.h"
+#include "photon/guide.h"
 
 namespace lucerna {
 
 // The settings with a distance in place of "the default".
 IgiSettings with_distance(const Scene& scene, IgiSettings settings);
 
-// `settings` are those of the lights. The scene outlives the estimator.
+// `settings` are those of the lights. `guides`: by which surfaces ask lights; none: as the settings say. The
+// scene outlives the estimator.
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    IgiLights lights);
+                                                    IgiLights lights, std::optional<GuideMap> guides = {});
 
 }  // namespace lucerna

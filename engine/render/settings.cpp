@@ -177,6 +177,9 @@ std::vector<Field> fields_of(IgiSettings& s) {
               "shadow rays of a place, about, in proportion to what lights may bring; 0: one for every light",
               0, kMostShadowRays, s.shadow_rays),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
+        lights(s.lights),
+        pilot(s.pilot),
+        pilot_floor(s.pilot_floor),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };

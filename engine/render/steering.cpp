@@ -19,8 +19,8 @@ int pilot_photons(const PhotonMapSettings& settings, int k) {
 }
 
 // Why emission stays plain; nothing: it need not.
-std::string_view why_plain(const PhotonMapSettings& settings, const PassContext& context, bool reads) {
-    if (settings.pilot == 0) return "plain: pilot = 0";
+std::string_view why_plain(std::int64_t paths, const PassContext& context, bool reads) {
+    if (paths == 0) return "plain: pilot = 0";
     if (!context.view) return "plain: there is no camera";
     if (context.map_files && context.map_files->any()) return "plain: maps in files serve every camera";
     if (!reads) return "plain: no map is read";
@@ -29,9 +29,9 @@ std::string_view why_plain(const PhotonMapSettings& settings, const PassContext&
     return "";
 }
 
-void report(const Pilot& pilot, const PilotSettings& how, const Scene& scene, RenderReport& report) {
+void report(const Pilot& pilot, std::int64_t paths, const Scene& scene, RenderReport& report) {
     report.notes["emission"] = "steered by a pilot";
-    report.numbers["pilot.paths"] = static_cast<double>(how.paths);
+    report.numbers["pilot.paths"] = static_cast<double>(paths);
     report.numbers["pilot.importons"] = static_cast<double>(pilot.importons);
     report.numbers["pilot.useful"] = pilot.useful;
     report.numbers["pilot.blocks"] = static_cast<double>(pilot.plan.blocks());
@@ -65,13 +65,27 @@ std::optional<Pilot> learn_emission(const PhotonMapSettings& settings, const Gat
         how.seen[i] = built && !(how.gather && kind == MapKind::global);
         reads = reads || built;
     }
-    if (const auto why = why_plain(settings, context, reads); !why.empty()) {
+    if (const auto why = why_plain(settings.pilot, context, reads); !why.empty()) {
         context.report.notes["emission"] = why;
         return std::nullopt;
     }
     auto pilot = fly_pilot(context.scene, *context.view, how, context.workers, context.monitor);
     if (pilot) {
-        report(*pilot, how, context.scene, context.report);
+        report(*pilot, how.paths, context.scene, context.report);
+    } else {
+        context.report.notes["emission"] = "plain: the pilot saw nothing";
+    }
+    return pilot;
+}
+
+std::optional<IgiPilot> learn_emission(const IgiSettings& settings, const PassContext& context) {
+    if (const auto why = why_plain(settings.pilot, context, true); !why.empty()) {
+        context.report.notes["emission"] = why;
+        return std::nullopt;
+    }
+    auto pilot = fly_igi_pilot(settings, context);
+    if (pilot) {
+        report(pilot->pilot, settings.pilot, context.scene, context.report);
     } else {
         context.report.notes["emission"] = "plain: the pilot saw nothing";
     }

@@ -1,4 +1,5 @@
-// Whether and how the emission of photon maps is steered towards what the camera sees (photon/pilot.h).
+// Whether and how the emission is steered towards what the camera sees: of photon maps (photon/pilot.h), of
+// virtual lights (igi_pilot.h).
 #pragma once
 
 #include <fmt/format.h>
@@ -6,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/render/igi_pilot.h"
 #include "engine/render/integrator.h"
 #include "photon/pilot.h"
 
@@ -16,6 +18,10 @@ namespace lucerna {
 // stopped it). `estimate`: as the image gathers from `paths` light paths; k = 0: all within the radius.
 std::optional<Pilot> learn_emission(const PhotonMapSettings& settings, const GatherSettings& estimate,
                                     const PassContext& context);
+
+// The same for virtual lights, whose paths it starts, and the choice of lights for direct light besides.
+// Settings as with_distance() (igi_estimator.h) gives them.
+std::optional<IgiPilot> learn_emission(const IgiSettings& settings, const PassContext& context);
 
 // How a plan of a render names the pilot.
 inline std::string pilot_line(std::int64_t paths) {

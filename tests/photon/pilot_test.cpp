@@ -6,40 +6,17 @@
 #include "photon/build_maps.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
+#include "tests/support/two_rooms.h"
 
 namespace lucerna {
 namespace {
 
+using testing::left_camera;
 using testing::SceneMaker;
+using testing::two_rooms;
 
 constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::caustic, MapKind::global};
 
-// Two rooms of 1 m, a thick wall between them and in that, if asked for, a passage; each has a lamp at its
-// ceiling, and the left one a ball of glass.
-Scene two_rooms(bool passage) {
-    SceneMaker make;
-    const auto white = make.diffuse(Rgb(0.6F, 0.5F, 0.4F));
-    const float deep = passage ? 0.7F : 1.0F;
-    make.quad({0, 0, 0}, {0, 0, 1}, {2.3F, 0, 0}, white);
-    make.quad({0, 1, 0}, {2.3F, 0, 0}, {0, 0, 1}, white);
-    make.quad({0, 0, 0}, {2.3F, 0, 0}, {0, 1, 0}, white);
-    make.quad({0, 0, 1}, {0, 1, 0}, {2.3F, 0, 0}, white);
-    make.quad({0, 0, 0}, {0, 1, 0}, {0, 0, 1}, white);
-    make.quad({2.3F, 0, 0}, {0, 0, 1}, {0, 1, 0}, white);
-    make.quad({1, 0, 0}, {0, 1, 0}, {0, 0, deep}, white);
-    make.quad({1.3F, 0, 0}, {0, 1, 0}, {0, 0, deep}, white);
-    make.quad({1, 0, deep}, {0.3F, 0, 0}, {0, 1, 0}, white);
-    make.sphere({0.4F, 0.3F, 0.6F}, 0.15F, make.material(DielectricMaterial{}));
-    for (const float x : {0.35F, 1.65F}) {
-        make.quad_light({x, 0.98F, 0.35F}, {0.3F, 0, 0}, {0, 0, 0.3F}, make.diffuse(Rgb(0.0F)), Rgb(1, 2, 3));
-    }
-    return make.build();
-}
-
-// Into the left room.
-Camera left_camera() {
-    return testing::camera({0.1F, 0.5F, 0.05F}, {0.5F, 0.3F, 0.9F}, 32, 32, 60);
-}
 View all_of(const Camera& camera) {
     return {&camera, V2f(0.0F), V2f(32.0F)};
 }

@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Only the lights that matter: `igi` with and without a pilot in sixteen rooms of which one is seen, the picture's error against
+# two references by `path` at growing time, everything in it: docs/images/igi-pilot.png and the table of docs/results.md.
+# steered_emission.sh does the work, and says what is measured and what may be set before it. On two cores some ten minutes,
+# most of them the references.
+# usage: bench/figures/igi_pilot.sh [SCENE...]     default: rooms; into out/steered
+set -euo pipefail
+
+METHODS=igi PILOT=${PILOT:-16384} RESOLUTION=${RESOLUTION:-192x128} SETS=${SETS:-4 16 64} IGI=${IGI:-nlights=16 mindist=0.2} PICTURE=${PICTURE:-docs/images/igi-pilot.png} \
+    SPP=${SPP:-1024} bash "$(dirname "${BASH_SOURCE[0]}")/steered_emission.sh" "${@:-rooms}"

@@ -1,0 +1,145 @@
+#include "engine/render/igi_pilot.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "engine/base/stopwatch.h"
+#include "engine/render/light_choice.h"
+#include "photon/virtual_light_of.h"
+
+namespace lucerna {
+namespace {
+
+// Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
+constexpr double kDarkest = 0.05;
+
+// Places at which a path is tried, and paths for one camera ray: four of five shadow rays are those of paths.
+constexpr std::size_t kTries = 4;
+constexpr std::int64_t kPathsPerRay = 16, kMostRays = 4096;
+// Of the scene's diagonal: within it photons tell which lights to ask.
+constexpr float kGuideRadius = 0.05F;
+
+// What each pilot path adds at its places.
+struct Tried {
+    std::array<std::uint32_t, kTries> place;
+    std::array<float, kTries> radiance{};
+};
+
+// Places evenly over all of them, others for each path.
+Tried draw_places(std::size_t places, Stream stream) {
+    Tried tried;
+    for (std::size_t i = 0; i < kTries; ++i) {
+        const float u = (static_cast<float>(i) + stream.next()) / static_cast<float>(kTries);
+        const auto place = static_cast<std::size_t>(u * static_cast<float>(places));
+        tried.place[i] = static_cast<std::uint32_t>(std::min(place, places - 1));
+    }
+    return tried;
+}
+
+void try_path(const Scene& scene, const LightPathStart& start, const PlaceShading& shading,
+              std::span<const SeenPlace> places, Stream& stream, Tried& tried) {
+    Stream roulette = stream.split(1);
+    Ledger ledger;
+    walk(scene, start, stream, ledger, [&](const WalkHit& at) {
+        const auto light = virtual_light_of(at, stream);
+        if (!light) return;
+        for (std::size_t i = 0; i < kTries; ++i) {
+            tried.radiance[i] += shading.radiance(places[tried.place[i]], *light, roulette);
+        }
+    });
+}
+
+std::vector<Tried> try_paths(const PassContext& context, std::int64_t paths, const PlaceShading& shading,
+                             std::span<const SeenPlace> places) {
+    constexpr std::int64_t kGrain = 2048;  // fixed, so that results do not depend on threads
+    std::vector<Tried> all(static_cast<std::size_t>(paths));
+    Phase phase(context.monitor, "pilot", static_cast<std::uint64_t>(paths));
+    parallel_ranges(
+        context.workers, paths, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+            if (context.monitor.stopped()) return;
+            Emission emission(context.scene, context.seed, Purpose::emission, kEmissionPilotPass);
+            emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
+                              [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+                                  Stream stream = Stream::stratified(context.seed, Purpose::emission,
+                                                                     kEmissionPilotPass, path);
+                                  all[path] = draw_places(places.size(), stream.split(2));
+                                  if (start)
+                                      try_path(context.scene, *start, shading, places, stream, all[path]);
+                              });
+            phase.advance(static_cast<std::uint64_t>(end - begin));
+        });
+    return all;
+}
+
+// What each camera ray shows, direct and indirect light, and a little more: > 0.
+std::vector<float> radiances(const SeenPlaces& seen, std::span<const Tried> tried) {
+    std::vector<double> sum(seen.places.size()), count(seen.places.size());
+    for (const Tried& one : tried) {
+        for (std::size_t i = 0; i < kTries; ++i) {
+            sum[one.place[i]] += double{one.radiance[i]};
+            count[one.place[i]] += 1;
+        }
+    }
+    std::vector<float> shown = seen.shown;
+    for (std::size_t i = 0; i < seen.places.size(); ++i) {
+        if (count[i] > 0) shown[seen.places[i].ray] += static_cast<float>(sum[i] / count[i]);
+    }
+    double mean = 0;
+    for (const float radiance : shown) mean += double{radiance} / static_cast<double>(shown.size());
+    const auto dark = static_cast<float>(kDarkest * mean);
+    for (float& radiance : shown) radiance += dark > 0 ? dark : 1.0F;
+    return shown;
+}
+
+std::vector<float> scores(const SeenPlaces& seen, std::span<const Tried> tried) {
+    std::vector<float> result(tried.size());
+    for (std::size_t path = 0; path < tried.size(); ++path) {
+        for (std::size_t i = 0; i < kTries; ++i) {
+            const SeenPlace& place = seen.places[tried[path].place[i]];
+            result[path] += sqr(tried[path].radiance[i] / seen.shown[place.ray]) / static_cast<float>(kTries);
+        }
+    }
+    return result;
+}
+
+// By the pilot's own paths, as far as their first surfaces.
+std::optional<GuideMap> guides(const IgiSettings& settings, const PassContext& context) {
+    if (nothing_to_choose(context.scene) || settings.pilot_floor == 1) return std::nullopt;
+    GuidePlan plan{settings.pilot, context.seed, kEmissionPilotPass, {}};
+    plan.settings.radius = kGuideRadius * diagonal(context.scene);
+    return build_guides(context.scene, plan, context.workers, context.monitor);
+}
+
+}  // namespace
+
+std::optional<IgiPilot> fly_igi_pilot(const IgiSettings& settings, const PassContext& context) {
+    const Stopwatch watch;
+    const Scene& scene = context.scene;
+    if (!(scene.picker().total_power() > 0)) return std::nullopt;
+
+    // Where the picture is shaded, and by which lights it is lit directly.
+    const std::int64_t rays = std::clamp<std::int64_t>(settings.pilot / kPathsPerRay, 64, kMostRays);
+    SeenPlaces seen = see_places(settings, context, rays);
+    if (seen.places.empty()) return std::nullopt;
+
+    // What light paths bring there.
+    const auto tried = try_paths(context, settings.pilot, PlaceShading(scene, settings), seen.places);
+    if (context.monitor.stopped()) return std::nullopt;
+    seen.shown = radiances(seen, tried);
+    const std::vector<float> worth = scores(seen, tried);
+
+    // Which ones to emit, and which lights to ask.
+    IgiPilot result{
+        Pilot{learn_plan(scene, context.seed, worth, settings.pilot_floor)}, guides(settings, context), {}};
+    if (context.monitor.stopped()) return std::nullopt;
+    result.pilot.importons = seen.places.size();
+    const auto useful = std::count_if(worth.begin(), worth.end(), [](float score) { return score > 0; });
+    result.pilot.useful = static_cast<double>(useful) / static_cast<double>(worth.size());
+    result.seen = std::move(seen);
+    result.pilot.seconds = watch.seconds();
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,274 @@
+// The pilot of instant global illumination: which lights it finds, that no mean moves, and what is gained.
+#include "engine/render/igi_pilot.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "engine/render/igi_thinning.h"
+#include "photon/emission.h"
+#include "tests/support/statistics.h"
+#include "tests/support/two_rooms.h"
+
+namespace lucerna {
+namespace {
+
+using testing::SceneMaker;
+using testing::two_rooms;
+
+constexpr int kSize = 8;
+
+IgiSettings steered(std::int64_t pilot = 8192) {
+    IgiSettings settings;
+    settings.nlights = 16;
+    settings.nsets = 4;
+    settings.mindist = 0.05F;
+    settings.pilot = pilot;
+    settings.quantity = Quantity::illuminance;
+    return settings;
+}
+
+RenderResult picture(Scene scene, const IntegratorSettings& settings, std::uint64_t seed = 0,
+                     const Workers& workers = {2}, int spp = 4) {
+    Monitor silent;
+    RenderOptions options;
+    options.seed = seed;
+    options.workers = workers;
+    return render(testing::make_job(std::move(scene), testing::left_camera(kSize), settings, spp), options,
+                  silent);
+}
+
+IgiPilot fly(const Scene& scene, const IgiSettings& settings, const Workers& workers = {2}) {
+    const Camera camera = testing::left_camera();
+    Monitor silent;
+    RenderReport report;
+    PassContext context{scene, 4, 0, workers, silent, report};
+    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    return fly_igi_pilot(settings, context).value();
+}
+
+bool same(const Image& a, const Image& b) {
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            if (a.rgb_at(x, y) != b.rgb_at(x, y)) return false;
+        }
+    }
+    return true;
+}
+
+TEST(IgiPilot, ALightThatNobodySees_IsLeftToTheFloor) {
+    for (const Quantity quantity : {Quantity::radiance, Quantity::illuminance}) {
+        IgiSettings settings = steered();
+        settings.quantity = quantity;
+        const IgiPilot closed = fly(two_rooms(false), settings);
+        EXPECT_GE(closed.pilot.plan.probability(1), 0.25 * 0.5 * (1 - 1e-5));
+        EXPECT_LE(closed.pilot.plan.probability(1), 0.25 * 0.5 + 0.02);
+        EXPECT_GT(closed.pilot.useful, 0.1);
+        EXPECT_LT(closed.pilot.useful, 0.5);
+        ASSERT_TRUE(closed.guides);
+        const Guide guide = closed.guides->at(V3f(0.3F, 0, 0.3F), V3f(0, 1, 0));
+        EXPECT_EQ(guide.probability(0, kNoCell), 1);
+        // Through a hole some of its light is seen, and much of it is still not.
+        const IgiPilot open = fly(two_rooms(true), settings);
+        EXPECT_GT(open.pilot.plan.probability(1), closed.pilot.plan.probability(1) + 0.02);
+        EXPECT_LT(open.pilot.plan.probability(1), 0.45);
+    }
+}
+
+// What photons would not tell: one spot's light ends on the floor, in full view, where its virtual lights
+// face nothing that is seen; the other's on the ceiling, which is not seen and lights the floor.
+TEST(IgiPilot, LightThatLightsWhatIsSeen_MattersMoreThanLightThatIsSeen) {
+    SceneMaker make;
+    const auto white = make.diffuse(Rgb(0.6F));
+    make.quad({0, 0, 0}, {0, 0, 1}, {1, 0, 0}, white);     // the floor, all that the camera sees
+    make.quad({0, 0.6F, 0}, {1, 0, 0}, {0, 0, 1}, white);  // a ceiling that faces it
+    make.light(make_spot_light({0.2F, 0.5F, 0.5F}, {0, -1, 0}, Rgb(1), 20, 20));  // on the floor
+    make.light(make_spot_light({0.8F, 0.1F, 0.5F}, {0, 1, 0}, Rgb(1), 20, 20));   // on the ceiling
+    const Scene scene = make.build();
+    const Camera camera = testing::camera({0.5F, 0.55F, 0.02F}, {0.5F, 0, 0.6F}, 32, 32, 40);
+    Monitor silent;
+    RenderReport report;
+    const Workers workers{2};
+    PassContext context{scene, 4, 0, workers, silent, report};
+    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    const IgiPilot pilot = fly_igi_pilot(steered(), context).value();
+    // Virtual lights of the first lie on the floor and light the ceiling; only after one more bounce the
+    // floor.
+    EXPECT_LT(pilot.pilot.plan.probability(0), 0.4);
+    EXPECT_GT(pilot.pilot.plan.probability(1), 0.6);
+}
+
+TEST(IgiPilot, OnAnyNumberOfThreads_LearnsAndRendersTheSame) {
+    const IgiPilot one = fly(two_rooms(true), steered(), {1}), three = fly(two_rooms(true), steered(), {3});
+    EXPECT_EQ(one.pilot.plan.hash(), three.pilot.plan.hash());
+    EXPECT_EQ(one.guides->stations(), three.guides->stations());
+    EXPECT_TRUE(same(picture(two_rooms(true), steered(), 1, {1}).image,
+                     picture(two_rooms(true), steered(), 1, {3}).image));
+}
+
+TEST(IgiPilot, OfAFloorOfOne_ChangesNothingButWhatIsReported) {
+    IgiSettings settings = steered();
+    settings.pilot_floor = 1;
+    const RenderResult floor = picture(two_rooms(true), settings);
+    EXPECT_EQ(floor.report.notes.at("emission"), "steered by a pilot");
+    EXPECT_GT(floor.report.numbers.at("pilot.importons"), 100);
+    const RenderResult plain = picture(two_rooms(true), steered(0));
+    EXPECT_EQ(plain.report.notes.at("emission"), "plain: pilot = 0");
+    EXPECT_TRUE(same(floor.image, plain.image));
+    EXPECT_FALSE(same(picture(two_rooms(true), steered()).image, plain.image));
+}
+
+TEST(IgiPilot, WhereThereIsNothingToLearn_SaysWhyEmissionIsPlain) {
+    SceneMaker dark;
+    dark.room({1, 1, 1}, dark.diffuse(Rgb(0.5F)));
+    EXPECT_EQ(picture(dark.build(), steered()).report.notes.at("emission"), "plain: no light shines");
+    SceneMaker empty;
+    empty.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
+    EXPECT_EQ(picture(empty.build(), steered()).report.notes.at("emission"), "plain: the pilot saw nothing");
+}
+
+TEST(IgiPilot, StoppedByTheMonitor_IsNone) {
+    const Scene scene = two_rooms(true);
+    const Camera camera = testing::left_camera();
+    struct : Monitor {
+        bool stopped() const override { return true; }
+    } stopping;
+    RenderReport report;
+    const Workers workers{2};
+    PassContext context{scene, 4, 0, workers, stopping, report};
+    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    EXPECT_FALSE(fly_igi_pilot(steered(), context));
+}
+
+// Mean and error of the picture's mean luminance over seeds.
+RunningStats means(const IntegratorSettings& settings, std::uint64_t first, std::uint64_t seeds,
+                   int spp = 4) {
+    RunningStats stats;
+    for (std::uint64_t seed = first; seed < first + seeds; ++seed) {
+        stats.add(
+            testing::luminance_stats(picture(two_rooms(true, false), settings, seed, {2}, spp).image).mean());
+    }
+    return stats;
+}
+
+bool agree(const RunningStats& a, double scale, const RunningStats& b) {
+    const double error = std::hypot(scale * a.standard_error(), b.standard_error());
+    return std::fabs(scale * a.mean() - b.mean()) < 4 * error;
+}
+
+// Of all sets: that of the path tracer, with and without a pilot.
+TEST(IgiPilot, SteeredSets_HaveTheMeanOfPath) {
+    IgiSettings settings = steered();
+    settings.mindist = 0;
+    PathSettings path;
+    path.quantity = Quantity::illuminance;
+    const RunningStats truth = means(path, 500, 30, 16), pilot = means(settings, 200, 40);
+    settings.pilot = 0;
+    const RunningStats plain = means(settings, 0, 40);
+    RecordProperty("plain_path", std::to_string(plain.mean() / truth.mean()));
+    RecordProperty("steered_path", std::to_string(pilot.mean() / truth.mean()));
+    EXPECT_TRUE(agree(truth, 1, plain)) << plain.mean() << " of " << truth.mean();
+    EXPECT_TRUE(agree(truth, 1, pilot)) << pilot.mean() << " of " << truth.mean();
+    EXPECT_FALSE(agree(truth, 1.05, pilot));  // an error of 5 % is seen
+}
+
+// What the starts' weights are there for: without them a steered set would be too bright.
+TEST(IgiPilot, SteeredStarts_AreWeighted_AndTheTestSeesWrongWeights) {
+    const Scene scene = two_rooms(true, false);
+    const IgiPilot pilot = fly(scene, steered());
+    RunningStats plain, weighted, unweighted;  // power that arrives in the left room
+    for (std::uint32_t pass = 0; pass < 60; ++pass) {
+        for (const EmissionPlan* plan : {static_cast<const EmissionPlan*>(nullptr), &pilot.pilot.plan}) {
+            Emission emission(scene, 9, Purpose::virtual_light, pass, plan);
+            double sum = 0, count = 0, flux = 0;
+            emission.for_each(0, 512, [&](std::uint32_t, const std::optional<LightPathStart>& start) {
+                if (!start) return;
+                flux += double{luminance(start->power)};
+                if (start->light != 0) return;
+                sum += double{luminance(start->power)};
+                ++count;
+            });
+            (plan ? weighted : plain).add(sum / 512);
+            if (plan) unweighted.add(count * flux / 512 / 512);
+        }
+    }
+    EXPECT_TRUE(agree(plain, 1, weighted)) << plain.mean() << " and " << weighted.mean();
+    EXPECT_FALSE(agree(plain, 1, unweighted));
+}
+
+// The variance of a pixel over seeds, relative to its mean squared, of the mean pixel.
+double relative_variance(const IgiSettings& settings) {
+    std::vector<RunningStats> pixels(static_cast<std::size_t>(kSize) * kSize);
+    for (std::uint64_t seed = 0; seed < 24; ++seed) {
+        const Image image = picture(two_rooms(false, false), settings, seed, {2}, 16).image;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                pixels[static_cast<std::size_t>(y * kSize + x)].add(luminance(image.rgb_at(x, y)));
+            }
+        }
+    }
+    double sum = 0;
+    for (const RunningStats& pixel : pixels) sum += pixel.variance() / sqr(pixel.mean());
+    return sum / static_cast<double>(pixels.size());
+}
+
+// Half of all paths start where nobody sees, and of a steered set an eighth: 4/7 of the variance is the best
+// there is.
+TEST(IgiPilot, SteeredSets_HaveLessVariance) {
+    const double plain = relative_variance(steered(0)), pilot = relative_variance(steered());
+    RecordProperty("plain_over_steered", std::to_string(plain / pilot));
+    EXPECT_LT(pilot, 0.75 * plain);
+}
+
+// Thinned sets: how many lights stay, that the light they carry is in the mean what all carried, and that the
+// test would see it if they were not weighted.
+TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
+    const Scene scene = two_rooms(true, false);
+    const IgiSettings settings = steered();
+    const IgiPilot pilot = fly(scene, settings);
+    const Camera camera = testing::left_camera();
+    const Workers workers{2};
+    Monitor silent;
+    RenderReport report;
+    VirtualLightPlan plan;
+    plan.sets = 4;
+    plan.paths = 16 * kThinning;
+    const VirtualLightSets all = build_virtual_lights(scene, plan, workers, silent);
+    const auto carried = [](const VirtualLightSets& sets, bool left) {
+        double sum = 0;
+        for (const VirtualLight& light : sets.lights) {
+            if ((light.at.p.x < 1) == left) sum += double{luminance(light.contribution)};
+        }
+        return sum;
+    };
+    RunningStats count, seen, unseen, unweighted;
+    float brightest = 0;
+    for (const VirtualLight& light : all.lights)
+        brightest = std::max(brightest, luminance(light.contribution));
+    for (std::uint64_t seed = 0; seed < 200; ++seed) {
+        PassContext context{scene, seed, 0, workers, silent, report};
+        context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+        const VirtualLightSets thin = thin_virtual_lights(all, pilot.seen, settings, context);
+        ASSERT_EQ(thin.begins.size(), all.begins.size());
+        ASSERT_EQ(thin.begins.back(), thin.lights.size());
+        count.add(static_cast<double>(thin.lights.size()));
+        seen.add(carried(thin, true));
+        unseen.add(carried(thin, false));
+        const auto left = std::count_if(thin.lights.begin(), thin.lights.end(),
+                                        [](const VirtualLight& light) { return light.at.p.x < 1; });
+        unweighted.add(static_cast<double>(left) / static_cast<double>(thin.lights.size()));
+        for (const VirtualLight& light : thin.lights) {
+            EXPECT_LE(luminance(light.contribution), brightest * kThinning / settings.pilot_floor * 1.01F);
+        }
+    }
+    EXPECT_NEAR(count.mean(), static_cast<double>(all.lights.size()) / kThinning, 2);
+    EXPECT_LT(count.variance(), 8);  // systematic: each of four sets is off by less than one or by its worth
+    EXPECT_TRUE(testing::agrees(seen, carried(all, true))) << seen.mean() << " of " << carried(all, true);
+    EXPECT_TRUE(testing::agrees(unseen, carried(all, false)))
+        << unseen.mean() << " of " << carried(all, false);
+    const double share = carried(all, true) / (carried(all, true) + carried(all, false));
+    EXPECT_FALSE(testing::agrees(unweighted, share)) << unweighted.mean() << " and " << share;
+}
+
+}  // namespace
+}  // namespace lucerna
