@@ -96,7 +96,7 @@ TEST(EmitNetInPairs, EverySetAndAllSetsTogether_AreNetsInPlaceAndDirection) {
     for (std::uint32_t set = 0; set < kSets; ++set) expect_nets(set * kPaths, kPaths, 4);
     expect_nets(0, kPaths * kSets, 9);
     // The joint sequence's directions are no such net: that is what pairs are for.
-    EXPECT_FALSE(is_net(points_of(3, 0, kPaths), {2, 3}, 4, 0));
+    EXPECT_FALSE(is_net(points_of(3, 0, kPaths * kSets), {2, 3}, 9, 0));
 }
 
 TEST(EmitNetInPairs, PlaceSaysNothingOfDirectionOrLight) {
