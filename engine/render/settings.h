@@ -83,11 +83,13 @@ struct PhotonMapSettings {
 enum class VirtualLightChoice : std::uint8_t { loop, tree };
 
 struct IgiSettings {
-    int nlights = 64;        // light paths per set, rounded up to a power of 2
-    int nsets = 16;          // independent sets, rounded up to a power of 2
-    float mindist = -1;      // scene units; negative: 2 % of the scene's diagonal
-    float glimit = 0;        // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
-    bool compensate = true;  // rays put back what these two cut off, and what mirrors and glass turn
+    int nlights = 64;    // light paths per set, rounded up to a power of 2
+    int nsets = 16;      // independent sets, rounded up to a power of 2
+    float mindist = -1;  // scene units; negative: 2 % of the scene's diagonal
+    float glimit = 0;    // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
+    // Rays put back what these two cut off, and what mirrors and glass turn: unbiased then, and noisier near
+    // lamps. The note's method is without.
+    bool compensate = false;
     int gather_samples = 1;  // such rays per camera sample
     bool caustics = false;   // whether they count lamps seen by way of mirrors and glass
     VirtualLightChoice choice = VirtualLightChoice::loop;

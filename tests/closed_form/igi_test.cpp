@@ -29,6 +29,7 @@ IgiSettings few_lights(float mindist) {
     igi.nlights = 4;
     igi.nsets = 2048;
     igi.mindist = mindist;
+    igi.compensate = true;
     igi.max_specular_depth = 64;
     return igi;
 }

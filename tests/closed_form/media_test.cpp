@@ -82,7 +82,7 @@ TEST(MediaFurnaces, LosslessMediumUnderAnEvenSky_CannotBeSeenByAnyMethod) {
         for (const Method& method : methods()) {
             // Light that glass has turned before it is scattered is a caustic: no virtual light shows it.
             IntegratorSettings settings = method.settings;
-            if (auto* igi = std::get_if<IgiSettings>(&settings)) igi->caustics = true;
+            if (auto* igi = std::get_if<IgiSettings>(&settings)) igi->compensate = igi->caustics = true;
             const Colour stats = radiance(scene, settings, 8000, [](const V2f& u) {
                 return Ray{{-3, 2 * u.x - 1, 2 * u.y - 1}, V3f(1, 0.1F, -0.05F).normalized()};
             });

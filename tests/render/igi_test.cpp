@@ -33,6 +33,7 @@ IgiSettings few_lights(float mindist) {
     igi.nlights = 4;
     igi.nsets = 1024;
     igi.mindist = mindist;
+    igi.compensate = true;
     igi.max_specular_depth = 64;
     return igi;
 }
@@ -162,6 +163,7 @@ TEST(IgiWithCompensation, InARoomThatAbsorbsNothing_Ends) {
         igi.nlights = 2;
         igi.nsets = 2;
         igi.mindist = mindist;
+        igi.compensate = true;
         const Job job =
             testing::make_job(white_room(), testing::camera(V3f(0.3F), {0.5F, 0.5F, 1}, 2, 2, 60), igi, 1);
         const Image image = render(job, {3, Workers{2}}, silent).image;
