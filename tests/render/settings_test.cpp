@@ -30,7 +30,10 @@ TEST(Settings, EveryField_TakesItsOwnTextBack) {
         for (Field& field : fields(settings)) {
             EXPECT_FALSE(field.help.empty());
             const std::string text = field.text();
-            if (field.choices.empty()) {
+            if (std::holds_alternative<bool*>(field.target)) {
+                EXPECT_THAT(error_of([&] { field.set(1.0, kHere); }), HasSubstr("true or false is"));
+                field.set(text == "true", kHere);
+            } else if (field.choices.empty()) {
                 field.set(std::stod(text), kHere);
             } else {
                 field.set(text, kHere);
