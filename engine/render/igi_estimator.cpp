@@ -151,9 +151,11 @@ DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& st
 Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const {
     const Rgb scale(settings_.indirect_scale);
     if (!settings_.compensate) {
-        return direct_light(scene_, vertex, stream) + indirect(vertex, set, scale, stream);
+        const Rgb direct = direct_light(scene_, vertex, stream);
+        return direct + indirect(vertex, set, scale, stream);
     }
-    Rgb result = next_event(scene_, vertex, stream) + indirect(vertex, set, scale, stream);
+    Rgb result = next_event(scene_, vertex, stream);
+    result += indirect(vertex, set, scale, stream);
     const float share = 1 / static_cast<float>(settings_.gather_samples);
     for (int i = 0; i < settings_.gather_samples; ++i) {
         result += share * follow(onward(vertex, stream.next2()), set, stream);
@@ -171,10 +173,10 @@ Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stre
 // Light that a mirror or smooth glass turned before it came to the last place is no virtual light's: of that
 // nothing is taken off. A lamp that is met behind them makes a caustic, which counts where it is asked for.
 Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
-    Rgb direct(0), indirect(0);
+    Rgb near(0), beyond(0);  // up to the first place that is met, and from there
     for (std::uint32_t bounce = 0; bounce < kMaxBounces && !is_black(way.worth); ++bounce) {
         const auto hit = scene_.hit(way.ray);
-        (bounce == 0 ? direct : indirect) +=
+        (bounce == 0 ? near : beyond) +=
             way.worth * emission(scene_, way.ray, hit, way.rule, way.medium, stream);
 
         const Crossing crossing = cross_media(scene_, way.ray, hit, way.medium, way.worth, stream);
@@ -185,8 +187,8 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
                                       -way.ray.d, way.medium};
             way.worth = uncut(way, vertex.from(), 1);
             if (!survives(way, stream)) break;
-            indirect += way.worth * next_event(scene_, vertex, stream) +
-                        this->indirect(vertex, set, way.worth, stream);
+            beyond += way.worth * next_event(scene_, vertex, stream);
+            beyond += indirect(vertex, set, way.worth, stream);
             way = onward(vertex, stream.next2(), way);
             continue;
         }
@@ -201,8 +203,8 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
             way.worth = left;
             if (!survives(way, stream)) break;
             choice = choice_at(vertex);
-            indirect += way.worth * next_event(scene_, vertex, stream, choice) +
-                        this->indirect(vertex, set, way.worth, stream);
+            beyond += way.worth * next_event(scene_, vertex, stream, choice);
+            beyond += indirect(vertex, set, way.worth, stream);
         } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
             break;
         }
@@ -212,7 +214,7 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
         way = onward(vertex, *sample, choice, way);
         if (sample->delta && !settings_.caustics) way.rule = EmissionRule::none();
     }
-    return direct + indirect * settings_.indirect_scale;
+    return near + beyond * settings_.indirect_scale;
 }
 
 // What is left of a way's worth after virtual lights at y have brought theirs to where it began.
