@@ -10,7 +10,7 @@
 // estimate, error: its relative squared error against the reference, both means over the places and, of small
 // sets, over several; make_seconds: to walk the paths, and to put the lights in order, on all threads.
 //
-// usage: figure_igi_scaling SCENE.pbrt PLACES
+// usage: figure_igi_scaling SCENE.pbrt PLACES [TREESAMPLES]
 #include <fmt/core.h>
 
 #include <cstdlib>
@@ -119,8 +119,7 @@ std::vector<double> reference_at(const Scene& scene, const std::vector<Place>& p
 }
 
 void measure(const Scene& scene, const std::vector<Place>& places, const std::vector<double>& reference,
-             VirtualLightChoice choice, std::uint32_t paths, const Workers& workers) {
-    IgiSettings settings;
+             VirtualLightChoice choice, std::uint32_t paths, IgiSettings settings, const Workers& workers) {
     settings.choice = choice;
     // What a place deep in the dark lacks must not decide the mean.
     RunningStats all;
@@ -162,8 +161,8 @@ void measure(const Scene& scene, const std::vector<Place>& places, const std::ve
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        fmt::print(stderr, "usage: figure_igi_scaling SCENE.pbrt PLACES\n");
+    if (argc != 3 && argc != 4) {
+        fmt::print(stderr, "usage: figure_igi_scaling SCENE.pbrt PLACES [TREESAMPLES]\n");
         return 2;
     }
     try {
@@ -173,9 +172,11 @@ int main(int argc, char** argv) {
         const std::vector<Place> places =
             places_seen(job, static_cast<std::size_t>(std::max(1L, std::strtol(argv[2], nullptr, 10))));
         const std::vector<double> reference = reference_at(job.scene, places, workers);
+        IgiSettings settings;
+        if (argc == 4) settings.tree_samples = std::clamp(std::atoi(argv[3]), 1, 256);
         for (std::uint32_t paths = 16; paths <= 1U << 21; paths *= paths < 1U << 20 ? 4 : 2) {
             for (const auto choice : {VirtualLightChoice::loop, VirtualLightChoice::tree}) {
-                measure(job.scene, places, reference, choice, paths, workers);
+                measure(job.scene, places, reference, choice, paths, settings, workers);
             }
         }
     } catch (const std::exception& failure) {

@@ -126,7 +126,9 @@ template <typename Place, typename Give>
 void IgiLights::choose(const Place& place, std::size_t set, float u, Stream& stream, Give&& give) const {
     const Asking<Place> asking{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
     // A million lights want more bits than a float has.
-    const double fine = static_cast<double>(u) + static_cast<double>(stream.bits()) * 0x1p-56;
+    constexpr std::size_t kCoarse = 4096;
+    const double fine = static_cast<double>(u) +
+                        (store_.lights() > kCoarse ? static_cast<double>(stream.bits()) * 0x1p-56 : 0.0);
     std::array<Candidate, kMostCandidates> candidates;
     std::size_t size = 0;
     const auto add = [&](std::uint32_t at, float weight, float worth) {
