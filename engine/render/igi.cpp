@@ -20,19 +20,19 @@ class IgiIntegrator final : public Integrator {
         const IgiSettings settings = with_distance(context.scene, settings_);
         auto pilot = learn_emission(settings, context);
         if (context.monitor.stopped()) return nullptr;
-        const bool thins = pilot && settings_.pilot_floor < 1;
         VirtualLightPlan plan;
         plan.sets = sets();
         plan.paths = paths();
         plan.seed = context.seed;
         plan.pass = context.pass;
         if (pilot) plan.emission = &pilot->pilot.plan;
-        if (thins) plan.paths *= kThinning;
+        const std::uint32_t factor = pilot && thins() ? thinning(plan) : 1;
+        plan.paths *= factor;
         VirtualLightSets lights = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
-        if (thins) {
+        if (factor > 1) {
             context.report.numbers["virtual_lights.tried"] = static_cast<double>(lights.lights.size());
-            lights = thin_virtual_lights(std::move(lights), pilot->seen, settings, context);
+            lights = thin_virtual_lights(lights, factor, pilot->seen, settings, context);
             if (context.monitor.stopped()) return nullptr;
         }
         report_energy(lights.ledger, context.report);
@@ -50,10 +50,13 @@ class IgiIntegrator final : public Integrator {
         std::vector<std::string> lines;
         if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
         lines.push_back(fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths()));
+        if (thins()) lines.push_back("of those of more paths, the virtual lights that the picture needs");
         return lines;
     }
 
   private:
+    // A floor of 1 leaves all as it is.
+    bool thins() const { return settings_.pilot > 0 && settings_.pilot_floor < 1; }
     std::uint32_t sets() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets)); }
     std::uint32_t paths() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights)); }
 

@@ -14,9 +14,9 @@ namespace {
 constexpr float kShareOfTime = 0.1F;
 constexpr float kLeastLooks = 16, kMostLooks = 256;
 
-std::size_t looks(const View& view) {
+std::size_t looks(const View& view, std::uint32_t factor) {
     const V2f size = view.end - view.begin;
-    const float share = kShareOfTime * size.x * size.y / static_cast<float>(kThinning);
+    const float share = kShareOfTime * size.x * size.y / static_cast<float>(factor);
     return static_cast<std::size_t>(std::clamp(share, kLeastLooks, kMostLooks));
 }
 
@@ -37,11 +37,10 @@ float worth(const VirtualLight& light, const SeenPlaces& seen, const PlaceShadin
     return static_cast<float>(std::sqrt(sum / static_cast<double>(looks)));
 }
 
-std::vector<float> worths(const VirtualLightSets& sets, const SeenPlaces& seen, const IgiSettings& settings,
-                          const PassContext& context) {
+std::vector<float> worths(const VirtualLightSets& sets, std::size_t many, const SeenPlaces& seen,
+                          const IgiSettings& settings, const PassContext& context) {
     constexpr std::int64_t kGrain = 1024;  // fixed, so that results do not depend on threads
     const PlaceShading shading(context.scene, settings);
-    const std::size_t many = looks(*context.view);
     const auto count = static_cast<std::int64_t>(sets.lights.size());
     std::vector<float> result(sets.lights.size());
     Phase phase(context.monitor, "virtual lights that matter", sets.lights.size());
@@ -84,12 +83,13 @@ std::vector<double> chances(std::span<const float> worth, double floor, double w
 
 }  // namespace
 
-VirtualLightSets thin_virtual_lights(VirtualLightSets sets, const SeenPlaces& seen,
-                                     const IgiSettings& settings, const PassContext& context) {
-    const std::vector<float> all = worths(sets, seen, settings, context);
+VirtualLightSets thin_virtual_lights(const VirtualLightSets& sets, std::uint32_t factor,
+                                     const SeenPlaces& seen, const IgiSettings& settings,
+                                     const PassContext& context) {
+    const std::vector<float> all = worths(sets, looks(*context.view, factor), seen, settings, context);
     if (context.monitor.stopped()) return sets;
     const std::vector<double> chance =
-        chances(all, double{settings.pilot_floor}, static_cast<double>(all.size()) / kThinning);
+        chances(all, double{settings.pilot_floor}, static_cast<double>(all.size()) / factor);
     VirtualLightSets kept;
     kept.ledger = sets.ledger;
     kept.begins.push_back(0);

@@ -18,17 +18,26 @@
 // what the pixels show, as the paths are.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "engine/render/igi_pilot.h"
 
 namespace lucerna {
 
-// Light paths that are walked for each of a set's own.
-inline constexpr std::uint32_t kThinning = 16;
+// Light paths that are walked for each of a set's own, and how many all sets may walk together: some 700 MB
+// of lights at most, while they are tried.
+inline constexpr std::uint32_t kThinning = 16, kMostPathsToThin = 1U << 22;
 
-// Keeps about a kThinning-th of each set's lights. `floor` in (0, 1]. The same for any number of threads.
-VirtualLightSets thin_virtual_lights(VirtualLightSets sets, const SeenPlaces& seen,
-                                     const IgiSettings& settings, const PassContext& context);
+// As many as that leaves for sets of so many paths, a power of 2; 1: none are to spare.
+inline std::uint32_t thinning(const VirtualLightPlan& plan) {
+    const std::uint64_t paths = std::uint64_t{plan.sets} * plan.paths;  // powers of 2, at least 1
+    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kMostPathsToThin / paths, 1, kThinning));
+}
+
+// Keeps about 1/factor of each set's lights, factor at least 1. The same for any number of threads.
+VirtualLightSets thin_virtual_lights(const VirtualLightSets& sets, std::uint32_t factor,
+                                     const SeenPlaces& seen, const IgiSettings& settings,
+                                     const PassContext& context);
 
 }  // namespace lucerna

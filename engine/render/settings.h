@@ -101,8 +101,8 @@ struct IgiSettings {
     int shadow_rays = 4;  // 0: one for every light
     float indirect_scale = 1;
     LightSelection lights = LightSelection::tree;  // that surfaces ask for direct light
-    // Light paths of the pilot that learns which lights matter to the picture (igi_pilot.h), both to start
-    // from and to ask; 0: none. And the least share of what is done without it.
+    // Light paths of a pilot (igi_pilot.h): it learns where paths start, which virtual lights stay and which
+    // lights surfaces ask; 0: none. And the least share of what is done without it.
     std::int64_t pilot = 0;
     float pilot_floor = 0.25F;
     int max_specular_depth = 5;

@@ -248,7 +248,7 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         PassContext context{scene, seed, 0, workers, silent, report};
         context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
-        const VirtualLightSets thin = thin_virtual_lights(all, pilot.seen, settings, context);
+        const VirtualLightSets thin = thin_virtual_lights(all, kThinning, pilot.seen, settings, context);
         ASSERT_EQ(thin.begins.size(), all.begins.size());
         ASSERT_EQ(thin.begins.back(), thin.lights.size());
         count.add(static_cast<double>(thin.lights.size()));
