@@ -10,8 +10,9 @@
 //
 //   root of the mean over frames of (E_k - E_{k-1})² / (mean E)²,
 //
-// of the mean cell (root of the mean of squares). A wall's own gradients, seen with other pixels in each
-// frame, are in both numbers: they make the ratio smaller than it is.
+// of the cell in the middle when all are put in order (edges of sunlit patches are others). A wall's own
+// gradients, seen with other pixels in each frame, are in both numbers: they make the ratio smaller than it
+// is.
 //
 // Prints, for cells of every SIZE (scene units, separated by commas), flicker by fresh seeds, by one seed,
 // their ratio and how many cells were measured; and to SERIES the frames' values in the cells that are seen
@@ -100,20 +101,19 @@ double squared_flicker(const std::vector<double>& values) {
 }
 
 struct Flicker {
-    double root_mean_square = 0;
+    double of_middle_cell = 0;
     std::size_t cells = 0;
 };
 Flicker flicker(const Cells& cells) {
-    Flicker result;
-    double sum = 0;
+    std::vector<double> all;
     for (const auto& [cell, seen] : cells) {
         const std::vector<double> values = course(seen);
-        if (values.empty()) continue;
-        sum += squared_flicker(values);
-        ++result.cells;
+        if (!values.empty()) all.push_back(std::sqrt(squared_flicker(values)));
     }
-    if (result.cells > 0) result.root_mean_square = std::sqrt(sum / static_cast<double>(result.cells));
-    return result;
+    if (all.empty()) return {};
+    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+    std::nth_element(all.begin(), middle, all.end());
+    return {*middle, all.size()};
 }
 
 V3d parse_travel(const std::string& text) {
@@ -196,15 +196,14 @@ void run(const std::vector<std::string>& words) {
     const auto fresh = flight.fly(true, sizes), fixed = flight.fly(false, sizes);
     for (std::size_t i = 0; i < sizes.size(); ++i) {
         const Flicker a = flicker(fresh[i]), b = flicker(fixed[i]);
-        if (b.cells == 0 || !(b.root_mean_square > 0)) {
+        if (b.cells == 0 || !(b.of_middle_cell > 0)) {
             fmt::print("cells of {:g}: none is seen well enough in every frame\n", sizes[i]);
             continue;
         }
         fmt::print(
             "cells of {:g}: {} of them; flicker by fresh seeds {:.4f}, by one seed {:.4f}: {:.1f} times "
             "less\n",
-            sizes[i], b.cells, a.root_mean_square, b.root_mean_square,
-            a.root_mean_square / b.root_mean_square);
+            sizes[i], b.cells, a.of_middle_cell, b.of_middle_cell, a.of_middle_cell / b.of_middle_cell);
     }
     if (!sizes.empty()) write_series(words[6], fresh.front(), fixed.front());
 }

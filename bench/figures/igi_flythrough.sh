@@ -3,19 +3,19 @@
 # change from frame to frame, large ones (0.5) and small ones (0.1), as figure_igi_flythrough measures it: the flicker of
 # docs/results.md and docs/images/igi-flythrough.svg, the course of three large pieces. On two cores some five minutes.
 # usage: bench/figures/igi_flythrough.sh [SCENE] [TRAVEL]
-#     default: the cathedral, "0 0 1.2" (scene units from the first frame to the last); into out/flythrough
+#     default: the rooms, "0.3 0 0.3" (scene units from the first frame to the last); into out/flythrough
 # RESOLUTION, SPP, FRAMES, IGI (settings) may be set before it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
-scene=${1:-scenes/cathedral/cathedral.pbrt}
-travel=${2:-0 0 1.2}
+scene=${1:-scenes/rooms/rooms.pbrt}
+travel=${2:-0.3 0 0.3}
 out=out/flythrough
 mkdir -p "$out" docs/images
 cmake --build build/release --target figure_igi_flythrough >/dev/null
 [ "$scene" != scenes/cathedral/cathedral.pbrt ] || [ -e scenes/cathedral/mesh ] || bash scenes/make.sh cathedral
 
 # shellcheck disable=SC2086  # IGI is a list of words
-build/release/bench/figure_igi_flythrough "$scene" "${RESOLUTION:-120x150}" "${SPP:-16}" "${FRAMES:-24}" "$travel" 0.5,0.1 \
+build/release/bench/figure_igi_flythrough "$scene" "${RESOLUTION:-192x128}" "${SPP:-16}" "${FRAMES:-24}" "$travel" 0.5,0.1 \
     "$out/series.txt" ${IGI:-nsets=16 nlights=16}
 /usr/bin/python3 bench/figures/igi_flythrough.py docs/images/igi-flythrough.svg "$out/series.txt"
