@@ -6,5 +6,5 @@
 # usage: bench/figures/igi_pilot.sh [SCENE...]     default: rooms; into out/steered
 set -euo pipefail
 
-METHODS=igi PILOT=${PILOT:-16384} RESOLUTION=${RESOLUTION:-192x128} SETS=${SETS:-4 16 64} IGI=${IGI:-nlights=16} PICTURE=${PICTURE:-docs/images/igi-pilot.png} \
-    SPP=${SPP:-1024} bash "$(dirname "${BASH_SOURCE[0]}")/steered_emission.sh" "${@:-rooms}"
+METHODS=igi PILOT=${PILOT:-16384} RESOLUTION=${RESOLUTION:-384x256} SETS=${SETS:-4 8 16 32} IGI=${IGI:-nlights=16} PICTURE=${PICTURE:-docs/images/igi-pilot.png} \
+    SPP=${SPP:-512} bash "$(dirname "${BASH_SOURCE[0]}")/steered_emission.sh" "${@:-rooms}"
