@@ -53,7 +53,7 @@ std::string_view purpose(std::string_view integrator) {
     if (integrator == "direct") return "direct light only, through mirrors and glass";
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
     if (integrator == "progressive") return "photon maps in passes, with a radius that shrinks: consistent";
-    return "instant global illumination: virtual lights; smooth, without caustics";
+    return "instant global illumination: virtual lights; smooth, caustics by compensate alone";
 }
 
 void print_integrators(std::ostream& out) {
