@@ -1,6 +1,6 @@
 """Puts pictures side by side, two rows of them, named after their files.
 
-usage: igi_pictures.py sheet.png picture.png...
+usage: igi_pictures.py sheet picture.png...
 """
 import math
 import os
@@ -23,7 +23,7 @@ def main(sheet, files):
         axis.imshow(picture, interpolation="nearest")
         axis.set_title(os.path.splitext(os.path.basename(file))[0], fontsize=8)
     figure.tight_layout(pad=0.4)
-    figure.savefig(sheet, dpi=110)
+    figure.savefig(sheet, dpi=100)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Instant global illumination as its note shows it: the cathedral by 1, 16 and 256 sets of virtual lights at 16 samples per pixel,
-# without the least distance (bright spots), with what the least distance takes put back, and by `path`: docs/images/igi-sets.png
-# and the table. Ten paths a set make some twenty virtual lights, as few as the note's. Half an hour on two cores, nearly all of
-# it the references, which are kept.
+# without the least distance (bright spots), with what the least distance takes put back, and by `path`: docs/images/igi-sets.jpg
+# and the table. Of 512 paths a set few enter the nave and leave a virtual light where it is seen. A few minutes on two cores, nearly all
+# of them the references, which are kept.
 # usage: bench/figures/igi_pictures.sh [ROOM]     ROOM: pbrt-v2's room-igi.pbrt, to be rendered as it stands beside `path`
 # RESOLUTION and REFERENCE (samples per pixel of the path-traced images) may be set before it.
 set -euo pipefail
@@ -11,8 +11,8 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 lucerna=build/release/lucerna
 out=out/igi
-resolution=${RESOLUTION:-240x300}
-reference=${REFERENCE:-1024}
+resolution=${RESOLUTION:-180x225}
+reference=${REFERENCE:-512}
 mkdir -p "$out" docs/images
 [ -e scenes/cathedral/mesh ] || scenes/make.sh cathedral
 
@@ -20,7 +20,7 @@ mkdir -p "$out" docs/images
 render() {
     local name=$1 scene=$2
     shift 2
-    "$lucerna" render "$scene" -o "$out/$name.exr" --quiet --stats "$out/$name.json" "$@"
+    "$lucerna" render "$scene" -o "$out/$name.exr" --png --exposure -0.8 --quiet --stats "$out/$name.json" "$@"
 }
 # row NAME REFERENCE: time, relative MSE, mean over the reference's
 row() {
@@ -44,15 +44,15 @@ truth=cathedral-path-$resolution-$reference
 [ -f "$out/$truth.exr" ] || render "$truth" "$cathedral" --integrator path --set maxdepth=0 --spp "$reference" --seed 101 $size
 render direct "$cathedral" --integrator direct --spp 16 $size
 for sets in 1 16 256; do
-    render "sets-$sets" "$cathedral" --integrator igi --spp 16 --set nlights=8 nsets=$sets $size
+    render "sets-$sets" "$cathedral" --integrator igi --spp 16 --set nlights=512 nsets=$sets $size
 done
-render no-mindist "$cathedral" --integrator igi --spp 16 --set nlights=8 nsets=16 mindist=0 $size
-render compensated "$cathedral" --integrator igi --spp 16 --set nlights=8 nsets=16 compensate=true $size
+render no-mindist "$cathedral" --integrator igi --spp 16 --set nlights=512 nsets=16 mindist=0 $size
+render compensated "$cathedral" --integrator igi --spp 16 --set nlights=512 nsets=16 compensate=true $size
 for name in direct sets-1 sets-16 sets-256 no-mindist compensated; do row "$name" "$truth"; done
 
 pictures=()
-for name in direct sets-1 sets-16 sets-256 no-mindist compensated "$truth"; do pictures+=("$out/$name.exr"); done
-/usr/bin/python3 bench/figures/igi_pictures.py docs/images/igi-sets.png "${pictures[@]}"
+for name in direct sets-1 sets-16 sets-256 no-mindist compensated "$truth"; do pictures+=("$out/$name.png"); done
+/usr/bin/python3 bench/figures/igi_pictures.py docs/images/igi-sets.jpg "${pictures[@]}"
 
 if [ -n "$room" ]; then
     truth=room-path-$reference

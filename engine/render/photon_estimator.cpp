@@ -13,6 +13,9 @@ namespace {
 // Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
 constexpr int kMostBounces = 64;
 
+// Bounces over shiny surfaces from the eye that are followed without roulette.
+constexpr int kSureBounces = 4;
+
 // How much larger than the radius at a place those of the caustic photons that reach it may be: radii change
 // slowly, by less than half of the way from one place to the other.
 constexpr float kCausticReach = 2;
@@ -114,7 +117,10 @@ class PhotonMapEstimator final : public Estimator {
             const auto next = go_on(ways, chain.wo, rule, rest_lights, stream);
             if (!next) break;
             throughput *= next->sample.weight;
-            const float survival = std::min(1.0F, max_component(throughput));
+            // Faint gloss that the camera sees is followed all the same: one ray beside all those that
+            // gather, where roulette would make bright specks of what lamps it mirrors.
+            const bool sure = stage == Stage::eye && depth < kSureBounces;
+            const float survival = sure ? 1.0F : std::min(1.0F, max_component(throughput));
             if (!(stream.next() < survival)) break;
             throughput /= survival;
             rule = next->rule;
