@@ -1,8 +1,12 @@
-"""Writes rooms.pbrt: sixteen furnished rooms with a lamp each, of which the camera sees one. The same bytes on every run."""
+"""Writes rooms.pbrt: sixteen furnished rooms with a lamp each, of which the camera sees one. The same bytes on every run.
+
+usage: make.py [ROOMS]      each way; other than 4: rooms-ROOMS.pbrt
+"""
 import os
 import random
+import sys
 
-ROOMS = 4              # each way
+ROOMS = int(sys.argv[1]) if len(sys.argv) > 1 else 4  # each way
 SIZE = 4.0             # of a room, from the middle of a wall to the next, metres
 HEIGHT = 2.7
 WALL = 0.06            # half of a wall's thickness
@@ -100,7 +104,8 @@ def main():
     text += surface("tables", "0.36 0.22 0.12", tables)
     text += surface("shelves and boxes", "0.20 0.34 0.45", shelves)
     text += "\n# lamps, shining down\n" + lamps
-    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "rooms.pbrt"), "w", encoding="utf-8") as file:
+    name = "rooms.pbrt" if ROOMS == 4 else f"rooms-{ROOMS}.pbrt"
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), name), "w", encoding="utf-8") as file:
         file.write(text)
 
 

@@ -23,7 +23,7 @@ struct Subject {
     V2i size;
     Where whole, part;
     Quantity quantity = Quantity::radiance;
-    int path_spp = 512, path_seeds = 4, seeds = 8;
+    int path_spp = 512, path_seeds = 4, seeds = 24;
     double noise = 0.003;
 
     Job job(const std::string& integrator, int spp) const {
