@@ -63,7 +63,7 @@ class Lit {
     Lit(const Scene& scene, IgiSettings settings, std::uint32_t paths, std::uint32_t pass,
         const Workers& workers)
         : lights_(make(scene, with_distance(scene, settings), paths, pass, workers)),
-          shading_(scene, without_roulette(with_distance(scene, settings)), paths) {}
+          shading_(scene, with_distance(scene, settings), paths) {}
 
     double luminance_at(const Place& place, std::uint32_t sample) const {
         Stream stream = Stream::stratified(2, Purpose::bench, 1, sample);
@@ -80,10 +80,6 @@ class Lit {
     std::size_t bytes() const { return lights_.bytes(); }
 
   private:
-    static IgiSettings without_roulette(IgiSettings settings) {
-        settings.rr_threshold = 0;
-        return settings;
-    }
     IgiLights make(const Scene& scene, const IgiSettings& settings, std::uint32_t paths, std::uint32_t pass,
                    const Workers& workers) {
         Monitor silent;

@@ -13,12 +13,6 @@ namespace {
 // Of the scene's diagonal: wide enough to hide the bright spots of some ten virtual lights per set.
 constexpr float kDefaultMinDist = 0.02F;
 
-// Shadow rays have played their roulette when a light is shaded.
-IgiSettings without_roulette(IgiSettings settings) {
-    settings.rr_threshold = 0;
-    return settings;
-}
-
 // A compensating ray on its way from a place that virtual lights have lit.
 struct Onward {
     Ray ray{};
@@ -62,7 +56,7 @@ class IgiEstimator final : public Estimator {
           guides_(std::move(guides)),
           chooser_(scene, settings.lights),
           guided_{settings.pilot_floor, candidates_that_pay(scene)},
-          shading_(scene, without_roulette(settings), lights_.paths()),
+          shading_(scene, settings, lights_.paths()),
           has_specular_(scene.has_specular()) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {

@@ -95,17 +95,7 @@ SeenPlaces see_places(const IgiSettings& settings, const PassContext& context, s
     return all;
 }
 
-namespace {
-
-// Every light gets its shadow ray.
-IgiSettings without_roulette(IgiSettings settings) {
-    settings.rr_threshold = 0;
-    return settings;
-}
-
-}  // namespace
-
 PlaceShading::PlaceShading(const Scene& scene, const IgiSettings& settings)
-    : shading_(scene, without_roulette(settings), 1), scale_(settings.indirect_scale) {}
+    : shading_(scene, settings, 1), scale_(settings.indirect_scale) {}
 
 }  // namespace lucerna

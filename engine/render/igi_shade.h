@@ -13,21 +13,17 @@ class VirtualLightShading {
   public:
     // `settings.mindist` is a distance here, no longer "the default". One set has `paths` light paths.
     VirtualLightShading(const Scene& scene, const IgiSettings& settings, std::uint32_t paths)
-        : scene_(scene),
-          bound_(settings.mindist, settings.glimit),
-          rr_threshold_(settings.rr_threshold),
-          rr_continue_(settings.rr_continue),
-          paths_(static_cast<float>(paths)) {}
+        : scene_(scene), bound_(settings.mindist, settings.glimit), paths_(static_cast<float>(paths)) {}
 
     const NearBound& bound() const { return bound_; }
 
     // Radiance towards the eye (in a medium: per unit of σ_s) from one light of a set of which all are asked,
     // times `worth`. The sum over a set is one sample per light path: it is divided by the number of paths.
     // (The note's listing divides by the number of virtual lights, of which a path makes several; that loses
-    // their energy.) `Place` is a Vertex or a MediumVertex. Draws from `roulette` in any case.
+    // their energy.) `Place` is a Vertex or a MediumVertex. Which lights get a shadow ray has been decided
+    // before (igi_lights.h); `stream` is for media that are not even.
     template <typename Place>
-    Rgb shade(const Place& place, const VirtualLight& light, const Rgb& worth, Stream& roulette) const {
-        const float u_shadow = roulette.next();
+    Rgb shade(const Place& place, const VirtualLight& light, const Rgb& worth, Stream& stream) const {
         const SurfacePoint x = place.from();
         const V3f way = light.at.p - x.p;
         const float d2 = way.length2();
@@ -40,22 +36,15 @@ class VirtualLightShading {
         const float kept = bound_.kept(d2, cosines, x.error + light.at.error);
         if (!(kept > 0)) return Rgb(0);
 
-        Rgb value = worth * place.value(w) * light.contribution * (kept * sent / d2 / paths_);
+        const Rgb value = worth * place.value(w) * light.contribution * (kept * sent / d2 / paths_);
         if (is_black(value)) return value;
-
-        // Faint lights get their shadow ray only sometimes.
-        if (luminance(value) < rr_threshold_) {
-            if (!(u_shadow < rr_continue_)) return Rgb(0);
-            value /= rr_continue_;  // at least 1e-6
-        }
         if (!visible_between(scene_, x, light.at)) return Rgb(0);
-        return value * passage(scene_, x, w, d, place.medium_towards(w), roulette);
+        return value * passage(scene_, x, w, d, place.medium_towards(w), stream);
     }
 
   private:
     const Scene& scene_;
     NearBound bound_;
-    float rr_threshold_, rr_continue_;
     float paths_;
 };
 

@@ -10,29 +10,20 @@
 namespace lucerna {
 namespace {
 
+using testing::all_but_the_lamp;
 using testing::compare_means;
 using testing::expect_agrees;
 using testing::expect_differs;
+using testing::few_lights;
 using testing::region_means;
 using testing::RegionMeans;
 using testing::SceneMaker;
 
-bool all_but_the_lamp(double x, double y) {
-    return y < 0.6 || std::fabs(x) > 0.35;
-}
 bool lower_half(double, double y) {
     return y < 0;
 }
 
-IgiSettings few_lights(float mindist) {
-    IgiSettings igi;
-    igi.nlights = 4;
-    igi.nsets = 2048;
-    igi.mindist = mindist;
-    igi.compensate = true;
-    igi.max_specular_depth = 64;
-    return igi;
-}
+constexpr int kSets = 2048;
 
 RegionMeans means(Scene scene, const IntegratorSettings& settings, int spp, int seeds = 8) {
     const Job job = testing::make_job(std::move(scene), testing::small_cornell_camera(16), settings, spp);
@@ -48,7 +39,7 @@ Scene room_with_mirror_and_glass() {
 
 TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     const RegionMeans path = means(room_with_mirror_and_glass(), PathSettings{}, 2048);
-    IgiSettings igi = few_lights(0.05F);
+    IgiSettings igi = few_lights(0.05F, kSets);
     igi.caustics = true;
     expect_agrees(means(room_with_mirror_and_glass(), igi, 512), path, "all", 0.006);
     // Each of the two has a share of it.
@@ -71,8 +62,8 @@ TEST(IgiCompensation, OnGloss_WithoutAnyVirtualLight_IsThePathTracer) {
         });
     };
     const RegionMeans path = means(glossy(), PathSettings{}, 1024);
-    expect_agrees(means(glossy(), few_lights(10), 512), path, "all compensated", 0.006);
-    const auto usual = compare_means(means(glossy(), few_lights(0.05F), 64).whole, path.whole);
+    expect_agrees(means(glossy(), few_lights(10, kSets), 512), path, "all compensated", 0.006);
+    const auto usual = compare_means(means(glossy(), few_lights(0.05F, kSets), 64).whole, path.whole);
     RecordProperty("ratio at mindist 0.05", fmt::format("{:.4f}", usual.ratio));
     EXPECT_NEAR(usual.ratio, 1, 0.03);
 }
@@ -99,7 +90,7 @@ TEST(IgiOfACurtain, LightOnTheOtherSide_AgreesWithPath) {
     };
     const RegionMeans path = seen(PathSettings{}, 512);
     for (const float mindist : {0.05F, 0.4F}) {
-        expect_agrees(seen(few_lights(mindist), 64), path, fmt::format("mindist {}", mindist), 0.006);
+        expect_agrees(seen(few_lights(mindist, kSets), 64), path, fmt::format("mindist {}", mindist), 0.006);
     }
 }
 
@@ -125,9 +116,9 @@ TEST(IgiOfAMeasuredLamp, InAClosedRoom_AgreesWithPathAtAnyLeastDistance) {
     };
     const RegionMeans path = seen(PathSettings{}, 512);
     for (const float mindist : {0.0F, 0.09F, 0.35F}) {
-        expect_agrees(seen(few_lights(mindist), 64), path, fmt::format("mindist {}", mindist), 0.011);
+        expect_agrees(seen(few_lights(mindist, kSets), 64), path, fmt::format("mindist {}", mindist), 0.011);
     }
-    IgiSettings bare = few_lights(0.35F);
+    IgiSettings bare = few_lights(0.35F, kSets);
     bare.compensate = false;
     expect_differs(seen(bare, 64), path, "not compensated");
 }

@@ -7,11 +7,14 @@
 
 #include "engine/render/igi_thinning.h"
 #include "photon/emission.h"
+#include "tests/support/same_image.h"
 #include "tests/support/statistics.h"
 #include "tests/support/two_rooms.h"
 
 namespace lucerna {
 namespace {
+
+using testing::same;
 
 using testing::SceneMaker;
 using testing::two_rooms;
@@ -45,15 +48,6 @@ IgiPilot fly(const Scene& scene, const IgiSettings& settings, const Workers& wor
     PassContext context{scene, 4, 0, workers, silent, report};
     context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
     return fly_igi_pilot(settings, context).value();
-}
-
-bool same(const Image& a, const Image& b) {
-    for (int y = 0; y < a.height; ++y) {
-        for (int x = 0; x < a.width; ++x) {
-            if (a.rgb_at(x, y) != b.rgb_at(x, y)) return false;
-        }
-    }
-    return true;
 }
 
 TEST(IgiPilot, ALightThatNobodySees_IsLeftToTheFloor) {

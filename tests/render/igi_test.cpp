@@ -10,33 +10,22 @@
 namespace lucerna {
 namespace {
 
+using testing::all_but_the_lamp;
 using testing::compare_means;
 using testing::expect_agrees;
 using testing::expect_differs;
+using testing::few_lights;
 using testing::region_means;
 using testing::RegionMeans;
 using testing::SceneMaker;
 
-// All but the lamp, a few bright pixels that would decide every mean.
-bool all_but_the_lamp(double x, double y) {
-    return y < 0.6 || std::fabs(x) > 0.35;
-}
 // Along the edges at which the box's back wall meets the others.
 bool along_edges(double x, double y) {
     const double at = std::max(std::fabs(x), std::fabs(y));
     return 0.48 < at && at < 0.7;
 }
 
-// Many sets of few lights: what one seed's paths say of the whole, at little cost per sample.
-IgiSettings few_lights(float mindist) {
-    IgiSettings igi;
-    igi.nlights = 4;
-    igi.nsets = 1024;
-    igi.mindist = mindist;
-    igi.compensate = true;
-    igi.max_specular_depth = 64;
-    return igi;
-}
+constexpr int kSets = 1024;
 
 RegionMeans means(Scene scene, const IntegratorSettings& settings, int spp, int seeds = 6) {
     const Job job = testing::make_job(std::move(scene), testing::small_cornell_camera(16), settings, spp);
@@ -89,13 +78,13 @@ class Compensation : public ::testing::Test {
 
 TEST_F(Compensation, AtAnyLeastDistance_AgreesWithPath) {
     for (const float share : {0.0F, 0.05F, 0.2F}) {
-        expect_agrees(means(testing::small_cornell(), few_lights(share * diagonal_), 32), path(),
+        expect_agrees(means(testing::small_cornell(), few_lights(share * diagonal_, kSets), 32), path(),
                       fmt::format("mindist {} of the diagonal", share), 0.006);
     }
 }
 
 TEST_F(Compensation, OfAClampedFactor_AgreesWithPath) {
-    IgiSettings igi = few_lights(0);
+    IgiSettings igi = few_lights(0, kSets);
     igi.glimit = 2;
     expect_agrees(means(testing::small_cornell(), igi, 32), path(), "clamp", 0.006);
     igi.mindist = 0.1F * diagonal_;
@@ -103,7 +92,7 @@ TEST_F(Compensation, OfAClampedFactor_AgreesWithPath) {
 }
 
 TEST_F(Compensation, Without_TheSameTestRejects) {
-    IgiSettings igi = few_lights(0.2F * diagonal_);
+    IgiSettings igi = few_lights(0.2F * diagonal_, kSets);
     igi.compensate = false;
     expect_differs(means(testing::small_cornell(), igi, 32), path(), "fade");
     igi.mindist = 0;
@@ -113,7 +102,7 @@ TEST_F(Compensation, Without_TheSameTestRejects) {
 
 // Direct light counts once, however indirect light is scaled.
 TEST_F(Compensation, IsScaledAsAllIndirectLightIs) {
-    IgiSettings igi = few_lights(0.2F * diagonal_);
+    IgiSettings igi = few_lights(0.2F * diagonal_, kSets);
     igi.indirect_scale = 0;
     const RegionMeans direct = means(testing::small_cornell(), DirectSettings{}, 32);
     expect_agrees(means(testing::small_cornell(), igi, 32), direct, "none of it", 0.006);
@@ -126,7 +115,7 @@ TEST_F(Compensation, IsScaledAsAllIndirectLightIs) {
 TEST_F(Compensation, ByMoreRays_OfIlluminance_AgreesWithPath) {
     PathSettings reference;
     reference.quantity = Quantity::illuminance;
-    IgiSettings igi = few_lights(0.1F * diagonal_);
+    IgiSettings igi = few_lights(0.1F * diagonal_, kSets);
     igi.quantity = Quantity::illuminance;
     igi.gather_samples = 3;
     expect_agrees(means(testing::small_cornell(), igi, 16), means(testing::small_cornell(), reference, 256),
@@ -141,7 +130,7 @@ TEST(CompensationInFog, AgreesWithPath_AndWithoutItLightIsMissing) {
         });
     };
     const RegionMeans path = means(foggy(), PathSettings{}, 128);
-    IgiSettings igi = few_lights(0.3F);
+    IgiSettings igi = few_lights(0.3F, kSets);
     expect_agrees(means(foggy(), igi, 32), path, "fog", 0.01);
     igi.compensate = false;
     expect_differs(means(foggy(), igi, 8), path, "fog");

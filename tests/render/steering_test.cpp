@@ -3,12 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/same_image.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace {
+
+using testing::same;
 
 using testing::SceneMaker;
 
@@ -37,15 +40,6 @@ RenderResult picture(const IntegratorSettings& settings, RenderOptions options =
     return render(
         testing::make_job(box_with_a_lamp_behind(), testing::small_cornell_camera(size), settings, spp),
         options, silent);
-}
-
-bool same(const Image& a, const Image& b) {
-    for (int y = 0; y < a.height; ++y) {
-        for (int x = 0; x < a.width; ++x) {
-            if (a.rgb_at(x, y) != b.rgb_at(x, y)) return false;
-        }
-    }
-    return true;
 }
 
 TEST(SteeredEmission, ByAFloorOfOne_IsThePlainImage) {

@@ -43,6 +43,23 @@ inline RegionMeans region_means(const Job& job, int seeds, const Where& whole, c
     return means;
 }
 
+// The lamp is a few bright pixels of the box, which would decide every mean.
+inline bool all_but_the_lamp(double x, double y) {
+    return y < 0.6 || std::fabs(x) > 0.35;
+}
+
+// Compensated virtual lights, in many sets of few: what one seed's paths say of the whole, at little cost per
+// sample.
+inline IgiSettings few_lights(float mindist, int sets) {
+    IgiSettings igi;
+    igi.nlights = 4;
+    igi.nsets = sets;
+    igi.mindist = mindist;
+    igi.compensate = true;
+    igi.max_specular_depth = 64;
+    return igi;
+}
+
 struct MeansCompared {
     double ratio;   // of the means
     double sigmas;  // between them, by both their standard errors
