@@ -35,23 +35,4 @@ V3f crossing(const V3f& x, const V3f& n, const V3f& x_i, const V3f& d, MetricKin
 // come out. 1 for fewer than eight points, which say little, and for a hull of no area.
 float hull_share(KernelShape kernel, std::vector<V2f>& points);
 
-// A disc whose share is probed.
-struct ProbedDisc {
-    V3f x, n;
-    float r2;     // squared radius, scene units, > 0
-    float ball2;  // TangentMetric::ball2 of it
-    KernelShape kernel;
-};
-// Two numbers in [0,1) that x decides.
-V2f probe_shift(const V3f& x);
-
-inline constexpr int kProbedDirections = 2;
-inline constexpr int kProbes = 16;  // of each
-// Share of the kernel over places across which photons travelling along the first `kProbedDirections` of
-// `directions` (at least one; all with n·d < 0) would have been counted by the metric. The mean of shares is
-// the harmonic one: directions of a small share are found as seldom as it is small. In (0,1]. The probes'
-// places are a function of x.
-float probed_share(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-                   std::span<const V3f> directions);
-
 }  // namespace lucerna

@@ -51,19 +51,21 @@ GatherResult Gather::sum(const Disc& disc, std::span<const Neighbour> found, Car
         result.value +=
             carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, neighbour.key / disc.r2);
     }
-    result.share = share(disc, found);
-    result.value /= disc.r2 * result.share;  // the share is never 0
+    const auto [share, part] = probed(disc, found);
+    result.share = share;
+    result.part = part;
+    result.value *= part / (disc.r2 * share);  // the share is never 0
     return result;
 }
 
-// Directions of some of the photons, in proportion to what each brings to the estimate.
-std::span<const V3f> Gather::pick_directions(const Disc& disc, std::span<const Neighbour> found,
-                                             std::span<V3f> picked) const {
+// Some of the photons, in proportion to what each brings to the estimate.
+std::span<const ProbedPhoton> Gather::pick(const Disc& disc, std::span<const Neighbour> found,
+                                           std::span<ProbedPhoton> picked) const {
     const auto brings = [&](const Neighbour& neighbour) {
         return luminance(map_.photons()[neighbour.index].power) *
                kernel(settings_.kernel, neighbour.key / disc.r2);
     };
-    const float shift = probe_shift(disc.x).x;
+    const float shift = probe_shift(disc.x).photon;
     float total = 0;
     for (const Neighbour& neighbour : found) total += brings(neighbour);
     std::size_t count = 0;
@@ -72,16 +74,17 @@ std::span<const V3f> Gather::pick_directions(const Disc& disc, std::span<const N
         sum += brings(neighbour);
         while (count < picked.size() &&
                sum * static_cast<float>(picked.size()) > (static_cast<float>(count) + shift) * total) {
-            picked[count++] = map_.photons()[neighbour.index].direction.unpack();
+            picked[count++] = {map_.positions()[neighbour.index],
+                               map_.photons()[neighbour.index].direction.unpack()};
         }
     }
     return picked.first(count);
 }
 
-float Gather::share(const Disc& disc, std::span<const Neighbour> found) const {
+Probed Gather::probed(const Disc& disc, std::span<const Neighbour> found) const {
     switch (settings_.boundary) {
         case Boundary::none:
-            return 1;
+            return {1, 1};
         case Boundary::hull: {
             const Frame frame(disc.n);
             const float scale = 1 / std::sqrt(disc.r2);
@@ -92,19 +95,19 @@ float Gather::share(const Disc& disc, std::span<const Neighbour> found) const {
                                        map_.photons()[neighbour.index].direction.unpack(), settings_.metric);
                 points.emplace_back(scale * frame.s.dot(q), scale * frame.t.dot(q));
             }
-            return hull_share(settings_.kernel, points);
+            return {hull_share(settings_.kernel, points), 1};
         }
         case Boundary::probes: {
-            if (!scene_) return 1;
-            std::array<V3f, kProbedDirections> picked;
-            const std::span<const V3f> directions = pick_directions(disc, found, picked);
-            if (directions.empty()) return 1;
+            if (!scene_) return {1, 1};
+            std::array<ProbedPhoton, kProbedPhotons> some;
+            const std::span<const ProbedPhoton> picked = pick(disc, found, some);
+            if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
-            return probed_share(*scene_, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel},
-                                metric, directions);
+            return probe(*scene_, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel}, metric,
+                         picked);
         }
     }
-    return 1;
+    return {1, 1};
 }
 
 GatherResult Gather::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {

@@ -6,6 +6,7 @@
 #include "photon/boundary.h"
 #include "photon/kernel.h"
 #include "photon/photon_map.h"
+#include "photon/probes.h"
 #include "photon/tangent_metric.h"
 
 namespace lucerna {
@@ -25,6 +26,7 @@ struct GatherResult {
     float radius = 0;  // of the disc, scene units
     int photons = 0;   // that counted
     float share = 1;   // of the kernel, by which the boundary correction divided
+    float part = 1;    // of the value found that counted
 };
 
 // Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
@@ -67,9 +69,9 @@ class Gather {
     // Of photons already found.
     template <typename Carry>
     GatherResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
-    std::span<const V3f> pick_directions(const Disc& disc, std::span<const Neighbour> found,
-                                         std::span<V3f> picked) const;
-    float share(const Disc& disc, std::span<const Neighbour> found) const;
+    std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found,
+                                       std::span<ProbedPhoton> picked) const;
+    Probed probed(const Disc& disc, std::span<const Neighbour> found) const;
 
     const PhotonMap& map_;
     GatherSettings settings_;

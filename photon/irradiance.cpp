@@ -12,6 +12,29 @@ constexpr float kSameNormal = 0.9F;  // cosine
 constexpr std::int64_t kGrain = 1024;
 constexpr int kMostBounces = 8;  // over shiny surfaces
 
+// Whatever looks along a surface looks from so far above it, in units of the distance: a surface that curves
+// hides nothing.
+constexpr float kLift = 0.05F;
+
+// How far it is along the surface to whatever stands on it, at most `most`. What is thinner than the gaps
+// between the rays is missed.
+float room_around(const Scene& scene, const SurfacePoint& at, float most) {
+    constexpr int kRays = 8;
+    constexpr float kBetweenRays =
+        0.92F;  // cos(π/8): a wall across two rays is nearer than where they meet it
+    const Frame frame(at.n);
+    const V3f eye = at.p + (kLift * most + at.error) * at.n;
+    float room = most;
+    for (int i = 0; i < kRays; ++i) {
+        const float phi = 2 * kPi * static_cast<float>(i) / kRays;
+        const V3f way = std::cos(phi) * frame.s + std::sin(phi) * frame.t;
+        if (const auto met = scene.meet(Ray{eye, way, room / kBetweenRays})) {
+            room = std::min(room, kBetweenRays * static_cast<float>(met->meeting.t));
+        }
+    }
+    return room;
+}
+
 // Goes on from `from` along d to the first surface with a diffuse part.
 void land(const Scene& scene, SurfacePoint from, V3f d, Stream& stream, SurfacePlaces& places) {
     for (int bounce = 0; bounce < kMostBounces; ++bounce) {
@@ -71,7 +94,7 @@ SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePl
 
 IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources,
                                    const Workers& workers, Monitor& monitor)
-    : places_(in_order(places, workers)), values_(places_.size()) {
+    : scene_(sources.scene), places_(in_order(places, workers)), values_(places_.size()) {
     const auto count = static_cast<std::int64_t>(size());
     Phase phase(monitor, "irradiance", static_cast<std::uint64_t>(count));
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
@@ -85,7 +108,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
                 all += Gather(*map, sources.how, sources.scene).irradiance(at).value;
             }
             if (sources.more) all += sources.more(i, at);
-            values_[i] = {all, own.radius};
+            values_[i] = {{all, own.radius}, scene_ ? room_around(*scene_, at, own.radius) : INFINITY};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
     });
@@ -97,9 +120,19 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
                                                                  float radius) const {
     const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
     if (!nearest) return std::nullopt;
-    const Found& found = values_[nearest->index];
-    if (nearest->key > sqr(found.radius)) return std::nullopt;
-    return found;
+    const Value& value = values_[nearest->index];
+    if (nearest->key > sqr(value.found.radius)) return std::nullopt;
+    if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
+        return std::nullopt;
+    }
+    return value.found;
+}
+
+bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) const {
+    const V3f way = point - x;
+    const float distance = way.length();
+    const V3f lift = kLift * distance * n;
+    return distance > 0 && !scene_->visible(SurfacePoint{x + lift}, way / distance, distance);
 }
 
 }  // namespace lucerna

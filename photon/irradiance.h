@@ -4,6 +4,10 @@
 // gather ray meets is averaged over a hemisphere: the value at the nearest of these points, on the same side
 // of a surface of about the same normal, is as good as an estimate of its own.
 //
+// What is between counts, too. The nearest point may stand beyond a thin wall that a floor goes through: its
+// light is not that of this side. Each point knows how much room there is around it along the surface; from
+// further away than that it is looked up only if it is seen.
+//
 // Where the points stand. Christensen takes every n-th photon, and that photon counts itself: its estimate is
 // too bright by kernel(0)/k, 2/k. Leaving it out makes the estimate at the point unbiased (Slivnyak), and
 // what is looked up too dark: a point is looked up from all places nearer to it than to another, so points
@@ -47,7 +51,7 @@ SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePl
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
     GatherSettings how;
-    const Scene* scene = nullptr;  // as Gather's
+    const Scene* scene = nullptr;  // as Gather's; none: what stands between is not asked
     // Irradiance beside that of the maps, W/m², at the point of that number; none: nothing. Called from any
     // thread.
     std::function<Rgb(std::size_t point, const SurfacePoint& at)> more = {};
@@ -64,14 +68,21 @@ class IrradiancePoints {
         float radius;    // of the estimate, scene units
     };
     // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
-    // own disc. None: estimate it yourself.
+    // own disc and nothing stands between. None: estimate it yourself.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius) const;
 
     std::size_t size() const { return places_.size(); }
 
   private:
+    struct Value {
+        Found found;
+        float room;  // scene units: a point so near is seen
+    };
+    bool is_hidden(const V3f& x, const V3f& n, const V3f& point) const;
+
+    const Scene* scene_;
     SurfacePlaces places_;
-    std::vector<Found> values_;
+    std::vector<Value> values_;
     std::unique_ptr<PhotonIndex> index_;  // by their normals
 };
 

@@ -28,6 +28,8 @@ class TangentMetric {
     TangentMetric(const V3f& x, const V3f& n, MetricKind kind, float ratio)
         : x_(x), n_(n), kind_(kind), inverse_ratio2_(1 / (ratio * ratio)) {}
 
+    MetricKind kind() const { return kind_; }
+
     // The larger of the projected distance and the share of the distance in space: `d` is the photon's
     // direction of travel, 1/sqrt 3 to 1 long, `r2` its squared Euclidean distance. On a flat surface with
     // ratio >= 1 this is r2 itself.

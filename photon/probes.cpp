@@ -1,0 +1,202 @@
+#include "photon/probes.h"
+
+#include <array>
+#include <cmath>
+
+#include "engine/base/frame.h"
+#include "engine/base/hash.h"
+#include "photon/boundary.h"
+#include "photon/deposit.h"
+
+namespace lucerna {
+namespace {
+
+// The squared distance from the centre below which a share u of the kernel lies; u in [0,1).
+float kernel_radius2(KernelShape kernel, float u) {
+    switch (kernel) {
+        case KernelShape::constant:
+            return u;
+        case KernelShape::cone:  // 3ρ² - 2ρ³ = u
+            return sqr(0.5F - std::sin(std::asin(1 - 2 * u) / 3));
+        case KernelShape::epanechnikov:  // 2ρ² - ρ⁴ = u
+            return 1 - std::sqrt(1 - u);
+    }
+    return 0;
+}
+
+// Place `i` of `count` in the kernel's own measure, from the middle outwards: a net of the square, moved
+// around its torus.
+V2f probe_place(int i, int count, const V2f& shift) {
+    constexpr float kGolden = 0.61803399F;
+    const V2f u((static_cast<float>(i) + shift.x) / static_cast<float>(count),
+                static_cast<float>(i) * kGolden + shift.y);
+    return {u.x, u.y - std::floor(u.y)};
+}
+
+// The i-th of n picks out of `count`, one from each n-th of them, wherever in it `u` in [0,1) says.
+std::size_t pick(std::size_t i, std::size_t n, float u, std::size_t count) {
+    const float place = (static_cast<float>(i) + u) * static_cast<float>(count) / static_cast<float>(n);
+    return std::min(static_cast<std::size_t>(place), count - 1);
+}
+
+class Prober {
+  public:
+    Prober(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric)
+        : scene_(scene),
+          disc_(disc),
+          metric_(metric),
+          frame_(disc.n),
+          lift_(0.02F * std::sqrt(disc.r2)),
+          eye_(disc.x + lift_ * disc.n) {}
+
+    // Where the kernel's own measure has the place u, from x.
+    V3f place(const V2f& u) const {
+        const float rho = std::sqrt(kernel_radius2(disc_.kernel, u.x) * disc_.r2), phi = 2 * kPi * u.y;
+        return rho * std::cos(phi) * frame_.s + rho * std::sin(phi) * frame_.t;
+    }
+    // Whether nothing stands between the place and x.
+    bool is_open(const V3f& y) const { return sees(eye_ + y); }
+    // Whether a photon along d that crosses the disc at y, which is open or not, would have counted. Whatever
+    // is seen from x sends light on: through the place, if it is open; else onto a wall before it. Other
+    // surfaces on the way there do not matter, as the light may begin at one of them.
+    bool counts(const V3f& y, bool open, const V3f& d) const {
+        // Along the path, only what lies in the ball counts: from where it enters to where it leaves.
+        const float middle = -y.dot(d);
+        const float half = std::sqrt(std::max(0.0F, sqr(middle) + disc_.ball2 - y.length2()));
+        const V3f p = disc_.x + y;
+        return (open && rests_under({p - lift_ * d, d, lift_ + middle + half})) ||
+               rests_over({p + (middle - half) * d, d, half - middle});
+    }
+    // Whether x sees the surface go on at y, in the disc's plane: there any photon would have counted.
+    bool goes_on(const V3f& y) const {
+        constexpr float kFlat = 0.1F;  // of the eye's height
+        const V3f way = disc_.x + y - eye_;
+        const float distance = way.length();
+        if (!(distance > 0)) return false;
+        const auto hit = scene_.hit(Ray{eye_, way / distance, 1.2F * distance});
+        return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ &&
+               stores_photons(scene_.bsdf(*hit));
+    }
+    // Whether a photon that was found counts.
+    bool counts(const ProbedPhoton& photon) const {
+        const V3f landed = photon.p - lift_ * photon.d;
+        if (rises(photon.p)) return sees(landed);
+        const V3f crossed =
+            disc_.x + crossing(disc_.x, disc_.n, photon.p, photon.d, metric_.kind()) - lift_ * photon.d;
+        if (!sees(crossed)) return false;
+        return (landed - crossed).length2() < sqr(lift_) || is_clear(crossed, landed);
+    }
+
+  private:
+    static constexpr int kMostSurfaces = 8;
+
+    // Whether a photon comes to rest on this way within the disc. Glass, and whatever else lets light
+    // through, is no edge: photons rest beyond it, if not by this way then by another that it bends.
+    bool rests_under(Ray way) const {
+        for (int i = 0; i < kMostSurfaces; ++i) {
+            const auto hit = scene_.hit(way);
+            if (!hit) return false;
+            const Bsdf bsdf = scene_.bsdf(*hit);
+            if (stores_photons(bsdf)) return is_near(*hit, way.d);
+            if (!bsdf.transmits()) return false;
+            way = beyond(*hit, way);
+        }
+        return false;
+    }
+    // Whether x sees a place where it may come to rest on this way, which ends at the plane.
+    bool rests_over(Ray way) const {
+        for (int i = 0; i < kMostSurfaces && way.t_max > 0; ++i) {
+            const auto hit = scene_.hit(way);
+            if (!hit) return false;
+            if (stores_photons(scene_.bsdf(*hit)) && is_near(*hit, way.d) &&
+                sees(hit->at.p - lift_ * way.d)) {
+                return true;
+            }
+            way = beyond(*hit, way);
+        }
+        return false;
+    }
+    // A hair more than the disc: on a flat surface every probe counts, however it is rounded.
+    bool is_near(const Hit& hit, const V3f& d) const {
+        return metric_(hit.at.p, d, (hit.at.p - disc_.x).length2()) <= 1.01F * disc_.r2;
+    }
+    static Ray beyond(const Hit& hit, const Ray& way) {
+        return {hit.at.towards(way.d), way.d, way.t_max - hit.t};
+    }
+    // Whether nothing stands between a point and the one just over x.
+    bool sees(const V3f& p) const { return is_clear(eye_, p); }
+    bool is_clear(const V3f& from, const V3f& to) const {
+        const V3f way = to - from;
+        const float distance = way.length();
+        return !(distance > 0) || scene_.visible(SurfacePoint{from}, way / distance, distance);
+    }
+    // Whether it lies over the disc's plane.
+    bool rises(const V3f& p) const { return disc_.n.dot(p - disc_.x) > 0; }
+
+    const Scene& scene_;
+    const ProbedDisc& disc_;
+    const TangentMetric& metric_;
+    Frame frame_;
+    float lift_;
+    V3f eye_;
+};
+
+}  // namespace
+
+ProbeShift probe_shift(const V3f& x) {
+    WordHash hash;
+    for (int c = 0; c < 3; ++c) hash.add(x[c]);
+    std::uint64_t bits = hash.value() * 0x9e3779b97f4a7c15U;
+    bits = (bits ^ bits >> 32) * 0x9e3779b97f4a7c15U;
+    bits ^= bits >> 32;
+    const auto part = [&](int i) { return static_cast<float>(bits >> (16 * i) & 0xffffU) * 0x1p-16F; };
+    return {part(0), part(1), {part(2), part(3)}};
+}
+
+Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
+             std::span<const ProbedPhoton> photons) {
+    const Prober prober(scene, disc, metric);
+    const ProbeShift shift = probe_shift(disc.x);
+    const std::size_t count = photons.size();
+
+    // Edges and walls cut off the rim first: where it is open, so is the rest. Each of two directions is
+    // asked at opposite places: one of these is beyond any edge that comes near.
+    constexpr std::size_t kRimProbes = 4;
+    bool whole = true;
+    for (std::size_t i = 0; whole && i < kRimProbes; ++i) {
+        const V2f u(0.75F + 0.25F * shift.place.x, (static_cast<float>(i) + shift.place.y) / kRimProbes);
+        const V3f y = prober.place(u);
+        whole = prober.goes_on(y) ||
+                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, shift.first, count)].d));
+    }
+
+    std::array<V3f, kProbedPhotons> seen;
+    // Where nothing is near that could hide any, a few will do.
+    const std::size_t asked = whole ? (count + 3) / 4 : count;
+    std::size_t counted = 0;
+    for (std::size_t i = 0; i < asked; ++i) {
+        const ProbedPhoton& photon = photons[pick(i, asked, shift.first, count)];
+        if (prober.counts(photon)) seen[counted++] = photon.d;
+    }
+    if (counted == 0) return {1, 0};
+    const float part = static_cast<float>(counted) / static_cast<float>(asked);
+    if (whole) return {1, part};
+
+    // The same places for all directions: what they have in common is no scatter between their shares.
+    const std::size_t directions = std::min(counted, kProbedDirections);
+    float sum = 0;
+    std::array<int, kProbedDirections> arrived{};
+    for (int i = 0; i < kProbes; ++i) {
+        const V3f y = prober.place(probe_place(i, kProbes, shift.place));
+        const bool open = prober.is_open(y);
+        for (std::size_t j = 0; j < directions; ++j)
+            arrived[j] += prober.counts(y, open, seen[pick(j, directions, shift.first, counted)]);
+    }
+    for (std::size_t j = 0; j < directions; ++j) {
+        sum +=
+            static_cast<float>(kProbes) / static_cast<float>(std::max(arrived[j], 1));  // the photon itself
+    }
+    return {static_cast<float>(directions) / sum, part};
+}
+
+}  // namespace lucerna
