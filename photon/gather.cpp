@@ -59,13 +59,12 @@ GatherResult Gather::sum(const Disc& disc, std::span<const Neighbour> found, Car
 }
 
 // Some of the photons, in proportion to what each brings to the estimate.
-std::span<const ProbedPhoton> Gather::pick(const Disc& disc, std::span<const Neighbour> found,
+std::span<const ProbedPhoton> Gather::pick(const Disc& disc, std::span<const Neighbour> found, float shift,
                                            std::span<ProbedPhoton> picked) const {
     const auto brings = [&](const Neighbour& neighbour) {
         return luminance(map_.photons()[neighbour.index].power) *
                kernel(settings_.kernel, neighbour.key / disc.r2);
     };
-    const float shift = probe_shift(disc.x).photon;
     float total = 0;
     for (const Neighbour& neighbour : found) total += brings(neighbour);
     std::size_t count = 0;
@@ -98,13 +97,15 @@ Probed Gather::probed(const Disc& disc, std::span<const Neighbour> found) const 
             return {hull_share(settings_.kernel, points), 1};
         }
         case Boundary::probes: {
-            if (!scene_) return {1, 1};
+            if (!probing_) return {1, 1};
+            Stream chance = probing_->chance;
             std::array<ProbedPhoton, kProbedPhotons> some;
-            const std::span<const ProbedPhoton> picked = pick(disc, found, some);
+            const std::span<const ProbedPhoton> picked = pick(disc, found, chance.next(), some);
             if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
-            return probe(*scene_, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel}, metric,
-                         picked);
+            const ProbeChance turned{chance.next(), chance.next2()};
+            return probe(probing_->scene, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel},
+                         metric, picked, turned);
         }
     }
     return {1, 1};

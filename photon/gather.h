@@ -1,6 +1,10 @@
 // Radiance from a photon map by density estimation [photon-maps 3].
 #pragma once
 
+#include <optional>
+#include <span>
+
+#include "engine/base/stream.h"
 #include "engine/world/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/boundary.h"
@@ -18,6 +22,12 @@ struct GatherSettings {
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     Boundary boundary = Boundary::none;
+};
+
+// What Boundary::probes asks, and by what chance; without it they do nothing.
+struct Probing {
+    const Scene& scene;
+    Stream chance;  // one of the estimate's own, whose draws nobody else makes
 };
 
 // What an estimate rests on, beside its value.
@@ -42,13 +52,12 @@ struct GatherResult {
 // Silverman, "Density Estimation", 1986, 5.3), each is spread over its own disc and counts once exactly.
 class Gather {
   public:
-    // `scene` is asked by Boundary::probes alone, which does nothing without it.
-    Gather(const PhotonMap& map, const GatherSettings& settings, const Scene* scene = nullptr)
-        : map_(map), settings_(settings), scene_(scene) {}
+    Gather(const PhotonMap& map, const GatherSettings& settings, std::optional<Probing> probing = {})
+        : map_(map), settings_(settings), probing_(probing) {}
     // Spread photons: `spread` has the radius of each of the map's, scene units, > 0; the settings' radius
     // says how far away they are looked for. All found count; there is no boundary correction.
     Gather(const PhotonMap& map, const GatherSettings& settings, std::span<const float> spread)
-        : map_(map), settings_(settings), scene_(nullptr), spread_(spread) {}
+        : map_(map), settings_(settings), spread_(spread) {}
 
     // Radiance that the surface sends towards `wo` because of the map's photons.
     GatherResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
@@ -69,13 +78,13 @@ class Gather {
     // Of photons already found.
     template <typename Carry>
     GatherResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
-    std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found,
+    std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found, float shift,
                                        std::span<ProbedPhoton> picked) const;
     Probed probed(const Disc& disc, std::span<const Neighbour> found) const;
 
     const PhotonMap& map_;
     GatherSettings settings_;
-    const Scene* scene_;
+    std::optional<Probing> probing_;
     std::span<const float> spread_;  // empty: not spread
 };
 

@@ -94,7 +94,9 @@ SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePl
 
 IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources,
                                    const Workers& workers, Monitor& monitor)
-    : scene_(sources.scene), places_(in_order(places, workers)), values_(places_.size()) {
+    : scene_(sources.probing ? &sources.probing->scene : nullptr),
+      places_(in_order(places, workers)),
+      values_(places_.size()) {
     const auto count = static_cast<std::int64_t>(size());
     Phase phase(monitor, "irradiance", static_cast<std::uint64_t>(count));
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
@@ -102,10 +104,12 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const V3f& p = places_.positions[i];
             const SurfacePoint at{p, places_.normals[i].unpack(), surface_error(p, 0)};
-            const GatherResult own = Gather(*sources.maps.front(), sources.how, sources.scene).irradiance(at);
+            std::optional<Probing> probing = sources.probing;
+            if (probing) probing->chance = probing->chance.split(static_cast<std::uint32_t>(i));
+            const GatherResult own = Gather(*sources.maps.front(), sources.how, probing).irradiance(at);
             Rgb all = own.value;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
-                all += Gather(*map, sources.how, sources.scene).irradiance(at).value;
+                all += Gather(*map, sources.how, probing).irradiance(at).value;
             }
             if (sources.more) all += sources.more(i, at);
             values_[i] = {{all, own.radius}, scene_ ? room_around(*scene_, at, own.radius) : INFINITY};

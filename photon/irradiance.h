@@ -51,7 +51,8 @@ SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePl
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
     GatherSettings how;
-    const Scene* scene = nullptr;  // as Gather's; none: what stands between is not asked
+    std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
+                                          // between is not asked
     // Irradiance beside that of the maps, W/m², at the point of that number; none: nothing. Called from any
     // thread.
     std::function<Rgb(std::size_t point, const SurfacePoint& at)> more = {};

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "engine/base/frame.h"
-#include "engine/base/hash.h"
 #include "photon/boundary.h"
 #include "photon/deposit.h"
 
@@ -143,20 +142,9 @@ class Prober {
 
 }  // namespace
 
-ProbeShift probe_shift(const V3f& x) {
-    WordHash hash;
-    for (int c = 0; c < 3; ++c) hash.add(x[c]);
-    std::uint64_t bits = hash.value() * 0x9e3779b97f4a7c15U;
-    bits = (bits ^ bits >> 32) * 0x9e3779b97f4a7c15U;
-    bits ^= bits >> 32;
-    const auto part = [&](int i) { return static_cast<float>(bits >> (16 * i) & 0xffffU) * 0x1p-16F; };
-    return {part(0), part(1), {part(2), part(3)}};
-}
-
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons) {
+             std::span<const ProbedPhoton> photons, const ProbeChance& chance) {
     const Prober prober(scene, disc, metric);
-    const ProbeShift shift = probe_shift(disc.x);
     const std::size_t count = photons.size();
 
     // Edges and walls cut off the rim first: where it is open, so is the rest. Each of two directions is
@@ -164,10 +152,10 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     constexpr std::size_t kRimProbes = 4;
     bool whole = true;
     for (std::size_t i = 0; whole && i < kRimProbes; ++i) {
-        const V2f u(0.75F + 0.25F * shift.place.x, (static_cast<float>(i) + shift.place.y) / kRimProbes);
+        const V2f u(0.75F + 0.25F * chance.place.x, (static_cast<float>(i) + chance.place.y) / kRimProbes);
         const V3f y = prober.place(u);
         whole = prober.goes_on(y) ||
-                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, shift.first, count)].d));
+                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, chance.first, count)].d));
     }
 
     std::array<V3f, kProbedPhotons> seen;
@@ -175,7 +163,7 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     const std::size_t asked = whole ? (count + 3) / 4 : count;
     std::size_t counted = 0;
     for (std::size_t i = 0; i < asked; ++i) {
-        const ProbedPhoton& photon = photons[pick(i, asked, shift.first, count)];
+        const ProbedPhoton& photon = photons[pick(i, asked, chance.first, count)];
         if (prober.counts(photon)) seen[counted++] = photon.d;
     }
     if (counted == 0) return {1, 0};
@@ -187,10 +175,10 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     float sum = 0;
     std::array<int, kProbedDirections> arrived{};
     for (int i = 0; i < kProbes; ++i) {
-        const V3f y = prober.place(probe_place(i, kProbes, shift.place));
+        const V3f y = prober.place(probe_place(i, kProbes, chance.place));
         const bool open = prober.is_open(y);
         for (std::size_t j = 0; j < directions; ++j)
-            arrived[j] += prober.counts(y, open, seen[pick(j, directions, shift.first, counted)]);
+            arrived[j] += prober.counts(y, open, seen[pick(j, directions, chance.first, counted)]);
     }
     for (std::size_t j = 0; j < directions; ++j) {
         sum +=

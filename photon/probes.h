@@ -37,13 +37,11 @@ struct Probed {
     float part;   // of the photons that count, in [0,1]
 };
 
-// Numbers in [0,1) that x decides, independent of each other: which photons are picked, which of these are
-// asked first, and how the probes' places are turned.
-struct ProbeShift {
-    float photon, first;
+// Chance, in [0,1): which of the photons are asked first, and how the probes' places are turned.
+struct ProbeChance {
+    float first;
     V2f place;
 };
-ProbeShift probe_shift(const V3f& x);
 
 inline constexpr std::size_t kProbedPhotons = 8;
 inline constexpr std::size_t kProbedDirections = 2;  // of photons that count
@@ -51,8 +49,8 @@ inline constexpr int kProbes = 16;                   // of each direction
 
 // `photons`: at least one, at most kProbedPhotons, each standing for as much of what was found as any other.
 // The mean of the directions' shares is the harmonic one: directions of a small share are found as seldom as
-// it is small. The probes' places are a function of x.
+// it is small.
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons);
+             std::span<const ProbedPhoton> photons, const ProbeChance& chance);
 
 }  // namespace lucerna

@@ -25,9 +25,9 @@ void estimates(benchmark::State& state, Boundary boundary) {
     settings.k = static_cast<int>(state.range(0));
     settings.radius = 50;
     settings.boundary = boundary;
-    const Gather gather(*maps.find(MapKind::global), settings, &job.scene);
-    std::vector<SurfacePoint> places;
     Stream stream(1, Purpose::bench, 0, 0);
+    const Gather gather(*maps.find(MapKind::global), settings, Probing{job.scene, stream.split(1)});
+    std::vector<SurfacePoint> places;
     const Box3f box = job.scene.bounds();
     for (int i = 0; i < 1 << 12; ++i) {
         const V3f u(stream.next(), stream.next(), stream.next());

@@ -31,7 +31,9 @@ IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& 
     if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
     // Other methods build a Direct map, too, but only to be led by it.
     if (settings.direct == DirectMethod::map) read.push_back(maps.find(MapKind::direct));
-    IrradianceSources sources{read, how, &context.scene, {}};
+    constexpr std::uint64_t kNoPlace = ~std::uint64_t{0};  // the chance of the probes is that of no place
+    const Stream chance(context.seed, Purpose::gather, context.pass, kNoPlace);
+    IrradianceSources sources{read, how, Probing{context.scene, chance}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
         sources.more = [&](std::size_t place, const SurfacePoint& at) {
             const Stream point(context.seed, Purpose::gather, context.pass, place);

@@ -20,6 +20,9 @@ constexpr int kSureBounces = 4;
 // slowly, by less than half of the way from one place to the other.
 constexpr float kCausticReach = 2;
 
+// Branches of a sample's stream: 0 gathers; one for each map's probes.
+constexpr std::uint32_t kProbesBranch = 1;
+
 // Which quality a surface is shaded with.
 enum class Stage : std::uint8_t {
     eye,     // the camera sees it, straight or over shiny surfaces
@@ -149,9 +152,9 @@ class PhotonMapEstimator final : public Estimator {
     Rgb seen(const Vertex& vertex, Stream& stream) const {
         Rgb result = direct(vertex, gather_.seen, stream);
         if (settings_.indirect == IndirectMethod::none) return result;
-        result += estimate(MapKind::caustic, vertex, gather_.seen).value;
+        result += estimate(MapKind::caustic, vertex, gather_.seen, stream).value;
         if (settings_.indirect == IndirectMethod::map) {
-            return result + estimate(MapKind::global, vertex, gather_.seen).value;
+            return result + estimate(MapKind::global, vertex, gather_.seen, stream).value;
         }
         Rgb gathered(0);
         for (int i = 0; i < settings_.gather_rays; ++i) {
@@ -169,10 +172,10 @@ class PhotonMapEstimator final : public Estimator {
     // disc is wider than that would take in light from around the corner it is gathered for; then the ray
     // goes on.
     Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
-        const Looked looked = look(vertex);
+        const Looked looked = look(vertex, stream);
         if (looked.radius > length && depth + 1 < kMostBounces) {
             const Rgb sampled = asked(vertex, stream);
-            return {sampled + estimate(MapKind::caustic, vertex, gather_.landed).value, true};
+            return {sampled + estimate(MapKind::caustic, vertex, gather_.landed, stream).value, true};
         }
         if (looked.has_direct) return {looked.radiance, false};
         return {direct(vertex, gather_.landed, stream) + looked.radiance, false};
@@ -180,7 +183,8 @@ class PhotonMapEstimator final : public Estimator {
 
     // Direct light by the chosen method.
     Rgb direct(const Vertex& vertex, const GatherSettings& how, Stream& stream) const {
-        if (settings_.direct == DirectMethod::map) return estimate(MapKind::direct, vertex, how).value;
+        if (settings_.direct == DirectMethod::map)
+            return estimate(MapKind::direct, vertex, how, stream).value;
         return asked(vertex, stream);
     }
     // The same, by rays: where the Direct map is read elsewhere, plainly.
@@ -235,7 +239,7 @@ class PhotonMapEstimator final : public Estimator {
     // What the maps say where a gather ray landed: looked up if it was computed ahead of time, else
     // estimated. Irradiance says all there is to know for Lambertian surfaces only: a base under varnish that
     // a lamp shines on from one side would be off by percents.
-    Looked look(const Vertex& vertex) const {
+    Looked look(const Vertex& vertex, const Stream& stream) const {
         if (irradiance_ && vertex.bsdf.is_lambertian()) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
@@ -244,9 +248,9 @@ class PhotonMapEstimator final : public Estimator {
                         holds_direct(settings_, scene_)};
             }
         }
-        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed);
-        return {global.value + estimate(MapKind::caustic, vertex, gather_.landed).value, global.radius,
-                false};
+        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed, stream);
+        return {global.value + estimate(MapKind::caustic, vertex, gather_.landed, stream).value,
+                global.radius, false};
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
@@ -260,7 +264,9 @@ class PhotonMapEstimator final : public Estimator {
                trace(ray, vertex.medium_towards(sample->wi), EmissionRule::none(), Stage::gather, stream);
     }
 
-    GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how) const {
+    // Draws nothing of the stream itself.
+    GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how,
+                          const Stream& stream) const {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
         GatherSettings own = how;
@@ -278,7 +284,8 @@ class PhotonMapEstimator final : public Estimator {
                 return Gather(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
             }
         }
-        return Gather(*map, own, &scene_).radiance(hit, vertex.bsdf, vertex.wo);
+        const Probing probing{scene_, stream.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
+        return Gather(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;

@@ -42,20 +42,20 @@ TEST_P(UnitSquare, MiddleEdgeAndCorner_HullAndProbesMendWhatIsLost) {
     const Scene scene = unit_square();
     constexpr Boundary kBoundaries[] = {Boundary::none, Boundary::hull, Boundary::probes};
     RunningStats stats[std::size(kWheres)][3];
-    constexpr int kMaps = 150;
-    for (std::uint64_t seed = 0; seed < kMaps; ++seed) {
+    for (std::uint64_t seed = 0; seed < 150; ++seed) {
         const PhotonMap map = uniform_map(5000, seed);
         for (std::size_t w = 0; w < std::size(kWheres); ++w) {
             for (int i = 0; i < 6; ++i) {
-                // Other places for other maps: the probes' pattern is a function of the place.
-                const float along = (static_cast<float>(i) + static_cast<float>(seed) / kMaps) / 6;
-                const V3f x = kWheres[w].begin + along * (kWheres[w].end - kWheres[w].begin);
+                const V3f x =
+                    kWheres[w].begin + static_cast<float>(i) / 5 * (kWheres[w].end - kWheres[w].begin);
                 for (int b = 0; b < 3; ++b) {
                     const GatherSettings settings{100,           1, 2, GetParam(), MetricKind::projected,
                                                   kBoundaries[b]};
                     const SurfacePoint at{x, kUp, surface_error(x, 1)};
+                    const Probing probing{
+                        scene, Stream(seed, Purpose::test, 1, w * 6 + static_cast<std::size_t>(i))};
                     stats[w][b].add(
-                        static_cast<double>(Gather(map, settings, &scene).irradiance(at).value.x));
+                        static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x));
                 }
             }
         }
@@ -100,7 +100,8 @@ TEST(SmallDisc, RadiusBeyondIt_HullAndProbesMendWhatIsLost) {
                 0, 0.15F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
             const auto add = [&](Boundary boundary, RunningStats& stats) {
                 settings.boundary = boundary;
-                stats.add(static_cast<double>(Gather(map, settings, &scene).irradiance(at).value.x));
+                const Probing probing{scene, Stream(seed, Purpose::test, 6, 0)};
+                stats.add(static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x));
             };
             add(Boundary::none, none);
             add(Boundary::hull, hull);
@@ -142,14 +143,15 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
     Stream stream(1, Purpose::test, 6, 0);
     RunningStats found, exact;
     constexpr float kRadius2 = 0.01F;
+    const V3f x(0.02F, 0, 0);
+    const TangentMetric metric(x, kUp, MetricKind::projected, 4);
     for (int i = 0; i < 2000; ++i) {
-        const V3f x(0.02F, 1e-3F * static_cast<float>(i), 0);
-        const TangentMetric metric(x, kUp, MetricKind::projected, 4);
         V3f d = -square_to_cosine_hemisphere(stream.next2());
         d.x = -std::fabs(d.x);  // from the half of the sky that the wall leaves
         const ProbedPhoton photon{x, d};
+        const ProbeChance chance{stream.next(), stream.next2()};
         const ProbedDisc disc{x, kUp, kRadius2, metric.ball2(kRadius2), KernelShape::epanechnikov};
-        found.add(static_cast<double>(probe(scene, disc, metric, {&photon, 1}).share));
+        found.add(static_cast<double>(probe(scene, disc, metric, {&photon, 1}, chance).share));
         exact.add(corner_share(x, d, metric, kRadius2));
     }
     EXPECT_LT(exact.mean(), 0.99);
@@ -180,18 +182,19 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
         }
     }
     const PhotonMap map(landed);
+    const Probing probing{scene, stream.split(1)};
     GatherSettings settings{0, 0.2F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
     for (const V3f& x : {V3f(-2, 0, 0), V3f(0.95F, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
         settings.boundary = Boundary::none;
-        EXPECT_GT(Gather(map, settings, &scene).irradiance(at).value.x, 0.1F) << x.x;
+        EXPECT_GT(Gather(map, settings, probing).irradiance(at).value.x, 0.1F) << x.x;
         settings.boundary = Boundary::probes;
-        EXPECT_EQ(Gather(map, settings, &scene).irradiance(at).value.x, 0) << x.x;
+        EXPECT_EQ(Gather(map, settings, probing).irradiance(at).value.x, 0) << x.x;
     }
     // And where they rest they count, whole.
     for (const V3f& x : {V3f(-2, 0, 0.1F), V3f(2, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
-        EXPECT_NEAR(Gather(map, settings, &scene).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
+        EXPECT_NEAR(Gather(map, settings, probing).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
     }
 }
 

@@ -90,14 +90,14 @@ TEST(MetricBias, LitFromBehind_IsExactlyZero) {
     for (const double b : bias(lit_from_behind())) EXPECT_EQ(b, 0);
 }
 
-struct Probed {
+struct ProbedShape {
     LitShape shape;
     Scene scene;
     double most;  // that the corrected estimate may be off
 };
 
-std::vector<Probed> probed_shapes() {
-    std::vector<Probed> all;
+std::vector<ProbedShape> probed_shapes() {
+    std::vector<ProbedShape> all;
     const float far = 2 * kShapeReach;
     {
         SceneMaker make;
@@ -121,7 +121,7 @@ std::vector<Probed> probed_shapes() {
 
 // What is lost behind walls, over edges and past curved surfaces, the probes find lost, too.
 TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
-    for (const Probed& probed : probed_shapes()) {
+    for (const ProbedShape& probed : probed_shapes()) {
         Photons landed;
         constexpr std::uint32_t kLanded = 200'000;
         const auto power = static_cast<float>(probed.shape.area / kLanded);
@@ -142,8 +142,8 @@ TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
             const SurfacePoint at{on, probed.shape.n, surface_error(on, 1)};
             none += static_cast<double>(Gather(map, settings).irradiance(at).value.x) / kPlaces;
             settings.boundary = Boundary::probes;
-            mended +=
-                static_cast<double>(Gather(map, settings, &probed.scene).irradiance(at).value.x) / kPlaces;
+            const Probing probing{probed.scene, Stream(4, Purpose::test, 0, static_cast<std::uint64_t>(i))};
+            mended += static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x) / kPlaces;
         }
         EXPECT_LT(none, 0.93) << probed.shape.name;
         EXPECT_NEAR(mended, 1, probed.most) << probed.shape.name;

@@ -1,0 +1,98 @@
+// The size of a scene, and where it is, are nobody's business: the same room of a millionth of a unit, of one
+// and of a million, and a hundred thousand times its size away, makes the same image [photon-maps 7].
+//
+// By a power of two to the bit: no number but an exponent changes. By a power of ten, or elsewhere, to
+// rounding: here and there a decision falls the other way (a ray at an edge, a photon at a radius), so that
+// a few pixels may differ, by no more than a few of their samples.
+#include <gtest/gtest.h>
+
+#include "tests/support/every_light.h"
+#include "tests/support/same_image.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+
+constexpr int kSpp = 4;
+
+const EveryLight& lights() {
+    static const EveryLight all;
+    return all;
+}
+
+struct Difference {
+    double pixels = 0;  // share of those that differ by more than a thousandth
+    double mean = 0;    // of all, relative
+};
+Difference difference(const Image& a, const Image& b) {
+    Difference d;
+    double sum = 0, other = 0;
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            const double l = double{luminance(a.rgb_at(x, y))}, m = double{luminance(b.rgb_at(x, y))};
+            if (!(std::fabs(l - m) <= 1e-3 * l)) ++d.pixels;
+            sum += l;
+            other += m;
+        }
+    }
+    d.pixels /= a.width * a.height;
+    d.mean = sum > 0 ? other / sum - 1 : other;
+    return d;
+}
+
+bool shows(const LightCase& light, const Method& method) {
+    return !light.only_particles || method.name == "map";
+}
+
+class Sizes : public ::testing::TestWithParam<Method> {};
+
+TEST_P(Sizes, APowerOfTwo_SameImageToTheBit) {
+    for (const LightCase& light : lights().cases()) {
+        if (!shows(light, GetParam())) continue;
+        const Image one = lights().image(lights().scene(light), GetParam(), kSpp);
+        for (const int exponent : {-20, 20}) {
+            const Placing placed{std::ldexp(1.0, exponent), V3d(0.0)};
+            const Image scaled = lights().image(lights().scene(light, placed), GetParam(), kSpp);
+            const Difference d = difference(one, scaled);
+            EXPECT_TRUE(same(one, scaled))
+                << light.name << " 2^" << exponent << ": " << d.pixels << " " << d.mean;
+        }
+    }
+}
+
+TEST_P(Sizes, AMillionthAndAMillion_SameImageToRounding) {
+    for (const LightCase& light : lights().cases()) {
+        if (!shows(light, GetParam())) continue;
+        const Image one = lights().image(lights().scene(light), GetParam(), kSpp);
+        for (const double scale : {1e-6, 1e6}) {
+            const Image scaled = lights().image(lights().scene(light, {scale, V3d(0.0)}), GetParam(), kSpp);
+            const Difference d = difference(one, scaled);
+            EXPECT_LT(d.pixels, 0.03) << light.name << " " << scale << ": " << d.mean;
+            EXPECT_LT(std::fabs(d.mean), 0.01) << light.name << " " << scale;
+        }
+    }
+}
+
+TEST_P(Sizes, FarAway_SameImageToRounding) {
+    for (const LightCase& light : lights().cases()) {
+        if (!shows(light, GetParam())) continue;
+        const Image one = lights().image(lights().scene(light), GetParam(), kSpp);
+        for (const double scale : {1e-6, 1.0, 1e6}) {
+            const Placing placed{scale, 1e5 * scale * V3d(1, -2, 0.7)};
+            const Image moved = lights().image(lights().scene(light, placed), GetParam(), kSpp);
+            const Difference d = difference(one, moved);
+            EXPECT_LT(d.pixels, 0.03) << light.name << " " << scale << ": " << d.mean;
+            EXPECT_LT(std::fabs(d.mean), 0.01) << light.name << " " << scale;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Sizes, ::testing::ValuesIn(every_method()), [](const auto& method) {
+    std::string name = method.param.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+});
+
+}  // namespace
+}  // namespace lucerna

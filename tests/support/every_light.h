@@ -1,0 +1,162 @@
+// One small room, told as text at any size and place, lit by any light, rendered by any method: what holds
+// for all of them is tested over all of them.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/base/warp.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/render.h"
+#include "lights/light_field.h"
+#include "lights/ray_writer.h"
+#include "tests/lights/field_fixtures.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna::testing {
+
+// Where the room is, in world units: a room of some 2 × 2 × 2 units, times `scale`, about `shift`.
+struct Placing {
+    double scale = 1;
+    V3d shift{0, 0, 0};
+};
+
+struct Method {
+    std::string name, integrator;
+    std::vector<std::pair<std::string, std::string>> set;
+};
+inline std::vector<Method> every_method() {
+    return {{"path", "path", {}},
+            {"direct", "direct", {}},
+            {"gather", "photonmap", {{"photons", "20000"}, {"gatherrays", "4"}}},
+            {"guided", "photonmap", {{"photons", "20000"}, {"gatherrays", "4"}, {"direct", "guided"}}},
+            {"map", "photonmap", {{"photons", "20000"}, {"direct", "map"}, {"indirect", "map"}}},
+            {"igi", "igi", {{"nlights", "64"}, {"nsets", "4"}}},
+            {"igi tree", "igi", {{"nlights", "64"}, {"nsets", "4"}, {"choice", "tree"}}},
+            {"progressive", "progressive", {{"photons", "5000"}}}};
+}
+
+struct LightCase {
+    std::string name;
+    std::string text;          // in the room's own units; {} stands for what its power is multiplied by
+    bool by_intensity = true;  // that grows with the square of the scale if radiance is to stay
+    bool only_particles = false;
+};
+
+// Files of lamps that have any, in a folder of their own.
+class EveryLight {
+  public:
+    EveryLight() {
+        write_light_field(folder_ / "field.exr", lambertian_disc(rig_b(), 0.008));
+        write_ies();
+        write_image();
+        write_ray_file();
+    }
+
+    const TemporaryFolder& folder() const { return folder_; }
+
+    std::vector<LightCase> cases() const {
+        return {
+            {"point",
+             R"(LightSource "point" "point3 from" [0.5 0.8 -0.4] "rgb I" [1 0.9 0.8] "float scale" {})"},
+            {"spot",
+             R"(LightSource "spot" "point3 from" [0.5 0.9 -0.4] "point3 to" [0 -1 0.2] "rgb I" [2 2 1] "float coneangle" 40 "float scale" {})"},
+            {"distant",
+             R"(LightSource "distant" "point3 from" [0.3 1 -1] "point3 to" [0 0 0] "rgb L" [1 1 1] "float scale" {})",
+             false},
+            {"sky", R"(LightSource "infinite" "rgb L" [0.5 0.6 0.8] "float scale" {})", false},
+            {"sky of an image", R"(LightSource "infinite" "string filename" "image.exr" "float scale" {})",
+             false},
+            {"goniometric",
+             R"(AttributeBegin Translate 0.4 0.6 -0.3 LightSource "goniometric" "string filename" "image.exr" "rgb I" [1 1 1] "float scale" {} AttributeEnd)"},
+            {"projection",
+             R"(AttributeBegin Translate 0 0 -0.9 LightSource "projection" "string filename" "image.exr" "float fov" 70 "float scale" {} AttributeEnd)"},
+            {"ies",
+             R"(AttributeBegin Translate 0.3 0.7 -0.2 Rotate 90 1 0 0 LightSource "ies" "string filename" "lamp.ies" "float scale" {} AttributeEnd)"},
+            {"area of triangles",
+             R"(AttributeBegin AreaLightSource "diffuse" "rgb L" [3 3 2] "float scale" {} Shape "trianglemesh" "point3 P" [-0.3 0.97 -0.3  0.3 0.97 -0.3  0.3 0.97 0.3  -0.3 0.97 0.3] "integer indices" [0 1 2 0 2 3] AttributeEnd)",
+             false},
+            {"area of a sphere",
+             R"(AttributeBegin AreaLightSource "diffuse" "rgb L" [9 8 7] "float scale" {} Translate 0.5 0.5 -0.3 Shape "sphere" "float radius" 0.1 AttributeEnd)",
+             false},
+            {"measured light field",
+             R"(AttributeBegin Translate 0 0.2 -0.9 Scale 5 5 5 LightSource "lightfield" "string filename" "field.exr" "float scale" {} AttributeEnd)"},
+            {"file of rays",
+             R"(AttributeBegin Translate 0 0.2 -0.9 LightSource "rayfile" "string filename" "lamp.ray" "float scale" {} AttributeEnd)",
+             true, true},
+        };
+    }
+
+    // The scene's text. `power` multiplies the light.
+    std::string scene(const LightCase& light, const Placing& at = {}, double power = 1,
+                      std::string_view material = R"("diffuse" "rgb reflectance" [0.6 0.5 0.4])") const {
+        const double s = at.scale;
+        const auto place = [&](double x, double y, double z) {
+            return fmt::format("{:.17g} {:.17g} {:.17g}", at.shift.x + s * x, at.shift.y + s * y,
+                               at.shift.z + s * z);
+        };
+        const double strength = power * (light.by_intensity ? s * s : 1);
+        return fmt::format("LookAt {}  {}  0 1 0\n", place(0.1, 0.1, -2.6), place(0, -0.1, 0)) +
+               "Camera \"perspective\" \"float fov\" 45\n"
+               "Film \"rgb\" \"integer xresolution\" 12 \"integer yresolution\" 12\nWorldBegin\n" +
+               fmt::format("Translate {:.17g} {:.17g} {:.17g} Scale {:.17g} {:.17g} {:.17g}\n", at.shift.x,
+                           at.shift.y, at.shift.z, s, s, s) +
+               fmt::format(fmt::runtime(light.text), fmt::format("{:.9g}", strength)) + "\n" +
+               fmt::format("Material {}\n", material) + std::string(kRoom);
+    }
+
+    Job job(const std::string& text, const Method& method, int spp, Monitor& monitor) const {
+        SceneOverrides overrides;
+        overrides.integrator = method.integrator;
+        overrides.set = method.set;
+        overrides.spp = spp;
+        return read_scene_text(text, folder_ / "scene.pbrt", overrides, Workers{2}, monitor);
+    }
+    Image image(const std::string& text, const Method& method, int spp, std::uint64_t seed = 1) const {
+        ListeningMonitor monitor;
+        return render(job(text, method, spp, monitor), {seed, Workers{2}}, monitor).image;
+    }
+
+  private:
+    static constexpr std::string_view kRoom = R"(
+Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1] "integer indices" [0 2 1 0 3 2]
+Shape "trianglemesh" "point3 P" [-1 1 -1  1 1 -1  1 1 1  -1 1 1] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [-1 -1 1  1 -1 1  1 1 1  -1 1 1] "integer indices" [0 2 1 0 3 2]
+Shape "trianglemesh" "point3 P" [-1 -1 -1  -1 1 -1  -1 1 1  -1 -1 1] "integer indices" [0 1 2 0 2 3]
+AttributeBegin Translate -0.4 -0.6 0.3 Shape "sphere" "float radius" 0.35 AttributeEnd
+AttributeBegin Material "dielectric" Translate 0.45 -0.65 -0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
+)";
+
+    void write_ies() const {
+        std::ofstream(folder_ / "lamp.ies")
+            << "IESNA:LM-63-2002\nTILT=NONE\n1 10 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n1 0.8 0.1\n";
+    }
+    void write_image() const {
+        Image image = Image::rgb(8, 8);
+        for (int y = 0; y < 8; ++y) {
+            for (int x = 0; x < 8; ++x)
+                image.set_rgb(x, y,
+                              Rgb(0.2F + 0.1F * static_cast<float>(x), 0.5F, 0.1F * static_cast<float>(y)));
+        }
+        write_exr(folder_ / "image.exr", image);
+    }
+    void write_ray_file() const {
+        RaySet set;
+        Stream stream(1, Purpose::test, 0, 0);
+        for (int i = 0; i < 1000; ++i) {
+            const V2f p = 0.01F * square_to_disc(stream.next2());
+            set.rays.push_back({{p.x, p.y, 0}, square_to_cosine_hemisphere(stream.next2()), 0.01F});
+        }
+        set.flux = 10;
+        write_rays(folder_ / "lamp.ray", set);
+    }
+
+    TemporaryFolder folder_;
+};
+
+}  // namespace lucerna::testing
