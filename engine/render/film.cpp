@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/error.h"
 
@@ -47,6 +48,18 @@ double filter_value(const FilterSettings& s, double x, double radius) {
     return 0;
 }
 
+// Welford's step, on the root of the sum: before and after have one sign, so that their product is a square.
+void widen(V3f& spread, const V3f& before, const V3f& after) {
+    for (int c = 0; c < 3; ++c) {
+        spread[c] = static_cast<float>(
+            std::sqrt(sqr(double{spread[c]}) + std::max(0.0, double{before[c]} * double{after[c]})));
+    }
+}
+
+V3d squared(const V3f& v) {
+    return V3d(v) * V3d(v);
+}
+
 }  // namespace
 
 void Film::add(int x, int y, const Rgb& radiance, float weight) {
@@ -56,7 +69,7 @@ void Film::add(int x, int y, const Rgb& radiance, float weight) {
     const auto n = static_cast<float>(pixel.count);
     const V3f delta = radiance - pixel.mean;
     pixel.mean += delta / n;
-    pixel.m2 += delta * (radiance - pixel.mean);
+    widen(pixel.spread, delta, radiance - pixel.mean);
     const float lean = weight - pixel.weight;
     pixel.weight += lean / n;
     pixel.together += lean * (radiance - pixel.mean);
@@ -79,7 +92,7 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples) {
     ++passes.count;
     const V3f delta = value - passes.mean;
     passes.mean += delta / static_cast<float>(passes.count);
-    passes.m2 += delta * (value - passes.mean);
+    widen(passes.spread, delta, value - passes.mean);
 
     for (const Sample& sample : samples) add(x, y, sample.radiance, sample.weight);
 }
@@ -88,20 +101,21 @@ V3f Film::value(const Pixel& pixel) const {
     return pixel.count > 1 ? pixel.mean + pixel.together / static_cast<float>(pixel.count - 1) : pixel.mean;
 }
 
-V3f Film::variance(std::size_t place) const {
+V3d Film::variance(std::size_t place) const {
     if (!passes_.empty()) {
         const Passes& passes = passes_[place];
-        const auto n = static_cast<float>(passes.count);
-        return passes.count > 1 ? passes.m2 / ((n - 1) * n) : V3f(0.0F);
+        const double n = passes.count;
+        return passes.count > 1 ? squared(passes.spread) / ((n - 1) * n) : V3d(0.0);
     }
     const Pixel& pixel = pixels_[place];
-    if (pixel.count < 2) return V3f(0.0F);
-    const auto n = static_cast<float>(pixel.count);
-    V3f variance;
+    if (pixel.count < 2) return V3d(0.0);
+    const double n = pixel.count;
+    V3d variance;
     for (int c = 0; c < 3; ++c) {
         // Of w (L - mean L), whose mean is the covariance; too small by what the covariance itself scatters.
-        const float covariance = pixel.together[c] / (n - 1);
-        variance[c] = std::max(0.0F, weight2_ * pixel.m2[c] / (n - 1) - sqr(covariance)) / n;
+        const double covariance = double{pixel.together[c]} / (n - 1);
+        variance[c] =
+            std::max(0.0, double{weight2_} * sqr(double{pixel.spread[c]}) / (n - 1) - sqr(covariance)) / n;
     }
     return variance;
 }
@@ -110,10 +124,12 @@ Image Film::develop(float scale) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         const V3f mean = value(pixels_[i]) * scale;
-        const V3f spread = variance(i) * (scale * scale);
+        const V3d spread = variance(i) * sqr(double{scale});
         for (int c = 0; c < 3; ++c) {
             image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
-            image.data[6 * i + 3 + static_cast<std::size_t>(c)] = spread[c];
+            constexpr double kLargest = std::numeric_limits<float>::max();
+            image.data[6 * i + 3 + static_cast<std::size_t>(c)] =
+                static_cast<float>(std::min(spread[c], kLargest));
         }
     }
     return image;
@@ -135,9 +151,9 @@ double Film::relative_error() const {
 
     double square = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-        const V3f spread = variance(i);
-        const Rgb deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
-        const double error = double{luminance(deviation)};
+        const V3d spread = variance(i);
+        const V3d deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
+        const double error = double{luminance(Rgb(V3f(deviation)))};
         // Where something varies the divisor is above 0: a variance above 0 is one of values that are not all
         // 0.
         if (error > 0) square += sqr(error) / (sqr(double{luminance(value(pixels_[i]))}) + floor2);

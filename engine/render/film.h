@@ -37,7 +37,8 @@ class Film {
     void add_pass(int x, int y, std::span<const Sample> samples);
 
     // Channels R G B (the pixel times `scale`) and variance.R variance.G variance.B: the variance of that
-    // value. Pixels without a sample are black; with one sample the variance is 0 and says nothing.
+    // value. Pixels without a sample are black; with one sample the variance is 0 and says nothing. What is
+    // beyond float32 is written as the largest number that is not (of radiances above some 1e19).
     //
     // A pixel is E[wL], and E[w] = 1. It is estimated as mean(L) + cov(w, L): as unbiased as mean(wL), and
     // exact where L does not vary, however the signs of the weights fall.
@@ -53,18 +54,20 @@ class Film {
 
   private:
     struct Pixel {
-        V3f mean{0, 0, 0}, m2{0, 0, 0};  // of the radiance: Welford's sums
-        V3f together{0, 0, 0};           // of radiance and weight
-        float weight = 0;                // mean
+        V3f mean{0, 0, 0};  // of the radiance: Welford's sums
+        // The root of the sum of squares, which float32 cannot hold of 1e20 W nor of 1e-20.
+        V3f spread{0, 0, 0};
+        V3f together{0, 0, 0};  // of radiance and weight
+        float weight = 0;       // mean
         std::uint32_t count = 0;
     };
     // Welford's sums of the values of passes.
     struct Passes {
-        V3f mean{0, 0, 0}, m2{0, 0, 0};
+        V3f mean{0, 0, 0}, spread{0, 0, 0};
         std::uint32_t count = 0;
     };
     V3f value(const Pixel& pixel) const;
-    V3f variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
+    V3d variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
 
     int width_, height_;
     float weight2_ = 1;  // square of every sample's weight

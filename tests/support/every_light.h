@@ -3,7 +3,9 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 #include <utility>
@@ -41,12 +43,60 @@ inline std::vector<Method> every_method() {
             {"progressive", "progressive", {{"photons", "5000"}}}};
 }
 
+inline std::string name_of(const ::testing::TestParamInfo<Method>& method) {
+    std::string name = method.param.name;
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+}
+
 struct LightCase {
     std::string name;
     std::string text;          // in the room's own units; {} stands for what its power is multiplied by
     bool by_intensity = true;  // that grows with the square of the scale if radiance is to stay
     bool only_particles = false;
+
+    // Whether the method can show it.
+    bool suits(const Method& method) const { return !only_particles || method.name == "map"; }
 };
+
+// How far two images are apart.
+struct Difference {
+    double pixels = 0;  // share of those that differ by more than a thousandth
+    double mean = 0;    // of all, relative
+    double light = 0;   // the first one's mean luminance
+};
+// `scale` multiplies the second image first.
+inline Difference difference(const Image& a, const Image& b, double scale = 1) {
+    Difference d;
+    double sum = 0, other = 0;
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            const double l = double{luminance(a.rgb_at(x, y))}, m = scale * double{luminance(b.rgb_at(x, y))};
+            if (!(std::fabs(l - m) <= 1e-3 * l)) ++d.pixels;
+            sum += l;
+            other += m;
+        }
+    }
+    d.pixels /= a.width * a.height;
+    d.mean = sum > 0 ? other / sum - 1 : other;
+    d.light = sum / (a.width * a.height);
+    return d;
+}
+inline bool is_finite(const Image& image) {
+    return std::all_of(image.data.begin(), image.data.end(),
+                       [](float v) { return std::isfinite(v) && v >= 0; });
+}
+
+// Open at the front; a block of stone and one of glass, both round.
+inline constexpr std::string_view kRoom = R"(
+Material "diffuse" "rgb reflectance" [0.6 0.5 0.4]
+Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1] "integer indices" [0 2 1 0 3 2]
+Shape "trianglemesh" "point3 P" [-1 1 -1  1 1 -1  1 1 1  -1 1 1] "integer indices" [0 1 2 0 2 3]
+Shape "trianglemesh" "point3 P" [-1 -1 1  1 -1 1  1 1 1  -1 1 1] "integer indices" [0 2 1 0 3 2]
+Shape "trianglemesh" "point3 P" [-1 -1 -1  -1 1 -1  -1 1 1  -1 -1 1] "integer indices" [0 1 2 0 2 3]
+AttributeBegin Translate -0.4 -0.6 0.3 Shape "sphere" "float radius" 0.35 AttributeEnd
+AttributeBegin Material "dielectric" Translate 0.45 -0.65 -0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
+)";
 
 // Files of lamps that have any, in a folder of their own.
 class EveryLight {
@@ -92,9 +142,9 @@ class EveryLight {
         };
     }
 
-    // The scene's text. `power` multiplies the light.
+    // The scene's text. `power` multiplies the light; `room` is what stands there.
     std::string scene(const LightCase& light, const Placing& at = {}, double power = 1,
-                      std::string_view material = R"("diffuse" "rgb reflectance" [0.6 0.5 0.4])") const {
+                      std::string_view room = kRoom) const {
         const double s = at.scale;
         const auto place = [&](double x, double y, double z) {
             return fmt::format("{:.17g} {:.17g} {:.17g}", at.shift.x + s * x, at.shift.y + s * y,
@@ -107,7 +157,7 @@ class EveryLight {
                fmt::format("Translate {:.17g} {:.17g} {:.17g} Scale {:.17g} {:.17g} {:.17g}\n", at.shift.x,
                            at.shift.y, at.shift.z, s, s, s) +
                fmt::format(fmt::runtime(light.text), fmt::format("{:.9g}", strength)) + "\n" +
-               fmt::format("Material {}\n", material) + std::string(kRoom);
+               std::string(room);
     }
 
     Job job(const std::string& text, const Method& method, int spp, Monitor& monitor) const {
@@ -123,15 +173,6 @@ class EveryLight {
     }
 
   private:
-    static constexpr std::string_view kRoom = R"(
-Shape "trianglemesh" "point3 P" [-1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1] "integer indices" [0 2 1 0 3 2]
-Shape "trianglemesh" "point3 P" [-1 1 -1  1 1 -1  1 1 1  -1 1 1] "integer indices" [0 1 2 0 2 3]
-Shape "trianglemesh" "point3 P" [-1 -1 1  1 -1 1  1 1 1  -1 1 1] "integer indices" [0 2 1 0 3 2]
-Shape "trianglemesh" "point3 P" [-1 -1 -1  -1 1 -1  -1 1 1  -1 -1 1] "integer indices" [0 1 2 0 2 3]
-AttributeBegin Translate -0.4 -0.6 0.3 Shape "sphere" "float radius" 0.35 AttributeEnd
-AttributeBegin Material "dielectric" Translate 0.45 -0.65 -0.2 Shape "sphere" "float radius" 0.3 AttributeEnd
-)";
-
     void write_ies() const {
         std::ofstream(folder_ / "lamp.ies")
             << "IESNA:LM-63-2002\nTILT=NONE\n1 10 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n1 0.8 0.1\n";

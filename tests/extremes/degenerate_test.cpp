@@ -1,0 +1,193 @@
+// Scenes with too little in them, or with what no scene should have: each ends, with the right number or with
+// a refusal that says what is wrong; never with NaN [photon-maps 7].
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/every_light.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+using ::testing::HasSubstr;
+
+constexpr int kSpp = 2;
+
+const EveryLight& lights() {
+    static const EveryLight all;
+    return all;
+}
+const LightCase& light_named(std::string_view name) {
+    static const std::vector<LightCase> all = lights().cases();
+    return *std::find_if(all.begin(), all.end(), [&](const LightCase& light) { return light.name == name; });
+}
+
+class Degenerate : public ::testing::TestWithParam<Method> {
+  protected:
+    Image look(const std::string& text, int spp = kSpp) const {
+        Image image = lights().image(text, GetParam(), spp);
+        EXPECT_TRUE(is_finite(image));
+        return image;
+    }
+    static double mean(const Image& image) { return difference(image, image).light; }
+};
+
+TEST_P(Degenerate, NothingButALight_OnlyWhatTheCameraSeesOfIt) {
+    for (const LightCase& light : lights().cases()) {
+        const Image image = look(lights().scene(light, {}, 1, ""));
+        const bool is_sky = light.name.starts_with("sky");
+        if (is_sky) {
+            EXPECT_GT(mean(image), 0.1) << light.name;
+        }
+        const bool is_point =
+            light.name == "point" || light.name == "spot" || light.name == "distant" || light.name == "ies";
+        if (is_point) {
+            EXPECT_EQ(mean(image), 0) << light.name;
+        }
+    }
+}
+
+TEST_P(Degenerate, NoLight_Black) {
+    EXPECT_EQ(mean(look(lights().scene({"none", "# {}", true, false}))), 0);
+    EXPECT_EQ(mean(look(lights().scene({"none", "# {}", true, false}, {}, 1, ""))), 0);
+}
+
+TEST_P(Degenerate, LightOfNoPower_Black) {
+    for (const LightCase& light : lights().cases()) {
+        EXPECT_EQ(mean(look(lights().scene(light, {}, 0))), 0) << light.name;
+    }
+}
+
+TEST_P(Degenerate, LightInsideAWall_Black) {
+    const std::string closed = std::string(kRoom) +
+                               "AttributeBegin Translate 0.5 0.8 -0.4 Shape \"sphere\" \"float radius\" 0.05 "
+                               "AttributeEnd";
+    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, closed))), 0);
+}
+
+TEST_P(Degenerate, CameraInsideASolid_Black) {
+    const std::string around = std::string(kRoom) +
+                               "AttributeBegin Translate 0.1 0.1 -2.6 Shape \"sphere\" \"float radius\" 0.2 "
+                               "AttributeEnd";
+    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, around))), 0);
+}
+
+TEST_P(Degenerate, BlackSurfaces_NothingComesBack) {
+    const std::string black = R"(Material "diffuse" "rgb reflectance" [0 0 0]
+        Shape "sphere" "float radius" 4)";
+    EXPECT_EQ(mean(look(lights().scene(light_named("point"), {}, 1, black))), 0);
+}
+
+// Open, white and lossless: what escapes ends every path.
+TEST_P(Degenerate, AlbedoOfOneInAnOpenRoom_EndsAndIsFinite) {
+    std::string white(kRoom);
+    white.replace(white.find("0.6 0.5 0.4"), 11, "1 1 1");
+    for (const LightCase& light : lights().cases()) {
+        if (!light.suits(GetParam())) continue;
+        EXPECT_GT(mean(look(lights().scene(light, {}, 1, white))), 0) << light.name;
+    }
+}
+
+// A closed box of mirrors around camera and lamp. Nothing takes light away: paths end by their bound.
+TEST_P(Degenerate, ClosedBoxOfMirrors_Ends) {
+    const std::string mirrors = R"(Material "conductor" "rgb reflectance" [1 1 1] "float roughness" 0
+        Shape "sphere" "float radius" 4
+        Material "diffuse" "rgb reflectance" [0.5 0.5 0.5] Shape "sphere" "float radius" 0.3)";
+    look(lights().scene(light_named("point"), {}, 1, mirrors));
+    look(lights().scene(light_named("area of a sphere"), {}, 1, mirrors));
+}
+
+// Closed, white and lossless: the light has no limit, and the image is a finite part of it.
+TEST_P(Degenerate, ClosedAndWhite_Ends) {
+    if (GetParam().integrator == "photonmap" || GetParam().integrator == "progressive") {
+        GTEST_SKIP() << "walks of thousands of bounces: minutes";
+    }
+    const std::string white =
+        R"(Material "diffuse" "rgb reflectance" [1 1 1] Shape "sphere" "float radius" 4)";
+    look(lights().scene(light_named("point"), {}, 1, white));
+}
+
+// Slivers, triangles of no area, two surfaces in one place, and one of no extent.
+TEST_P(Degenerate, SliversAndTrianglesOfNoArea_ChangeNothing) {
+    const std::string odd =
+        std::string(kRoom) +
+        R"(Shape "trianglemesh" "point3 P" [0 0 0  0 0 0  0 0 0  1 0 0  2 0 0  3 0 0  -1 0.5 0  1 0.5 0  0 0.50000001 0]
+           "integer indices" [0 1 2  3 4 5  0 0 3])";
+    const Image plain = look(lights().scene(light_named("point")));
+    const Image with = look(lights().scene(light_named("point"), {}, 1, odd));
+    EXPECT_LT(difference(plain, with).pixels, 0.02);
+    const std::string sliver = std::string(kRoom) +
+                               R"(Shape "trianglemesh" "point3 P" [-1 0.5 0  1 0.5 0  0 0.500001 0]
+           "integer indices" [0 1 2])";
+    EXPECT_LT(difference(plain, look(lights().scene(light_named("point"), {}, 1, sliver))).pixels, 0.05);
+}
+
+TEST_P(Degenerate, OnePixel_IsAnImage) {
+    std::string text = lights().scene(light_named("point"));
+    text.replace(text.find("xresolution\" 12"), 15, "xresolution\" 1");
+    text.replace(text.find("yresolution\" 12"), 15, "yresolution\" 1");
+    const Image image = look(text, 64);
+    EXPECT_EQ(image.width, 1);
+    EXPECT_EQ(image.height, 1);
+    EXPECT_GT(mean(image), 0);
+}
+
+TEST_P(Degenerate, NotANumberInTheFile_IsRefusedByNameAndPlace) {
+    Monitor silent;
+    for (const std::string_view bad : {"nan", "inf", "1e400"}) {
+        std::string text = lights().scene(light_named("point"));
+        const std::size_t at = text.find("\"rgb I\" [1 ");
+        text.replace(at + 9, 1, bad);
+        try {
+            lights().job(text, GetParam(), 1, silent);
+            ADD_FAILURE() << bad << " was read";
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("scene.pbrt")) << bad;
+            EXPECT_THAT(error.what(), HasSubstr(std::string(bad)));
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Degenerate, ::testing::ValuesIn(every_method()), name_of);
+
+// --- photons, few and many of them in one place ---
+
+struct FewPhotons {
+    std::vector<std::pair<std::string, std::string>> set;
+    const char* name;
+};
+
+TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
+    const std::vector<FewPhotons> all = {{{{"photons", "1"}}, "one light path"},
+                                         {{{"k", "1"}, {"gatherk", "1"}}, "one neighbour"},
+                                         {{{"k", "1000000"}, {"gatherk", "1000000"}}, "everything"},
+                                         {{{"k", "0"}, {"radius", "1e-9"}}, "a radius of nothing"},
+                                         {{{"k", "0"}, {"radius", "1e9"}}, "a radius of the world"}};
+    for (const FewPhotons& few : all) {
+        for (const char* indirect : {"map", "gather"}) {
+            Method method{few.name, "photonmap", {{"photons", "3000"}, {"indirect", indirect}}};
+            if (std::string_view(indirect) == "gather") method.set.emplace_back("gatherrays", "2");
+            method.set.insert(method.set.end(), few.set.begin(), few.set.end());
+            for (const char* name : {"point", "area of triangles", "measured light field"}) {
+                const Image image = lights().image(lights().scene(light_named(name)), method, kSpp);
+                EXPECT_TRUE(is_finite(image)) << few.name << " " << indirect << " " << name;
+            }
+        }
+    }
+}
+
+// A beam as thin as float32 has it: all photons of the first impact in one place.
+TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
+    const LightCase beam{
+        "beam",
+        R"(LightSource "spot" "point3 from" [0 0.9 0] "point3 to" [0.1 -1 0.2] "rgb I" [1 1 1]
+        "float coneangle" 1e-3 "float conedelta" 1e-4 "float scale" {})",
+        true, false};
+    for (const Method& method : every_method()) {
+        const Image image = lights().image(lights().scene(beam), method, kSpp);
+        EXPECT_TRUE(is_finite(image)) << method.name;
+    }
+}
+
+}  // namespace
+}  // namespace lucerna

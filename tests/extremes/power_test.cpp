@@ -1,0 +1,56 @@
+// Light of any power: the image is in proportion to it, from 1e-20 to 1e20 [photon-maps 7].
+#include <gtest/gtest.h>
+
+#include "tests/support/every_light.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+
+constexpr int kSpp = 4;
+
+const EveryLight& lights() {
+    static const EveryLight all;
+    return all;
+}
+
+class Powers : public ::testing::TestWithParam<Method> {};
+
+TEST_P(Powers, FromTiniestToHugest_ImageIsInProportion) {
+    for (const LightCase& light : lights().cases()) {
+        if (!light.suits(GetParam())) continue;
+        const Image one = lights().image(lights().scene(light), GetParam(), kSpp);
+        EXPECT_TRUE(is_finite(one)) << light.name;
+        for (const double power : {1e-20, 1e20}) {
+            const Image image = lights().image(lights().scene(light, {}, power), GetParam(), kSpp);
+            EXPECT_TRUE(is_finite(image)) << light.name << " " << power;
+            const Difference d = difference(one, image, 1 / power);
+            EXPECT_GT(d.light, 0) << light.name;
+            EXPECT_LT(d.pixels, 0.03) << light.name << " " << power << ": " << d.mean;
+            EXPECT_LT(std::fabs(d.mean), 0.01) << light.name << " " << power;
+        }
+    }
+}
+
+// In a room a millionth of a unit wide a lamp of an even radiance has 1e-12 times the flux, and in a wide
+// one 1e12 times: both extremes at once.
+TEST_P(Powers, FaintInATinyRoomAndBrightInAHugeOne_ImageIsInProportion) {
+    for (const LightCase& light : lights().cases()) {
+        if (!light.suits(GetParam())) continue;
+        const Image one = lights().image(lights().scene(light), GetParam(), kSpp);
+        for (const auto& [scale, power] : {std::pair(1e-6, 1e-20), std::pair(1e6, 1e15)}) {
+            const Image image =
+                lights().image(lights().scene(light, {scale, V3d(0.0)}, power), GetParam(), kSpp);
+            EXPECT_TRUE(is_finite(image)) << light.name << " " << power;
+            const Difference d = difference(one, image, 1 / power);
+            EXPECT_LT(d.pixels, 0.03) << light.name << " " << power << ": " << d.mean;
+            EXPECT_LT(std::fabs(d.mean), 0.01) << light.name << " " << power;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Powers, ::testing::ValuesIn(every_method()), name_of);
+
+}  // namespace
+}  // namespace lucerna
