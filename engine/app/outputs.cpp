@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/pictures.h"
 
 namespace lucerna {
 void require_writable(const std::filesystem::path& file, std::string_view suffix) {
@@ -36,6 +37,7 @@ void require_writable(const std::filesystem::path& file, std::string_view suffix
     const int cause = errno;
     if (!opened) input_error(at, "cannot be written: {}", std::strerror(cause));
     std::filesystem::remove(probe, status);
+    if (suffix_of(file) == ".png") pictures(file);  // what writes it must be there, too
 }
 
 void write_text(const std::filesystem::path& file, std::string_view text) {

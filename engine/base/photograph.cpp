@@ -1,7 +1,5 @@
-// Photographs come in and go out through OpenImageIO.
 #include "engine/base/photograph.h"
 
-#include <OpenImageIO/imageio.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/names.h"
+#include "engine/base/pictures.h"
 
 namespace lucerna {
 namespace {
@@ -20,74 +19,71 @@ namespace {
     throw InputError({file.string()}, "not a readable photograph: " + one_line(why));
 }
 
-std::unique_ptr<OIIO::ImageInput> open_raw(const std::filesystem::path& file) {
+std::unique_ptr<PictureReader> open_raw(const std::filesystem::path& file) {
     require_readable(file);
-    OIIO::ImageSpec how;
-    how.attribute("oiio:UnassociatedAlpha", 1);  // or alpha darkens the counts
-    how.attribute("oiio:RawColor", 1);
-    auto in = OIIO::ImageInput::open(file.string(), &how);
-    if (!in) unreadable(file, OIIO::geterror());
-    return in;
+    const Pictures& formats = pictures(file);
+    try {
+        return formats.open(file, PictureUse::measurement);
+    } catch (const std::runtime_error& error) {
+        unreadable(file, error.what());
+    }
 }
 
 // The largest count of a whole-number format, 0 for floats.
-int most_of(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
-    switch (spec.format.basetype) {
-        case OIIO::TypeDesc::UINT8:
-        case OIIO::TypeDesc::UINT16:
-            break;
-        case OIIO::TypeDesc::HALF:
-        case OIIO::TypeDesc::FLOAT:
-            return 0;
-        default:
-            throw InputError({file.string()},
-                             fmt::format("numbers of kind {}; whole numbers of 8 or 16 bits, half "
-                                         "and float are accepted",
-                                         spec.format.c_str()));
+int most_of(const std::filesystem::path& file, const PictureHeader& header) {
+    if (header.numbers == PictureNumbers::floats) return 0;
+    if (header.numbers != PictureNumbers::bytes && header.numbers != PictureNumbers::words) {
+        throw InputError({file.string()},
+                         fmt::format("numbers of kind {}; whole numbers of 8 or 16 bits, half "
+                                     "and float are accepted",
+                                     header.kind));
     }
-    const int whole = spec.format.basetype == OIIO::TypeDesc::UINT8 ? 8 : 16;
+    const int whole = header.numbers == PictureNumbers::bytes ? 8 : 16;
     // Narrower numbers would have been stretched while reading, and counts must stay what they are.
-    const int bits = spec.get_int_attribute("oiio:BitsPerSample", whole);
-    if (bits != whole) {
-        throw InputError({file.string()}, fmt::format("{} bits for a number; 8 or 16 are accepted", bits));
+    if (header.bits != whole) {
+        throw InputError({file.string()},
+                         fmt::format("{} bits for a number; 8 or 16 are accepted", header.bits));
     }
     return (1 << whole) - 1;
 }
 
+std::size_t pixels_of(const PictureHeader& header) {
+    return static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height);
+}
+
 // A lying header must not make us allocate what the machine does not have.
-void check_size(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
+void check_size(const std::filesystem::path& file, const PictureHeader& header) {
     constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
     constexpr std::uintmax_t kBestCompression = 1 << 16;  // of any format that we know
     std::error_code unknown;
     const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
-    const bool wide = spec.width <= 0 || spec.height <= 0 || spec.width > kMaxPixels / spec.height;
-    if (wide || spec.image_pixels() / kBestCompression > bytes) {
+    const bool wide = header.width <= 0 || header.height <= 0 || header.width > kMaxPixels / header.height;
+    if (wide || pixels_of(header) / kBestCompression > bytes) {
         throw InputError({file.string()},
-                         fmt::format("image size {} × {} is not credible", spec.width, spec.height));
+                         fmt::format("image size {} × {} is not credible", header.width, header.height));
     }
-    if (spec.deep || spec.depth > 1)
-        throw InputError({file.string()}, "a flat image is accepted, not a deep one");
-    if (spec.nchannels < 1) throw InputError({file.string()}, "the image has no channels");
+    if (!header.flat) throw InputError({file.string()}, "a flat image is accepted, not a deep one");
+    if (header.channels < 1) throw InputError({file.string()}, "the image has no channels");
 }
 
 struct Channels {
-    int first, end;  // that are read
+    ChannelRange read;
     bool luminance;  // of three
 };
 
-Channels channels_of(const std::filesystem::path& file, const OIIO::ImageSpec& spec,
+Channels channels_of(const std::filesystem::path& file, const PictureHeader& header,
                      std::string_view wanted) {
     if (wanted == kLuminanceChannel) {
-        const bool colour = spec.nchannels >= 3;
-        return {0, colour ? 3 : 1, colour};
+        const bool colour = header.channels >= 3;
+        return {{0, colour ? 3 : 1}, colour};
     }
-    for (int c = 0; c < static_cast<int>(spec.channelnames.size()); ++c) {
-        if (std::string_view(spec.channelnames[static_cast<std::size_t>(c)]) == wanted)
-            return {c, c + 1, false};
+    const std::vector<std::string>& names = header.channel_names;
+    for (int c = 0; c < static_cast<int>(names.size()); ++c) {
+        if (std::string_view(names[static_cast<std::size_t>(c)]) == wanted) return {{c, c + 1}, false};
     }
-    const std::size_t shown = std::min<std::size_t>(spec.channelnames.size(), 8);
-    const std::vector<std::string_view> known(spec.channelnames.begin(),
-                                              spec.channelnames.begin() + static_cast<std::ptrdiff_t>(shown));
+    const std::size_t shown = std::min<std::size_t>(names.size(), 8);
+    const std::vector<std::string_view> known(names.begin(),
+                                              names.begin() + static_cast<std::ptrdiff_t>(shown));
     throw InputError({file.string()},
                      one_line(fmt::format("no channel \"{}\"; accepted are {} and {}", wanted,
                                           kLuminanceChannel, fmt::join(known, ", "))));
@@ -104,12 +100,15 @@ void require_finite(const std::filesystem::path& file, const Photograph& photogr
 
 // Every stored number as `Stored`, one channel or the luminance of three.
 template <typename Stored>
-void read_counts(OIIO::ImageInput& in, const Channels& channels, const std::filesystem::path& file,
-                 OIIO::TypeDesc type, std::vector<float>& counts) {
-    const auto count = static_cast<std::size_t>(channels.end - channels.first);
+void read_counts(PictureReader& in, const Channels& channels, const std::filesystem::path& file,
+                 std::vector<float>& counts) {
+    const auto count = static_cast<std::size_t>(channels.read.end - channels.read.first);
     std::vector<Stored> values(counts.size() * count);
-    if (!in.read_image(0, 0, channels.first, channels.end, type, values.data()))
-        unreadable(file, in.geterror());
+    try {
+        in.read(channels.read, std::span(values));
+    } catch (const std::runtime_error& error) {
+        unreadable(file, error.what());
+    }
     for (std::size_t i = 0; i < counts.size(); ++i) {
         const Stored* v = &values[i * count];
         const auto number = [&](std::size_t c) { return static_cast<float>(v[c]); };
@@ -117,28 +116,23 @@ void read_counts(OIIO::ImageInput& in, const Channels& channels, const std::file
     }
 }
 
-const char* format_of(const std::filesystem::path& file, bool whole) {
+PictureFormat format_of(const std::filesystem::path& file, bool whole) {
     const std::string suffix = suffix_of(file);
-    if (whole && suffix == ".png") return "png";
-    if (whole && (suffix == ".tif" || suffix == ".tiff")) return "tiff";
-    if (!whole && suffix == ".exr") return "openexr";
+    if (whole && suffix == ".png") return PictureFormat::png;
+    if (whole && (suffix == ".tif" || suffix == ".tiff")) return PictureFormat::tiff;
+    if (!whole && suffix == ".exr") return PictureFormat::exr;
     throw InputError({file.string()},
                      fmt::format("a photograph of {} ends in {}", whole ? "whole numbers" : "floats",
                                  whole ? ".png, .tif or .tiff" : ".exr"));
 }
 
-void write_values(const std::filesystem::path& file, const char* format, const V2i& size, OIIO::TypeDesc type,
-                  const void* values) {
+template <typename Stored>
+void write_values(const std::filesystem::path& file, PictureFormat format, const V2i& size,
+                  const std::vector<Stored>& values) {
+    const Pictures& formats = pictures(file);
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        // The temporary's name does not end in the suffix, so the format is named instead of guessed.
-        auto out = OIIO::ImageOutput::create(format);
-        if (!out) throw std::runtime_error(OIIO::geterror());
-        OIIO::ImageSpec spec(size.x, size.y, 1, type);
-        spec.channelnames = {"Y"};
-        spec.attribute("compression", "zip");
-        spec.attribute("oiio:ColorSpace", "Linear");
-        if (!out->open(temporary.string(), spec) || !out->write_image(type, values) || !out->close())
-            throw std::runtime_error(out->geterror());
+        formats.write(temporary,
+                      {format, PictureUse::measurement, size.x, size.y, 1, std::span<const Stored>(values)});
     });
 }
 
@@ -156,35 +150,33 @@ std::vector<Stored> rounded(const Photograph& photograph) {
 }  // namespace
 
 Photograph read_photograph(const std::filesystem::path& file, std::string_view channel) {
-    auto in = open_raw(file);
-    const OIIO::ImageSpec spec = in->spec();
-    check_size(file, spec);
+    const std::unique_ptr<PictureReader> in = open_raw(file);
+    const PictureHeader& header = in->header();
+    check_size(file, header);
     Photograph photograph;
-    photograph.most = most_of(file, spec);
-    const Channels channels = channels_of(file, spec, channel);
-    photograph.size = {spec.width, spec.height};
-    photograph.counts.resize(spec.image_pixels());
+    photograph.most = most_of(file, header);
+    const Channels channels = channels_of(file, header, channel);
+    photograph.size = {header.width, header.height};
+    photograph.counts.resize(pixels_of(header));
     if (photograph.most == 0) {
-        read_counts<float>(*in, channels, file, OIIO::TypeDesc::FLOAT, photograph.counts);
+        read_counts<float>(*in, channels, file, photograph.counts);
     } else if (photograph.most == 255) {
-        read_counts<std::uint8_t>(*in, channels, file, OIIO::TypeDesc::UINT8, photograph.counts);
+        read_counts<std::uint8_t>(*in, channels, file, photograph.counts);
     } else {
-        read_counts<std::uint16_t>(*in, channels, file, OIIO::TypeDesc::UINT16, photograph.counts);
+        read_counts<std::uint16_t>(*in, channels, file, photograph.counts);
     }
     require_finite(file, photograph);
     return photograph;
 }
 
 void write_photograph(const std::filesystem::path& file, const Photograph& photograph) {
-    const char* format = format_of(file, photograph.most > 0);
+    const PictureFormat format = format_of(file, photograph.most > 0);
     if (photograph.most == 0) {
-        write_values(file, format, photograph.size, OIIO::TypeDesc::FLOAT, photograph.counts.data());
+        write_values(file, format, photograph.size, photograph.counts);
     } else if (photograph.most <= 255) {
-        write_values(file, format, photograph.size, OIIO::TypeDesc::UINT8,
-                     rounded<std::uint8_t>(photograph).data());
+        write_values(file, format, photograph.size, rounded<std::uint8_t>(photograph));
     } else {
-        write_values(file, format, photograph.size, OIIO::TypeDesc::UINT16,
-                     rounded<std::uint16_t>(photograph).data());
+        write_values(file, format, photograph.size, rounded<std::uint16_t>(photograph));
     }
 }
 

@@ -24,7 +24,7 @@ struct Photograph {
     int most = 0;               // the largest count that the format holds, 255 or 65535; 0: floats
 };
 
-// PNG, TIFF, OpenEXR and whatever else OpenImageIO reads, of 8 or 16 bits, half or float. Alpha is ignored.
+// PNG, TIFF, OpenEXR and whatever else pictures.h reads, of 8 or 16 bits, half or float. Alpha is ignored.
 // Throws InputError naming file and cause: not readable, another kind of number, no such channel, not
 // credible in size, or a number that is not finite.
 Photograph read_photograph(const std::filesystem::path& file, std::string_view channel = kLuminanceChannel);

@@ -1,12 +1,10 @@
-// Display pictures, through OpenImageIO.
-#include <OpenImageIO/imageio.h>
-
+// Display pictures.
 #include <algorithm>
 #include <cstdint>
 
-#include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/pictures.h"
 
 namespace lucerna {
 namespace {
@@ -44,15 +42,10 @@ float srgb_encode(float x) {
 
 void write_bytes(const std::filesystem::path& file, int width, int height,
                  const std::vector<std::uint8_t>& rgb) {
+    const Pictures& formats = pictures(file);
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        // The temporary's name does not end in .png, so the format is named instead of guessed.
-        auto out = OIIO::ImageOutput::create("png");
-        if (!out) throw std::runtime_error(OIIO::geterror());
-        const OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-        if (!out->open(temporary.string(), spec) || !out->write_image(OIIO::TypeDesc::UINT8, rgb.data()) ||
-            !out->close()) {
-            throw std::runtime_error(out->geterror());
-        }
+        formats.write(temporary, {PictureFormat::png, PictureUse::colour, width, height, 3,
+                                  std::span<const std::uint8_t>(rgb)});
     });
 }
 

@@ -1,8 +1,4 @@
-// Images of any format come in through OpenImageIO, here only.
 #include "engine/world/texture_image.h"
-
-#include <OpenImageIO/imagecache.h>
-#include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/pictures.h"
 
 namespace lucerna {
 namespace {
@@ -32,39 +29,38 @@ struct Header {
     }
 };
 
-Header header_of(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
+Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
     // A lying header must not make us allocate what the machine does not have.
     constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
     if (spec.width <= 0 || spec.height <= 0 || spec.width > kMaxPixels / spec.height) {
         throw InputError({file.string()},
                          fmt::format("image size {} × {} is not credible", spec.width, spec.height));
     }
-    if (spec.nchannels < 1) throw InputError({file.string()}, "the image has no channels");
-    return {spec.width, spec.height, spec.nchannels < 3 ? 1 : 3, !spec.format.is_floating_point(),
-            spec.format == OIIO::TypeDesc::UINT8};
+    if (spec.channels < 1) throw InputError({file.string()}, "the image has no channels");
+    return {spec.width, spec.height, spec.channels < 3 ? 1 : 3, are_whole(spec.numbers),
+            spec.numbers == PictureNumbers::bytes};
 }
 
-std::unique_ptr<OIIO::ImageInput> open_input(const std::filesystem::path& file) {
-    require_readable(file);
-    OIIO::ImageSpec how;
-    // Alpha is left out, and must not darken the colours before that.
-    how.attribute("oiio:UnassociatedAlpha", 1);
-    auto in = OIIO::ImageInput::open(file.string(), &how);
-    if (!in) unreadable(file, OIIO::geterror());
-    return in;
-}
-
-template <typename Stored>
-constexpr OIIO::TypeDesc::BASETYPE kStoredAs =
-    std::is_same_v<Stored, std::uint8_t> ? OIIO::TypeDesc::UINT8 : OIIO::TypeDesc::FLOAT;
-
-template <typename Stored>
-std::vector<Stored> read_values(OIIO::ImageInput& in, const Header& header,
-                                const std::filesystem::path& file) {
-    std::vector<Stored> values(header.values());
-    if (!in.read_image(0, 0, 0, header.channels, kStoredAs<Stored>, values.data())) {
-        unreadable(file, in.geterror());
+// What the library of picture formats complains of becomes an error about the file.
+template <typename Work>
+auto complaints_of(const std::filesystem::path& file, Work&& work) {
+    try {
+        return work();
+    } catch (const std::runtime_error& error) {
+        unreadable(file, error.what());
     }
+}
+
+std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
+    require_readable(file);
+    const Pictures& formats = pictures(file);
+    return complaints_of(file, [&] { return formats.open(file, PictureUse::colour); });
+}
+
+template <typename Stored>
+std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file) {
+    std::vector<Stored> values(header.values());
+    complaints_of(file, [&] { in.read({0, header.channels}, std::span(values)); });
     return values;
 }
 
@@ -178,50 +174,16 @@ class ImageTexels final : public Texels {
     ValueRange range_;
 };
 
-}  // namespace
-
-float Encoding::decode(float x) const {
-    switch (kind) {
-        case Kind::srgb:
-            return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
-        case Kind::linear:
-            return x;
-        case Kind::power:
-            return std::pow(x, exponent);
-    }
-    return x;
-}
-
-// A private cache of tiles: 64 × 64 pixels, also for files that are not tiled.
-class TextureImages::Cache {
-  public:
-    explicit Cache(std::size_t bytes) : cache_(OIIO::ImageCache::create(false)) {
-        cache_->attribute("max_memory_MB", static_cast<float>(bytes) / (1 << 20));
-        cache_->attribute("autotile", 64);
-        cache_->attribute("unassociatedalpha", 1);
-    }
-    ~Cache() { OIIO::ImageCache::destroy(cache_); }
-    Cache(const Cache&) = delete;
-    Cache& operator=(const Cache&) = delete;
-
-    OIIO::ImageCache& operator*() const { return *cache_; }
-
-  private:
-    OIIO::ImageCache* cache_;
-};
-
 // In the cache: asked anew each time, decoded as MemoryTexels decodes.
 class CachedTexels final : public Texels {
   public:
-    CachedTexels(std::shared_ptr<TextureImages::Cache> cache, const std::filesystem::path& file,
-                 const Header& header, const Encoding& encoding)
-        : cache_(std::move(cache)),
-          file_(file),
-          handle_((**cache_).get_image_handle(OIIO::ustring(file.string()))),
+    CachedTexels(const TileCache& cache, const std::filesystem::path& file, const Header& header,
+                 const Encoding& encoding)
+        : file_(file),
+          picture_(complaints_of(file, [&] { return cache.open(file, header.channels); })),
           header_(header),
           encoding_(encoding),
           table_(decoded_bytes(encoding)) {
-        if (!handle_) unreadable(file_, (**cache_).geterror());
         // Once through all of it, in bands of tiles, for its range and its faults.
         RangeFinder finder(file_, header.width, header.channels);
         std::vector<float> band;
@@ -257,36 +219,42 @@ class CachedTexels final : public Texels {
     static constexpr int kBand = 64;
 
     void read(int x0, int x1, int y0, int y1, float* out) const {
+        const PixelBox box{x0, x1, y0, y1};
         const std::size_t count = Header{x1 - x0, y1 - y0, header_.channels, false, false}.values();
         if (header_.bytes) {
             std::array<std::uint8_t, 12> few{};
             std::vector<std::uint8_t> many(count > few.size() ? count : 0);
             std::uint8_t* bytes = many.empty() ? few.data() : many.data();
-            fetch(x0, x1, y0, y1, OIIO::TypeDesc::UINT8, bytes);
+            complaints_of(file_, [&] { picture_->read(box, std::span(bytes, count)); });
             for (std::size_t i = 0; i < count; ++i) out[i] = table_[bytes[i]];
             return;
         }
-        fetch(x0, x1, y0, y1, OIIO::TypeDesc::FLOAT, out);
+        complaints_of(file_, [&] { picture_->read(box, std::span(out, count)); });
         if (!header_.whole_numbers) return;
         for (std::size_t i = 0; i < count; ++i) out[i] = encoding_.decode(out[i]);
     }
 
-    void fetch(int x0, int x1, int y0, int y1, OIIO::TypeDesc type, void* out) const {
-        OIIO::ImageCache& cache = **cache_;
-        if (!cache.get_pixels(handle_, cache.get_perthread_info(), 0, 0, x0, x1, y0, y1, 0, 1, 0,
-                              header_.channels, type, out)) {
-            unreadable(file_, cache.geterror());
-        }
-    }
-
-    std::shared_ptr<TextureImages::Cache> cache_;
     std::filesystem::path file_;
-    OIIO::ImageCache::ImageHandle* handle_;  // the cache's
+    std::unique_ptr<const TiledPicture> picture_;
     Header header_;
     Encoding encoding_;
     std::array<float, 256> table_;
     ValueRange range_;
 };
+
+}  // namespace
+
+float Encoding::decode(float x) const {
+    switch (kind) {
+        case Kind::srgb:
+            return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
+        case Kind::linear:
+            return x;
+        case Kind::power:
+            return std::pow(x, exponent);
+    }
+    return x;
+}
 
 TextureImages::TextureImages(const TextureMemory& memory) : memory_(memory) {}
 TextureImages::~TextureImages() = default;
@@ -297,12 +265,12 @@ std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& f
         opened_[fmt::format("{} {} {}", static_cast<int>(encoding.kind), encoding.exponent, file.string())];
     if (known) return known;
     auto in = open_input(file);
-    const Header header = header_of(file, in->spec());
+    const Header header = header_of(file, in->header());
     const std::size_t bytes = header.values() * (header.bytes ? 1 : sizeof(float));
     if (bytes > memory_.one || bytes > memory_.all - std::min(in_memory_, memory_.all)) {
         in.reset();
-        if (!cache_) cache_ = std::make_shared<Cache>(memory_.cache);
-        known = std::make_shared<CachedTexels>(cache_, file, header, encoding);
+        if (!cache_) cache_ = pictures(file).tiles(memory_.cache);
+        known = std::make_shared<CachedTexels>(*cache_, file, header, encoding);
     } else if (header.bytes) {
         known = std::make_shared<MemoryTexels<std::uint8_t>>(
             header, read_values<std::uint8_t>(*in, header, file), encoding, file);
@@ -321,7 +289,7 @@ std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
 
 std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file) {
     const auto in = open_input(file);
-    const Header header = header_of(file, in->spec());
+    const Header header = header_of(file, in->header());
     const std::vector<float> stored = read_values<float>(*in, header, file);
     auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
     RangeFinder finder(file, header.width, header.channels);

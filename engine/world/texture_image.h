@@ -19,6 +19,8 @@
 
 namespace lucerna {
 
+class TileCache;
+
 // How whole-number formats store light; half and float are linear already and are taken as they are.
 struct Encoding {
     enum class Kind : std::uint8_t { srgb, linear, power };
@@ -64,20 +66,17 @@ class TextureImages {
     TextureImages(const TextureImages&) = delete;
     TextureImages& operator=(const TextureImages&) = delete;
 
-    // Any format OpenImageIO reads. Grey files are grey, alpha is left out. Throws InputError naming file and
-    // cause: not readable, not credible in size, or a value that is negative or not finite.
+    // Any format that pictures.h reads. Grey files are grey, alpha is left out. Throws InputError naming file
+    // and cause: not readable, not credible in size, or a value that is negative or not finite.
     std::shared_ptr<const Texels> open(const std::filesystem::path& file, const Encoding& encoding);
 
     std::size_t bytes_in_memory() const { return in_memory_; }
 
   private:
-    class Cache;
     TextureMemory memory_;
     std::size_t in_memory_ = 0;
-    std::shared_ptr<Cache> cache_;                                 // made when first needed
+    std::unique_ptr<const TileCache> cache_;                       // made when first needed
     std::map<std::string, std::shared_ptr<const Texels>> opened_;  // by file and encoding
-
-    friend class CachedTexels;
 };
 
 // What lies beyond the image: it again, its edge, or nothing.

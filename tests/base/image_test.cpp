@@ -1,7 +1,6 @@
 // Images on disk: OpenEXR both ways, PNG out.
 #include "engine/base/image.h"
 
-#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -10,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/pictures.h"
 #include "engine/base/stream.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
@@ -31,11 +31,10 @@ struct Picture {
     std::vector<std::uint8_t> bytes;
 };
 Picture read_picture(const std::filesystem::path& file) {
-    const auto in = OIIO::ImageInput::open(file.string());
-    if (!in) return {};
-    Picture picture{in->spec().width, in->spec().height, in->spec().nchannels, {}};
+    const auto in = pictures(file).open(file, PictureUse::measurement);
+    Picture picture{in->header().width, in->header().height, in->header().channels, {}};
     picture.bytes.resize(static_cast<std::size_t>(picture.width * picture.height * picture.channels));
-    in->read_image(0, 0, 0, picture.channels, OIIO::TypeDesc::UINT8, picture.bytes.data());
+    in->read({0, picture.channels}, std::span(picture.bytes));
     return picture;
 }
 

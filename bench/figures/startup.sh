@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# What a process costs that does next to nothing: as it is, and with the library of picture formats loaded before
+# main(), as if it were linked: the figures of docs/architecture.md. On a quiet machine, about three minutes.
+# usage: bench/figures/startup.sh [PROCESSES]       default: 200
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+processes=${1:-200}
+
+cmake --build build/release --target lucerna test_kdtree >/dev/null
+library=$PWD/build/release/liblucerna_pictures.so
+
+repeat() { # a library to load first, or nothing; a command
+    local first=$1
+    shift
+    for ((i = 0; i < processes; ++i)); do LD_PRELOAD=$first "$@" >/dev/null; done
+}
+
+measure() {
+    local name=$1
+    shift
+    for first in "" "$library"; do
+        repeat "$first" "$@" # once unmeasured: the files come into memory
+        local TIMEFORMAT="%R %U %S"
+        read -r real user sys < <({ time repeat "$first" "$@"; } 2>&1)
+        awk -v name="$name" -v how="${first:+pictures first}" -v n="$processes" -v r="$real" -v c="$user $sys" 'BEGIN {
+            split(c, of)
+            printf "%-12s %-14s %7.2f ms each, %7.2f ms of the processor\n", name, how, 1e3 * r / n,
+                   1e3 * (of[1] + of[2]) / n }'
+    done
+}
+
+echo "$processes processes each, $(date -I)"
+measure lucerna build/release/lucerna --version
+measure test_kdtree build/release/tests/test_kdtree --gtest_list_tests

@@ -1,0 +1,64 @@
+// What one look-up in an image texture costs: bytes and floats, kept in memory and through the cache of
+// tiles, at places beside one another, as neighbouring rays ask, and anywhere.
+#include <benchmark/benchmark.h>
+
+#include <vector>
+
+#include "engine/base/stream.h"
+#include "engine/world/texture_image.h"
+#include "tests/support/temporary_folder.h"
+
+namespace {
+
+using namespace lucerna;  // a program of its own, not a header
+
+constexpr int kSide = 1024;
+
+Image noise() {
+    Image image = Image::rgb(kSide, kSide);
+    Stream stream(3, Purpose::test, 0, 0);
+    for (float& value : image.data) value = stream.next();
+    return image;
+}
+
+std::vector<V2f> places(bool near) {
+    std::vector<V2f> all;
+    Stream stream(4, Purpose::test, 0, 0);
+    for (int i = 0; i < 1 << 16; ++i) {
+        const float jitter = stream.next();
+        if (near) {
+            // A walk along rows of 256, three quarters of a texel wide each.
+            all.emplace_back(static_cast<float>(i % 256) * 0.75F / kSide + jitter * 1e-4F,
+                             static_cast<float>(i / 256) * 0.75F / kSide);
+        } else {
+            all.emplace_back(jitter, stream.next());
+        }
+    }
+    return all;
+}
+
+void lookup(benchmark::State& state, const char* name, bool kept, bool near) {
+    const testing::TemporaryFolder folder;
+    write_png_display(folder / "a.png", noise());
+    write_exr(folder / "a.exr", noise());
+    // The cache has room for the whole image.
+    TextureImages images(kept ? TextureMemory{} : TextureMemory{0, 0, std::size_t{64} << 20});
+    const auto texture = image_texture<Rgb>(images.open(folder / name, {}), {});
+    const std::vector<V2f> all = places(near);
+    std::size_t i = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(texture.at(all[i]));
+        i = (i + 1) % all.size();
+    }
+}
+
+BENCHMARK_CAPTURE(lookup, bytes / kept / near, "a.png", true, true);
+BENCHMARK_CAPTURE(lookup, bytes / kept / anywhere, "a.png", true, false);
+BENCHMARK_CAPTURE(lookup, floats / kept / near, "a.exr", true, true);
+BENCHMARK_CAPTURE(lookup, floats / kept / anywhere, "a.exr", true, false);
+BENCHMARK_CAPTURE(lookup, bytes / cached / near, "a.png", false, true);
+BENCHMARK_CAPTURE(lookup, bytes / cached / anywhere, "a.png", false, false);
+BENCHMARK_CAPTURE(lookup, floats / cached / near, "a.exr", false, true);
+BENCHMARK_CAPTURE(lookup, floats / cached / anywhere, "a.exr", false, false);
+
+}  // namespace

@@ -1,0 +1,119 @@
+// Picture files of every usual format, by a library that is loaded when the first of them is touched.
+//
+// OpenImageIO knows the formats and brings some 260 shared libraries along: a quarter of a second before
+// main(). Whoever reads and writes no picture need not wait for that. So the code that uses it is a shared
+// library of its own, liblucerna_pictures.so (engine/pictures/), and this is the door to it: plain types, and
+// `pictures`, which loads it. What the numbers mean, and which are refused, is decided on this side of the
+// door.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace lucerna {
+
+// A picture for people carries colours; a measurement is the camera's own numbers, whatever the file says
+// about colours.
+enum class PictureUse : std::uint8_t { colour, measurement };
+
+// The kind of a file's numbers: whole ones of 8 and of 16 bits without a sign, others; half and float,
+// others.
+enum class PictureNumbers : std::uint8_t { bytes, words, other_whole, floats, other_floats };
+
+constexpr bool are_whole(PictureNumbers numbers) {
+    return numbers <= PictureNumbers::other_whole;
+}
+
+// What a file says of itself. It may lie: check before allocating.
+struct PictureHeader {
+    int width = 0, height = 0;
+    bool flat = true;  // one layer, and one sample for each pixel
+    PictureNumbers numbers = PictureNumbers::bytes;
+    std::string kind;  // of the numbers, as "uint8" or "half"
+    int bits = 0;      // of a whole number in the file; it may hold fewer than `numbers` has room for
+    int channels = 0;  // may be 0 in a bad file
+    std::vector<std::string> channel_names;
+};
+
+struct ChannelRange {
+    int first, end;
+};
+
+// One file, open. For one thread at a time.
+class PictureReader {
+  public:
+    virtual ~PictureReader() = default;
+    virtual const PictureHeader& header() const = 0;
+    // All pixels: rows from the top, the channels of the range interleaved; `out` has room for exactly these.
+    // Numbers are converted: whole ones become floats by division by the largest. Colours are not multiplied
+    // by alpha. Throws std::runtime_error with the library's words.
+    virtual void read(const ChannelRange& channels, std::span<std::uint8_t> out) = 0;
+    virtual void read(const ChannelRange& channels, std::span<std::uint16_t> out) = 0;
+    virtual void read(const ChannelRange& channels, std::span<float> out) = 0;
+};
+
+// Pixels [x0, x1) × [y0, y1), from the top left corner.
+struct PixelBox {
+    int x0, x1, y0, y1;
+};
+
+// A file whose pixels come through a cache of tiles. Safe from any thread; keeps the cache alive.
+class TiledPicture {
+  public:
+    virtual ~TiledPicture() = default;
+    // As PictureReader reads, of the channels it was opened with; that the file cannot be read may be found
+    // out no sooner than here.
+    virtual void read(const PixelBox& box, std::span<std::uint8_t> out) const = 0;
+    virtual void read(const PixelBox& box, std::span<float> out) const = 0;
+};
+
+class TileCache {
+  public:
+    virtual ~TileCache() = default;
+    // The file's first `channels` channels. Throws std::runtime_error with the library's words.
+    virtual std::unique_ptr<const TiledPicture> open(const std::filesystem::path& file,
+                                                     int channels) const = 0;
+};
+
+enum class PictureFormat : std::uint8_t { png, tiff, exr };
+
+// What is to be written: rows from the top, channels interleaved.
+struct PictureToWrite {
+    PictureFormat format;
+    PictureUse use;
+    int width, height, channels;
+    std::variant<std::span<const std::uint8_t>, std::span<const std::uint16_t>, std::span<const float>>
+        values;
+};
+
+// What the loaded library can do. Without state, safe from any thread; lives until the process ends.
+class Pictures {
+  public:
+    virtual ~Pictures() = default;
+    // Throws std::runtime_error with the library's words.
+    virtual std::unique_ptr<PictureReader> open(const std::filesystem::path& file, PictureUse use) const = 0;
+    // Tiles of 64 × 64 pixels, also of files that are not tiled, in at most so many bytes of memory.
+    virtual std::unique_ptr<TileCache> tiles(std::size_t bytes) const = 0;
+    // In place; the format is the one asked for, whatever the file's name. Throws std::runtime_error.
+    virtual void write(const std::filesystem::path& file, const PictureToWrite& picture) const = 0;
+};
+
+// Where the program's shared libraries are looked for: its RUNPATH, then the system's folders.
+std::vector<std::filesystem::path> library_folders();
+
+// The library, loaded if it is not yet; safe from any thread. Throws InputError, which names `file`, on whose
+// behalf it is wanted: there is none in any of the folders, or the first there is cannot be used.
+const Pictures& pictures(const std::filesystem::path& file,
+                         const std::vector<std::filesystem::path>& folders = library_folders());
+
+}  // namespace lucerna
+
+// The one thing that liblucerna_pictures.so gives away. The number changes with the types above, so that a
+// library of another age is refused.
+extern "C" const lucerna::Pictures* lucerna_pictures_1();

@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# What `cmake --install` installs works where it is put, and where it is moved to; without its library of picture
+# formats it does all that needs no picture, and says what is missing for the rest.
+# usage: tests/startup/installed.sh CMAKE BUILD_FOLDER SCENE
+set -euo pipefail
+export LC_ALL=C
+cmake=$1 build=$2 scene=$3
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+fail() {
+    echo "$*"
+    cat "$folder/said" 2>/dev/null || true
+    exit 1
+}
+render() { # a tree and what else the command is told
+    local tree=$1
+    shift
+    "$folder/$tree/bin/lucerna" render "$scene" --resolution 8x8 --spp 1 -o "$folder/a.exr" "$@" >"$folder/said" 2>&1
+}
+
+"$cmake" --install "$build" --prefix "$folder/first" >/dev/null
+library=$(find "$folder/first" -name liblucerna_pictures.so)
+[ -n "$library" ] || fail "liblucerna_pictures.so is not installed"
+case $(readelf -d "$folder/first/bin/lucerna" | grep -E 'RPATH|RUNPATH') in
+    *"$build"*) fail "the installed program looks for libraries in the build" ;;
+esac
+
+render first --png || fail "the installed program renders no picture"
+[ -s "$folder/a.png" ] || fail "no picture was written"
+
+mv "$folder/first" "$folder/second"
+rm "$folder/a.png"
+render second --png || fail "moved, the program renders no picture"
+[ -s "$folder/a.png" ] || fail "no picture was written after the move"
+
+rm "$folder/second/${library#"$folder/first/"}" "$folder/a.png" "$folder/a.exr"
+render second || fail "without pictures nothing should be missing"
+rm "$folder/a.exr"
+if render second --png; then fail "a picture without its library"; fi
+[ "$(wc -l <"$folder/said")" -eq 1 ] || fail "the error is not one line"
+grep -q "a.png: pictures need liblucerna_pictures.so, which is in none of " "$folder/said" ||
+    fail "the error does not say what is missing"
+[ ! -e "$folder/a.exr" ] || fail "the missing library was found out after the work"
