@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a process costs that does next to nothing: as it is, and with the library of picture formats loaded before
-# main(), as if it were linked: the figures of docs/architecture.md. On a quiet machine, about three minutes.
+# main(), as if it were linked: the figures of docs/architecture.md. On a quiet machine, about two minutes.
 # usage: bench/figures/startup.sh [PROCESSES]       default: 200
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -19,7 +19,7 @@ measure() {
     local name=$1
     shift
     for first in "" "$library"; do
-        repeat "$first" "$@" # once unmeasured: the files come into memory
+        LD_PRELOAD=$first "$@" >/dev/null # once unmeasured: the files come into memory
         local TIMEFORMAT="%R %U %S"
         read -r real user sys < <({ time repeat "$first" "$@"; } 2>&1)
         awk -v name="$name" -v how="${first:+pictures first}" -v n="$processes" -v r="$real" -v c="$user $sys" 'BEGIN {
