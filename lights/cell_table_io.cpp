@@ -59,7 +59,7 @@ void CellTable::save(const std::filesystem::path& file) const {
             out.write(reinterpret_cast<const char*>(bytes.data()),
                       static_cast<std::streamsize>(bytes.size()));
         });
-        out.flush();
+        out.close();
     });
 }
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <span>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -330,11 +330,9 @@ std::string ies_text(const PhotometricWeb& given, std::string_view title) {
 }
 
 void write_ies(const std::filesystem::path& file, const PhotometricWeb& web, std::string_view title) {
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out << ies_text(web, title);
-        if (!out.flush()) throw InputError("writing stopped");
-    });
+    const std::string text = ies_text(web, title);
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+    replace_file(file, std::span(&bytes, 1));
 }
 
 }  // namespace lucerna

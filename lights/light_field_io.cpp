@@ -11,10 +11,12 @@
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -206,12 +208,19 @@ void write_light_field(const std::filesystem::path& file, const LightField& fiel
         pixels[pixel] = stored_half(field.coefficients()[i], scale);
     });
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        Imf::OutputFile out(temporary.c_str(), make_header(field, scale));
-        Imf::FrameBuffer buffer;
-        buffer.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()), sizeof(half),
-                                      sizeof(half) * atlas.width()));
-        out.setFrameBuffer(buffer);
-        out.writePixels(static_cast<int>(atlas.height()));
+        // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
+        std::ofstream stream(temporary, std::ios::binary);
+        {
+            Imf::StdOFStream named(stream, temporary.c_str());
+            Imf::OutputFile out(named, make_header(field, scale));
+            Imf::FrameBuffer buffer;
+            buffer.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()), sizeof(half),
+                                          sizeof(half) * atlas.width()));
+            out.setFrameBuffer(buffer);
+            out.writePixels(static_cast<int>(atlas.height()));
+        }
+        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
+        stream.close();
     });
 }
 

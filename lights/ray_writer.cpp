@@ -176,7 +176,7 @@ void write_rays(const std::filesystem::path& file, const RayFileInfo& info, cons
             put(floats.data(), floats.size() * sizeof(float));
         }
         put(format->end_mark.data(), format->end_mark.size());
-        out.flush();
+        out.close();
     });
 }
 

@@ -1,7 +1,7 @@
 // The manifest as text; read_manifest gives it back.
 #include <fmt/format.h>
 
-#include <fstream>
+#include <span>
 
 #include "engine/base/files.h"
 #include "measure/manifest.h"
@@ -112,11 +112,8 @@ std::string manifest_text(const Manifest& manifest) {
 
 void write_manifest(const std::filesystem::path& file, const Manifest& manifest) {
     const std::string text = manifest_text(manifest);
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out.write(text.data(), static_cast<std::streamsize>(text.size()));
-        if (!out.flush()) throw std::runtime_error("the disk may be full");
-    });
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+    replace_file(file, std::span(&bytes, 1));
 }
 
 }  // namespace lucerna

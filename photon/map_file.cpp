@@ -111,7 +111,7 @@ void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::u
         for (const std::optional<PhotonMap>& map : maps.maps) {
             if (map) for_each_array(*map, write);
         }
-        out.flush();
+        out.close();
     });
 }
 

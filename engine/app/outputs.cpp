@@ -6,7 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <stdexcept>
+#include <span>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -41,12 +41,8 @@ void require_writable(const std::filesystem::path& file, std::string_view suffix
 }
 
 void write_text(const std::filesystem::path& file, std::string_view text) {
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
-        stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-        stream.close();
-        if (!stream) throw std::runtime_error(std::strerror(errno));
-    });
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+    replace_file(file, std::span(&bytes, 1));
 }
 
 }  // namespace lucerna

@@ -7,11 +7,13 @@
 #include <memory>
 #include <optional>
 
+#include "engine/app/checkpointing.h"
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
 #include "engine/app/run_report.h"
+#include "engine/app/tev_display.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
@@ -30,14 +32,24 @@ time or an error, the scene's own number of samples no longer counts. The time i
 would not be done in time is not begun. The error is the root mean square over the pixels of their standard errors,
 each relative to the pixel's own luminance (plus a tenth of the image's mean): noise, not bias.
 
+With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
+undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
+when the render is done, to go on to more samples one day; time then counts from the first start. If both options
+name the same file, it need not be there yet: one command line then serves for the start and for every restart.
+
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
   lucerna render room.pbrt --set quantity=illuminance -o lux.exr
   lucerna render room.pbrt --integrator progressive --time 30s --show-every 5s --png
   lucerna render room.pbrt --integrator progressive --error 1% --passes 2000
+  lucerna render room.pbrt --spp 4096 --checkpoint room.checkpoint --resume room.checkpoint
+  lucerna render room.pbrt --display localhost          (the image as it converges, in the viewer tev)
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
+
+// Often enough for an eye that waits.
+constexpr double kDisplayEvery = 1;  // seconds
 
 struct RenderCommand {
     std::string scene;
@@ -46,6 +58,8 @@ struct RenderCommand {
     std::optional<double> exposure;  // stops; none: chosen from the image
     SceneOverrides overrides;
     RenderOptions options;
+    CheckpointOptions checkpoint;
+    std::optional<Endpoint> display;
     int passes = 0;  // 0: not given
     std::string stats;
     bool quiet = false;
@@ -68,6 +82,16 @@ void check_outputs(const RenderCommand& command, const std::filesystem::path& im
     const MapFiles& maps = command.options.maps;
     if (!maps.save.empty()) require_writable(maps.save, ".photons");
     if (!maps.load.empty()) require_readable(maps.load);
+    const std::filesystem::path& checkpoint = command.checkpoint.kept();
+    if (checkpoint.empty()) return;
+    require_writable(checkpoint, "");
+    for (const std::filesystem::path& other :
+         {image, png_beside(image), std::filesystem::path(command.stats)}) {
+        if (checkpoint.lexically_normal() == other.lexically_normal()) {
+            throw InputError({checkpoint.string()},
+                             "is an output already; a checkpoint needs a file of its own");
+        }
+    }
 }
 
 // Stopped before any tile was done: an empty image must not replace an earlier one.
@@ -146,6 +170,7 @@ void act(const RenderCommand& command, const CommandContext& context) {
     // Read.
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
+    Checkpointing checkpointing(command.checkpoint, monitor);
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads, 0, 0, 0};
     const Stopwatch reading;
     Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
@@ -158,17 +183,31 @@ void act(const RenderCommand& command, const CommandContext& context) {
     // Render, showing the image as it improves.
     const Stopwatch rendering;
     RenderOptions options = command.options;
-    options.show = [&](const RenderResult& result) {
-        facts.render_seconds = rendering.seconds();
+    checkpointing.attach(job, options);
+    const auto note = [&] {
+        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();
         facts.warnings = monitor.warnings();
-        pictures.write(facts, job, result);
-        if (!command.stats.empty()) {
-            write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
+    };
+    options.show = [&](const RenderResult& result) {
+        note();
+        // What cannot be shown now may be later: the render is worth more.
+        try {
+            pictures.write(facts, job, result);
+            if (!command.stats.empty()) {
+                write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
+            }
+        } catch (const InputError& error) {
+            monitor.warn(fmt::format("--show-every: {}; the render goes on", error.what()));
         }
     };
+    std::optional<TevDisplay> display;
+    if (command.display) {
+        display.emplace(*command.display, pictures.image().filename().string(), monitor);
+        options.watch_every = kDisplayEvery;
+        options.watch = [&display](const RenderResult& result) { display->show(result.image); };
+    }
     const RenderResult result = render(job, options, monitor);
-    facts.render_seconds = rendering.seconds();
-    facts.warnings = monitor.warnings();
+    note();
 
     // Write.
     const bool keep = has_light_or_is_whole(result);
@@ -185,7 +224,10 @@ void act(const RenderCommand& command, const CommandContext& context) {
         write_text(command.stats, statistics_json(facts, job, result.report, image));
         said.push_back(fmt::format("numbers  {}", command.stats));
     }
+    if (!command.checkpoint.kept().empty())
+        said.push_back(fmt::format("go on    --resume {}", command.checkpoint.kept().string()));
     for (const std::string& line : said) monitor.info(line);
+    checkpointing.finish();
 }
 
 void add_image_options(CLI::App& app, RenderCommand& command) {
@@ -221,6 +263,30 @@ void add_map_options(CLI::App& app, RenderCommand& command) {
         ->excludes("--save-maps");
 }
 
+void add_live_options(CLI::App& app, RenderCommand& command) {
+    add_word(app, "--show-every", "TIME",
+             "replaces image, picture and statistics that often while it renders",
+             [&command](const std::string& word) {
+                 command.options.show_every = parse_duration({"--show-every"}, word);
+             });
+    add_word(
+        app, "--display", "HOST:PORT",
+        fmt::format("shows the image as it converges in a running tev (port {} if none is given)", kTevPort),
+        [&command](const std::string& word) {
+            command.display = parse_endpoint({"--display"}, word, kTevPort);
+        });
+    app.add_option("--checkpoint", command.checkpoint.save,
+                   "keep there what is needed to go on, while it renders and when it ends")
+        ->type_name("FILE");
+    add_word(app, "--checkpoint-every", "TIME", "how often (default 30s)",
+             [&command](const std::string& word) {
+                 command.checkpoint.every = parse_duration({"--checkpoint-every"}, word);
+             });
+    app.add_option("--resume", command.checkpoint.resume,
+                   "go on from that checkpoint, and keep it up to date unless --checkpoint names another")
+        ->type_name("FILE");
+}
+
 void add_limit_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--passes", "N", "passes, of an integrator that works in passes (progressive)",
              [&command](const std::string& word) {
@@ -233,11 +299,6 @@ void add_limit_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--error", "SHARE", "ends when the noise that is left is no larger, as 1% or 0.01",
              [&command](const std::string& word) {
                  command.options.limits.error = parse_share({"--error"}, word);
-             });
-    add_word(app, "--show-every", "TIME",
-             "replaces image, picture and statistics that often while it renders",
-             [&command](const std::string& word) {
-                 command.options.show_every = parse_duration({"--show-every"}, word);
              });
 }
 
@@ -275,6 +336,7 @@ void add_render_command(CLI::App& program, const CommandContext& context) {
     add_image_options(app, *command);
     add_method_options(app, *command);
     add_map_options(app, *command);
+    add_live_options(app, *command);
     app.callback([command, &context] {
         command->overrides.output = command->output;
         act(*command, context);

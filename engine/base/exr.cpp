@@ -5,9 +5,11 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -85,10 +87,17 @@ void write_exr(const std::filesystem::path& file, const Image& image) {
         for (const std::string& name : image.channels)
             header.channels().insert(name, Imf::Channel(Imf::FLOAT));
         for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
-        Imf::OutputFile out(temporary.c_str(), header);
-        Image& source = const_cast<Image&>(image);  // OpenEXR's frame buffer is not const; writing only reads
-        out.setFrameBuffer(frame_buffer(source, {0, 0}));
-        out.writePixels(image.height);
+        // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
+        std::ofstream stream(temporary, std::ios::binary);
+        {
+            Imf::StdOFStream named(stream, temporary.c_str());
+            Imf::OutputFile out(named, header);
+            Image& source = const_cast<Image&>(image);  // the frame buffer is not const; writing only reads
+            out.setFrameBuffer(frame_buffer(source, {0, 0}));
+            out.writePixels(image.height);
+        }
+        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
+        stream.close();
     });
 }
 

@@ -1,5 +1,6 @@
 #include "engine/base/files.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <ios>
+#include <stdexcept>
 
 #include "engine/base/error.h"
 
@@ -68,18 +71,62 @@ std::string read_text(const std::filesystem::path& file) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+namespace {
+
+// On the disk, not only on its way there. Some file systems tell only now that they are full.
+void settle(const std::filesystem::path& file) {
+    const int handle = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (handle < 0) throw std::runtime_error(std::strerror(errno));
+    const int failed = fsync(handle) == 0 ? 0 : errno;
+    close(handle);
+    // EINVAL: what is written to has no disk.
+    if (failed != 0 && failed != EINVAL) throw std::runtime_error(std::strerror(failed));
+}
+
+// The folder's entry, too. Without that the old file may come back after a power cut: that is allowed.
+void settle_folder(const std::filesystem::path& file) {
+    const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    const int handle = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (handle < 0) return;
+    fsync(handle);
+    close(handle);
+}
+
+// Streams throw "iostream error"; the system knows more.
+std::string cause_of(const std::exception& error, int system_error) {
+    const bool stream = dynamic_cast<const std::ios_base::failure*>(&error) != nullptr;
+    return stream && system_error != 0 ? std::strerror(system_error) : one_line(error.what());
+}
+
+}  // namespace
+
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write) {
     std::filesystem::path temporary = file;
     temporary += fmt::format(".{}.part", getpid());
-    std::error_code ignored;
+    errno = 0;
     try {
         write(temporary);
+        settle(temporary);
         std::filesystem::rename(temporary, file);
     } catch (const std::exception& error) {
+        const std::string cause = cause_of(error, errno);
+        std::error_code ignored;
         std::filesystem::remove(temporary, ignored);
-        throw InputError({file.string()}, std::string("cannot be written: ") + one_line(error.what()));
+        throw InputError({file.string()}, "cannot be written: " + cause);
     }
+    settle_folder(file);
+}
+
+void replace_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> parts) {
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream out(temporary, std::ios::binary);
+        out.exceptions(std::ios::badbit | std::ios::failbit);
+        for (const std::span<const std::byte> part : parts) {
+            out.write(reinterpret_cast<const char*>(part.data()), static_cast<std::streamsize>(part.size()));
+        }
+        out.close();
+    });
 }
 
 std::string suffix_of(const std::filesystem::path& file) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,10 +28,14 @@ std::vector<std::byte> gunzip(const std::vector<std::byte>& packed, const std::f
 // The whole file, unpacked if it is gzip'd. Throws InputError.
 std::vector<std::byte> read_unpacked(const std::filesystem::path& file);
 
-// Calls write(temporary) for a temporary name in the same folder, then renames it over `file`. If write
-// throws, the temporary is removed and the error becomes an InputError that names `file`.
+// Calls write(temporary) for a temporary name in the same folder, waits until that is on the disk, then
+// renames it over `file`. If write throws (a stream that is told to throw, too), the temporary is removed and
+// the error becomes an InputError that names `file` and the system's cause. `write` must close what it wrote
+// and see that it could.
 void replace_file(const std::filesystem::path& file,
                   const std::function<void(const std::filesystem::path& temporary)>& write);
+// The same for bytes that are there: the parts, one after the other.
+void replace_file(const std::filesystem::path& file, std::span<const std::span<const std::byte>> parts);
 
 // The end of the name, as ".exr", in lower case whatever the file's.
 std::string suffix_of(const std::filesystem::path& file);

@@ -2,13 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <set>
-#include <stdexcept>
+#include <span>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -20,13 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_bytes(const fs::path& file, std::string_view bytes) {
-    replace_file(file, [&](const fs::path& temporary) {
-        std::ofstream stream(temporary, std::ios::binary);
-        stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        stream.close();
-        if (!stream) throw std::runtime_error(std::strerror(errno));
-    });
+void write_bytes(const fs::path& file, std::string_view text) {
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+    replace_file(file, std::span(&bytes, 1));
 }
 
 template <typename T>

@@ -151,6 +151,7 @@ struct DraftMedium {
 struct Draft : DraftShapes {
     // Places point into these.
     std::vector<std::unique_ptr<Source>> sources;
+    std::vector<std::filesystem::path> files;  // that the text names, in order, some more than once
 
     std::vector<std::unique_ptr<DraftObject>> objects;
     std::vector<DraftInstance> instances;

@@ -23,16 +23,24 @@ Job read_scene_text(std::string text, const std::filesystem::path& pretended_fil
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
     const int spp = draft.spp;
+    std::vector<std::filesystem::path> files = std::move(draft.files);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     const Phase phase(monitor, "build scene", 0);
-    return {Scene(std::move(assembled.parts), workers), Camera(assembled.camera), film, integrator, spp};
+    return {Scene(std::move(assembled.parts), workers),
+            Camera(assembled.camera),
+            film,
+            integrator,
+            spp,
+            std::move(files)};
 }
 
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
                Monitor& monitor) {
     std::error_code status;  // asked first: opening a pipe would wait for its writer
     if (std::filesystem::is_other(file, status)) throw InputError({file.string()}, "is no regular file");
-    return read_scene_text(read_text(file), file, overrides, workers, monitor);
+    Job job = read_scene_text(read_text(file), file, overrides, workers, monitor);
+    job.files.insert(job.files.begin(), file);
+    return job;
 }
 
 }  // namespace lucerna

@@ -68,8 +68,11 @@ struct Reading {
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
 
+    // The file that the scene's text names. All of them come this way.
     std::filesystem::path resolve(const std::string& name) const {
-        return std::filesystem::path(name).is_absolute() ? std::filesystem::path(name) : folder / name;
+        const std::filesystem::path file(name);
+        draft.files.push_back(file.is_absolute() ? file : folder / file);
+        return draft.files.back();
     }
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
     void warn(const Place& at, std::string_view message) const {

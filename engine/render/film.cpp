@@ -1,6 +1,7 @@
 #include "engine/render/film.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -159,6 +160,27 @@ double Film::relative_error() const {
         if (error > 0) square += sqr(error) / (sqr(double{luminance(value(pixels_[i]))}) + floor2);
     }
     return std::sqrt(square / static_cast<double>(known));
+}
+
+std::size_t Film::bytes_of_sums() const {
+    return std::as_bytes(std::span(pixels_)).size() + std::as_bytes(std::span(passes_)).size();
+}
+
+std::vector<std::byte> Film::sums() const {
+    std::vector<std::byte> sums;
+    sums.reserve(bytes_of_sums());
+    for (const auto bytes : {std::as_bytes(std::span(pixels_)), std::as_bytes(std::span(passes_))})
+        sums.insert(sums.end(), bytes.begin(), bytes.end());
+    return sums;
+}
+
+void Film::restore(std::span<const std::byte> sums) {
+    assert(sums.size() == bytes_of_sums());
+    for (const auto to :
+         {std::as_writable_bytes(std::span(pixels_)), std::as_writable_bytes(std::span(passes_))}) {
+        std::copy_n(sums.begin(), to.size(), to.begin());
+        sums = sums.subspan(to.size());
+    }
 }
 
 FilterSampler::FilterSampler(const FilterSettings& settings) : settings_(settings) {

@@ -1,6 +1,7 @@
 // Where samples become pixels. A pixel owns its sums: one thread at a time works on it, in a fixed order.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <vector>
 
@@ -52,6 +53,12 @@ class Film {
     // passes; 0 if nothing varies.
     double relative_error() const;
 
+    // All that is known, as bytes: for going on elsewhere, by this program on a machine of its byte order.
+    std::vector<std::byte> sums() const;
+    std::size_t bytes_of_sums() const;
+    // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
+    void restore(std::span<const std::byte> sums);
+
   private:
     struct Pixel {
         V3f mean{0, 0, 0};  // of the radiance: Welford's sums
@@ -66,6 +73,8 @@ class Film {
         V3f mean{0, 0, 0}, spread{0, 0, 0};
         std::uint32_t count = 0;
     };
+    // Numbers without gaps between them.
+    static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4);
     V3f value(const Pixel& pixel) const;
     V3d variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
 

@@ -37,6 +37,8 @@ struct Job {
     FilmSettings film;
     IntegratorSettings integrator;
     int spp = 16;  // camera samples per pixel
+    // What the scene was read from, the scene file first; empty for one made in memory.
+    std::vector<std::filesystem::path> files = {};
 };
 
 }  // namespace lucerna

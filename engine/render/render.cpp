@@ -6,6 +6,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/render/film.h"
 #include "engine/render/integrator.h"
+#include "engine/render/progress.h"
 #include "engine/render/tiles.h"
 #include "engine/render/unseen_lights.h"
 
@@ -16,55 +17,6 @@ namespace {
 int next_round(int done) {
     return std::max(1, std::min(done, 16));
 }
-
-// Phases within a pass are not told: a thousand passes would be thousands of lines.
-class PassMonitor final : public Monitor {
-  public:
-    explicit PassMonitor(Monitor& monitor) : monitor_(monitor) {}
-    void warn(std::string_view line) override { monitor_.warn(line); }
-    bool stopped() const override { return monitor_.stopped(); }
-
-  private:
-    Monitor& monitor_;
-};
-
-// The way through the image: by samples, or by time where that is what ends it.
-class Progress {
-  public:
-    Progress(Monitor& monitor, std::string_view name, int tiles, int samples, const Limits& limits)
-        : by_time_(std::isfinite(limits.seconds)),
-          total_(by_time_ ? tenths(limits.seconds)
-                 : samples == kNoEndOfSamples
-                     ? 0
-                     : static_cast<std::uint64_t>(tiles) * static_cast<std::uint64_t>(samples)),
-          phase_(monitor, name, total_) {}
-
-    // From any thread.
-    void tile(int samples) {
-        if (!by_time_) phase_.advance(static_cast<std::uint64_t>(samples));
-    }
-    void round(double seconds) {
-        if (by_time_) advance_to(std::min(tenths(seconds), total_));
-    }
-    // It ended as it should: what is left of the time is not needed.
-    void finish() {
-        if (by_time_) advance_to(total_);
-    }
-
-  private:
-    static std::uint64_t tenths(double seconds) {
-        return static_cast<std::uint64_t>(std::min(seconds, 1e9) * 10);
-    }
-    void advance_to(std::uint64_t done) {
-        if (done > done_) phase_.advance(done - done_);
-        done_ = std::max(done, done_);
-    }
-
-    bool by_time_;
-    std::uint64_t total_;
-    std::uint64_t done_ = 0;
-    Phase phase_;
-};
 
 // Seconds and counts of passes add up; energies, shares and notes are the last pass's.
 void add_pass(RenderReport& all, const RenderReport& pass) {
@@ -84,7 +36,7 @@ void add_pass(RenderReport& all, const RenderReport& pass) {
     for (const auto& [name, note] : pass.notes) all.notes[name] = note;
 }
 
-// One render, from nothing to the image.
+// One render, from nothing, or from what another one left, to the image.
 class Run {
   public:
     Run(const Job& job, const RenderOptions& options, Monitor& monitor)
@@ -95,8 +47,13 @@ class Run {
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1),
-          tiles_(job, options.seed, film_, integrator_->samples_per_pass() > 1) {
+          tiles_(job, options.seed, film_, integrator_->samples_per_pass() > 1),
+          samples_(static_cast<std::size_t>(tiles_.tiles())),
+          showing_(options.show ? options.show_every : kNever),
+          watching_(options.watch ? options.watch_every : kNever, true),
+          keeping_(options.keep ? options.keep_every : kNever) {
         report_.notes["unit"] = unit();
+        if (options.resume) take_up(*options.resume);
     }
 
     RenderResult render() {
@@ -105,28 +62,56 @@ class Run {
         } else {
             render_rounds();
         }
+        if (options_.resume) report_.seconds.emplace_back("earlier", options_.resume->seconds);
         report_.seconds.emplace_back("prepare", preparing_);
         report_.seconds.emplace_back("image", imaging_);
         warn();
-        return result();
+        keep();
+        const RenderResult last = result();
+        if (options_.watch) options_.watch(last);
+        return last;
     }
 
   private:
+    static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+    // Goes on from a checkpoint whose facts are this render's.
+    void take_up(const Checkpoint& from) {
+        const int per_pass = integrator_->samples_per_pass();
+        if (from.tiles.size() != samples_.size() || from.film.size() != film_.bytes_of_sums() ||
+            (in_passes_ && std::int64_t{from.passes_done} * per_pass != from.samples_done)) {
+            throw InputError("the checkpoint is of an image of another kind or size");
+        }
+        const int most = *std::max_element(from.tiles.begin(), from.tiles.end());
+        if (most > job_.spp) {
+            throw InputError(
+                fmt::format("the checkpoint holds {} samples per pixel, more than the {} asked for; {} or "
+                            "more are accepted",
+                            most, job_.spp, most));
+        }
+        film_.restore(from.film);
+        samples_ = from.tiles;
+        tiles_.take_up_bad(from.bad_samples, from.first_bad);
+        report_.samples_done = from.samples_done;
+        report_.passes_done = from.passes_done;
+    }
+
     // One prepared pass serves all samples.
     void render_rounds() {
+        StopRule rule(options_.limits, job_.spp);
+        int& done = report_.samples_done;
+        if (enough(rule, done)) return end(rule.reason());
         const Stopwatch preparing;
         const auto estimator = integrator_->prepare({job_.scene, options_.seed, 0, options_.workers, monitor_,
                                                      report_, nullptr, &options_.maps, view()});
         preparing_ = preparing.seconds();
         report_.numbers["rays.prepare"] = static_cast<double>(job_.scene.rays());
         if (!estimator) return end("user");
-        StopRule rule(options_.limits, job_.spp);
-        Progress progress(monitor_, "image", tiles_.tiles(), job_.spp, options_.limits);
-        int& done = report_.samples_done;
-        while (const int round = rule.next(done, next_round(done), clock_.seconds())) {
-            if (!look(*estimator, done, done + round, progress)) return end("user");
+        Progress progress(monitor_, "image", way(), options_.limits);
+        while (const int round = rule.next(done, next_round(done), elapsed())) {
+            if (!look(*estimator, done + round, progress)) return end("user");
             done += round;
-            progress.round(clock_.seconds());
+            progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
@@ -136,18 +121,23 @@ class Run {
 
     // Every pass is prepared, looked at once and forgotten.
     void render_passes() {
+        const int samples = integrator_->samples_per_pass();
+        StopRule rule(options_.limits, static_cast<int>((std::int64_t{job_.spp} + samples - 1) / samples));
+        int& done = report_.passes_done;
+        if (enough(rule, done)) {
+            take_up_report();
+            return end(rule.reason());
+        }
         const Stopwatch founding;
         const auto groundwork = integrator_->groundwork(
             {job_.scene, options_.seed, 0, options_.workers, monitor_, report_, nullptr, nullptr, view()});
         preparing_ = founding.seconds();
         if (monitor_.stopped()) return end("user");
-        const int samples = integrator_->samples_per_pass();
-        StopRule rule(options_.limits, static_cast<int>((std::int64_t{job_.spp} + samples - 1) / samples));
-        Progress progress(monitor_, "passes", tiles_.tiles(), job_.spp, options_.limits);
-        int& done = report_.passes_done;
-        while (rule.next(done, 1, clock_.seconds()) > 0) {
+        take_up_report();
+        Progress progress(monitor_, "passes", way(), options_.limits);
+        while (rule.next(done, 1, elapsed()) > 0) {
             if (!render_pass(groundwork.get(), progress)) return end("user");
-            progress.round(clock_.seconds());
+            progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
@@ -157,6 +147,13 @@ class Run {
 
     // False if it was stopped on the way.
     bool render_pass(const Groundwork* groundwork, Progress& progress) {
+        const int end = std::min(report_.samples_done + integrator_->samples_per_pass(), job_.spp);
+        // The samples of a pass belong together, and a render that goes on to more passes has all of them:
+        // what it needs is the image before a last pass that is cut short.
+        if (end - report_.samples_done < integrator_->samples_per_pass()) {
+            keep();
+            keepable_ = false;
+        }
         const Stopwatch preparing;
         PassMonitor quiet(monitor_);
         RenderReport report;
@@ -165,30 +162,104 @@ class Run {
                                   options_.workers, quiet, report, groundwork});
         preparing_ += preparing.seconds();
         if (!estimator) return false;
-        const int first = report_.samples_done;
-        const int end = std::min(first + integrator_->samples_per_pass(), job_.spp);
-        if (!look(*estimator, first, end, progress)) return false;
+        if (!look(*estimator, end, progress)) return false;
         add_pass(report_, report);
         report_.samples_done = end;
         ++report_.passes_done;
         return true;
     }
 
-    // The samples [first, end) of all pixels. False if it was stopped on the way: some pixels have them, some
-    // have not.
-    bool look(const Estimator& estimator, int first, int end, Progress& progress) {
-        const Stopwatch imaging;
-        std::atomic<bool> whole{true};
-        parallel_chunks(options_.workers, tiles_.tiles(), [&](std::int64_t tile) {
-            if (monitor_.stopped()) {
-                whole = false;
-                return;
-            }
-            tiles_.render(estimator, static_cast<int>(tile), first, end);
-            progress.tile(end - first);
-        });
-        imaging_ += imaging.seconds();
-        return whole;
+    // All pixels' samples up to `end`, those that are there left out. False if it was stopped on the way:
+    // some pixels have them, some have not.
+    bool look(const Estimator& estimator, int end, Progress& progress) {
+        for (;;) {
+            const Stopwatch imaging;
+            std::atomic<bool> whole{true}, began{false};
+            parallel_chunks(options_.workers, tiles_.tiles(), [&](std::int64_t tile) {
+                std::int32_t& there = samples_[static_cast<std::size_t>(tile)];
+                if (there >= end) return;
+                // Between two pauses something is done, however often they are due.
+                if (monitor_.stopped() || (began && pause_due())) {
+                    whole = false;
+                    return;
+                }
+                began = true;
+                tiles_.render(estimator, static_cast<int>(tile), there, end);
+                progress.tile(end - there);
+                there = end;
+            });
+            imaging_ += imaging.seconds();
+            if (whole) return true;
+            if (monitor_.stopped()) return false;
+            pause();
+        }
+    }
+
+    // Nothing works on the image in between.
+    bool pause_due() const {
+        const double now = clock_.seconds();
+        return watching_.due(now) || (keepable_ && keeping_.due(now));
+    }
+    void pause() {
+        if (keeping_.due(clock_.seconds())) keep();
+        if (watching_.due(clock_.seconds())) present(options_.watch, watching_);
+    }
+    // After whole rounds and passes.
+    void show() {
+        if (showing_.due(clock_.seconds())) present(options_.show, showing_);
+        pause();
+    }
+    void present(const std::function<void(const RenderResult&)>& to, Recurring& when) {
+        const double begin = clock_.seconds();
+        to(result());
+        when.done(begin, clock_.seconds());
+    }
+
+    void keep() {
+        if (!options_.keep || !keepable_) return;
+        const double begin = clock_.seconds();
+        Checkpoint now;
+        now.seconds = elapsed();
+        now.samples_done = report_.samples_done;
+        now.passes_done = report_.passes_done;
+        now.tiles = samples_;
+        now.film = film_.sums();
+        now.bad_samples = tiles_.bad_samples();
+        now.first_bad = tiles_.first_bad();
+        now.rays = rays();
+        now.invalid_rays = invalid_rays();
+        if (in_passes_) {
+            now.numbers = report_.numbers;
+            now.notes = report_.notes;
+        }
+        options_.keep(std::move(now));
+        keeping_.done(begin, clock_.seconds());
+    }
+
+    // Whether what was taken up needs nothing more: then nothing is prepared. Asked at the end of a round or
+    // pass alone, where the render before did the same.
+    bool enough(StopRule& rule, int done) const {
+        const auto other = [this](std::int32_t samples) { return samples != report_.samples_done; };
+        if (done == 0 || std::any_of(samples_.begin(), samples_.end(), other)) return false;
+        return (rule.wants_error() && rule.satisfied(done, film_.relative_error())) ||
+               rule.next(done, 1, elapsed()) == 0;
+    }
+
+    // What passes before the checkpoint reported.
+    void take_up_report() {
+        if (!options_.resume) return;
+        for (const auto& [name, number] : options_.resume->numbers) report_.numbers[name] = number;
+        for (const auto& [name, note] : options_.resume->notes) report_.notes[name] = note;
+    }
+
+    Progress::Span way() const {
+        Progress::Span span;
+        if (job_.spp != kNoEndOfSamples) {
+            span.asked = static_cast<std::uint64_t>(tiles_.tiles()) * static_cast<std::uint64_t>(job_.spp);
+        }
+        for (const std::int32_t samples : samples_) span.there += static_cast<std::uint64_t>(samples);
+        span.seconds = earlier();
+        return span;
     }
 
     void end(std::string_view reason) {
@@ -196,24 +267,26 @@ class Run {
         report_.notes["ended_by"] = reason;
     }
 
-    void show() {
-        if (!options_.show || clock_.seconds() - shown_ < options_.show_every) return;
-        options_.show(result());
-        shown_ = clock_.seconds();
-    }
-
     RenderResult result() const {
         RenderResult result{film_.develop(job_.film.scale), report_};
         std::map<std::string, double>& numbers = result.report.numbers;
         numbers["samples.not_finite"] = static_cast<double>(tiles_.bad_samples());
-        numbers["rays.invalid"] = static_cast<double>(job_.scene.invalid_rays());
-        numbers["rays.total"] = static_cast<double>(job_.scene.rays());
+        numbers["rays.invalid"] = static_cast<double>(invalid_rays());
+        numbers["rays.total"] = static_cast<double>(rays());
         numbers["passes.done"] = report_.passes_done;
         // Infinity is no number to write down.
         const double error = film_.relative_error();
         if (std::isfinite(error)) numbers["error.relative"] = error;
         result.image.attributes["lucerna.unit"] = report_.notes.at("unit");
         return result;
+    }
+
+    // Of all renders of this image.
+    double earlier() const { return options_.resume ? options_.resume->seconds : 0; }
+    double elapsed() const { return earlier() + clock_.seconds(); }
+    std::uint64_t rays() const { return job_.scene.rays() + (options_.resume ? options_.resume->rays : 0); }
+    std::uint64_t invalid_rays() const {
+        return job_.scene.invalid_rays() + (options_.resume ? options_.resume->invalid_rays : 0);
     }
 
     View view() const {
@@ -233,8 +306,8 @@ class Run {
             monitor_.warn(fmt::format("{} samples were not finite and were left out; the first: {}",
                                       tiles_.bad_samples(), tiles_.first_bad()));
         }
-        if (job_.scene.invalid_rays() > 0) {
-            monitor_.warn(fmt::format("{} rays were not finite and met nothing", job_.scene.invalid_rays()));
+        if (invalid_rays() > 0) {
+            monitor_.warn(fmt::format("{} rays were not finite and met nothing", invalid_rays()));
         }
     }
 
@@ -246,9 +319,11 @@ class Run {
     bool in_passes_;
     Film film_;
     TileRenderer tiles_;
+    std::vector<std::int32_t> samples_;  // that each tile's pixels have
     RenderReport report_;
-    double preparing_ = 0, imaging_ = 0;  // seconds
-    double shown_ = 0;                    // when, in seconds
+    double preparing_ = 0, imaging_ = 0;  // seconds, of this render
+    Recurring showing_, watching_, keeping_;
+    bool keepable_ = true;  // the image is one from which others can go on
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
 #include "photon/map_file.h"
@@ -30,6 +31,15 @@ struct RenderOptions {
     double show_every = std::numeric_limits<double>::infinity();  // seconds
     std::function<void(const RenderResult&)> show = {};
     MapFiles maps = {};  // of photonmap alone
+
+    // Shows the image as it is, also between two tiles, and at the end; by the thread that renders.
+    double watch_every = std::numeric_limits<double>::infinity();  // seconds
+    std::function<void(const RenderResult&)> watch = {};
+    // Gets what another render needs to go on from here, likewise. Its facts are the caller's to fill in.
+    double keep_every = std::numeric_limits<double>::infinity();  // seconds
+    std::function<void(Checkpoint)> keep = {};
+    // What to go on from; null: from the start. Limits are then those of all renders together.
+    const Checkpoint* resume = nullptr;
 };
 
 // What a render did, for --stats. Names are stable: they are the JSON's keys.
@@ -49,8 +59,8 @@ struct RenderResult {
     RenderReport report;
 };
 
-// Throws InputError for settings that cannot be met. Stops early, with what there is, when the monitor says
-// so.
+// Throws InputError for settings that cannot be met, or a checkpoint that does not fit. Stops early, with
+// what there is, when the monitor says so.
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor);
 
 }  // namespace lucerna

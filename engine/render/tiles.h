@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "engine/render/film.h"
 #include "engine/render/integrator.h"
@@ -25,6 +26,11 @@ class TileRenderer {
     // Samples that were not finite and left out; the first of them, to find it again.
     std::uint64_t bad_samples() const { return bad_samples_; }
     const std::string& first_bad() const { return first_bad_; }
+    // Those of the render that this one goes on with.
+    void take_up_bad(std::uint64_t count, std::string first) {
+        bad_samples_ = count;
+        first_bad_ = std::move(first);
+    }
 
   private:
     static constexpr int kTile = 16;  // pixels

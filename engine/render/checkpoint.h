@@ -1,0 +1,47 @@
+// What a render must know to go on where another one stopped, and the file that keeps it.
+//
+// The sums of every pixel, and how many samples each tile has. All else is made anew: random numbers are
+// functions of the seed, and so are photon maps. The image is then, bit for bit, that of a render which never
+// stopped.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace lucerna {
+
+// What makes an image what it is, name and value: the scene, every setting, the seed, the version. Only
+// renders of which all of this is the same can go on with each other's sums.
+using PictureFacts = std::vector<std::pair<std::string, std::string>>;
+
+struct Checkpoint {
+    PictureFacts facts;
+    double seconds = 0;                     // that the image has taken so far
+    int samples_done = 0;                   // of every pixel
+    int passes_done = 0;                    // of an integrator that works in passes
+    std::vector<std::int32_t> tiles;        // samples of each tile's pixels, >= samples_done
+    std::vector<std::byte> film;            // Film::sums()
+    std::uint64_t bad_samples = 0;          // left out
+    std::string first_bad;                  // of them
+    std::uint64_t rays = 0;                 // traced so far
+    std::uint64_t invalid_rays = 0;         // of them
+    std::map<std::string, double> numbers;  // RenderReport's, of the passes done
+    std::map<std::string, std::string> notes;
+};
+
+// Replaces the file. Throws InputError.
+void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
+
+// Throws InputError: no such file, none of ours, cut off, damaged, of a newer version.
+Checkpoint load_checkpoint(const std::filesystem::path& file);
+
+// Throws InputError that names `file` and the first fact in which the checkpoint differs from `facts`.
+void require_same(const std::filesystem::path& file, const PictureFacts& made_with,
+                  const PictureFacts& facts);
+
+}  // namespace lucerna
