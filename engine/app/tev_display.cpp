@@ -86,7 +86,7 @@ void TevDisplay::send(const Image& image) {
 void TevDisplay::create(const Image& image) {
     Packet packet(kCreateImage);
     packet.put(std::uint8_t{0});  // the viewer stays in the background
-    packet.put(name_);
+    packet.put(std::string_view(name_));
     packet.put(std::int32_t{image.width});
     packet.put(std::int32_t{image.height});
     packet.put(std::int32_t{std::size(kChannels)});
@@ -108,7 +108,7 @@ void TevDisplay::update(const Image& image, const V2i& begin, const V2i& end) {
     for (int c = 0; c < static_cast<int>(std::size(kChannels)); ++c) {
         Packet packet(kUpdateImage);
         packet.put(std::uint8_t{0});
-        packet.put(name_);
+        packet.put(std::string_view(name_));
         packet.put(std::string_view(kChannels[c]));
         for (const int number : {begin.x, begin.y, end.x - begin.x, end.y - begin.y})
             packet.put(std::int32_t{number});
