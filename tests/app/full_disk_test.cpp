@@ -191,7 +191,7 @@ TEST_F(RenderToFullDisk, Image_IsAnErrorAndTheOldOneStays) {
             {"render", "scene.pbrt", "-o", "a.exr", "--png", "--stats", "a.json", "--seed", "3"});
     }();
     EXPECT_EQ(outcome.code, 1);
-    EXPECT_EQ(outcome.err, "lucerna: a.exr: cannot be written: File too large.\n");
+    EXPECT_EQ(outcome.err, "lucerna: a.exr: cannot be written: File too large\n");
     EXPECT_EQ(read_bytes("a.exr"), old);
     EXPECT_EQ(files(), before);
 }

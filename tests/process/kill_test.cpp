@@ -119,7 +119,9 @@ TEST_P(Killed, AtAnyTime_ResumesToTheSameFiles) {
             expect_whole_files();
             ASSERT_LT(kills, 100) << "it never ends";
         } while (code != 0 && kills % 3 != 0);
-        if (code != 0) ASSERT_EQ(run(words, -1), 0);  // and now in peace
+        if (code != 0) {  // and now in peace
+            ASSERT_EQ(run(words, -1), 0);
+        }
         EXPECT_EQ(expected.data, read_exr(folder_ / "a.exr").data);
         EXPECT_EQ(picture, read_bytes(folder_ / "a.png"));
     }
