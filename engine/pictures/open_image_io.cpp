@@ -1,11 +1,14 @@
 // Picture files through OpenImageIO. A shared library of its own, loaded by engine/base/pictures.cpp; it uses
 // nothing of the other rooms but that header, and says nothing of what numbers are good for.
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>
 
 #include <cassert>
+#include <fstream>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "engine/base/pictures.h"
 
@@ -144,6 +147,10 @@ class OpenImageIo final : public Pictures {
     void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
         auto out = OIIO::ImageOutput::create(name_of(picture.format));
         if (!out) throw std::runtime_error(OIIO::geterror());
+        // In memory first: of a disk that is full, PNG and TIFF say nothing.
+        std::vector<unsigned char> bytes;
+        OIIO::Filesystem::IOVecOutput memory(bytes);
+        if (!out->set_ioproxy(&memory)) throw std::runtime_error(out->geterror());
         std::visit(
             [&](auto values) {
                 const OIIO::TypeDesc type = kTypeOf<typename decltype(values)::value_type>;
@@ -158,6 +165,10 @@ class OpenImageIo final : public Pictures {
                     throw std::runtime_error(out->geterror());
             },
             picture.values);
+        std::ofstream stream(file, std::ios::binary);
+        stream.exceptions(std::ios::badbit | std::ios::failbit);
+        stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        stream.close();
     }
 };
 
