@@ -86,7 +86,8 @@ RaySet rays() {
 
 Manifest manifest() {
     return read_manifest(TomlTable::parse(
-        "[rig]\nsetup = \"A\"\nviews = [3, 2]\nspacing = \"1.4mm\"\npixels = [15, 10]\npixel = \"0.2mm\"\n"
+        "unit = \"W\"\n[rig]\nsetup = \"A\"\nviews = [3, 2]\nspacing = \"1.4mm\"\npixels = [15, 10]\npixel = "
+        "\"0.2mm\"\n"
         "distance = \"39mm\"\n[photographs]\nname = \"v_{m}_{n}_{sign}_{exposure}.png\"\nexposures = [0.5, "
         "2]\n"
         "[camera]\nscale = 1e-3\n",
