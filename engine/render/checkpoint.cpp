@@ -78,7 +78,7 @@ bool read_number(std::string_view word, Number& number) {
 }
 
 bool read_state(std::string_view name, std::string_view value, Checkpoint& to) {
-    if (name == "seconds") return read_number(value, to.seconds) && to.seconds >= 0;
+    if (name == "seconds") return read_number(value, to.seconds) && to.seconds >= 0 && to.seconds < 1e12;
     if (name == "samples") return read_number(value, to.samples_done) && to.samples_done >= 0;
     if (name == "passes") return read_number(value, to.passes_done) && to.passes_done >= 0;
     if (name == "rays") return read_number(value, to.rays);
@@ -201,13 +201,13 @@ void require_same(const std::filesystem::path& file, const PictureFacts& made_wi
     PictureFacts all = facts;  // in an order that tells the coarse things first
     all.insert(all.end(), made_with.begin(), made_with.end());
     for (const auto& [name, ignored] : all) {
-        const std::string was = value(before, name);
+        const std::string was = plain(value(before, name));
         const std::string is = plain(value(now, name));
         if (was == is) continue;
         input_error({file.string()},
                     "the checkpoint is of another render: its {} is {}, here it is {}; only the number of "
                     "threads, time, error and a higher number of samples may differ",
-                    name, was, is);
+                    plain(name), was, is);
     }
 }
 
