@@ -44,7 +44,7 @@ Examples:
   lucerna render room.pbrt --integrator progressive --time 30s --show-every 5s --png
   lucerna render room.pbrt --integrator progressive --error 1% --passes 2000
   lucerna render room.pbrt --spp 4096 --checkpoint room.checkpoint --resume room.checkpoint
-  lucerna render room.pbrt --display localhost          (the image as it converges, in the viewer tev)
+  lucerna render room.pbrt --integrator progressive --time 5min --display localhost
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
 
