@@ -1,16 +1,17 @@
-// lucerna compare: numbers between an image and its reference.
-#include <fmt/format.h>
-#include <fmt/ostream.h>
-
+// lucerna compare: how far images are from their reference, in numbers, pictures and a page.
+#include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "engine/app/commands.h"
+#include "engine/app/comparison.h"
+#include "engine/app/comparison_page.h"
+#include "engine/app/console.h"
+#include "engine/app/error_pictures.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
+#include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "engine/render/compare.h"
 
 namespace lucerna {
 namespace {
@@ -20,147 +21,174 @@ constexpr const char* kFooter =
   MSE           mean of (t - r)^2
   relative MSE  mean of (t - r)^2 / (r^2 + 0.0001)
   MAPE          mean of |t - r| / (|r| + 0.01)
+  FLIP          what somebody sees who flips between the two pictures, 0 to 1 (Andersson et al. 2020), at one exposure
+  HDR-FLIP      the largest of that over the exposures that the reference's brightest and median pixels ask for (2021)
   mean ratio    mean t / mean r, per channel
-Pixels with NaN or infinity are counted and left out. If both images carry variances, as all that lucerna renders
-do, each pixel's difference is tested against its noise (z-test, corrected for so many pixels by Sidak). A lamp that
-is seen is a few bright pixels that decide every mean: --mask leaves them out.
+Pixels with NaN or infinity are counted and left out. A lamp that is seen is a few bright pixels that decide every
+mean: --mask leaves them out.
+
+If both images carry variances, as all that lucerna renders do, each pixel's difference is tested against its noise
+(z-test), and a verdict is given that calls equal images different once in a hundred times at most. It takes noise
+for normal: with few samples per pixel that is not so, and "largest" and "beyond" reject more than they should.
+
+Several images that differ only in their seed tell bias, which more time does not mend, from noise, which it does;
+the noise of their mean is taken off the bias. Three seeds or more give both a standard error.
 
 Examples:
   lucerna compare room.exr reference.exr
-  lucerna compare room.exr reference.exr --json numbers.json
+  lucerna compare room.exr reference.exr --html room.html
+  lucerna compare room.exr reference.exr --json numbers.json --signed error.png --flip flip.png
+  lucerna compare seed0.exr seed1.exr seed2.exr seed3.exr reference.exr --html bias.html
   lucerna compare room.exr reference.exr --json -
   lucerna compare cornell.exr reference.exr --mask 4)";
 
-struct CompareOptions {
-    std::string image, reference;
+struct CompareCommand {
+    std::vector<std::string> images;
+    std::string reference;
     std::string json;  // "-": to out, in place of the text
-    double mask = std::numeric_limits<double>::infinity();
+    std::string html, signed_error, flip;
+    std::optional<double> error_range;
+    bool without_flip = false;
+    ComparisonSettings settings;
 };
 
-void print_z_test(std::ostream& out, const ZTest& z) {
-    if (z.tests == 0) {
-        fmt::print(out, "z-test         no pixel has a variance\n");
-    } else {
-        fmt::print(
-            out,
-            "z-test         {} of {} values differ beyond their noise (level {:.3g} each, {:g} in all)\n",
-            z.rejected, z.tests, z.corrected_level, z.level);
-        fmt::print(out, "               p = {:.3g} for the image; smallest at ({}, {}) {}\n", z.p_value, z.x,
-                   z.y, z.channel.empty() ? "-" : z.channel);
-    }
-    if (z.untestable > 0)
-        fmt::print(out, "               {} values differ but have no variance\n", z.untestable);
+bool is_exr(const std::string& file) {
+    return suffix_of(file) == ".exr";
 }
 
-void print_text(std::ostream& out, const Comparison& c) {
-    fmt::print(out, "MSE            {:.6g}\n", c.mse);
-    fmt::print(out, "relative MSE   {:.6g}   mean of (t-r)^2/(r^2+0.0001)\n", c.relative_mse);
-    fmt::print(out, "MAPE           {:.6g}   mean of |t-r|/(|r|+0.01)\n", c.mape);
-    for (const ChannelComparison& channel : c.channels) {
-        fmt::print(out, "mean {:<9} {:.6g}, reference {:.6g}, ratio {}\n", channel.name, channel.mean,
-                   channel.reference_mean, channel.ratio ? fmt::format("{:.6g}", *channel.ratio) : "none");
+// What a map may be: colours or values.
+void require_picture(const std::string& file) {
+    if (!is_exr(file) && suffix_of(file) != ".png") {
+        input_error({file}, "the map's name must end in .png (colours) or .exr (values)");
     }
-    if (c.largest.channel.empty()) {
-        fmt::print(out, "largest        no difference\n");
-    } else {
-        fmt::print(out, "largest        {:.6g} at ({}, {}) {}\n", c.largest.value, c.largest.x, c.largest.y,
-                   c.largest.channel);
-    }
-    fmt::print(out, "pixels         {} compared; not finite: {} in the image, {} in the reference\n",
-               c.pixels, c.bad_pixels, c.bad_reference_pixels);
-    if (c.masked_pixels > 0)
-        fmt::print(out, "masked         {} pixels, brighter in the reference than asked for\n",
-                   c.masked_pixels);
-    if (!c.left_out.empty())
-        fmt::print(out, "left out       {} (in one image only)\n", fmt::join(c.left_out, ", "));
-    if (c.z_test) print_z_test(out, *c.z_test);
+    require_writable(file, "");
 }
 
-std::string unit_of(const Image& image) {
-    const auto found = image.attributes.find("lucerna.unit");
-    return found == image.attributes.end() ? std::string() : one_line(found->second);
+void check_outputs(const CompareCommand& command) {
+    if (!command.json.empty() && command.json != "-") require_writable(command.json, "");
+    if (!command.html.empty()) require_writable(command.html, ".html");
+    if (!command.signed_error.empty()) require_picture(command.signed_error);
+    if (!command.flip.empty()) require_picture(command.flip);
+    if (!command.flip.empty() && command.without_flip)
+        throw InputError("--flip: asks for what --no-flip leaves out; only one of the two is accepted");
 }
 
-void print_units(std::ostream& out, const std::string& unit, const std::string& reference) {
-    const auto named = [](const std::string& name) { return name.empty() ? "not stated" : name; };
-    if (unit == reference) {
-        if (!unit.empty()) fmt::print(out, "unit           {}\n", unit);
-    } else {
-        fmt::print(out, "unit           {}, of the reference {}: NOT THE SAME\n", named(unit),
-                   named(reference));
-    }
-}
-
-std::string to_json(const CompareOptions& options, const Comparison& c, const std::string& unit,
-                    const std::string& reference_unit) {
-    using Json = nlohmann::ordered_json;
-    Json json;
-    json["image"] = options.image;
-    json["reference"] = options.reference;
-    json["unit"] = unit;
-    json["reference_unit"] = reference_unit;
-    json["mse"] = c.mse;
-    json["relative_mse"] = c.relative_mse;
-    json["mape"] = c.mape;
-    json["definitions"] = {{"mse", "mean (t-r)^2"},
-                           {"relative_mse", "mean (t-r)^2/(r^2+1e-4)"},
-                           {"mape", "mean |t-r|/(|r|+1e-2)"}};
-    for (const ChannelComparison& channel : c.channels) {
-        json["channels"][channel.name] = {{"mean", channel.mean},
-                                          {"reference_mean", channel.reference_mean},
-                                          {"ratio", channel.ratio ? Json(*channel.ratio) : Json()}};
-    }
-    json["largest"] = {
-        {"value", c.largest.value}, {"x", c.largest.x}, {"y", c.largest.y}, {"channel", c.largest.channel}};
-    json["pixels"] = c.pixels;
-    json["masked_pixels"] = c.masked_pixels;
-    json["bad_pixels"] = c.bad_pixels;
-    json["bad_reference_pixels"] = c.bad_reference_pixels;
-    json["left_out"] = c.left_out;
-    if (c.z_test) {
-        const ZTest& z = *c.z_test;
-        json["z_test"] = {{"tests", z.tests},
-                          {"untestable", z.untestable},
-                          {"rejected", z.rejected},
-                          {"level", z.level},
-                          {"corrected_level", z.corrected_level},
-                          {"smallest_p", z.smallest_p},
-                          {"p_value", z.p_value},
-                          {"x", z.x},
-                          {"y", z.y},
-                          {"channel", z.channel}};
-    }
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-void act(const CompareOptions& options, const CommandContext& context) {
-    const bool to_file = !options.json.empty() && options.json != "-";
-    if (to_file) require_writable(options.json, "");
-    const Image image = read_exr(options.image), reference = read_exr(options.reference);
-    const Comparison result = compare(image, reference, options.image, options.reference, options.mask);
-    const std::string unit = unit_of(image), reference_unit = unit_of(reference);
-    if (options.json == "-") {
-        context.out << to_json(options, result, unit, reference_unit);
+void write_signed(const CompareCommand& command, const ComparisonReport& report, double range) {
+    if (!is_exr(command.signed_error)) {
+        write_png_display(command.signed_error, diverging_picture(report.pictures.error, range));
         return;
     }
-    if (to_file) write_text(options.json, to_json(options, result, unit, reference_unit));
-    print_units(context.out, unit, reference_unit);
-    print_text(context.out, result);
+    // t - r in the image's own unit.
+    Image difference = report.pictures.mean;
+    for (std::size_t i = 0; i < difference.data.size(); ++i)
+        difference.data[i] -= report.pictures.reference.data[i];
+    difference.attributes["lucerna.shows"] = "image - reference";
+    if (!report.unit.empty()) difference.attributes["lucerna.unit"] = report.unit;
+    write_exr(command.signed_error, difference);
+}
+
+// Channel "flip", and "hdr_flip" where it exists.
+void write_flip(const CompareCommand& command, const ComparisonReport& report) {
+    const FlipNumbers& best = report.hdr_flip ? *report.hdr_flip : *report.flip;
+    if (!is_exr(command.flip)) {
+        write_png_display(command.flip, magma_picture(best.map, 1));
+        return;
+    }
+    Image both(
+        best.map.width, best.map.height,
+        report.hdr_flip ? std::vector<std::string>{"flip", "hdr_flip"} : std::vector<std::string>{"flip"});
+    for (std::size_t i = 0; i < best.map.data.size(); ++i) {
+        both.data[i * both.channels.size()] = report.flip->map.data[i];
+        if (report.hdr_flip) both.data[2 * i + 1] = report.hdr_flip->map.data[i];
+    }
+    write_exr(command.flip, both);
+}
+
+void act(const CompareCommand& command, const CommandContext& context) {
+    check_outputs(command);
+    // Progress only where it can be redrawn: the output is for the numbers.
+    ConsoleMonitor monitor(context.err, context.err,
+                           {context.around.terminal, !context.around.terminal, context.around.stop, {}});
+    std::vector<NamedImage> images;
+    for (const std::string& file : command.images) images.push_back({file, read_exr(file)});
+    const NamedImage reference{command.reference, read_exr(command.reference)};
+    ComparisonSettings settings = command.settings;
+    settings.flip = !command.without_flip;
+    const ComparisonReport report = compare_images(images, reference, settings, monitor);
+    if (report.numbers.pixels == 0)
+        monitor.warn(reference.name + ": no pixel can be compared: all are masked or not finite");
+
+    const double range = command.error_range ? *command.error_range : error_scale(report.pictures.error);
+    if (!command.signed_error.empty()) write_signed(command, report, range);
+    if (!command.flip.empty()) write_flip(command, report);
+    if (!command.html.empty()) write_text(command.html, comparison_page(report, images, reference, range));
+    if (command.json == "-") {
+        context.out << comparison_json(report);
+        return;
+    }
+    if (!command.json.empty()) write_text(command.json, comparison_json(report));
+    context.out << comparison_text(report);
+    if (!command.signed_error.empty() && !is_exr(command.signed_error))
+        context.out << fmt::format("signed         {}: full colour at {:g} of the reference's luminance\n",
+                                   command.signed_error, range);
+}
+
+void add_outputs(CLI::App& app, const std::shared_ptr<CompareCommand>& command) {
+    app.add_option("--json", command->json, "write the numbers as JSON; - for standard output")
+        ->type_name("FILE");
+    app.add_option("--html", command->html,
+                   "write one page with images, maps and numbers; it needs nothing beside it")
+        ->type_name("FILE");
+    app.add_option("--signed", command->signed_error,
+                   "write the signed error: .png in colours (red too bright, blue too dark), .exr as t - r")
+        ->type_name("FILE");
+    app.add_option("--flip", command->flip,
+                   "write the FLIP map: .png HDR-FLIP in its colours, .exr the values of both")
+        ->type_name("FILE");
+}
+
+void add_settings(CLI::App& app, const std::shared_ptr<CompareCommand>& command) {
+    ComparisonSettings& settings = command->settings;
+    add_word(app, "--mask", "VALUE", "leave out pixels of which the reference is above this, in its own unit",
+             [&settings](const std::string& word) {
+                 settings.mask_above = parse_number({"--mask"}, word, 0, 1e30);
+             });
+    add_word(
+        app, "--exposure", "STOPS",
+        "exposure of FLIP's picture and of the page at first, 0 for radiance 1 as white (default: from the "
+        "reference)",
+        [&settings](const std::string& word) {
+            settings.exposure = parse_number({"--exposure"}, word, -60, 60);
+        });
+    add_word(app, "--ppd", "N",
+             "pixels per degree of the eye: how far away FLIP's viewer sits (default: 67, 0.7 m before a "
+             "screen 0.7 m "
+             "wide of 3840 pixels)",
+             [&settings](const std::string& word) {
+                 settings.pixels_per_degree = parse_number({"--ppd"}, word, 1, 1000);
+             });
+    add_word(app, "--range", "SHARE",
+             "relative error at which the signed error has its full colour (default: from the image)",
+             [command](const std::string& word) {
+                 command->error_range = parse_number({"--range"}, word, 1e-9, 1e9);
+             });
+    app.add_flag("--no-flip", command->without_flip, "leave FLIP out, which takes most of the time");
+    add_threads(app, settings.workers);
 }
 
 }  // namespace
 
 void add_compare_command(CLI::App& program, const CommandContext& context) {
-    const auto options = std::make_shared<CompareOptions>();
-    CLI::App& app = *program.add_subcommand("compare", "Numbers between an image and its reference");
+    const auto command = std::make_shared<CompareCommand>();
+    CLI::App& app = *program.add_subcommand("compare", "How far images are from their reference, and why");
     app.footer(kFooter);
-    app.add_option("IMAGE", options->image, "OpenEXR image")->required();
-    app.add_option("REFERENCE", options->reference, "OpenEXR image of the same size")->required();
-    app.add_option("--json", options->json, "write the numbers as JSON; - for standard output")
-        ->type_name("FILE");
-    add_word(app, "--mask", "VALUE", "leave out pixels of which the reference is above this, in its own unit",
-             [options](const std::string& word) { options->mask = parse_number({"--mask"}, word, 0, 1e30); });
-    app.callback([options, &context] { act(*options, context); });
+    app.add_option("IMAGE", command->images, "OpenEXR images of one render with different seeds; one will do")
+        ->required();
+    app.add_option("REFERENCE", command->reference, "OpenEXR image of the same size, the last named")
+        ->required();
+    add_outputs(app, command);
+    add_settings(app, command);
+    app.callback([command, &context] { act(*command, context); });
 }
 
 }  // namespace lucerna

@@ -58,7 +58,11 @@ void write_exr(const std::filesystem::path& file, const Image& image);
 void write_png(const std::filesystem::path& file, const Image& image, float exposure);
 // The exposure at which the image's log-average luminance becomes middle grey. 1 for a black image.
 float auto_exposure(const Image& image);
+// What write_png shows of radiance times exposure: display-referred sRGB in [0,1]; black for NaN.
+Rgb display_colour(const Rgb& exposed);
 // A plain picture: values are already display-referred sRGB in [0,1].
 void write_png_display(const std::filesystem::path& file, const Image& image);
+// The same as the bytes of such a file, for a page that carries its pictures in itself.
+std::vector<unsigned char> png_bytes(const Image& image);
 
 }  // namespace lucerna

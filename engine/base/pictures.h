@@ -100,6 +100,8 @@ class Pictures {
     virtual std::unique_ptr<PictureReader> open(const std::filesystem::path& file, PictureUse use) const = 0;
     // Tiles of 64 × 64 pixels, also of files that are not tiled, in at most so many bytes of memory.
     virtual std::unique_ptr<TileCache> tiles(std::size_t bytes) const = 0;
+    // The bytes of a file. Throws std::runtime_error.
+    virtual std::vector<unsigned char> encode(const PictureToWrite& picture) const = 0;
     // In place; the format is the one asked for, whatever the file's name. Throws std::runtime_error.
     virtual void write(const std::filesystem::path& file, const PictureToWrite& picture) const = 0;
 };

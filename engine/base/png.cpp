@@ -40,17 +40,24 @@ float srgb_encode(float x) {
     return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
 }
 
-void write_bytes(const std::filesystem::path& file, int width, int height,
-                 const std::vector<std::uint8_t>& rgb) {
+// Eight-bit values of a picture.
+struct Bytes {
+    int width, height;
+    std::vector<std::uint8_t> rgb;
+
+    PictureToWrite png() const {
+        return {PictureFormat::png, PictureUse::colour, width, height, 3, std::span<const std::uint8_t>(rgb)};
+    }
+};
+
+void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
     const Pictures& formats = pictures(file);
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        formats.write(temporary, {PictureFormat::png, PictureUse::colour, width, height, 3,
-                                  std::span<const std::uint8_t>(rgb)});
-    });
+    replace_file(file,
+                 [&](const std::filesystem::path& temporary) { formats.write(temporary, bytes.png()); });
 }
 
 template <typename Map>
-void write_mapped(const std::filesystem::path& file, const Image& image, Map&& map) {
+Bytes mapped(const Image& image, Map&& map) {
     std::vector<std::uint8_t> bytes;
     bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
     for (int y = 0; y < image.height; ++y) {
@@ -62,20 +69,27 @@ void write_mapped(const std::filesystem::path& file, const Image& image, Map&& m
             }
         }
     }
-    write_bytes(file, image.width, image.height, bytes);
+    return {image.width, image.height, std::move(bytes)};
 }
 
 }  // namespace
 
+Rgb display_colour(const Rgb& exposed) {
+    const Rgb c = tone_map(exposed);
+    return {srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z)};
+}
+
 void write_png(const std::filesystem::path& file, const Image& image, float exposure) {
-    write_mapped(file, image, [&](const Rgb& radiance) {
-        const Rgb c = tone_map(radiance * exposure);
-        return Rgb(srgb_encode(c.x), srgb_encode(c.y), srgb_encode(c.z));
-    });
+    write_bytes(file,
+                mapped(image, [&](const Rgb& radiance) { return display_colour(radiance * exposure); }));
 }
 
 void write_png_display(const std::filesystem::path& file, const Image& image) {
-    write_mapped(file, image, [](const Rgb& c) { return c; });
+    write_bytes(file, mapped(image, [](const Rgb& c) { return c; }));
+}
+
+std::vector<unsigned char> png_bytes(const Image& image) {
+    return pictures("picture.png").encode(mapped(image, [](const Rgb& c) { return c; }).png());
 }
 
 float auto_exposure(const Image& image) {

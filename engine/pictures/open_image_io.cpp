@@ -144,10 +144,9 @@ class OpenImageIo final : public Pictures {
         return std::make_unique<Cache>(bytes);
     }
 
-    void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
+    std::vector<unsigned char> encode(const PictureToWrite& picture) const override {
         auto out = OIIO::ImageOutput::create(name_of(picture.format));
         if (!out) throw std::runtime_error(OIIO::geterror());
-        // In memory first: of a disk that is full, PNG and TIFF say nothing.
         std::vector<unsigned char> bytes;
         OIIO::Filesystem::IOVecOutput memory(bytes);
         if (!out->set_ioproxy(&memory)) throw std::runtime_error(out->geterror());
@@ -160,11 +159,16 @@ class OpenImageIo final : public Pictures {
                     spec.attribute("oiio:ColorSpace", "Linear");
                 }
                 assert(values.size() == spec.image_pixels() * static_cast<std::size_t>(spec.nchannels));
-                if (!out->open(file.string(), spec) || !out->write_image(type, values.data()) ||
+                if (!out->open(name_of(picture.format), spec) || !out->write_image(type, values.data()) ||
                     !out->close())
                     throw std::runtime_error(out->geterror());
             },
             picture.values);
+        return bytes;
+    }
+    void write(const std::filesystem::path& file, const PictureToWrite& picture) const override {
+        // In memory first: of a disk that is full, PNG and TIFF say nothing.
+        const std::vector<unsigned char> bytes = encode(picture);
         std::ofstream stream(file, std::ios::binary);
         stream.exceptions(std::ios::badbit | std::ios::failbit);
         stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));

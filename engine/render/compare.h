@@ -1,4 +1,4 @@
-// How far an image is from its reference: numbers, without a verdict.
+// How far an image is from its reference: numbers, and whether noise explains them.
 //
 // Pixels with a value that is not finite, in either image, are counted and left out of every mean: one NaN
 // must neither hide in an average nor spoil it.
@@ -12,6 +12,7 @@
 
 #include "engine/base/image.h"
 #include "engine/base/vec.h"
+#include "engine/render/z_test.h"
 
 namespace lucerna {
 
@@ -19,9 +20,6 @@ namespace lucerna {
 // absolute error turn over at the same radiance.
 inline constexpr double kRelativeMseFloor = 1e-4;
 inline constexpr double kMapeFloor = 1e-2;
-
-// Chance that a comparison of equal images is called different by the z-test: of the image, not of one pixel.
-inline constexpr double kComparisonLevel = 0.01;
 
 struct ChannelComparison {
     std::string name;
@@ -32,21 +30,6 @@ struct ChannelComparison {
 struct LargestDifference {
     double value = 0;  // |t - r|
     int x = 0, y = 0;
-    std::string channel;
-};
-
-// A z-test for every pixel and channel of two independent renders, from the variances that both carry, with
-// Šidák's correction for so many tests. A mean of few samples is not normal, and its variance is itself an
-// estimate: below some hundred samples per pixel it rejects more than it claims.
-struct ZTest {
-    std::uint64_t tests = 0;
-    std::uint64_t untestable = 0;  // no variance in either image, but different values
-    std::uint64_t rejected = 0;    // tests whose p-value is below the corrected level
-    double level = kComparisonLevel;
-    double corrected_level = 0;  // 1 - (1 - level)^(1/tests)
-    double smallest_p = 1;       // of one test
-    double p_value = 1;          // of the image: 1 - (1 - smallest_p)^tests
-    int x = 0, y = 0;            // where the smallest p-value is
     std::string channel;
 };
 
@@ -70,11 +53,5 @@ struct Comparison {
 Comparison compare(const Image& image, const Image& reference, const std::string& name = "image",
                    const std::string& reference_name = "reference",
                    double mask_above = std::numeric_limits<double>::infinity());
-
-// 1 - (1 - level)^(1/tests): the level of each of so many independent tests that together have `level` [Šidák
-// 1967].
-double sidak_level(double level, std::uint64_t tests);
-// 1 - (1 - p)^tests: the p-value of the smallest of so many.
-double sidak_p_value(double smallest_p, std::uint64_t tests);
 
 }  // namespace lucerna

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <cmath>
 #include <random>
@@ -188,6 +189,87 @@ TEST(ZTest, DifferentWithoutVariance_IsCountedAsUntestable) {
     EXPECT_EQ(z.tests, 0U);
     EXPECT_EQ(z.untestable, 1U);
     EXPECT_EQ(z.p_value, 1);
+}
+
+// Too bright by less than any pixel shows.
+Image biased(int size, double bias, double sigma, std::mt19937_64& generator) {
+    return noisy(size, 1 + bias, sigma, generator);
+}
+
+TEST(ZVerdict, EqualImages_AreRejectedAtMostAsOftenAsItSays) {
+    std::mt19937_64 generator(2005);
+    constexpr int kRuns = 3000;
+    std::uint64_t rejected = 0, at_a_tenth = 0;
+    for (int i = 0; i < kRuns; ++i) {
+        const ZTest z = *compare(noisy(16, 1, 0.1, generator), noisy(16, 1, 0.2, generator)).z_test;
+        rejected += !z.equal();
+        at_a_tenth += z.verdict_p < 0.1;
+    }
+    // No more than a binomial of the stated rate would give; and not so few that the test would be idle.
+    EXPECT_GT(binomial_excess(rejected, kRuns, kComparisonLevel), testing::kFalseAlarm) << rejected;
+    EXPECT_GT(binomial_excess(at_a_tenth, kRuns, 0.1), testing::kFalseAlarm) << at_a_tenth;
+    EXPECT_GT(at_a_tenth, kRuns * 2 / 100U);
+}
+
+TEST(ZVerdict, ChannelsThatAreOne_KeepTheRate) {
+    // Grey noise: three tests of every pixel that say the same.
+    std::mt19937_64 generator(2006);
+    constexpr int kRuns = 2000;
+    std::uint64_t at_a_tenth = 0;
+    for (int i = 0; i < kRuns; ++i) {
+        Image a = noisy(12, 1, 0.1, generator);
+        const Image b = noisy(12, 1, 0, generator);
+        for (std::size_t p = 0; p < a.data.size(); p += 6) a.data[p + 1] = a.data[p + 2] = a.data[p];
+        at_a_tenth += compare(a, b).z_test->verdict_p < 0.1;
+    }
+    EXPECT_GT(binomial_excess(at_a_tenth, kRuns, 0.1), testing::kFalseAlarm) << at_a_tenth;
+}
+
+TEST(ZVerdict, BiasThatNoPixelShows_IsRejectedByTheSums) {
+    std::mt19937_64 generator(2007);
+    int rejected = 0;
+    for (int i = 0; i < 50; ++i) {
+        // A fifth of a deviation: five deviations of the mean of 32 x 32 pixels.
+        const ZTest z =
+            *compare(biased(32, 0.02, 0.1, generator), biased(32, 0, 0.01, generator)).z_test;
+        rejected += !z.equal();
+        if (!z.equal()) EXPECT_EQ(z.answered_by, "mean");
+        EXPECT_NEAR(z.mean_z, 0.2, 5 * z.mean_z_error);
+    }
+    EXPECT_GE(rejected, 48);
+}
+
+TEST(ZVerdict, MoreNoiseThanStated_IsRejectedByTheTails) {
+    std::mt19937_64 generator(2008);
+    Image a = noisy(64, 1, 0.12, generator);
+    for (std::size_t p = 0; p < a.data.size(); p += 6) a.data[p + 3] = a.data[p + 4] = a.data[p + 5] = 0.01F;
+    const ZTest z = *compare(a, noisy(64, 1, 1e-4, generator)).z_test;
+    EXPECT_FALSE(z.equal());
+    EXPECT_EQ(z.answered_by, "beyond");
+    EXPECT_GT(z.beyond[0].share, 1.5 * z.beyond[0].expected);
+}
+
+TEST(ZVerdict, Shares_AreThoseOfANormalVariate) {
+    std::mt19937_64 generator(2009);
+    const ZTest z = *compare(noisy(128, 1, 0.1, generator), noisy(128, 1, 0.1, generator)).z_test;
+    EXPECT_NEAR(z.beyond[0].expected, 0.0455003, 1e-6);
+    EXPECT_NEAR(z.beyond[1].expected, 0.0026998, 1e-6);
+    EXPECT_NEAR(z.beyond[2].expected, 6.33425e-5, 1e-9);
+    EXPECT_NEAR(z.beyond[0].share, z.beyond[0].expected, 0.005);
+    EXPECT_NEAR(z.beyond[1].share, z.beyond[1].expected, 0.0012);
+    EXPECT_NEAR(z.mean_z, 0, 4 * z.mean_z_error);
+}
+
+TEST(Binomial, Excess_EqualsTheSum) {
+    const boost::math::binomial distribution(50, 0.1);
+    for (const unsigned k : {6U, 8U, 12U, 50U}) {
+        const double tail = boost::math::cdf(boost::math::complement(distribution, k - 1));
+        EXPECT_NEAR(binomial_excess(k, 50, 0.1) / tail, 1, 1e-9) << k;
+    }
+    EXPECT_EQ(binomial_excess(5, 50, 0.1), 1);  // the mean surprises nobody
+    EXPECT_EQ(binomial_excess(0, 0, 0.1), 1);
+    EXPECT_GT(binomial_excess(3000, 1'000'000, 0.0027), 0);
+    EXPECT_LT(binomial_excess(3000, 1'000'000, 0.0027), 1e-7);
 }
 
 }  // namespace

@@ -1,0 +1,37 @@
+// Errors as colours: what is too bright and too dark, and what FLIP and noise say.
+#pragma once
+
+#include <string>
+
+#include "engine/base/image.h"
+
+namespace lucerna {
+
+// -1 blue, 0 nearly white, 1 red, and as dark on either side; what lies beyond is shown as the end.
+// Display-referred.
+Rgb diverging_colour(double v);
+// 0 black to 1 pale yellow over violet and orange: matplotlib's magma (van der Walt, Smith 2015; CC0), in
+// which FLIP's maps are shown. Display-referred.
+Rgb magma_colour(double v);
+
+// Errors relative to what is there: (t - r) / (|r| + a tenth of the mean |r|), of luminance. The tenth keeps
+// dark pixels from shouting; it goes with the image, so a scene lit a thousand times as brightly has the same
+// map. One channel. Both images finite, R G B.
+Image relative_error(const Image& image, const Image& reference);
+// value / (|r| + a tenth of the mean |r|), of luminance.
+Image relative_to(const Image& value, const Image& reference);
+
+// The level that 98 % of all |values| stay below, rounded up to 1, 2 or 5 times a power of ten; 1 if that is
+// 0.
+double error_scale(const Image& one_channel);
+
+// The channel's values over `scale` in the colours above.
+Image diverging_picture(const Image& one_channel, double scale);
+Image magma_picture(const Image& one_channel, double scale);
+
+// Radiance for a page that shows it at any exposure: 24 bits of mantissa above, the exponent below (as Ward's
+// RGBE, each an 8-bit picture of its own, one on top of the other). What is not finite has exponent 255,
+// which no radiance below 2^126 has; negative values are 0. As a picture for png_bytes().
+Image radiance_picture(const Image& image);
+
+}  // namespace lucerna

@@ -1,0 +1,298 @@
+// Images of one size over each other: a slider between two of them, a flip, zoom, and the exposure of radiance.
+//
+//   const strip = imageStrip(element, images, { left, right, stops });
+//
+// images: [{ name, src, kind, note }], src a data: URL of a PNG; kind "picture" (shown as it is) or "radiance" (mantissas
+// above, exponents below; shown at the strip's exposure). left, right: numbers of the images shown first. stops: the exposure
+// at first. Resolves, by strip.ready, once all images are there. No dependencies, no network, no globals but imageStrip.
+(function () {
+    'use strict';
+
+    const KNEE = 0.8;          // as the engine's own pictures: below this share of white they are exact
+    const NOT_FINITE = 255;    // the exponent of what is not a number
+    const NOT_FINITE_COLOUR = [255, 0, 255];
+
+    function encoded(x) {
+        return x <= 0.0031308 ? 12.92 * x : 1.055 * Math.pow(x, 1 / 2.4) - 0.055;
+    }
+
+    // Linear radiance times exposure to bytes of sRGB; luminance rolls off to white, colours keep their hue.
+    function shown(r, g, b, out, at) {
+        const y = 0.212671 * r + 0.715160 * g + 0.072169 * b;
+        if (!(y > 0)) {
+            out[at] = out[at + 1] = out[at + 2] = 0;
+            return;
+        }
+        const over = (y - KNEE) / (1 - KNEE);
+        const target = y <= KNEE ? y : KNEE + (1 - KNEE) * over / (1 + over);
+        let c = [r, g, b].map((v) => v * target / y);
+        const top = Math.max(...c);
+        if (top > 1) {
+            const keep = (1 - target) / (top - target);
+            c = c.map((v) => target + keep * (v - target));
+        }
+        for (let i = 0; i < 3; ++i) out[at + i] = Math.round(255 * encoded(Math.min(1, Math.max(0, c[i]))));
+    }
+
+    function load(src) {
+        return new Promise((resolve, reject) => {
+            const image = new Image();
+            image.onload = () => resolve(image);
+            image.onerror = () => reject(new Error('an image of the page is damaged'));
+            image.src = src;
+        });
+    }
+
+    function pixels(image) {
+        const canvas = document.createElement('canvas');
+        canvas.width = image.naturalWidth;
+        canvas.height = image.naturalHeight;
+        const context = canvas.getContext('2d', { willReadFrequently: true });
+        context.drawImage(image, 0, 0);
+        return { canvas, data: context.getImageData(0, 0, canvas.width, canvas.height) };
+    }
+
+    // One image: its canvas as shown at the exposure, and its value at a pixel.
+    class Layer {
+        constructor(entry, image) {
+            this.name = entry.name;
+            this.note = entry.note || '';
+            this.kind = entry.kind;
+            const { canvas, data } = pixels(image);
+            this.width = data.width;
+            this.source = data.data;
+            if (this.kind === 'radiance') {
+                this.height = data.height / 2;
+                this.canvas = document.createElement('canvas');
+                this.canvas.width = this.width;
+                this.canvas.height = this.height;
+            } else {
+                this.height = data.height;
+                this.canvas = canvas;
+            }
+        }
+
+        radiance(pixel) {
+            const at = 4 * pixel, exponent = this.source[at + 4 * this.width * this.height];
+            if (exponent === NOT_FINITE) return null;
+            if (exponent === 0) return [0, 0, 0];
+            const scale = Math.pow(2, exponent - 128) / 256;
+            return [0, 1, 2].map((i) => (this.source[at + i] + 0.5) * scale);
+        }
+
+        develop(stops) {
+            if (this.kind !== 'radiance') return;
+            const context = this.canvas.getContext('2d');
+            const target = context.createImageData(this.width, this.height);
+            const exposure = Math.pow(2, stops), n = this.width * this.height;
+            for (let i = 0; i < n; ++i) {
+                const value = this.radiance(i);
+                if (value) shown(value[0] * exposure, value[1] * exposure, value[2] * exposure, target.data, 4 * i);
+                else target.data.set(NOT_FINITE_COLOUR, 4 * i);
+                target.data[4 * i + 3] = 255;
+            }
+            context.putImageData(target, 0, 0);
+        }
+
+        text(x, y) {
+            const pixel = y * this.width + x;
+            if (this.kind !== 'radiance') return '';
+            const value = this.radiance(pixel);
+            return value ? value.map((v) => v.toPrecision(3)).join(' ') : 'not finite';
+        }
+    }
+
+    function make(tag, parent, properties) {
+        const element = document.createElement(tag);
+        Object.assign(element, properties || {});
+        parent.appendChild(element);
+        return element;
+    }
+
+    class Strip {
+        constructor(element, images, options) {
+            this.layers = [];
+            this.left = options.left || 0;
+            this.right = options.right === undefined ? Math.min(1, images.length - 1) : options.right;
+            this.stops = options.stops || 0;
+            this.split = 0.5;
+            this.zoom = 1;
+            this.centre = [0.5, 0.5];
+            element.classList.add('strip');
+            this.build(element, images);
+            this.ready = Promise.all(images.map((entry) => load(entry.src).then((image) => new Layer(entry, image))))
+                .then((layers) => {
+                    this.layers = layers;
+                    this.expose(this.stops);
+                    return this;
+                });
+        }
+
+        build(element, images) {
+            const bar = make('div', element, { className: 'strip-bar' });
+            this.chooseLeft = this.chooser(bar, 'left', images, this.left, (i) => { this.left = i; });
+            this.slider = this.range(bar, 'split', 0, 1, 0.001, this.split, (v) => this.slide(v));
+            this.chooseRight = this.chooser(bar, 'right', images, this.right, (i) => { this.right = i; });
+            this.flipButton = make('button', bar, { type: 'button', textContent: 'flip', title: 'or press f' });
+            this.flipButton.addEventListener('click', () => this.flip());
+            const label = make('label', bar, { textContent: 'exposure ' });
+            this.exposure = this.range(label, 'exposure', -20, 20, 0.25, this.stops, (v) => this.expose(v));
+            this.exposureText = make('span', bar, { className: 'strip-number' });
+            for (const [text, factor] of [['−', 0.5], ['+', 2]]) {
+                make('button', bar, { type: 'button', textContent: text, title: 'zoom' })
+                    .addEventListener('click', () => this.magnify(factor));
+            }
+            make('button', bar, { type: 'button', textContent: 'whole' }).addEventListener('click', () => this.whole());
+            this.view = make('canvas', element, { className: 'strip-view', tabIndex: 0 });
+            this.status = make('div', element, { className: 'strip-status', textContent: ' ' });
+            this.listen();
+        }
+
+        chooser(bar, name, images, chosen, choose) {
+            const select = make('select', bar, { name, title: name });
+            images.forEach((entry, i) => make('option', select, { value: i, textContent: entry.name }));
+            select.value = chosen;
+            select.addEventListener('change', () => { choose(Number(select.value)); this.draw(); });
+            return select;
+        }
+
+        range(bar, name, least, most, step, value, act) {
+            const input = make('input', bar, { type: 'range', name, min: least, max: most, step, value, title: name });
+            input.addEventListener('input', () => act(Number(input.value)));
+            return input;
+        }
+
+        listen() {
+            const view = this.view;
+            view.addEventListener('wheel', (event) => {
+                event.preventDefault();
+                this.magnify(event.deltaY < 0 ? 1.25 : 0.8, event);
+            }, { passive: false });
+            view.addEventListener('pointerdown', (event) => {
+                view.setPointerCapture(event.pointerId);
+                this.drag = { x: event.clientX, y: event.clientY, slide: this.nearSplit(event) };
+            });
+            view.addEventListener('pointermove', (event) => {
+                if (this.drag) this.dragged(event);
+                this.say(event);
+            });
+            view.addEventListener('pointerup', () => { this.drag = null; });
+            view.addEventListener('pointercancel', () => { this.drag = null; });
+            view.addEventListener('dblclick', () => this.whole());
+            view.addEventListener('keydown', (event) => {
+                if (event.key === 'f') this.flip();
+            });
+            new ResizeObserver(() => this.draw()).observe(view.parentElement);
+        }
+
+        nearSplit(event) {
+            const box = this.view.getBoundingClientRect();
+            return Math.abs(event.clientX - box.left - this.split * box.width) < 12;
+        }
+
+        dragged(event) {
+            const box = this.view.getBoundingClientRect();
+            if (this.drag.slide) {
+                this.slide((event.clientX - box.left) / box.width);
+                return;
+            }
+            const scale = this.scale();
+            this.centre[0] -= (event.clientX - this.drag.x) / scale / this.layers[0].width;
+            this.centre[1] -= (event.clientY - this.drag.y) / scale / this.layers[0].height;
+            this.drag.x = event.clientX;
+            this.drag.y = event.clientY;
+            this.draw();
+        }
+
+        slide(split) {
+            this.split = Math.min(1, Math.max(0, split));
+            this.slider.value = this.split;
+            this.draw();
+        }
+
+        // All of one image, then all of the other.
+        flip() {
+            this.slide(this.split < 0.5 ? 1 : 0);
+        }
+
+        expose(stops) {
+            this.stops = stops;
+            this.exposure.value = stops;
+            this.exposureText.textContent = (stops < 0 ? '' : '+') + stops.toFixed(2) + ' stops';
+            this.layers.forEach((layer) => layer.develop(stops));
+            this.draw();
+        }
+
+        // About the pointer, if there is one, else about the middle.
+        magnify(factor, event) {
+            if (!this.layers.length) return;
+            const before = event ? this.place(event) : null;
+            this.zoom = Math.min(64, Math.max(1, this.zoom * factor));
+            if (before) {
+                const after = this.place(event);
+                this.centre[0] += (before[0] - after[0]) / this.layers[0].width;
+                this.centre[1] += (before[1] - after[1]) / this.layers[0].height;
+            }
+            if (this.zoom === 1) this.centre = [0.5, 0.5];
+            this.draw();
+        }
+
+        whole() {
+            this.zoom = 1;
+            this.centre = [0.5, 0.5];
+            this.draw();
+        }
+
+        // Pixels of the screen per pixel of the image.
+        scale() {
+            return this.zoom * this.view.clientWidth / this.layers[0].width;
+        }
+
+        // Where on the image the pointer is, in its pixels.
+        place(event) {
+            const box = this.view.getBoundingClientRect(), scale = this.scale(), first = this.layers[0];
+            return [(event.clientX - box.left - box.width / 2) / scale + this.centre[0] * first.width,
+                    (event.clientY - box.top - box.height / 2) / scale + this.centre[1] * first.height];
+        }
+
+        say(event) {
+            if (!this.layers.length) return;
+            const [x, y] = this.place(event).map(Math.floor), first = this.layers[0];
+            if (x < 0 || y < 0 || x >= first.width || y >= first.height) return;
+            const texts = [this.layers[this.left], this.layers[this.right]]
+                .map((layer) => { const t = layer.text(x, y); return t ? layer.name + ': ' + t : ''; });
+            this.status.textContent = '(' + x + ', ' + y + ')  ' + texts.filter((t) => t).join('   ');
+        }
+
+        draw() {
+            if (!this.layers.length) return;
+            const first = this.layers[0], view = this.view, ratio = window.devicePixelRatio || 1;
+            const width = view.parentElement.clientWidth, height = width * first.height / first.width;
+            view.style.height = height + 'px';
+            view.width = Math.max(1, Math.round(width * ratio));
+            view.height = Math.max(1, Math.round(height * ratio));
+            const context = view.getContext('2d'), scale = this.scale() * ratio;
+            const edge = this.split * view.width;
+            for (const [layer, from, to] of [[this.layers[this.left], 0, edge],
+                                             [this.layers[this.right], edge, view.width]]) {
+                context.save();
+                context.beginPath();
+                context.rect(from, 0, to - from, view.height);
+                context.clip();
+                context.imageSmoothingEnabled = scale < 1;
+                context.drawImage(layer.canvas, view.width / 2 - this.centre[0] * first.width * scale,
+                                  view.height / 2 - this.centre[1] * first.height * scale,
+                                  first.width * scale, first.height * scale);
+                context.restore();
+            }
+            if (this.split > 0 && this.split < 1) {
+                context.fillStyle = 'rgba(255, 255, 255, 0.9)';
+                context.fillRect(edge - ratio, 0, 2 * ratio, view.height);
+            }
+        }
+    }
+
+    window.imageStrip = function (element, images, options) {
+        return new Strip(element, images, options || {});
+    };
+})();

@@ -1,0 +1,53 @@
+// FLIP: how different two pictures look to somebody who flips between them. A map of errors in [0, 1].
+//
+// Sources: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
+// for Alternating Images", 2020 [FLIP]; Andersson, Nilsson, Shirley, Akenine-Möller, "Visualizing Errors in
+// Rendered High Dynamic Range Images", 2021 [HDR]. Colours are blurred as the eye blurs them at the viewing
+// distance and compared in a uniform space; where one picture has an edge or a point that the other has not,
+// the error grows.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+
+namespace lucerna {
+
+// Pixels per degree of the eye's angle for a screen of `width` metres and `pixels` columns seen from
+// `distance` metres; all positive.
+double pixels_per_degree(double distance, double width, double pixels);
+
+// The papers' viewer: 0.7 m before a screen 0.7 m wide of 3840 columns.
+inline constexpr double kUsualPixelsPerDegree = 67.0206432765823;
+
+// A map with one channel, "flip". Both pictures: display-referred sRGB in [0, 1] in their first three
+// channels (what lies outside is clamped), of one size. `pixels_per_degree` > 0.
+Image flip(const Image& picture, const Image& reference, double pixels_per_degree,
+           const Workers& workers = {});
+
+// Exposures, in stops (factors 2^stop), between which a viewer of a picture of high dynamic range would move.
+struct ExposureRange {
+    double start = 0, stop = 0;
+    int count = 2;  // at least two, at equal steps from start to stop
+
+    double exposure(int i) const { return start + (stop - start) * i / (count - 1); }
+};
+
+// [HDR]'s range: from where the brightest luminance of the reference comes out at 0.85 of white to where its
+// median does. The median is of the pixels that are lit at all: a dark half must not send it to infinity.
+// None if no pixel is lit.
+std::optional<ExposureRange> flip_exposures(const Image& reference);
+
+struct HdrFlip {
+    Image map;               // one channel, "flip": the largest over all exposures
+    std::vector<int> worst;  // the number of the exposure that it comes from, per pixel
+};
+// Both images: radiance in any one unit, finite (negative values count as 0), in their first three channels,
+// of one size.
+HdrFlip hdr_flip(const Image& image, const Image& reference, const ExposureRange& range,
+                 double pixels_per_degree, const Workers& workers, Monitor& monitor);
+
+}  // namespace lucerna
