@@ -43,9 +43,8 @@ Examples:
   lucerna compare cornell.exr reference.exr --mask 4)";
 
 struct CompareCommand {
-    std::vector<std::string> images;
-    std::string reference;
-    std::string json;  // "-": to out, in place of the text
+    std::vector<std::string> files;  // the last is the reference
+    std::string json;                // "-": to out, in place of the text
     std::string html, signed_error, flip;
     std::optional<double> error_range;
     bool without_flip = false;
@@ -105,13 +104,17 @@ void write_flip(const CompareCommand& command, const ComparisonReport& report) {
 }
 
 void act(const CompareCommand& command, const CommandContext& context) {
+    if (command.files.size() < 2)
+        throw InputError(
+            "REFERENCE is required: lucerna compare IMAGE ... REFERENCE; see lucerna compare --help");
     check_outputs(command);
     // Progress only where it can be redrawn: the output is for the numbers.
     ConsoleMonitor monitor(context.err, context.err,
                            {context.around.terminal, !context.around.terminal, context.around.stop, {}});
     std::vector<NamedImage> images;
-    for (const std::string& file : command.images) images.push_back({file, read_exr(file)});
-    const NamedImage reference{command.reference, read_exr(command.reference)};
+    for (const std::string& file : command.files) images.push_back({file, read_exr(file)});
+    const NamedImage reference = std::move(images.back());
+    images.pop_back();
     ComparisonSettings settings = command.settings;
     settings.flip = !command.without_flip;
     const ComparisonReport report = compare_images(images, reference, settings, monitor);
@@ -182,10 +185,12 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<CompareCommand>();
     CLI::App& app = *program.add_subcommand("compare", "How far images are from their reference, and why");
     app.footer(kFooter);
-    app.add_option("IMAGE", command->images, "OpenEXR images of one render with different seeds; one will do")
-        ->required();
-    app.add_option("REFERENCE", command->reference, "OpenEXR image of the same size, the last named")
-        ->required();
+    // One list, as CLI11 takes no list before a last word of its own.
+    app.add_option(
+           "IMAGE", command->files,
+           "OpenEXR images of one render with different seeds (one will do) and, last, their REFERENCE")
+        ->required()
+        ->type_name("... REFERENCE");
     add_outputs(app, command);
     add_settings(app, command);
     app.callback([command, &context] { act(*command, context); });

@@ -83,7 +83,8 @@ TEST(ErrorPictures, Scale_IsARoundNumberAboveMostErrors) {
 
 TEST(ErrorPictures, Radiance_ComesBackWithinItsBits) {
     Image image = Image::rgb(6, 1);
-    const Rgb values[] = {Rgb(0.7F, 0.2F, 0.01F), Rgb(1e-20F), Rgb(3e20F, 1, 0), Rgb(0), Rgb(NAN, 1, 1), Rgb(-1, 2, 0)};
+    const Rgb values[] = {Rgb(0.7F, 0.2F, 0.01F), Rgb(1e-20F),  Rgb(3e20F, 1, 0), Rgb(0),
+                          Rgb(NAN, 1, 1),         Rgb(-1, 2, 0)};
     for (int x = 0; x < 6; ++x) image.set_rgb(x, 0, values[x]);
     const Image picture = radiance_picture(image);
     ASSERT_EQ(picture.height, 2);
@@ -115,7 +116,8 @@ TEST_F(RunComparison, OneImage_HasFlipAndVerdictInTextAndJson) {
     write_exr("r.exr", noisy_grey(1, 2));
     const Outcome outcome = lucerna_run({"compare", "a.exr", "r.exr", "--json", "n.json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* part : {"FLIP ", "HDR-FLIP", "verdict", "equal within the noise", "beyond 3 sigma", "mean z"})
+    for (const char* part :
+         {"FLIP ", "HDR-FLIP", "verdict", "equal within the noise", "beyond 3 sigma", "mean z"})
         EXPECT_THAT(outcome.out, HasSubstr(part));
     const auto json = nlohmann::json::parse(read_text("n.json"));
     EXPECT_GT(json["flip"]["ldr"]["mean"], 0);
@@ -171,10 +173,14 @@ TEST_F(RunComparison, Maps_AreColoursOrValues) {
     EXPECT_EQ(difference.rgb_at(3, 3), Rgb(0));
     EXPECT_EQ(flips.channels, (std::vector<std::string>{"flip", "hdr_flip"}));
     EXPECT_GT(flips.value(2, 3, 0), flips.value(11, 3, 0));
-    EXPECT_EQ(lucerna_run({"compare", "a.exr", "r.exr", "--signed", "s.png", "--flip", "f.png", "--range", "10%"}).code,
-              1);
-    EXPECT_EQ(lucerna_run({"compare", "a.exr", "r.exr", "--signed", "s.png", "--flip", "f.png", "--range", "0.1"}).code,
-              0);
+    EXPECT_EQ(
+        lucerna_run({"compare", "a.exr", "r.exr", "--signed", "s.png", "--flip", "f.png", "--range", "10%"})
+            .code,
+        1);
+    EXPECT_EQ(
+        lucerna_run({"compare", "a.exr", "r.exr", "--signed", "s.png", "--flip", "f.png", "--range", "0.1"})
+            .code,
+        0);
     EXPECT_GT(std::filesystem::file_size("s.png"), 60U);
     EXPECT_GT(std::filesystem::file_size("f.png"), 60U);
 }
@@ -184,9 +190,11 @@ TEST_F(RunComparison, Page_CarriesAllItNeeds) {
     write_exr("r.exr", noisy_grey(1, 2));
     ASSERT_EQ(lucerna_run({"compare", "a<b>.exr", "r.exr", "--html", "p.html"}).code, 0);
     const std::string page = read_text("p.html");
-    for (const char* part : {"a&lt;b&gt;.exr", "imageStrip", "HDR-FLIP", "signed error", "data:image/png", "MSE"})
+    for (const char* part :
+         {"a&lt;b&gt;.exr", "imageStrip", "HDR-FLIP", "signed error", "data:image/png", "MSE"})
         EXPECT_THAT(page, HasSubstr(part));
-    for (const char* part : {"http:", "https:", "{{", "<a<b>", "src=\"/"}) EXPECT_THAT(page, Not(HasSubstr(part)));
+    for (const char* part : {"http:", "https:", "{{", "<a<b>", "src=\"/"})
+        EXPECT_THAT(page, Not(HasSubstr(part)));
 }
 
 TEST_F(RunComparison, Mask_LeavesPixelsOutOfFlipToo) {

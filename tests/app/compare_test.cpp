@@ -230,10 +230,11 @@ TEST(ZVerdict, BiasThatNoPixelShows_IsRejectedByTheSums) {
     int rejected = 0;
     for (int i = 0; i < 50; ++i) {
         // A fifth of a deviation: five deviations of the mean of 32 x 32 pixels.
-        const ZTest z =
-            *compare(biased(32, 0.02, 0.1, generator), biased(32, 0, 0.01, generator)).z_test;
+        const ZTest z = *compare(biased(32, 0.02, 0.1, generator), biased(32, 0, 0.01, generator)).z_test;
         rejected += !z.equal();
-        if (!z.equal()) EXPECT_EQ(z.answered_by, "mean");
+        if (!z.equal()) {
+            EXPECT_EQ(z.answered_by, "mean");
+        }
         EXPECT_NEAR(z.mean_z, 0.2, 5 * z.mean_z_error);
     }
     EXPECT_GE(rejected, 48);

@@ -35,11 +35,12 @@ double mean_of(const Image& map) {
     return sum / static_cast<double>(map.data.size());
 }
 
-// What FLIP is between two constant greys: nothing but lightness differs. The largest distance of colours is that of
-// green (87.7347, -86.1827, 83.1793) and blue (32.2970, 79.1875, -107.8602) in L*a*b*, by Hunt (…, -75.612, 72.977)
-// and (…, 25.575, -34.836): 55.438 + hypot(101.187, 107.813) = 203.297.
+// What FLIP is between two constant greys: nothing but lightness differs. The largest distance of colours is
+// that of green (87.7347, -86.1827, 83.1793) and blue (32.2970, 79.1875, -107.8602) in L*a*b*, by Hunt (…,
+// -75.612, 72.977) and (…, 25.575, -34.836): 55.438 + hypot(101.187, 107.813) = 203.297.
 double grey_flip(double lightness_difference) {
-    const double error = std::pow(lightness_difference, 0.7), most = std::pow(203.297, 0.7), knee = 0.4 * most;
+    const double error = std::pow(lightness_difference, 0.7), most = std::pow(203.297, 0.7),
+                 knee = 0.4 * most;
     return error < knee ? 0.95 * error / knee : 0.95 + 0.05 * (error - knee) / (most - knee);
 }
 
@@ -123,7 +124,8 @@ TEST(Flip, AnEdgeThatIsNotThere_CountsForMoreThanItsColours) {
 TEST(Flip, ThreadsAndTinyPictures_ChangeNothing) {
     const Image a = noise(3, 0, 1, 70, 90), b = noise(4, 0, 1, 70, 90);
     EXPECT_EQ(flip(a, b, kPpd, {1}).data, flip(a, b, kPpd, {4}).data);
-    EXPECT_NEAR(double{flip(constant(Rgb(1), 1, 1), constant(Rgb(0), 1, 1), kPpd).data[0]}, grey_flip(100), 1e-4);
+    EXPECT_NEAR(double{flip(constant(Rgb(1), 1, 1), constant(Rgb(0), 1, 1), kPpd).data[0]}, grey_flip(100),
+                1e-4);
     EXPECT_TRUE(std::isfinite(flip(noise(1, 0, 1, 3, 2), noise(2, 0, 1, 3, 2), 0.5).data[0]));
 }
 

@@ -24,7 +24,8 @@ Image taken(const Shot& shot, std::mt19937_64& generator) {
     std::normal_distribution<double> noise(shot.truth + shot.bias, shot.sigma);
     for (int y = 0; y < shot.size; ++y) {
         for (int x = 0; x < shot.size; ++x) {
-            image.value(x, y, 0) = static_cast<float>(shot.sigma > 0 ? noise(generator) : shot.truth + shot.bias);
+            image.value(x, y, 0) =
+                static_cast<float>(shot.sigma > 0 ? noise(generator) : shot.truth + shot.bias);
             if (shot.variance) image.value(x, y, 1) = static_cast<float>(shot.sigma * shot.sigma);
         }
     }
@@ -85,7 +86,8 @@ TEST(Seeds, WithoutBias_TheSquareIsAsOftenBelowZeroAsNotAndWithinItsError) {
     constexpr int kRuns = 300;
     for (int run = 0; run < kRuns; ++run) {
         const auto images = seeds_of({}, 4, generator);
-        const BiasAndNoise found = bias_and_noise(images, {"reference", taken({1, 0, 0, 12, true}, generator)});
+        const BiasAndNoise found =
+            bias_and_noise(images, {"reference", taken({1, 0, 0, 12, true}, generator)});
         below += found.absolute.bias2.value < 0;
         within += std::fabs(found.absolute.bias2.value) <= 2 * *found.absolute.bias2.error;
     }
@@ -95,7 +97,8 @@ TEST(Seeds, WithoutBias_TheSquareIsAsOftenBelowZeroAsNotAndWithinItsError) {
 }
 
 TEST(Seeds, NoiseThatHangsTogether_IsInTheErrorAllTheSame) {
-    // Each seed is too bright or too dark as a whole, as few photons are: the pixels are no help to each other.
+    // Each seed is too bright or too dark as a whole, as few photons are: the pixels are no help to each
+    // other.
     std::mt19937_64 generator(2103);
     std::normal_distribution<double> whole(0, 0.1);
     RunningStats bias, stated_error2;
@@ -103,7 +106,8 @@ TEST(Seeds, NoiseThatHangsTogether_IsInTheErrorAllTheSame) {
         std::vector<NamedImage> images;
         for (int i = 0; i < 6; ++i)
             images.push_back({"seed", taken({1, 0.2 + whole(generator), 0.01, 6, false}, generator)});
-        const BiasAndNoise found = bias_and_noise(images, {"reference", taken({1, 0, 0, 6, false}, generator)});
+        const BiasAndNoise found =
+            bias_and_noise(images, {"reference", taken({1, 0, 0, 6, false}, generator)});
         bias.add(found.absolute.bias2.value);
         stated_error2.add(*found.absolute.bias2.error * *found.absolute.bias2.error);
     }
