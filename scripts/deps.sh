@@ -12,6 +12,8 @@ packages=(
     python3 python3-matplotlib
     # tests and benchmarks
     libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
+    # tests of pages, in a browser
+    chromium
 )
 
 missing=()

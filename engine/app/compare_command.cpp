@@ -29,7 +29,8 @@ mean: --mask leaves them out.
 
 If both images carry variances, as all that lucerna renders do, each pixel's difference is tested against its noise
 (z-test), and a verdict is given that calls equal images different once in a hundred times at most. It takes noise
-for normal: with few samples per pixel that is not so, and "largest" and "beyond" reject more than they should.
+for normal: below some hundred samples per pixel it is not, and too much is rejected; --cells 8 then tests cells of
+8 x 8 pixels instead.
 
 Several images that differ only in their seed tell bias, which more time does not mend, from noise, which it does;
 the noise of their mean is taken off the bias. Three seeds or more give both a standard error.
@@ -38,6 +39,7 @@ Examples:
   lucerna compare room.exr reference.exr
   lucerna compare room.exr reference.exr --html room.html
   lucerna compare room.exr reference.exr --json numbers.json --signed error.png --flip flip.png
+  lucerna compare quick.exr reference.exr --cells 8
   lucerna compare seed0.exr seed1.exr seed2.exr seed3.exr reference.exr --html bias.html
   lucerna compare room.exr reference.exr --json -
   lucerna compare cornell.exr reference.exr --mask 4)";
@@ -155,6 +157,11 @@ void add_settings(CLI::App& app, const std::shared_ptr<CompareCommand>& command)
     add_word(app, "--mask", "VALUE", "leave out pixels of which the reference is above this, in its own unit",
              [&settings](const std::string& word) {
                  settings.mask_above = parse_number({"--mask"}, word, 0, 1e30);
+             });
+    add_word(app, "--cells", "N",
+             "test cells of N x N pixels against their noise, for renders of few samples",
+             [&settings](const std::string& word) {
+                 settings.z_cell = static_cast<int>(parse_whole({"--cells"}, word, 1, 4096));
              });
     add_word(
         app, "--exposure", "STOPS",

@@ -54,8 +54,8 @@ class Comparing {
         report_.reference_unit = unit_of(reference_.image);
         double mse = 0, relative = 0, mape = 0;
         for (const NamedImage& one : images_) {
-            report_.numbers =
-                compare(one.image, reference_.image, one.name, reference_.name, settings_.mask_above);
+            report_.numbers = compare(one.image, reference_.image, one.name, reference_.name,
+                                      settings_.mask_above, settings_.z_cell);
             const Comparison& c = report_.numbers;
             report_.images.push_back({one.name, c.mse, c.relative_mse, c.mape});
             mse += c.mse, relative += c.relative_mse, mape += c.mape;
@@ -63,7 +63,7 @@ class Comparing {
         if (images_.size() == 1) return;
         report_.seeds = bias_and_noise(images_, reference_, settings_.mask_above);
         report_.numbers = compare(mean_image(images_), reference_.image, "the mean of the images",
-                                  reference_.name, settings_.mask_above);
+                                  reference_.name, settings_.mask_above, settings_.z_cell);
         const double n = static_cast<double>(images_.size());
         report_.numbers.mse = mse / n;
         report_.numbers.relative_mse = relative / n;

@@ -18,6 +18,7 @@ namespace lucerna {
 
 struct ComparisonSettings {
     double mask_above = std::numeric_limits<double>::infinity();  // compare.h
+    int z_cell = 1;  // pixels along the side of what the z-test takes for one value
     bool flip = true;
     double pixels_per_degree = kUsualPixelsPerDegree;
     std::optional<double>

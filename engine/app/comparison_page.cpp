@@ -86,7 +86,8 @@ std::string settings_table(const std::vector<NamedImage>& images, const NamedIma
         }
         rows += "</tr>\n";
     }
-    return names.empty() ? "<p>The files do not say.</p>" : "<table>\n" + rows + "</table>";
+    return names.empty() ? "<p>The files do not say.</p>"
+                         : "<div class=\"wide\"><table>\n" + rows + "</table></div>";
 }
 
 std::string seeds_table(const ComparisonReport& report) {

@@ -38,7 +38,11 @@ double root_of(double square) {
 }
 
 void write_parts(TextWriter& out, const ErrorParts& parts) {
-    out.line("  bias^2", "{}   bias {:.4g}", with_error(parts.bias2), root_of(parts.bias2.value));
+    std::string left_in;
+    if (parts.reference_noise2 > 0)
+        left_in = fmt::format("; {:.4g} with the reference's noise left in",
+                              root_of(parts.bias2.value + parts.reference_noise2));
+    out.line("  bias^2", "{}   bias {:.4g}{}", with_error(parts.bias2), root_of(parts.bias2.value), left_in);
     out.line("  noise^2", "{}   noise {:.4g} of one image", with_error(parts.noise2),
              root_of(parts.noise2.value));
 }
@@ -66,7 +70,7 @@ void write_seeds(TextWriter& out, const BiasAndNoise& seeds) {
                  seeds.images * (seeds.images - 1) / 2);
     if (seeds.images < 3) out.line("", "bias and noise get a standard error from three seeds on");
     if (seeds.reference_has_variance)
-        out.line("", "the reference's noise, {:.3g} of the MSE, is no part of the bias",
+        out.line("", "the noise that the reference states, {:.3g} of the MSE, is no part of the bias",
                  seeds.absolute.reference_noise2);
     else
         out.line("", "the reference states no variance: its noise is part of the bias");
@@ -100,8 +104,10 @@ void write_z_test(TextWriter& out, const ZTest& z) {
     if (z.tests == 0) {
         out.line("z-test", "no pixel has a variance");
     } else {
-        out.line("z-test", "{} of {} values differ beyond their noise (level {:.3g} each, {:g} in all)",
-                 z.rejected, z.tests, z.corrected_level, z.level);
+        if (z.cell > 1) out.line("z-test", "of cells of {0} x {0} pixels", z.cell);
+        out.line(z.cell > 1 ? "" : "z-test",
+                 "{} of {} values differ beyond their noise (level {:.3g} each, {:g} in all)", z.rejected,
+                 z.tests, z.corrected_level, z.level);
         out.line("", "p = {:.3g} for the largest, at ({}, {}) {}", z.p_value, z.x, z.y,
                  z.channel.empty() ? "-" : z.channel);
         for (const BeyondSigma& b : z.beyond)
@@ -147,7 +153,8 @@ Json to_json(const ErrorParts& parts) {
     return {{"mse", to_json(parts.mse)},
             {"bias2", to_json(parts.bias2)},
             {"noise2", to_json(parts.noise2)},
-            {"reference_noise2", parts.reference_noise2}};
+            {"reference_noise2", parts.reference_noise2},
+            {"bias2_with_reference_noise", parts.bias2.value + parts.reference_noise2}};
 }
 
 Json to_json(const BiasAndNoise& seeds) {
@@ -167,7 +174,8 @@ Json to_json(const BiasAndNoise& seeds) {
 }
 
 Json to_json(const ZTest& z) {
-    Json json{{"tests", z.tests},
+    Json json{{"cell", z.cell},
+              {"tests", z.tests},
               {"untestable", z.untestable},
               {"rejected", z.rejected},
               {"level", z.level},

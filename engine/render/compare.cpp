@@ -16,7 +16,8 @@ struct Sums {
 
 class Comparer {
   public:
-    Comparer(const Image& image, const Image& reference, std::vector<SharedChannel> shared, double mask_above)
+    Comparer(const Image& image, const Image& reference, std::vector<SharedChannel> shared, double mask_above,
+             int z_cell)
         : image_(image), reference_(reference), shared_(std::move(shared)), mask_above_(mask_above) {
         sums_.value.resize(shared_.size());
         sums_.reference_value.resize(shared_.size());
@@ -26,7 +27,7 @@ class Comparer {
         if (!variances) return;
         std::vector<std::string> names;
         for (const SharedChannel& channel : shared_) names.push_back(channel.name);
-        z_tester_.emplace(std::move(names));
+        z_tester_.emplace(std::move(names), image.width, z_cell);
     }
 
     Comparison run() {
@@ -97,9 +98,10 @@ class Comparer {
 }  // namespace
 
 Comparison compare(const Image& image, const Image& reference, const std::string& name,
-                   const std::string& reference_name, double mask_above) {
-    Comparison result =
-        Comparer(image, reference, shared_channels(image, reference, name, reference_name), mask_above).run();
+                   const std::string& reference_name, double mask_above, int z_cell) {
+    Comparison result = Comparer(image, reference, shared_channels(image, reference, name, reference_name),
+                                 mask_above, z_cell)
+                            .run();
     result.left_out = channels_of_one(image, reference);
     return result;
 }

@@ -49,9 +49,9 @@ struct Comparison {
 // Compares the channels that both images have, but not variances and alpha. Throws InputError if the sizes
 // differ or no channel is shared; `name` and `reference_name` are for its message. Pixels of which a compared
 // channel of the reference is above `mask_above` are left out: a few of a lamp that is seen would decide all
-// means.
+// means. The z-test takes cells of `z_cell` x `z_cell` pixels for one value (z_test.h).
 Comparison compare(const Image& image, const Image& reference, const std::string& name = "image",
                    const std::string& reference_name = "reference",
-                   double mask_above = std::numeric_limits<double>::infinity());
+                   double mask_above = std::numeric_limits<double>::infinity(), int z_cell = 1);
 
 }  // namespace lucerna

@@ -45,8 +45,10 @@ double binomial_excess(std::uint64_t observed, std::uint64_t tests, double chanc
     return std::min(1.0, sum);
 }
 
-ZTester::ZTester(std::vector<std::string> channels, double level) {
+ZTester::ZTester(std::vector<std::string> channels, int width, int cell, double level)
+    : cell_(cell), across_((width + cell - 1) / cell), cells_(channels.size()) {
     for (std::string& name : channels) channels_.push_back({std::move(name), 0, {}, 0, 0, 0});
+    test_.cell = cell;
     test_.level = level;
 }
 
@@ -56,20 +58,32 @@ void ZTester::add(int x, int y, std::size_t channel, double difference, double v
         test_.untestable += difference != 0;
         return;
     }
-    Channel& sums = channels_[channel];
-    const double z = difference / std::sqrt(variance);  // variance > 0
+    if (cell_ == 1) {
+        test(x, y, channels_[channel], {difference, variance});
+        return;
+    }
+    std::vector<Sum>& cells = cells_[channel];
+    const std::size_t at = static_cast<std::size_t>(y / cell_) * static_cast<std::size_t>(across_) +
+                           static_cast<std::size_t>(x / cell_);
+    if (at >= cells.size()) cells.resize(at + 1);
+    cells[at].difference += difference;
+    cells[at].variance += variance;
+}
+
+void ZTester::test(int x, int y, Channel& channel, const Sum& sum) {
+    const double z = sum.difference / std::sqrt(sum.variance);  // > 0: add() takes no other
     const double p = std::erfc(std::fabs(z) / std::sqrt(2.0));
-    ++sums.tests;
-    sums.difference += difference;
-    sums.variance += variance;
-    sums.z += z;
-    for (std::size_t i = 0; i < kSigmas.size(); ++i) sums.beyond[i] += std::fabs(z) > kSigmas[i];
+    ++channel.tests;
+    channel.difference += sum.difference;
+    channel.variance += sum.variance;
+    channel.z += z;
+    for (std::size_t i = 0; i < kSigmas.size(); ++i) channel.beyond[i] += std::fabs(z) > kSigmas[i];
     p_values_.push_back(p);
     if (p < test_.smallest_p) {
         test_.smallest_p = p;
         test_.x = x;
         test_.y = y;
-        test_.channel = sums.name;
+        test_.channel = channel.name;
     }
 }
 
@@ -112,6 +126,13 @@ void ZTester::judge_mean() {
 }
 
 ZTest ZTester::finish() {
+    for (std::size_t c = 0; c < cells_.size(); ++c) {
+        for (std::size_t i = 0; i < cells_[c].size(); ++i) {
+            if (cells_[c][i].variance == 0) continue;  // nothing fell into it
+            const int at = static_cast<int>(i);
+            test(at % across_ * cell_, at / across_ * cell_, channels_[c], cells_[c][i]);
+        }
+    }
     judge_largest();
     judge_beyond();
     judge_mean();

@@ -11,7 +11,8 @@
 // The level holds for noise that is normal, independent from pixel to pixel and of the variance that is
 // stated; channels may depend on each other in any way. A mean of few samples is not normal, and its variance
 // is itself an estimate: below some hundred samples per pixel the first two reject more than they claim. The
-// third does not mind.
+// third does not mind; and cells of several pixels, tested by their sums as if each were one, have as many
+// samples as their pixels together.
 #pragma once
 
 #include <array>
@@ -33,8 +34,9 @@ struct BeyondSigma {
 };
 
 struct ZTest {
+    int cell = 1;  // pixels along the side of what is tested as one value
     std::uint64_t tests = 0;
-    std::uint64_t untestable = 0;  // no variance in either image, but different values
+    std::uint64_t untestable = 0;  // pixels' values without a variance in either image, but different
     std::uint64_t rejected = 0;    // tests whose p-value is below the corrected level
     double level = kComparisonLevel;
     double corrected_level = 0;  // 1 - (1 - level)^(1/tests)
@@ -58,7 +60,8 @@ struct ZTest {
 // Takes the values of one comparison and draws the conclusions.
 class ZTester {
   public:
-    explicit ZTester(std::vector<std::string> channels, double level = kComparisonLevel);
+    // Tests cells of `cell` x `cell` pixels, at least 1, of an image of `width` columns.
+    ZTester(std::vector<std::string> channels, int width, int cell = 1, double level = kComparisonLevel);
 
     // `difference`: image - reference; `variance`: of the difference. Call once per value, channel by its
     // number.
@@ -72,11 +75,17 @@ class ZTester {
         std::array<std::uint64_t, 3> beyond{};
         double difference = 0, variance = 0, z = 0;
     };
+    struct Sum {
+        double difference = 0, variance = 0;
+    };
+    void test(int x, int y, Channel& channel, const Sum& sum);
     void judge_largest();
     void judge_beyond();
     void judge_mean();
 
     std::vector<Channel> channels_;
+    int cell_, across_;                    // cells in a row
+    std::vector<std::vector<Sum>> cells_;  // per channel, row-major
     std::vector<double> p_values_;
     ZTest test_;
 };

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/base/error.h"
+#include "engine/base/stats.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -259,6 +260,44 @@ TEST(ZVerdict, Shares_AreThoseOfANormalVariate) {
     EXPECT_NEAR(z.beyond[0].share, z.beyond[0].expected, 0.005);
     EXPECT_NEAR(z.beyond[1].share, z.beyond[1].expected, 0.0012);
     EXPECT_NEAR(z.mean_z, 0, 4 * z.mean_z_error);
+}
+
+// A render of `samples` samples that are mostly dark and seldom bright, as those of caustics are: far from
+// normal.
+Image spotty(int size, int samples, std::mt19937_64& generator) {
+    Image image(size, size, {"R", "variance.R"});
+    std::exponential_distribution<double> value(1);
+    for (std::size_t p = 0; p < image.data.size(); p += 2) {
+        RunningStats stats;
+        for (int i = 0; i < samples; ++i) stats.add(std::pow(value(generator), 2));
+        image.data[p] = static_cast<float>(stats.mean());
+        image.data[p + 1] = static_cast<float>(sqr(stats.standard_error()));
+    }
+    return image;
+}
+
+TEST(ZVerdict, FewSkewedSamples_NeedCells) {
+    std::mt19937_64 generator(2010);
+    int rejected = 0, rejected_by_cells = 0;
+    constexpr int kRuns = 40;
+    for (int i = 0; i < kRuns; ++i) {
+        const Image a = spotty(64, 8, generator), b = spotty(64, 64, generator);
+        rejected += !compare(a, b).z_test->equal();
+        rejected_by_cells += !compare(a, b, "a", "b", INFINITY, 16).z_test->equal();
+    }
+    EXPECT_GT(rejected, kRuns * 9 / 10);  // which is why there are cells
+    EXPECT_LE(rejected_by_cells, 3);      // 0.4 expected; 4 or more: p = 7e-4
+}
+
+TEST(ZVerdict, Cells_AreTheirPixelsSums) {
+    Image a(3, 2, {"R", "variance.R"});
+    Image b = a;
+    for (std::size_t p = 0; p < 6; ++p) a.data[2 * p] = static_cast<float>(p), a.data[2 * p + 1] = 0.5F;
+    const ZTest z = *compare(a, b, "a", "b", INFINITY, 2).z_test;
+    EXPECT_EQ(z.tests, 2U);  // columns 0 and 1, and column 2
+    EXPECT_EQ(z.cell, 2);
+    EXPECT_NEAR(z.mean_z, ((0 + 1 + 3 + 4) / std::sqrt(2.0) + (2 + 5) / 1.0) / 2, 1e-6);
+    EXPECT_EQ(z.x, 2);
 }
 
 TEST(Binomial, Excess_EqualsTheSum) {
