@@ -1,6 +1,7 @@
 // What compare found out, as lines for people and as JSON for programs.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -37,12 +38,20 @@ double root_of(double square) {
     return std::copysign(std::sqrt(std::fabs(square)), square);
 }
 
+// Two standard errors tell a bias from none.
+std::string bias_text(const Estimate& square) {
+    if (!square.error || square.value > 2 * *square.error)
+        return fmt::format("bias {:.4g}", root_of(square.value));
+    return fmt::format("no bias seen, it is below {:.4g}",
+                       std::sqrt(std::max(0.0, square.value) + 2 * *square.error));
+}
+
 void write_parts(TextWriter& out, const ErrorParts& parts) {
     std::string left_in;
     if (parts.reference_noise2 > 0)
         left_in = fmt::format("; {:.4g} with the reference's noise left in",
                               root_of(parts.bias2.value + parts.reference_noise2));
-    out.line("  bias^2", "{}   bias {:.4g}{}", with_error(parts.bias2), root_of(parts.bias2.value), left_in);
+    out.line("  bias^2", "{}   {}{}", with_error(parts.bias2), bias_text(parts.bias2), left_in);
     out.line("  noise^2", "{}   noise {:.4g} of one image", with_error(parts.noise2),
              root_of(parts.noise2.value));
 }
