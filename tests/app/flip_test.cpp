@@ -121,6 +121,27 @@ TEST(Flip, AnEdgeThatIsNotThere_CountsForMoreThanItsColours) {
     EXPECT_LT(map.value(5, 8, 0), 1e-3F);
 }
 
+TEST(Flip, BesideAStep_EqualsHandNumber) {
+    // Of linear luminance, from 0.214041 to 0.318547, at the first brighter pixel. The derivative's positive
+    // weights add up to 1, so the edge is as strong as the step is high; blurred, the luminance there is that
+    // of the Gaussian's half with the middle.
+    const double low = 0.214041, step = 0.318547 - 0.214041;
+    double half = 0, whole = 0;
+    for (int k = -10; k <= 10; ++k) {
+        const double weight = std::exp(-std::pow(kPiD * k / kPpd, 2) / 0.0047);
+        whole += weight;
+        if (k >= 0) half += weight;
+    }
+    const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
+    const double colour = grey_flip(lightness(low + step * half / whole) - lightness(low));
+    const double expected = std::pow(colour, 1 - std::sqrt(step / std::sqrt(2.0)));
+    Image image = constant(Rgb(0.5F), 120, 16);
+    for (int y = 0; y < 16; ++y) {
+        for (int x = 60; x < 120; ++x) image.set_rgb(x, y, Rgb(0.6F));
+    }
+    EXPECT_NEAR(double{flip(image, constant(Rgb(0.5F), 120, 16), kPpd).value(60, 8, 0)}, expected, 2e-4);
+}
+
 TEST(Flip, ThreadsAndTinyPictures_ChangeNothing) {
     const Image a = noise(3, 0, 1, 70, 90), b = noise(4, 0, 1, 70, 90);
     EXPECT_EQ(flip(a, b, kPpd, {1}).data, flip(a, b, kPpd, {4}).data);
