@@ -125,7 +125,7 @@ void act(const CompareCommand& command, const CommandContext& context) {
 
     const double range = command.error_range ? *command.error_range : error_scale(report.pictures.error);
     if (!command.signed_error.empty()) write_signed(command, report, range);
-    if (!command.flip.empty()) write_flip(command, report);
+    if (!command.flip.empty() && report.flip) write_flip(command, report);
     if (!command.html.empty()) write_text(command.html, comparison_page(report, images, reference, range));
     if (command.json == "-") {
         context.out << comparison_json(report);

@@ -1,8 +1,10 @@
 #include "engine/app/comparison.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstdint>
 
 #include "engine/app/error_pictures.h"
 #include "engine/base/files.h"
@@ -43,7 +45,7 @@ class Comparing {
     ComparisonReport run() {
         compare_numbers();
         find_pictures();
-        if (settings_.flip) find_flip();
+        if (settings_.flip && !too_large_for_flip()) find_flip();
         return std::move(report_);
     }
 
@@ -107,6 +109,16 @@ class Comparing {
                 picture.set_rgb(x, y, display_colour(radiance.rgb_at(x, y) * exposure));
         }
         return picture;
+    }
+
+    // FLIP keeps some 150 bytes for every pixel while it works.
+    bool too_large_for_flip() {
+        constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;
+        const Image& shown = report_.pictures.reference;
+        if (std::int64_t{shown.width} * shown.height <= kMostPixels) return false;
+        monitor_.warn(fmt::format("FLIP is left out: {} x {} pixels are more than {}", shown.width,
+                                  shown.height, kMostPixels));
+        return true;
     }
 
     void find_flip() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/app/contact_sheet.h"
 #include "engine/base/cie.h"
@@ -59,10 +60,10 @@ Image relative(const Image& reference, Of&& of) {
             const double value = of(x, y);
             const double whole = std::fabs(double{luminance(reference.rgb_at(x, y))}) + floor;
             // A reference that is black everywhere has no scale of its own: any error is without bounds.
+            constexpr double kMost = std::numeric_limits<float>::max();
             if (value != 0)
-                result.value(x, y, 0) =
-                    whole > 0 ? static_cast<float>(value / whole)
-                              : std::copysign(std::numeric_limits<float>::max(), static_cast<float>(value));
+                result.value(x, y, 0) = static_cast<float>(
+                    whole > 0 ? std::clamp(value / whole, -kMost, kMost) : std::copysign(kMost, value));
         }
     }
     return result;
