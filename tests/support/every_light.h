@@ -31,6 +31,8 @@ struct Placing {
 struct Method {
     std::string name, integrator;
     std::vector<std::pair<std::string, std::string>> set;
+
+    friend void PrintTo(const Method& method, std::ostream* out) { *out << method.name; }
 };
 inline std::vector<Method> every_method() {
     return {{"path", "path", {}},
