@@ -25,6 +25,7 @@ constexpr const char* kFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna import model.glb -o model.pbrt
   lucerna compare room.exr reference.exr
+  lucerna study direct.toml -o out/direct
   lucerna info --integrators
 
 Every command says more with --help: lucerna render --help)";
@@ -84,10 +85,11 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
         add_light_command(program, context);
         add_import_command(program, context);
         add_compare_command(program, context);
+        add_study_command(program, context);
         add_info_command(program, context);
         if (argc < 2) {
             out << program.help();
-            return fail(err, kBadInput, "a command is missing: render, light, import, compare or info");
+            return fail(err, kBadInput, "a command is missing: render, light, import, compare, study or info");
         }
         if (is_unknown_command(program, argv[1])) {
             constexpr std::string_view known[] = {"render", "light", "import", "compare", "info"};

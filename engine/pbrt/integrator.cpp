@@ -2,12 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 #include "engine/base/names.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/state.h"
+#include "engine/render/setting_text.h"
 
 namespace lucerna {
 namespace {
@@ -101,16 +100,6 @@ SettingValue value_of(const Param& param) {
     if (!param.flags.empty()) return SettingValue(static_cast<bool>(param.flags.front()));
     if (!param.numbers.empty()) return param.numbers.front();
     return param.strings.front();
-}
-
-// "1e6" as a number, "true" as a truth value, all else as a word.
-SettingValue parse_setting(const std::string& text) {
-    if (text == "true" || text == "false") return SettingValue(text == "true");
-    double number = 0;
-    const char* end = text.data() + text.size();
-    const auto [rest, error] = std::from_chars(text.data(), end, number);
-    if (error == std::errc() && rest == end && std::isfinite(number)) return number;
-    return text;
 }
 
 // set_parameter quotes the value as it stands, line breaks included.

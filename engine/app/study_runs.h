@@ -1,0 +1,35 @@
+// The renders of a study: each is made once, kept by what it was made of, and found again the next time.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "engine/app/study_plan.h"
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+
+namespace lucerna {
+
+struct StudyRun {
+    std::filesystem::path image;
+    double seconds = 0;  // reading, preparation and image
+    bool found = false;  // it was there already
+};
+
+class StudyRuns {
+  public:
+    // `folder` is made if it is not there. Throws InputError.
+    StudyRuns(std::filesystem::path folder, const Workers& workers);
+
+    // None if the monitor wished to stop; nothing is kept of that render then. A render is named by a hash of
+    // the scene's files, every setting, the seed and the version: whatever changes one of them makes a new
+    // one. Throws InputError.
+    std::optional<StudyRun> run(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed,
+                                Monitor& monitor) const;
+
+  private:
+    std::filesystem::path folder_;
+    Workers workers_;
+};
+
+}  // namespace lucerna

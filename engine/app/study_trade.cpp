@@ -1,0 +1,120 @@
+#include "engine/app/study_trade.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "engine/app/run.h"
+#include "engine/base/units.h"
+
+namespace lucerna {
+namespace {
+
+// A field of RFC 4180.
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"') quoted += c;
+        quoted += c;
+    }
+    return quoted + '"';
+}
+
+std::vector<std::string> scenes_of(const std::vector<StudyResult>& results) {
+    std::vector<std::string> names;
+    for (const StudyResult& result : results) {
+        if (std::find(names.begin(), names.end(), result.scene) == names.end()) names.push_back(result.scene);
+    }
+    return names;
+}
+
+const StudyResult* fastest(const std::vector<StudyResult>& results, const std::string& scene, double error) {
+    const StudyResult* best = nullptr;
+    for (const StudyResult& result : results) {
+        if (result.scene != scene || !(result.error() <= error)) continue;
+        if (!best || result.seconds < best->seconds) best = &result;
+    }
+    return best;
+}
+
+}  // namespace
+
+double StudyResult::error() const {
+    return std::sqrt(error2);
+}
+
+void mark_best(std::vector<StudyResult>& results) {
+    for (StudyResult& result : results) {
+        result.best = std::none_of(results.begin(), results.end(), [&](const StudyResult& other) {
+            const bool no_worse = other.seconds <= result.seconds && other.error2 <= result.error2;
+            return other.scene == result.scene && no_worse &&
+                   (other.seconds < result.seconds || other.error2 < result.error2);
+        });
+    }
+}
+
+std::vector<std::string> advice(const std::vector<StudyResult>& results) {
+    constexpr double kErrors[] = {0.01, 0.02, 0.05, 0.1, 0.2, 0.5};
+    std::vector<std::string> lines;
+    for (const std::string& scene : scenes_of(results)) {
+        const StudyResult* last = nullptr;
+        for (const double error : kErrors) {
+            const StudyResult* best = fastest(results, scene, error);
+            if (!best || best == last) continue;  // the same as for a smaller error
+            last = best;
+            lines.push_back(fmt::format("for {:g} % error on {} the fastest is {}, {} ({})", 100 * error,
+                                        scene, best->method, best->settings, duration_text(best->seconds)));
+        }
+        if (!last) lines.push_back(fmt::format("on {} no point is within {:g} %", scene, 100 * kErrors[5]));
+    }
+    return lines;
+}
+
+std::string study_csv(const std::vector<StudyResult>& results) {
+    std::string text =
+        "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,mean_ratio,best\n";
+    const auto number = [](const std::optional<double>& x) { return x ? fmt::format("{:.6g}", *x) : ""; };
+    for (const StudyResult& r : results) {
+        const Estimate bias2 = r.bias2.value_or(Estimate{}), noise2 = r.noise2.value_or(Estimate{});
+        fmt::format_to(std::back_inserter(text), "{},{},{},{:.6g},{:.6g},{},{},{},{},{:.6g},{:d}\n",
+                       csv_field(r.scene), csv_field(r.method), csv_field(r.settings), r.seconds, r.error2,
+                       number(r.bias2 ? std::optional(bias2.value) : std::nullopt), number(bias2.error),
+                       number(r.noise2 ? std::optional(noise2.value) : std::nullopt), number(noise2.error),
+                       r.mean_ratio, r.best);
+    }
+    return text;
+}
+
+std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results) {
+    using Json = nlohmann::ordered_json;
+    const auto estimate = [](const std::optional<Estimate>& e) {
+        if (!e) return Json(nullptr);
+        return Json{{"value", e->value}, {"error", e->error ? Json(*e->error) : Json(nullptr)}};
+    };
+    Json json{{"program", "lucerna"},
+              {"version", program_version()},
+              {"title", plan.title},
+              {"seeds", plan.seeds},
+              {"reference",
+               {{"integrator", plan.reference.overrides.integrator}, {"settings", plan.reference.settings}}}};
+    json["advice"] = advice(results);
+    json["points"] = Json::array();
+    for (const StudyResult& r : results) {
+        json["points"].push_back({{"scene", r.scene},
+                                  {"method", r.method},
+                                  {"settings", r.settings},
+                                  {"seconds", r.seconds},
+                                  {"error2", r.error2},
+                                  {"bias2", estimate(r.bias2)},
+                                  {"noise2", estimate(r.noise2)},
+                                  {"mean_ratio", r.mean_ratio},
+                                  {"best", r.best}});
+    }
+    return json.dump(2) + "\n";
+}
+
+}  // namespace lucerna

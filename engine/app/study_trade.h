@@ -1,0 +1,35 @@
+// What a study found: error against time of every point, the best of them, and a sentence for people.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/app/study_plan.h"
+#include "engine/render/seeds.h"
+
+namespace lucerna {
+
+// One point of the plan on one scene. Errors are squared and relative (compare.h), of one image.
+struct StudyResult {
+    std::string scene, method, settings;
+    double seconds = 0;  // reading, preparation and one image; the mean over seeds
+    double error2 = 0;
+    std::optional<Estimate> bias2, noise2;  // of two seeds or more
+    double mean_ratio = 1;                  // mean luminance over the reference's
+    bool best = false;                      // nothing measured was both faster and better
+
+    double error() const;  // the root of error2, a share of 1
+};
+
+// Marks, scene by scene, the points of the Pareto front.
+void mark_best(std::vector<StudyResult>& results);
+
+// "for 5 % error on cornell the fastest is guided, spp=16 (1.2 s)", for errors of 1, 2, 5, 10 … % that some
+// point reached; scene by scene.
+std::vector<std::string> advice(const std::vector<StudyResult>& results);
+
+std::string study_csv(const std::vector<StudyResult>& results);
+std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results);
+
+}  // namespace lucerna
