@@ -13,10 +13,6 @@ using ::testing::HasSubstr;
 
 constexpr int kSpp = 2;
 
-const EveryLight& lights() {
-    static const EveryLight all;
-    return all;
-}
 const LightCase& light_named(std::string_view name) {
     static const std::vector<LightCase> all = lights().cases();
     return *std::find_if(all.begin(), all.end(), [&](const LightCase& light) { return light.name == name; });

@@ -10,11 +10,6 @@ using namespace testing;
 
 constexpr int kSpp = 4;
 
-const EveryLight& lights() {
-    static const EveryLight all;
-    return all;
-}
-
 class Powers : public ::testing::TestWithParam<Method> {};
 
 TEST_P(Powers, FromTiniestToHugest_ImageIsInProportion) {

@@ -16,11 +16,6 @@ using namespace testing;
 
 constexpr int kSpp = 4;
 
-const EveryLight& lights() {
-    static const EveryLight all;
-    return all;
-}
-
 class Sizes : public ::testing::TestWithParam<Method> {};
 
 TEST_P(Sizes, APowerOfTwo_SameImageToTheBit) {

@@ -202,4 +202,10 @@ class EveryLight {
     TemporaryFolder folder_;
 };
 
+// Made once for all tests of a program.
+inline const EveryLight& lights() {
+    static const EveryLight all;
+    return all;
+}
+
 }  // namespace lucerna::testing
