@@ -54,13 +54,13 @@ class Comparing {
         report_.reference = reference_.name;
         report_.unit = unit_of(images_[0].image);
         report_.reference_unit = unit_of(reference_.image);
-        double mse = 0, relative = 0, mape = 0;
+        double mse = 0, relative = 0, mape = 0, error2 = 0;
         for (const NamedImage& one : images_) {
             report_.numbers = compare(one.image, reference_.image, one.name, reference_.name,
                                       settings_.mask_above, settings_.z_cell);
             const Comparison& c = report_.numbers;
-            report_.images.push_back({one.name, c.mse, c.relative_mse, c.mape});
-            mse += c.mse, relative += c.relative_mse, mape += c.mape;
+            report_.images.push_back({one.name, c.mse, c.relative_mse, c.mape, c.error});
+            mse += c.mse, relative += c.relative_mse, mape += c.mape, error2 += sqr(c.error);
         }
         if (images_.size() == 1) return;
         report_.seeds = bias_and_noise(images_, reference_, settings_.mask_above);
@@ -70,6 +70,7 @@ class Comparing {
         report_.numbers.mse = mse / n;
         report_.numbers.relative_mse = relative / n;
         report_.numbers.mape = mape / n;
+        report_.numbers.error = std::sqrt(error2 / n);
     }
 
     LookedAt look_at(const NamedImage& one) const {

@@ -35,7 +35,7 @@ struct FlipNumbers {
 
 struct ImageNumbers {
     std::string name;
-    double mse = 0, relative_mse = 0, mape = 0;
+    double mse = 0, relative_mse = 0, mape = 0, error = 0;
 };
 
 // What there is to look at; pixels that are not compared are alike in all of them.
@@ -50,8 +50,8 @@ struct ComparisonReport {
     std::vector<ImageNumbers> images;
     std::string unit,
         reference_unit;  // "lucerna.unit" of the first image and of the reference; empty: not stated
-    // Of the image, or of the mean of the images, but for mse, relative_mse and mape: these are of one image,
-    // on the average over them.
+    // Of the image, or of the mean of the images, but for mse, relative_mse, mape and error: these are of one
+    // image, on the average over them.
     Comparison numbers;
     std::optional<BiasAndNoise> seeds;  // of two images or more
     double pixels_per_degree = 0;

@@ -63,6 +63,7 @@ void write_errors(TextWriter& out, const ComparisonReport& report) {
     out.line("relative MSE", "{:.6g}   mean of (t-r)^2/(r^2+0.0001)", c.relative_mse);
     if (report.seeds) write_parts(out, report.seeds->relative);
     out.line("MAPE", "{:.6g}   mean of |t-r|/(|r|+0.01)", c.mape);
+    out.line("error", "{:.3g} %   of luminance, as render's --error counts it", 100 * c.error);
     if (report.flip)
         out.line("FLIP", "{:.6g}   at exposure {:+.2f} stops, {:.4g} pixels per degree", report.flip->mean,
                  std::log2(report.exposure), report.pixels_per_degree);
@@ -226,8 +227,11 @@ void add_flip(Json& json, const ComparisonReport& report) {
 void add_images(Json& json, const ComparisonReport& report) {
     for (std::size_t i = 0; i < report.images.size(); ++i) {
         const ImageNumbers& one = report.images[i];
-        Json entry{
-            {"image", one.name}, {"mse", one.mse}, {"relative_mse", one.relative_mse}, {"mape", one.mape}};
+        Json entry{{"image", one.name},
+                   {"mse", one.mse},
+                   {"relative_mse", one.relative_mse},
+                   {"mape", one.mape},
+                   {"error", one.error}};
         if (report.flip) entry["flip"] = report.flip->each[i];
         if (report.hdr_flip) entry["hdr_flip"] = report.hdr_flip->each[i];
         json["images"].push_back(std::move(entry));
@@ -260,9 +264,11 @@ std::string comparison_json(const ComparisonReport& report) {
     json["mse"] = c.mse;
     json["relative_mse"] = c.relative_mse;
     json["mape"] = c.mape;
+    json["error"] = c.error;
     json["definitions"] = {{"mse", "mean (t-r)^2"},
                            {"relative_mse", "mean (t-r)^2/(r^2+1e-4)"},
-                           {"mape", "mean |t-r|/(|r|+1e-2)"}};
+                           {"mape", "mean |t-r|/(|r|+1e-2)"},
+                           {"error", "root mean (Lt-Lr)^2/(Lr^2+(mean Lr/10)^2), L luminance"}};
     add_flip(json, report);
     for (const ChannelComparison& channel : c.channels) {
         json["channels"][channel.name] = {{"mean", channel.mean},

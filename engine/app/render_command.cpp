@@ -20,6 +20,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/integrator.h"
+#include "engine/render/method_choice.h"
 
 namespace lucerna {
 namespace {
@@ -28,9 +29,13 @@ constexpr const char* kFooter = R"(Integrators and their parameters: lucerna inf
 Ctrl-C ends a render early and keeps what is there; a second one ends at once.
 
 A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
-time or an error, the scene's own number of samples no longer counts. The time is that of preparation and image; what
-would not be done in time is not begun. The error is the root mean square over the pixels of their standard errors,
-each relative to the pixel's own luminance (plus a tenth of the image's mean): noise, not bias.
+time or an error, the scene's own number of samples no longer counts. The time is that of the whole command but for
+writing the image. The error is the root mean square over the pixels of what is left of noise in them, relative to
+their luminance (plus a tenth of the image's mean).
+
+Given a time or an error and no --integrator, --set, --spp, --passes nor checkpoint, the method is chosen, too: each that shows
+the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is taken that promises the
+least error in the time, or the error soonest. It says which, and what to write to have it again.
 
 With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
 undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
@@ -41,6 +46,8 @@ Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
   lucerna render room.pbrt --set quantity=illuminance -o lux.exr
+  lucerna render room.pbrt --time 60s --png
+  lucerna render room.pbrt --error 2%
   lucerna render room.pbrt --integrator progressive --time 30s --show-every 5s --png
   lucerna render room.pbrt --integrator progressive --error 1% --passes 2000
   lucerna render room.pbrt --spp 4096 --checkpoint room.checkpoint --resume room.checkpoint
@@ -100,6 +107,10 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
+bool has_limit(const Limits& limits) {
+    return std::isfinite(limits.seconds) || limits.error > 0;
+}
+
 // How much is done before a limit ends it, where the command line has a say.
 void limit_samples(const RenderCommand& command, Job& job) {
     if (command.passes > 0) {
@@ -111,9 +122,45 @@ void limit_samples(const RenderCommand& command, Job& job) {
         job.spp =
             static_cast<int>(std::min<std::int64_t>(std::int64_t{command.passes} * samples, kNoEndOfSamples));
     } else if (command.overrides.spp == 0) {
-        const Limits& limits = command.options.limits;
-        if (std::isfinite(limits.seconds) || limits.error > 0) job.spp = kNoEndOfSamples;
+        if (has_limit(command.options.limits)) job.spp = kNoEndOfSamples;
     }
+}
+
+// What is to be had again, bit for bit, is not chosen by the clock.
+bool may_choose(const RenderCommand& command) {
+    const SceneOverrides& asked = command.overrides;
+    return has_limit(command.options.limits) && asked.integrator.empty() && asked.set.empty() &&
+           asked.spp == 0 && command.passes == 0 && command.checkpoint.kept().empty() &&
+           !command.options.maps.any();
+}
+
+std::string options_text(const IntegratorSettings& settings) {
+    std::string text = fmt::format("--integrator {}", integrator_name(settings));
+    const auto defaults = describe(make_settings(integrator_name(settings), {}));
+    const auto values = describe(settings);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (values[i] != defaults[i]) text += fmt::format(" --set {}={}", values[i].first, values[i].second);
+    }
+    return text;
+}
+
+// Takes the method that promises most into the job and says so; the limits are then what is left of them.
+void choose(const RenderCommand& command, Job& job, RenderOptions& options, RunFacts& facts,
+            Monitor& monitor) {
+    const Stopwatch choosing;
+    facts.choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
+    facts.choose_seconds = choosing.seconds();
+    options.limits.seconds -= facts.choose_seconds;
+    if (!facts.choice) return;
+    const MethodChoice& choice = *facts.choice;
+    job.integrator = choice.settings;
+    // What more samples do not mend leaves that much less for noise: at most half of the error's square.
+    options.limits.error = std::sqrt(std::max(sqr(options.limits.error) - sqr(choice.beyond_noise), 0.0));
+    monitor.info(fmt::format("method   {}", options_text(job.integrator)));
+    monitor.info(fmt::format("tried    {} ({})", choice.tried,
+                             command.options.limits.error > 0
+                                 ? fmt::format("to {:g} %", 100 * command.options.limits.error)
+                                 : fmt::format("in {}", duration_text(command.options.limits.seconds))));
 }
 
 // The files of an image.
@@ -134,8 +181,11 @@ class Pictures {
         const std::string passes =
             report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
         const auto error = report.numbers.find("error.relative");
-        const std::string noise =
-            error != report.numbers.end() ? fmt::format("noise {:.2g} %, ", 100 * error->second) : "";
+        const std::string noise = error == report.numbers.end() ? ""
+                                  : facts.choice && facts.choice->beyond_noise > 0
+                                      ? fmt::format("noise {:.2g} %, at most {:.2g} % beyond it, ",
+                                                    100 * error->second, 100 * facts.choice->beyond_noise)
+                                      : fmt::format("noise {:.2g} %, ", 100 * error->second);
         std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})",
                                                    image_.string(), result.image.width, result.image.height,
                                                    report.notes.at("unit"), passes, report.samples_done,
@@ -171,7 +221,7 @@ void act(const RenderCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     Checkpointing checkpointing(command.checkpoint, monitor);
-    RunFacts facts{command.scene, command.options.seed, command.options.workers.threads, 0, 0, 0};
+    RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
     const Stopwatch reading;
     Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
     facts.read_seconds = reading.seconds();
@@ -181,8 +231,10 @@ void act(const RenderCommand& command, const CommandContext& context) {
     if (command.output.empty()) check_outputs(command, pictures.image());
 
     // Render, showing the image as it improves.
-    const Stopwatch rendering;
     RenderOptions options = command.options;
+    options.limits.seconds -= facts.read_seconds;
+    if (may_choose(command)) choose(command, job, options, facts, monitor);
+    const Stopwatch rendering;
     checkpointing.attach(job, options);
     const auto note = [&] {
         facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();

@@ -89,7 +89,8 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
         add_info_command(program, context);
         if (argc < 2) {
             out << program.help();
-            return fail(err, kBadInput, "a command is missing: render, light, import, compare, study or info");
+            return fail(err, kBadInput,
+                        "a command is missing: render, light, import, compare, study or info");
         }
         if (is_unknown_command(program, argv[1])) {
             constexpr std::string_view known[] = {"render", "light", "import", "compare", "info"};

@@ -52,9 +52,16 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
                        {"done", report.samples_done}};
     json["complete"] = report.complete;
     Json seconds = {{"read", facts.read_seconds}};
+    if (facts.choice) seconds["choose"] = facts.choose_seconds;
     for (const auto& [phase, time] : report.seconds) seconds[phase] = time;
-    seconds["total"] = facts.read_seconds + facts.render_seconds;
+    seconds["total"] = facts.read_seconds + facts.choose_seconds + facts.render_seconds;
     json["seconds"] = std::move(seconds);
+    if (facts.choice) {
+        json["choice"] = {{"tried", facts.choice->tried},
+                          {"expected_error", facts.choice->error},
+                          {"expected_seconds", facts.choice->seconds},
+                          {"beyond_noise", facts.choice->beyond_noise}};
+    }
     json["numbers"] = report.numbers;
     json["notes"] = report.notes;
     json["warnings"] = facts.warnings;
@@ -75,6 +82,7 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
     };
     if (!report.complete) attributes["lucerna.stopped"] = fmt::format("{} spp", report.samples_done);
     if (report.passes_done > 0) attributes["lucerna.passes"] = fmt::format("{}", report.passes_done);
+    if (facts.choice) attributes["lucerna.tried"] = facts.choice->tried;
     for (const auto& [name, value] : describe(job.integrator)) attributes["lucerna." + name] = value;
     return attributes;
 }

@@ -19,7 +19,7 @@ namespace lucerna {
 namespace {
 
 constexpr char kMagic[8] = {'L', 'U', 'C', 'C', 'H', 'E', 'C', 'K'};
-constexpr std::uint32_t kFormat = 1;
+constexpr std::uint32_t kFormat = 2;
 constexpr std::uint32_t kByteOrder = 0x01020304U;
 
 struct Head {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/render/error_scale.h"
 #include "engine/render/shared_channels.h"
 
 namespace lucerna {
@@ -35,6 +36,7 @@ class Comparer {
             for (int x = 0; x < image_.width; ++x) pixel(x, y);
         }
         finish_means();
+        find_error();
         if (z_tester_) result_.z_test = z_tester_->finish();
         return std::move(result_);
     }
@@ -84,6 +86,46 @@ class Comparer {
             if (channel.reference_mean != 0) channel.ratio = channel.mean / channel.reference_mean;
             result_.channels.push_back(std::move(channel));
         }
+    }
+
+    // A pixel's luminance of the one (t) and the other (r).
+    struct Pair {
+        double t = 0, r = 0;
+    };
+    Pair luminances(const float* t, const float* r) const {
+        Rgb t_rgb(0), r_rgb(0);
+        int found = 0;
+        for (const SharedChannel& channel : shared_) {
+            const int c = channel.name == "R" ? 0 : channel.name == "G" ? 1 : channel.name == "B" ? 2 : -1;
+            if (c < 0) continue;
+            t_rgb[c] = t[channel.at];
+            r_rgb[c] = r[channel.reference_at];
+            ++found;
+        }
+        if (found == 3) return {double{luminance(t_rgb)}, double{luminance(r_rgb)}};
+        return {double{t[shared_[0].at]}, double{r[shared_[0].reference_at]}};
+    }
+
+    // Relative to a mean that is known by now.
+    void find_error() {
+        if (result_.pixels == 0) return;
+        std::vector<Pair> pairs;
+        double mean = 0;
+        for (int y = 0; y < image_.height; ++y) {
+            for (int x = 0; x < image_.width; ++x) {
+                const float* t = &image_.data[image_.index(x, y)];
+                const float* r = &reference_.data[reference_.index(x, y)];
+                if (!pixel_state(t, r, shared_, mask_above_).compared()) continue;
+                pairs.push_back(luminances(t, r));
+                mean += pairs.back().r / static_cast<double>(result_.pixels);
+            }
+        }
+        double sum = 0;
+        for (const Pair& pair : pairs) {
+            const double scale2 = error_scale2(pair.r, mean);
+            if (pair.t != pair.r) sum += sqr(pair.t - pair.r) / scale2;  // infinite beside a black reference
+        }
+        result_.error = std::sqrt(sum / static_cast<double>(pairs.size()));
     }
 
     const Image& image_;

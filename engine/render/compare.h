@@ -34,6 +34,9 @@ struct LargestDifference {
 };
 
 struct Comparison {
+    // The root of the mean square of luminance's difference, relative to r's luminance (error_scale.h): what
+    // Film::relative_error() estimates. Of the first channel where there is no R, G and B.
+    double error = 0;
     double mse = 0;           // mean (t - r)²
     double relative_mse = 0;  // mean (t - r)² / (r² + 1e-4)
     double mape = 0;          // mean |t - r| / (|r| + 0.01), a share of 1

@@ -1,11 +1,13 @@
 #include "engine/render/film.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/render/error_scale.h"
 
 namespace lucerna {
 namespace {
@@ -63,9 +65,7 @@ V3d squared(const V3f& v) {
 
 }  // namespace
 
-void Film::add(int x, int y, const Rgb& radiance, float weight) {
-    Pixel& pixel =
-        pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
+void Film::add_sample(Pixel& pixel, const Rgb& radiance, float weight) {
     ++pixel.count;
     const auto n = static_cast<float>(pixel.count);
     const V3f delta = radiance - pixel.mean;
@@ -76,30 +76,44 @@ void Film::add(int x, int y, const Rgb& radiance, float weight) {
     pixel.together += lean * (radiance - pixel.mean);
 }
 
+void Film::mark(std::size_t pixel) {
+    if (!std::has_single_bit(count(pixel))) return;
+    marks_[pixel] = {marks_[pixel].last, static_cast<float>(shown(pixel))};
+}
+
+void Film::add(int x, int y, const Rgb& radiance, float weight) {
+    add_sample(pixels_[place(x, y)], radiance, weight);
+    mark(place(x, y));
+}
+
 void Film::add_pass(int x, int y, std::span<const Sample> samples) {
     if (samples.empty()) return;
-    const std::size_t place =
-        static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    Pixel& pixel = pixels_[place(x, y)];
     const auto n = static_cast<float>(samples.size());
     // The pass's own E[wL], measured from what is known of L so far: as E[w] = 1 that has no bias, and
     // nothing varies where L does not.
-    V3f centre = pixels_[place].mean;
-    if (pixels_[place].count == 0) {
+    V3f centre = pixel.mean;
+    if (pixel.count == 0) {
         for (const Sample& sample : samples) centre += sample.radiance / n;
     }
     V3f value = centre;
     for (const Sample& sample : samples) value += sample.weight * (sample.radiance - centre) / n;
-    Passes& passes = passes_[place];
+    Passes& passes = passes_[place(x, y)];
     ++passes.count;
     const V3f delta = value - passes.mean;
     passes.mean += delta / static_cast<float>(passes.count);
     widen(passes.spread, delta, value - passes.mean);
 
-    for (const Sample& sample : samples) add(x, y, sample.radiance, sample.weight);
+    for (const Sample& sample : samples) add_sample(pixel, sample.radiance, sample.weight);
+    mark(place(x, y));
 }
 
 V3f Film::value(const Pixel& pixel) const {
     return pixel.count > 1 ? pixel.mean + pixel.together / static_cast<float>(pixel.count - 1) : pixel.mean;
+}
+
+double Film::shown(std::size_t pixel) const {
+    return double{luminance(value(pixels_[pixel]))};
 }
 
 V3d Film::variance(std::size_t place) const {
@@ -136,40 +150,81 @@ Image Film::develop(float scale) const {
     return image;
 }
 
+Film::Halves Film::halves(std::size_t pixel) const {
+    const double n = count(pixel);  // >= 2: asked of no other
+    const Marks& marks = marks_[pixel];
+    // The larger of the two is n/2 at least, and less than n if it is the better.
+    const double last = std::bit_floor(count(pixel)), before = last / 2;
+    const bool by_last = last * (n - last) > before * (n - before);
+    const double first = by_last ? last : before;
+    Halves halves{double{by_last ? marks.last : marks.last_but_one}, 0, 0};
+    halves.second = (n * shown(pixel) - first * halves.first) / (n - first);
+    halves.variance = sqr(halves.first - halves.second) * first * (n - first) / sqr(n);
+    return halves;
+}
+
+double Film::around(int x, int y) const {
+    double sum = 0, most = -std::numeric_limits<double>::infinity();
+    int pixels = 0;
+    for (int v = std::max(0, y - 1); v < std::min(height_, y + 2); ++v) {
+        for (int u = std::max(0, x - 1); u < std::min(width_, x + 2); ++u, ++pixels) {
+            const double value = shown(place(u, v));
+            sum += value;
+            most = std::max(most, value);
+        }
+    }
+    return pixels > 1 ? (sum - most) / (pixels - 1) : sum;
+}
+
 double Film::relative_error() const {
-    constexpr double kFloor = 0.1;  // of the mean luminance
     double sum = 0;
     std::size_t known = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-        const std::uint32_t count = passes_.empty() ? pixels_[i].count : passes_[i].count;
-        if (count == 0) continue;  // none of its samples was finite
-        if (count == 1) return INFINITY;
+        if (count(i) == 0) continue;  // none of its samples was finite
+        if (count(i) == 1) return INFINITY;
         ++known;
-        sum += std::fabs(double{luminance(value(pixels_[i]))});
+        sum += std::fabs(shown(i));
     }
     if (known == 0) return INFINITY;
-    const double floor2 = sqr(kFloor * sum / static_cast<double>(known));
+    const double mean = sum / static_cast<double>(known);
 
-    double square = 0;
+    double by_halves = 0, halves_fourth = 0, by_samples = 0, samples_fourth = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
+        if (count(i) == 0) continue;
         const V3d spread = variance(i);
+        // Channels vary together, near enough; it makes the error rather too large than too small.
         const V3d deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
-        const double error = double{luminance(Rgb(V3f(deviation)))};
-        // Where something varies the divisor is above 0: a variance above 0 is one of values that are not all
-        // 0.
-        if (error > 0) square += sqr(error) / (sqr(double{luminance(value(pixels_[i]))}) + floor2);
+        const double own = sqr(double{luminance(Rgb(V3f(deviation)))});
+        // Where nothing varies there may be nothing to divide by.
+        if (own <= 0) continue;
+        const Halves halves = this->halves(i);
+        const auto width = static_cast<std::size_t>(width_);
+        const double level = std::max(around(static_cast<int>(i % width), static_cast<int>(i / width)),
+                                      std::min(halves.first, halves.second));
+        const double scale = error_scale2(level, mean);
+        by_halves += halves.variance / scale;
+        by_samples += own / scale;
+        halves_fourth += sqr(halves.variance / scale);
+        samples_fourth += sqr(own / scale);
     }
-    return std::sqrt(square / static_cast<double>(known));
+    if (by_samples <= 0) return 0;
+    // A squared difference scatters by twice its mean's square, a third of which is the mean of its fourth
+    // power; and where few pixels decide, theirs may be small by chance: the second is the variance of one of
+    // so many.
+    const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / by_samples;
+    return std::sqrt(std::min(by_samples, by_halves + margin) / static_cast<double>(known));
 }
 
 std::size_t Film::bytes_of_sums() const {
-    return std::as_bytes(std::span(pixels_)).size() + std::as_bytes(std::span(passes_)).size();
+    return std::as_bytes(std::span(pixels_)).size() + std::as_bytes(std::span(passes_)).size() +
+           std::as_bytes(std::span(marks_)).size();
 }
 
 std::vector<std::byte> Film::sums() const {
     std::vector<std::byte> sums;
     sums.reserve(bytes_of_sums());
-    for (const auto bytes : {std::as_bytes(std::span(pixels_)), std::as_bytes(std::span(passes_))})
+    for (const auto bytes : {std::as_bytes(std::span(pixels_)), std::as_bytes(std::span(passes_)),
+                             std::as_bytes(std::span(marks_))})
         sums.insert(sums.end(), bytes.begin(), bytes.end());
     return sums;
 }
@@ -177,7 +232,8 @@ std::vector<std::byte> Film::sums() const {
 void Film::restore(std::span<const std::byte> sums) {
     assert(sums.size() == bytes_of_sums());
     for (const auto to :
-         {std::as_writable_bytes(std::span(pixels_)), std::as_writable_bytes(std::span(passes_))}) {
+         {std::as_writable_bytes(std::span(pixels_)), std::as_writable_bytes(std::span(passes_)),
+          std::as_writable_bytes(std::span(marks_))}) {
         std::copy_n(sums.begin(), to.size(), to.begin());
         sums = sums.subspan(to.size());
     }

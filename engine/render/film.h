@@ -21,7 +21,8 @@ class Film {
           height_(height),
           weight2_(sqr(weight)),
           pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-          passes_(by_pass ? pixels_.size() : 0) {}
+          passes_(by_pass ? pixels_.size() : 0),
+          marks_(pixels_.size()) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
@@ -46,11 +47,14 @@ class Film {
     Image develop(float scale) const;
 
     // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
-    // pixel's standard error of luminance over its luminance (plus a tenth of the image's mean, both squared,
-    // so that black pixels do not count for more than they show). (Channels are taken to vary together, which
-    // makes it rather too large than too small; so does the stratification of a pixel's samples, which their
-    // variance does not know of.) Bias is no part of it. Infinite until the pixels have two samples or
-    // passes; 0 if nothing varies.
+    // pixel's error of luminance over its luminance (plus a tenth of the image's mean, both squared, so that
+    // black pixels do not count for more than they show). Bias is no part of it. Infinite until the pixels
+    // have two samples or passes; 0 if nothing varies.
+    //
+    // Errors are the difference between two halves of the samples: a pixel's samples are stratified, so that
+    // their mean is better than their own variance tells. That variance bounds it where halves are too few to
+    // go by. Luminances are what neighbours and both halves agree on: relative to the one sample that made it
+    // bright, the error of a firefly would be none.
     double relative_error() const;
 
     // All that is known, as bytes: for going on elsewhere, by this program on a machine of its byte order.
@@ -73,15 +77,40 @@ class Film {
         V3f mean{0, 0, 0}, spread{0, 0, 0};
         std::uint32_t count = 0;
     };
+    // Luminance of what the pixel was after the last powers of two of samples (passes, if it has them):
+    // what is stratified is whole there.
+    struct Marks {
+        float last_but_one = 0, last = 0;
+    };
     // Numbers without gaps between them.
-    static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4);
+    static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4 && sizeof(Marks) == 2 * 4);
+
+    // A pixel's samples in two parts, as equal as marks allow.
+    struct Halves {
+        double first, second;  // luminance
+        double variance;       // of the pixel's, were the parts independent: their difference, squared
+    };
+
+    std::size_t place(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+    }
+    std::uint32_t count(std::size_t pixel) const {  // of samples or passes
+        return passes_.empty() ? pixels_[pixel].count : passes_[pixel].count;
+    }
+    void add_sample(Pixel& pixel, const Rgb& radiance, float weight);
+    void mark(std::size_t pixel);
     V3f value(const Pixel& pixel) const;
+    double shown(std::size_t pixel) const;  // luminance of its value
     V3d variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
+    Halves halves(std::size_t pixel) const;
+    // Luminance of the pixel and its neighbours, the brightest of them left out.
+    double around(int x, int y) const;
 
     int width_, height_;
     float weight2_ = 1;  // square of every sample's weight
     std::vector<Pixel> pixels_;
     std::vector<Passes> passes_;  // empty, or one for each pixel
+    std::vector<Marks> marks_;
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample

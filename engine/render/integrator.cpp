@@ -15,6 +15,11 @@ struct Make {
 
 }  // namespace
 
+View view_of(const Job& job) {
+    const FilmSettings& film = job.film;
+    return {&job.camera, V2f(film.crop_begin), V2f(film.crop_begin + film.rendered_size())};
+}
+
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings) {
     return std::visit(Make{}, settings);
 }

@@ -14,6 +14,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/stream.h"
+#include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "engine/render/settings.h"
 #include "engine/world/scene.h"
@@ -49,6 +50,9 @@ struct PassContext {
     const MapFiles* map_files = nullptr;
     std::optional<View> view = {};  // what the image shows; maps may be built for it alone
 };
+
+// What the job's image shows.
+View view_of(const Job& job);
 
 class Integrator {
   public:

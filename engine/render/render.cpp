@@ -1,6 +1,7 @@
 #include "engine/render/render.h"
 
 #include <atomic>
+#include <numeric>
 #include <optional>
 
 #include "engine/base/stopwatch.h"
@@ -16,6 +17,14 @@ namespace {
 // Samples per pixel are taken in rounds that grow, so that a run that is stopped early has a whole image.
 int next_round(int done) {
     return std::max(1, std::min(done, 16));
+}
+
+// Steps of so many items go through all of them, and early on to all parts: near the golden section of their
+// number, and without a divisor in common.
+std::int64_t spreading_stride(std::int64_t items) {
+    auto stride = static_cast<std::int64_t>(0.618 * static_cast<double>(items)) + 1;
+    while (std::gcd(stride, items) > 1) ++stride;
+    return stride;
 }
 
 // Seconds and counts of passes add up; energies, shares and notes are the last pass's.
@@ -103,7 +112,7 @@ class Run {
         if (enough(rule, done)) return end(rule.reason());
         const Stopwatch preparing;
         const auto estimator = integrator_->prepare({job_.scene, options_.seed, 0, options_.workers, monitor_,
-                                                     report_, nullptr, &options_.maps, view()});
+                                                     report_, nullptr, &options_.maps, view_of(job_)});
         preparing_ = preparing.seconds();
         report_.numbers["rays.prepare"] = static_cast<double>(job_.scene.rays());
         if (!estimator) return end("user");
@@ -115,6 +124,7 @@ class Run {
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
+        if (rule.out_of_time() && !fill(*estimator, done + 1, progress)) return end("user");
         progress.finish();
         end(rule.reason());
     }
@@ -129,8 +139,8 @@ class Run {
             return end(rule.reason());
         }
         const Stopwatch founding;
-        const auto groundwork = integrator_->groundwork(
-            {job_.scene, options_.seed, 0, options_.workers, monitor_, report_, nullptr, nullptr, view()});
+        const auto groundwork = integrator_->groundwork({job_.scene, options_.seed, 0, options_.workers,
+                                                         monitor_, report_, nullptr, nullptr, view_of(job_)});
         preparing_ = founding.seconds();
         if (monitor_.stopped()) return end("user");
         take_up_report();
@@ -141,6 +151,7 @@ class Run {
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
+        if (rule.out_of_time() && !fill_pass(groundwork.get(), progress)) return end("user");
         progress.finish();
         end(rule.reason());
     }
@@ -150,23 +161,53 @@ class Run {
         const int end = std::min(report_.samples_done + integrator_->samples_per_pass(), job_.spp);
         // The samples of a pass belong together, and a render that goes on to more passes has all of them:
         // what it needs is the image before a last pass that is cut short.
-        if (end - report_.samples_done < integrator_->samples_per_pass()) {
-            keep();
-            keepable_ = false;
-        }
-        const Stopwatch preparing;
-        PassMonitor quiet(monitor_);
+        if (end - report_.samples_done < integrator_->samples_per_pass()) keep_the_last();
         RenderReport report;
-        const auto estimator =
-            integrator_->prepare({job_.scene, options_.seed, static_cast<std::uint32_t>(report_.passes_done),
-                                  options_.workers, quiet, report, groundwork});
-        preparing_ += preparing.seconds();
+        const auto estimator = prepare_pass(groundwork, report);
         if (!estimator) return false;
         if (!look(*estimator, end, progress)) return false;
         add_pass(report_, report);
         report_.samples_done = end;
         ++report_.passes_done;
         return true;
+    }
+
+    std::unique_ptr<const Estimator> prepare_pass(const Groundwork* groundwork, RenderReport& report) {
+        const Stopwatch preparing;
+        PassMonitor quiet(monitor_);
+        auto estimator =
+            integrator_->prepare({job_.scene, options_.seed, static_cast<std::uint32_t>(report_.passes_done),
+                                  options_.workers, quiet, report, groundwork});
+        last_preparing_ = preparing.seconds();
+        preparing_ += last_preparing_;
+        return estimator;
+    }
+
+    // A last pass for as many tiles as there is time for, if it can be prepared in it.
+    bool fill_pass(const Groundwork* groundwork, Progress& progress) {
+        if (elapsed() + last_preparing_ >= options_.limits.seconds) return true;
+        keep_the_last();
+        RenderReport report;
+        const auto estimator = prepare_pass(groundwork, report);
+        return estimator &&
+               fill(*estimator, report_.samples_done + integrator_->samples_per_pass(), progress);
+    }
+
+    // The samples up to `end` of as many tiles as there is time for, spread over the image. False if it was
+    // stopped on the way.
+    bool fill(const Estimator& estimator, int end, Progress& progress) {
+        const Stopwatch imaging;
+        const std::int64_t tiles = tiles_.tiles(), stride = spreading_stride(tiles);
+        parallel_chunks(options_.workers, tiles, [&](std::int64_t i) {
+            const std::int64_t tile = i * stride % tiles;
+            std::int32_t& there = samples_[static_cast<std::size_t>(tile)];
+            if (there >= end || monitor_.stopped() || elapsed() >= options_.limits.seconds) return;
+            tiles_.render(estimator, static_cast<int>(tile), there, end);
+            progress.tile(end - there);
+            there = end;
+        });
+        imaging_ += imaging.seconds();
+        return !monitor_.stopped();
     }
 
     // All pixels' samples up to `end`, those that are there left out. False if it was stopped on the way:
@@ -213,6 +254,12 @@ class Run {
         const double begin = clock_.seconds();
         to(result());
         when.done(begin, clock_.seconds());
+    }
+
+    // Keeps the image as it is, and never again: what comes is nothing to go on from.
+    void keep_the_last() {
+        keep();
+        keepable_ = false;
     }
 
     void keep() {
@@ -289,12 +336,6 @@ class Run {
         return job_.scene.invalid_rays() + (options_.resume ? options_.resume->invalid_rays : 0);
     }
 
-    View view() const {
-        const FilmSettings& film = job_.film;
-        const V2i end = film.crop_end == V2i(0, 0) ? V2i(film.width, film.height) : film.crop_end;
-        return {&job_.camera, V2f(film.crop_begin), V2f(end)};
-    }
-
     std::string unit() const {
         const Quantity quantity = quantity_of(job_.integrator);
         const std::string text = unit_text(quantity, common_unit(job_.scene.lights()));
@@ -322,6 +363,7 @@ class Run {
     std::vector<std::int32_t> samples_;  // that each tile's pixels have
     RenderReport report_;
     double preparing_ = 0, imaging_ = 0;  // seconds, of this render
+    double last_preparing_ = 0;           // of them, the last pass's
     Recurring showing_, watching_, keeping_;
     bool keepable_ = true;  // the image is one from which others can go on
 };

@@ -34,7 +34,7 @@ class StopRule {
         if (done > last_done_ && std::isfinite(limits_.seconds)) {
             const double pace = std::max(seconds - last_seconds_, 1e-9) / (done - last_done_);
             const double fit = std::max(0.0, limits_.seconds - seconds) / pace;
-            if (fit < 1) reason_ = "time";
+            if (fit < 1) reason_ = kTime;
             units = fit < units ? static_cast<int>(fit) : units;
         }
         last_done_ = done;
@@ -47,10 +47,14 @@ class StopRule {
         if (enough) reason_ = "error";
         return enough;
     }
+    // There was too little time for another unit; there may be enough for a part of one.
+    bool out_of_time() const { return reason_ == kTime; }
     // What ended it: "samples", "time", "error"; "user" as long as none of them did.
     const char* reason() const { return reason_; }
 
   private:
+    static constexpr const char* kTime = "time";
+
     Limits limits_;
     int most_;
     int last_done_ = 0;

@@ -11,12 +11,26 @@
 
 namespace lucerna {
 
+// Samples of the pixels of a job's image, by their numbers.
+class PixelSampler {
+  public:
+    PixelSampler(const Job& job, std::uint64_t seed) : job_(job), seed_(seed), filter_(job.film.filter) {}
+
+    // `at` counts from the corner of what is rendered.
+    Film::Sample sample(const Estimator& estimator, const V2i& at, int sample) const;
+
+  private:
+    const Job& job_;
+    std::uint64_t seed_;
+    FilterSampler filter_;
+};
+
 // One finished set-up: everything a tile needs. Any thread may render any tile, each tile by one at a time.
 class TileRenderer {
   public:
     // `by_pass`: the samples of one call of render() depend on each other (the film was made for that).
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, bool by_pass)
-        : job_(job), seed_(seed), film_(film), filter_(job.film.filter), by_pass_(by_pass) {}
+        : sampler_(job, seed), seed_(seed), film_(film), by_pass_(by_pass) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
 
@@ -37,13 +51,11 @@ class TileRenderer {
 
     int across() const { return (film_.width() + kTile - 1) / kTile; }
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
-    Film::Sample sample(const Estimator& estimator, const V2i& at, int sample) const;
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
-    const Job& job_;
+    PixelSampler sampler_;
     std::uint64_t seed_;
     Film& film_;
-    FilterSampler filter_;
     bool by_pass_;
     std::mutex mutex_;
     std::uint64_t bad_samples_ = 0;

@@ -26,6 +26,8 @@ TEST(Compare, TwoPixels_EqualsHandNumbers) {
     EXPECT_NEAR(c.mse, (1 + 4) / 2.0, 1e-12);
     EXPECT_NEAR(c.relative_mse, (1 / 4.0001 + 4 / 9.0001) / 2, 1e-12);
     EXPECT_NEAR(c.mape, (1 / 2.01 + 2 / 3.01) / 2, 1e-12);
+    // The reference's mean is 2.5, a tenth of it 0.25.
+    EXPECT_NEAR(c.error, std::sqrt((1 / 4.0625 + 4 / 9.0625) / 2), 1e-12);
     ASSERT_EQ(c.channels.size(), 1U);
     EXPECT_NEAR(c.channels[0].mean, 3, 1e-12);
     EXPECT_NEAR(*c.channels[0].ratio, 3 / 2.5, 1e-12);

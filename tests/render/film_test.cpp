@@ -112,6 +112,67 @@ TEST(Film, RelativeError_IsTheStandardErrorOverTheValue) {
     EXPECT_EQ(black.relative_error(), 0) << "it will not get better";
 }
 
+// A pixel whose samples are stratified is better than they say; one of independent samples is not.
+TEST(Film, RelativeError_KnowsOfStratification) {
+    for (const bool stratified : {false, true}) {
+        Film film(50, 40);
+        double square = 0;
+        for (int pixel = 0; pixel < 2000; ++pixel) {
+            const auto family = static_cast<std::uint64_t>(pixel);
+            Stream independent(15, Purpose::test, 0, family);
+            double mean = 0;
+            for (std::uint32_t s = 0; s < 64; ++s) {
+                Stream one = Stream::stratified(15, Purpose::test, family, s);
+                const float u = stratified ? one.next() : independent.next();
+                film.add(pixel % 50, pixel / 50, Rgb(2 * u));
+                mean += double{2 * u} / 64;
+            }
+            square += sqr(mean - 1) / 2000;
+        }
+        const double actual = std::sqrt(square / 1.01);
+        EXPECT_GT(film.relative_error(), actual / 1.5);
+        // One in each of 64 strata is 8 times better than 64 anywhere. Two halves of so smooth an integrand
+        // (whose variance goes by the third power of their number) overstate it by √7; the rest is margin.
+        EXPECT_LT(film.relative_error(), (stratified ? 3.3 : 1.1) * actual);
+    }
+}
+
+// One sample in a thousand is as bright as ten thousand others: relative to the pixels that it made bright
+// the error would be a tenth of what it is. Seen with and without such a sample, the pixel is its neighbours'
+// like.
+TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
+    constexpr int kWidth = 200, kHeight = 150, kSamples = 16;
+    Film film(kWidth, kHeight);
+    Stream stream(16, Purpose::test, 0, 0);
+    double square = 0, by_itself = 0;
+    constexpr double kMean = 1 + 1e-4 * 1000;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+        double mean = 0;
+        for (int s = 0; s < kSamples; ++s) {
+            const float value = stream.next() < 1e-4F ? 1001.0F : 1.0F;
+            film.add(i % kWidth, i / kWidth, Rgb(value));
+            mean += double{value} / kSamples;
+        }
+        square += sqr(mean - kMean) / (kWidth * kHeight) / (1.01 * sqr(kMean));
+        by_itself += sqr(mean - kMean) / (kWidth * kHeight) / (sqr(mean) + 0.01 * sqr(kMean));
+    }
+    const double actual = std::sqrt(square);
+    EXPECT_NEAR(film.relative_error() / actual, 1, 0.3);
+    EXPECT_LT(std::sqrt(by_itself), 0.1 * actual) << "what this test is to refuse";
+}
+
+// What every sample agrees on is no firefly, however dark it is around.
+TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
+    Film film(9, 9);
+    Stream stream(17, Purpose::test, 0, 0);
+    for (int s = 0; s < 256; ++s) {
+        for (int i = 0; i < 81; ++i)
+            film.add(i % 9, i / 9, Rgb((i == 40 ? 1e4F : 1e-3F) * (0.5F + stream.next())));
+    }
+    // The floor, a tenth of the mean, is 12: the dark pixels' errors do not show.
+    EXPECT_NEAR(film.relative_error(), std::sqrt(1.0 / 12 / 256 / 81), 0.75 * std::sqrt(1.0 / 12 / 256 / 81));
+}
+
 class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
 
 // Offsets in bins against the integral of the filter over each bin.

@@ -1,0 +1,143 @@
+#include "engine/render/trial.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/stopwatch.h"
+#include "engine/render/progress.h"
+#include "engine/render/tiles.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::size_t kMostBlocks = 256;
+constexpr std::size_t kBlocksAtOnce = 32;  // enough that all threads have some, few enough to stop in time
+
+V2i block_size(const FilmSettings& film) {
+    const V2i size = film.rendered_size();
+    return {std::min(kTrialBlock, size.x), std::min(kTrialBlock, size.y)};
+}
+
+}  // namespace
+
+// Multiples of the plastic number's inverse powers, which any first few of spread over the square (Roberts,
+// "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+std::vector<V2i> trial_blocks(const FilmSettings& film) {
+    const V2i size = film.rendered_size(), block = block_size(film);
+    const auto room = static_cast<std::size_t>(size.x / block.x) * static_cast<std::size_t>(size.y / block.y);
+    std::vector<V2i> blocks(std::min(room, kMostBlocks));
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        const auto at = [i](double step, int places) {
+            const double u = 0.5 + step * static_cast<double>(i);
+            return static_cast<int>((u - std::floor(u)) * places);
+        };
+        blocks[i] = {at(0.7548776662466927, size.x - block.x + 1),
+                     at(0.5698402909980532, size.y - block.y + 1)};
+    }
+    return blocks;
+}
+
+double Trial::Block::mean() const {
+    double sum = 0;
+    for (const RunningStats& pixel : pixels) sum += pixel.mean();
+    return sum / static_cast<double>(pixels.size());
+}
+
+double Trial::Block::variance() const {
+    double sum = 0;
+    for (const RunningStats& pixel : pixels) sum += sqr(pixel.standard_error());
+    return sum / sqr(static_cast<double>(pixels.size()));
+}
+
+double Trial::Block::variance_of_a_sample() const {
+    double sum = 0;
+    for (const RunningStats& pixel : pixels) sum += pixel.variance();
+    return sum / static_cast<double>(pixels.size());
+}
+
+Trial::Trial(const Job& job, const IntegratorSettings& settings, std::uint64_t seed, const Workers& workers,
+             Monitor& monitor)
+    : job_(job),
+      settings_(settings),
+      seed_(seed),
+      workers_(workers),
+      monitor_(monitor),
+      integrator_(make_integrator(settings)),
+      places_(trial_blocks(job.film)) {}
+
+double Trial::prepare_seconds() const {
+    return in_passes() ? preparing_ / std::max(1U, passes_) : preparing_;
+}
+
+double Trial::sample_seconds() const {
+    return looking_ / static_cast<double>(std::max<std::uint64_t>(1, samples_));
+}
+
+bool Trial::look(double seconds) {
+    const Stopwatch clock;
+    if (in_passes()) {
+        const int samples = integrator_->samples_per_pass();
+        double last = 0;
+        do {
+            const double begin = clock.seconds();
+            if (!prepare()) return false;
+            const int first = static_cast<int>(passes_++) * samples;
+            look_at(0, std::min(kBlocksOfPasses, places_.size()), first, first + samples);
+            last = clock.seconds() - begin;
+        } while (passes_ < 2 || clock.seconds() + last < seconds);
+        return !monitor_.stopped();
+    }
+    if (!estimator_ && !prepare()) return false;
+    do {
+        const std::size_t end = std::min(next_ + kBlocksAtOnce, places_.size());
+        look_at(next_, end, sweep_ * kSamplesAtOnce, (sweep_ + 1) * kSamplesAtOnce);
+        next_ = end;
+        if (next_ == places_.size()) {
+            next_ = 0;
+            ++sweep_;
+        }
+    } while (!monitor_.stopped() && clock.seconds() < seconds);
+    return !monitor_.stopped();
+}
+
+bool Trial::prepare() {
+    const Stopwatch clock;
+    PassMonitor quiet(monitor_);
+    RenderReport report;
+    if (in_passes() && passes_ == 0) {
+        groundwork_ = integrator_->groundwork(
+            {job_.scene, seed_, 0, workers_, quiet, report, nullptr, nullptr, view_of(job_)});
+    }
+    estimator_ = integrator_->prepare(
+        {job_.scene, seed_, passes_, workers_, quiet, report, groundwork_.get(), nullptr, view_of(job_)});
+    preparing_ += clock.seconds();
+    return estimator_ != nullptr;
+}
+
+void Trial::look_at(std::size_t begin, std::size_t end, int first, int last) {
+    const Stopwatch clock;
+    const V2i size = block_size(job_.film);
+    const auto pixels = static_cast<std::size_t>(size.x * size.y);
+    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels)});
+    const PixelSampler sampler(job_, seed_);
+    parallel_chunks(workers_, static_cast<std::int64_t>(end - begin), [&](std::int64_t i) {
+        const std::size_t block = begin + static_cast<std::size_t>(i);
+        for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+            const auto p = static_cast<int>(pixel);
+            const V2i at = places_[block] + V2i(p % size.x, p / size.x);
+            RunningStats seen;
+            for (int s = first; s < last; ++s) {
+                const Film::Sample sample = sampler.sample(*estimator_, at, s);
+                if (!is_finite(sample.radiance)) continue;
+                const double value = double{sample.weight} * double{luminance(sample.radiance)};
+                (in_passes() ? seen : blocks_[block].pixels[pixel]).add(value);
+            }
+            // The samples of a pass are one: they look at the same photons.
+            if (in_passes() && seen.count() > 0) blocks_[block].pixels[pixel].add(seen.mean());
+        }
+    });
+    samples_ += (end - begin) * pixels * static_cast<std::size_t>(last - first);
+    looking_ += clock.seconds();
+}
+
+}  // namespace lucerna

@@ -1,0 +1,75 @@
+// A short look by one method at blocks of pixels here and there in the image: what it costs, and how its
+// samples scatter. What choose_method() goes by.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/base/stats.h"
+#include "engine/render/integrator.h"
+#include "engine/render/job.h"
+
+namespace lucerna {
+
+// Blocks of kTrialBlock x kTrialBlock pixels, spread evenly over the image by any first few of them. Fewer
+// where the image has no room.
+inline constexpr int kTrialBlock = 4;
+std::vector<V2i> trial_blocks(const FilmSettings& film);  // their first pixels
+
+class Trial {
+  public:
+    // What is passed must outlive it. `seed` is not the render's: a method is not chosen for its luck.
+    Trial(const Job& job, const IntegratorSettings& settings, std::uint64_t seed, const Workers& workers,
+          Monitor& monitor);
+
+    // Prepares if need be, and looks until so many seconds are over, preparation included; at some blocks, or
+    // for two passes, in any case. False if the user stopped it.
+    bool look(double seconds);
+
+    const IntegratorSettings& settings() const { return settings_; }
+    bool in_passes() const { return integrator_->samples_per_pass() > 0; }
+    // Seconds, all workers at it: of preparation (of one pass, where it works in passes), and of one sample
+    // of one pixel.
+    double prepare_seconds() const;
+    double sample_seconds() const;
+    // Of every block that was looked at, in the order of trial_blocks(): luminance of its pixels' samples;
+    // where it works in passes, what each saw through the pixel.
+    struct Block {
+        std::vector<RunningStats> pixels;
+        double mean() const;
+        double variance() const;              // of mean()
+        double variance_of_a_sample() const;  // the pixels' mean; of a pass, where it works in passes
+    };
+    const std::vector<Block>& blocks() const { return blocks_; }
+
+    std::uint32_t passes() const { return passes_; }
+
+  private:
+    static constexpr int kSamplesAtOnce = 4;
+    static constexpr std::size_t kBlocksOfPasses = 64;
+
+    bool prepare();
+    // Takes the samples [first, last) of every pixel of the blocks [begin, end).
+    void look_at(std::size_t begin, std::size_t end, int first, int last);
+
+    const Job& job_;
+    IntegratorSettings settings_;
+    std::uint64_t seed_;
+    const Workers& workers_;
+    Monitor& monitor_;
+    std::unique_ptr<Integrator> integrator_;
+    std::unique_ptr<const Groundwork> groundwork_;
+    std::unique_ptr<const Estimator> estimator_;
+    std::vector<V2i> places_;
+    std::vector<Block> blocks_;
+    std::size_t next_ = 0;  // block to look at
+    int sweep_ = 0;         // over all blocks
+    std::uint32_t passes_ = 0;
+    double preparing_ = 0, looking_ = 0;  // seconds
+    std::uint64_t samples_ = 0;           // of all pixels
+};
+
+}  // namespace lucerna

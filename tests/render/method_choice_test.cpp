@@ -1,0 +1,225 @@
+#include "engine/render/method_choice.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/render/render.h"
+#include "engine/render/trial.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace {
+
+using Kind = MethodCost::Kind;
+
+Job job_of(const IntegratorSettings& settings) {
+    const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 32, 32, 30);
+    return testing::make_job(testing::small_cornell(), camera, settings, 1);
+}
+
+// --- laws, by hand ---
+
+MethodCost rays(double sample, double variance) {
+    MethodCost cost;
+    cost.sample = sample;
+    cost.variance = variance;
+    return cost;
+}
+
+TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
+    const MethodCost cost = rays(0.5, 4);
+    EXPECT_DOUBLE_EQ(best_in(8, cost).error, std::sqrt(4.0 / 16));
+    EXPECT_DOUBLE_EQ(soonest_below(0.5, cost).seconds, 8);
+    EXPECT_TRUE(std::isinf(best_in(0.4, cost).error)) << "not one sample of every pixel";
+    EXPECT_DOUBLE_EQ(soonest_below(100, cost).seconds, 0.5) << "no less than one sample";
+}
+
+TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
+    MethodCost cost = rays(0.5, 0.01);
+    cost.kind = Kind::maps;
+    cost.prepare = 0.1;
+    cost.beyond = 0.04;
+    cost.power = 1;
+    cost.most_work = 1024;
+    double before = 0;
+    for (const double seconds : {2.0, 20.0, 200.0}) {
+        const Expectation best = best_in(seconds, cost);
+        EXPECT_GT(best.work, before);
+        before = best.work;
+        EXPECT_LE(0.1 * best.work, 0.5 * seconds);
+        const double samples = (seconds - 0.1 * best.work) / 0.5;
+        EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / samples));
+        // No other power of two would do better.
+        for (double work = 1; 0.1 * work <= 0.5 * seconds; work *= 2) {
+            EXPECT_LE(best.error, std::sqrt(0.04 / work + 0.01 / ((seconds - 0.1 * work) / 0.5)) + 1e-12);
+        }
+    }
+}
+
+// More samples do not mend what the photons of the trial cannot show.
+TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
+    MethodCost cost = rays(0.5, 0.01);
+    cost.kind = Kind::maps;
+    cost.prepare = 0.1;
+    cost.beyond = 0.04;
+    cost.power = 1;
+    cost.most_work = 1;
+    EXPECT_TRUE(std::isinf(soonest_below(0.1, cost).seconds));
+    cost.most_work = 64;
+    const Expectation enough = soonest_below(0.1, cost);
+    EXPECT_LE(enough.beyond, 0.25 * 0.01) << "at most half of the error";
+    EXPECT_GE(enough.work, 16);
+    EXPECT_TRUE(std::isfinite(enough.seconds));
+}
+
+TEST(MethodCost, Passes_BothPartsFall) {
+    MethodCost cost = rays(0.5, 0.5);
+    cost.kind = Kind::passes;
+    cost.prepare = 0.5;
+    cost.beyond = 0.01;
+    cost.power = 2.0 / 3;
+    cost.passes = 8;
+    EXPECT_DOUBLE_EQ(best_in(64, cost).error, std::sqrt(0.01 * std::pow(8.0 / 64, 2.0 / 3) + 0.5 / 64));
+    EXPECT_TRUE(std::isinf(best_in(1.5, cost).error)) << "one pass tells nothing of its noise";
+    const Expectation enough = soonest_below(0.05, cost);
+    EXPECT_LE(best_in(enough.seconds, cost).error, 0.05);
+}
+
+// --- what shows the same ---
+
+TEST(MethodsLike, WhatOnlyOneMethodShows_LeavesNoChoice) {
+    PathSettings short_paths;
+    short_paths.max_depth = 3;
+    PhotonMapSettings direct_only;
+    direct_only.indirect = IndirectMethod::none;
+    IgiSettings exaggerated;
+    exaggerated.indirect_scale = 2;
+    for (const IntegratorSettings& own :
+         {IntegratorSettings(short_paths), IntegratorSettings(DirectSettings{}),
+          IntegratorSettings(direct_only), IntegratorSettings(exaggerated)}) {
+        EXPECT_EQ(methods_like(own).size(), 1U) << integrator_name(own);
+    }
+}
+
+TEST(MethodsLike, Quantity_IsTheSameForAll) {
+    IgiSettings asked;
+    asked.quantity = Quantity::illuminance;
+    const std::vector<Method> methods = methods_like(asked);
+    EXPECT_GE(methods.size(), 4U);
+    for (const Method& method : methods) EXPECT_EQ(quantity_of(method.settings), Quantity::illuminance);
+    EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
+}
+
+// --- the trial ---
+
+TEST(TrialBlocks, AreSpreadOverTheImageAndInsideOfIt) {
+    FilmSettings film;
+    film.width = 203;
+    film.height = 101;
+    const std::vector<V2i> blocks = trial_blocks(film);
+    EXPECT_EQ(blocks.size(), 256U);
+    std::vector<int> quarters(4);
+    for (std::size_t i = 0; i < 32; ++i) {
+        EXPECT_GE(std::min(blocks[i].x, blocks[i].y), 0);
+        EXPECT_LE(blocks[i].x, 203 - kTrialBlock);
+        EXPECT_LE(blocks[i].y, 101 - kTrialBlock);
+        ++quarters[static_cast<std::size_t>((blocks[i].x > 101) + 2 * (blocks[i].y > 50))];
+    }
+    for (const int quarter : quarters) EXPECT_NEAR(quarter, 8, 2);
+    film.width = 3;
+    film.height = 1;
+    EXPECT_EQ(trial_blocks(film), std::vector<V2i>{V2i(0, 0)});
+}
+
+// Blocks' means are those of a render of many samples: the trial looks at the pixels it says, and where
+// passes are made anew it does so as well.
+TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
+    Monitor silent;
+    ProgressiveSettings progressive;
+    progressive.photons = 4'000;
+    for (const IntegratorSettings& settings :
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(IgiSettings{}),
+          IntegratorSettings(progressive)}) {
+        Job job = job_of(settings);
+        job.spp = 64;
+        const Workers workers{2};
+        const Image image = render(job, {1, workers}, silent).image;
+        Trial trial(job, settings, 7, workers, silent);
+        ASSERT_TRUE(trial.look(0.1));
+        EXPECT_GT(trial.sample_seconds(), 0);
+        const std::vector<V2i> places = trial_blocks(job.film);
+        double chi2 = 0;
+        std::size_t known = 0;
+        for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
+            double mean = 0, variance = 0;
+            for (int i = 0; i < 16; ++i) {
+                const V2i at = places[b] + V2i(i % 4, i / 4);
+                mean += double{luminance(image.rgb_at(at.x, at.y))} / 16;
+                const V3f own(image.value(at.x, at.y, 3), image.value(at.x, at.y, 4),
+                              image.value(at.x, at.y, 5));
+                variance += double{luminance(Rgb(own))} / 256;
+            }
+            const Trial::Block& block = trial.blocks()[b];
+            if (block.variance() <= 0) continue;
+            // Virtual lights and photons are others, a tenth of the value or less.
+            const double shared = std::holds_alternative<PathSettings>(settings) ? 0 : sqr(0.1 * mean);
+            chi2 += sqr(block.mean() - mean) / (block.variance() + variance + shared);
+            ++known;
+        }
+        ASSERT_GE(known, 16U);
+        EXPECT_LT(chi2 / static_cast<double>(known), 1.8) << integrator_name(settings);
+        EXPECT_GT(chi2 / static_cast<double>(known), 0.05) << integrator_name(settings);
+    }
+}
+
+// --- the choice ---
+
+TEST(ChooseMethod, OfTheTimeThereIs_SaysWhatToExpectAndWhatItTried) {
+    Monitor silent;
+    Limits limits;
+    limits.seconds = 4;
+    const auto choice = choose_method(job_of(PathSettings{}), limits, 3, Workers{2}, silent);
+    ASSERT_TRUE(choice.has_value());
+    EXPECT_GT(choice->error, 0);
+    EXPECT_LT(choice->error, 0.1);
+    EXPECT_LE(choice->beyond_noise, choice->error);
+    EXPECT_NE(choice->tried.find("path"), std::string::npos);
+    EXPECT_NE(choice->tried.find("igi"), std::string::npos);
+}
+
+// Photons that are blurred over half the room make a quiet picture, and a wrong one.
+TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
+    Monitor silent;
+    PhotonMapSettings blurred;
+    blurred.indirect = IndirectMethod::map;
+    blurred.direct = DirectMethod::map;
+    blurred.k = 5'000;
+    blurred.radius = 0.5F;
+    Limits limits;
+    limits.error = 0.02;
+    const auto choice = choose_method(job_of(blurred), limits, 3, Workers{2}, silent);
+    ASSERT_TRUE(choice.has_value());
+    EXPECT_FALSE(std::holds_alternative<PhotonMapSettings>(choice->settings)) << choice->tried;
+}
+
+TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
+    Monitor silent;
+    Limits limits;
+    limits.seconds = 1;
+    EXPECT_FALSE(choose_method(job_of(DirectSettings{}), limits, 3, Workers{2}, silent).has_value());
+}
+
+class Stopped final : public Monitor {
+  public:
+    bool stopped() const override { return true; }
+};
+TEST(ChooseMethod, UserStops_NothingIsChosen) {
+    Stopped stopped;
+    Limits limits;
+    limits.seconds = 100;
+    EXPECT_FALSE(choose_method(job_of(PathSettings{}), limits, 3, Workers{2}, stopped).has_value());
+}
+
+}  // namespace
+}  // namespace lucerna
