@@ -1,0 +1,91 @@
+# render --error and --time, as a user writes them: the error that was asked for, what the render says it has
+# reached and what a reference says, on eight scenes; the time that was asked for and what it took.
+#   usage: knob.py LUCERNA OUT_FOLDER [--quick]
+# References are made by the path tracer once, and kept.
+import json
+import math
+import os
+import subprocess
+import sys
+import time
+
+SCENES = {
+    "cornell": ("cornell/cornell", 0.03),
+    "cornell-caustic": ("cornell-caustic/cornell-caustic", 0.1),
+    "cornell-fog": ("cornell-fog/cornell-fog", 0.3),
+    "flashlight": ("cloister/by-flashlight", 0.3),
+    "led": ("led/near", 0.1),
+    "office": ("office/office", 0.15),
+    "projector": ("projector/projector", 0.1),
+    "room": ("room/room", 0.1),
+    "stadium": ("stadium/stadium", 0.3),
+    "many-lights": ("many-lights/many-lights", 0.1),
+}
+TIMES = {"5s": 5, "20s": 20, "60s": 60, "300s": 300}
+
+
+class Knob:
+    def __init__(self, program, folder, quick):
+        self.program, self.folder, self.quick = program, folder, quick
+        self.size = "48x36" if quick else "128x96"
+        os.makedirs(folder, exist_ok=True)
+
+    def run(self, *words):
+        begin = time.monotonic()
+        done = subprocess.run([self.program, *words], capture_output=True, text=True)
+        if done.returncode != 0:
+            sys.exit(done.stderr)
+        return done.stdout + done.stderr, time.monotonic() - begin
+
+    def render(self, scene, name, *words):
+        image, stats = f"{self.folder}/{name}.exr", f"{self.folder}/{name}.json"
+        _, wall = self.run("render", f"scenes/{scene}.pbrt", "--resolution", self.size, "--quiet", "-o", image,
+                           "--stats", stats, *words)
+        with open(stats) as file:
+            return image, json.load(file), wall
+
+    def error(self, image, reference):
+        text, _ = self.run("compare", image, reference, "--json", "-")
+        return json.loads(text[text.index("{"):])["error"]
+
+    def reference(self, name, scene):
+        image = f"{self.folder}/{name}-reference.exr"
+        if not os.path.exists(image):
+            seconds = "2s" if self.quick else "150s"
+            self.render(scene, f"{name}-reference", "--integrator", "path", "--time", seconds, "--seed", "1000")
+        with open(image.replace(".exr", ".json")) as file:
+            return image, json.load(file)["numbers"]["error.relative"]
+
+    def errors(self):
+        print("| scene | asked | method | seconds | said | measured | said / measured | reference's noise |")
+        print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+        for name, (scene, asked) in SCENES.items():
+            reference, noise = self.reference(name, scene)
+            for words in (["--error", f"{asked}"], ["--error", f"{asked}", "--integrator", "path"]):
+                image, stats, wall = self.render(scene, f"{name}-{len(words)}", *words)
+                said = math.hypot(stats["numbers"]["error.relative"], stats.get("choice", {}).get("beyond_noise", 0))
+                # What the reference adds is known and no part of the render's.
+                measured = math.sqrt(max(self.error(image, reference) ** 2 - noise ** 2, 0))
+                print(f"| {name} | {asked:.0%} | {stats['integrator']}{'' if 'choice' in stats else ' (asked for)'} | "
+                      f"{wall:.1f} | {said:.2%} | {measured:.2%} | "
+                      f"{said / measured if measured > 0 else math.inf:.2f} | {noise:.2%} |", flush=True)
+
+    def times(self):
+        print("\n| scene | asked | took | of it | method | error |\n| --- | --- | --- | --- | --- | --- |")
+        for name in ("cornell", "flashlight", "office"):
+            scene, _ = SCENES[name]
+            reference, noise = self.reference(name, scene)
+            for text, seconds in list(TIMES.items())[:1 if self.quick else None]:
+                image, stats, wall = self.render(scene, f"{name}-{text}", "--time", text, "--png")
+                measured = math.sqrt(max(self.error(image, reference) ** 2 - noise ** 2, 0))
+                print(f"| {name} | {text} | {wall:.2f} s | {wall / seconds:.1%} | {stats['integrator']} | "
+                      f"{measured:.2%} |", flush=True)
+
+
+def main():
+    knob = Knob(sys.argv[1], sys.argv[2], "--quick" in sys.argv)
+    knob.errors()
+    knob.times()
+
+
+main()
