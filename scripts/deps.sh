@@ -8,6 +8,8 @@ packages=(
     # libraries the engine stands on
     libembree-dev libflann-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev zlib1g-dev
     libomp-14-dev libclang-rt-14-dev librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
+    # the plots of a study's page (d3.min.js, put into the program)
+    node-d3
     # the scenes' generators and the plots of docs
     python3 python3-matplotlib
     # tests and benchmarks

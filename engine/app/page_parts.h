@@ -12,6 +12,10 @@ namespace lucerna {
 extern const std::string_view kComparePage;  // compare.html
 extern const std::string_view kPageStyle;    // page.css
 extern const std::string_view kImageStrip;   // image_strip.js: imageStrip(element, images, options)
+extern const std::string_view kStudyPage;    // study.html
+extern const std::string_view kStudyStyle;   // study.css, after page.css
+extern const std::string_view kStudyScript;  // study_*.js: studyPage(study)
+extern const std::string_view kD3;           // the package's own file, d3.min.js
 
 // The page with every {{name}} replaced by blanks.at(name); what is filled in is not looked at again. A blank
 // that the map lacks is a fault of ours.

@@ -8,12 +8,14 @@
 #include "engine/app/console.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
+#include "engine/app/study_measure.h"
+#include "engine/app/study_page.h"
+#include "engine/app/study_pictures.h"
 #include "engine/app/study_plan.h"
 #include "engine/app/study_runs.h"
 #include "engine/app/study_trade.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/render/compare.h"
 
 namespace lucerna {
 namespace {
@@ -39,8 +41,11 @@ constexpr const char* kFooter = R"(STUDY.toml names scenes, a reference and meth
   spp = [4, 16, 64]
 
 Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
-goes on from there, and renders what has changed since. Results: DIR/results.csv and DIR/results.json. Error is the
-root of the mean of (t - r)^2 / (r^2 + 0.0001), of one image. Times are those of this machine: let it do nothing else.
+goes on from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
+
+Results: DIR/study.html, one page with plots, images and all numbers, and the numbers as DIR/results.csv and
+DIR/results.json. Error is that of one image, as in render --error: the root mean square, over the pixels, of the
+difference of luminance over the reference's (plus a tenth of its mean).
 
 Examples:
   lucerna study direct.toml -o out/direct
@@ -51,33 +56,9 @@ constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
 
 struct StudyCommand {
     std::string file, folder;
+    bool quiet = false;
     Workers workers;
 };
-
-StudyResult measured(const StudyScene& scene, const StudyPoint& point, const std::vector<NamedImage>& images,
-                     const NamedImage& reference) {
-    StudyResult result;
-    result.scene = scene.name;
-    result.method = point.method;
-    result.settings = point.settings;
-    const NamedImage mean{"the mean of " + images.front().name, mean_image(images)};
-    const Comparison numbers =
-        compare(mean.image, reference.image, mean.name, reference.name, scene.mask_above);
-    double lit = 0, wanted = 0;
-    for (const ChannelComparison& channel : numbers.channels) {
-        lit += channel.mean;
-        wanted += channel.reference_mean;
-    }
-    result.mean_ratio = wanted != 0 ? lit / wanted : 1;
-    result.error2 = numbers.relative_mse;
-    if (images.size() > 1) {
-        const BiasAndNoise parts = bias_and_noise(images, reference, scene.mask_above);
-        result.error2 = parts.relative.mse.value;
-        result.bias2 = parts.relative.bias2;
-        result.noise2 = parts.relative.noise2;
-    }
-    return result;
-}
 
 class Study {
   public:
@@ -90,21 +71,21 @@ class Study {
         for (const StudyScene& scene : plan_.scenes) {
             const auto reference = image(scene, plan_.reference, kReferenceSeed);
             if (!reference) break;
+            const StudyMeasure measure(reference->image, scene.mask_above);
             for (const StudyPoint& point : plan_.points) {
-                double seconds = 0;
-                std::vector<NamedImage> images;
-                for (int seed = 0; seed < plan_.seeds; ++seed) {
-                    const auto one = image(scene, point, static_cast<std::uint64_t>(seed));
-                    if (!one) return results;
-                    seconds += one->seconds / plan_.seeds;
-                    images.push_back(one->image);
-                }
-                results.push_back(measured(scene, point, images, reference->image));
-                results.back().seconds = seconds;
+                const auto result = measured(scene, point, measure);
+                if (!result) return results;
+                // Only now are there results of this scene.
+                if (references_.size() == static_cast<std::size_t>(&scene - plan_.scenes.data()))
+                    references_.emplace_back(reference->image.name);
+                results.push_back(*result);
             }
         }
         return results;
     }
+    // Of the scenes that have results.
+    const std::vector<std::filesystem::path>& references() const { return references_; }
+    const StudyOrigin& origin() const { return origin_; }
     std::size_t rendered() const { return rendered_; }
     std::size_t found() const { return found_; }
 
@@ -113,11 +94,36 @@ class Study {
         NamedImage image;
         double seconds;
     };
+    std::optional<StudyResult> measured(const StudyScene& scene, const StudyPoint& point,
+                                        const StudyMeasure& measure) {
+        StudyResult result;
+        result.scene = scene.name;
+        result.method = point.method;
+        result.settings = point.settings;
+        result.set = point.overrides.set;
+        result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
+        std::vector<NamedImage> images;
+        for (int seed = 0; seed < plan_.seeds; ++seed) {
+            auto one = image(scene, point, static_cast<std::uint64_t>(seed));
+            if (!one) return {};
+            result.seconds += one->seconds / plan_.seeds;
+            images.push_back(std::move(one->image));
+        }
+        result.image = images.front().name;
+        measure.measure(images, result, monitor_);
+        return result;
+    }
     std::optional<Rendered> image(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed) {
-        monitor_.info(fmt::format("{}: {}, {}, seed {}", scene.name, point.method, point.settings, seed));
+        const std::size_t all =
+            plan_.scenes.size() * (1 + plan_.points.size() * static_cast<std::size_t>(plan_.seeds));
+        monitor_.info(fmt::format("{}/{}  {}: {}, {}, seed {}", rendered_ + found_ + 1, all, scene.name,
+                                  point.method, point.settings, seed == kReferenceSeed ? 0 : seed));
         const auto run = runs_.run(scene, point, seed, monitor_);
         if (!run) return {};
         ++(run->found ? found_ : rendered_);
+        if (!run->machine.empty()) origin_.machines.insert(run->machine);
+        if (!run->date.empty()) origin_.dates.insert(run->date);
+        origin_.threads.insert(run->threads);
         return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds};
     }
 
@@ -125,7 +131,27 @@ class Study {
     const StudyRuns& runs_;
     Monitor& monitor_;
     std::size_t rendered_ = 0, found_ = 0;
+    std::vector<std::filesystem::path> references_;
+    StudyOrigin origin_;
 };
+
+// A word of a shell's command line.
+std::string shell_word(const std::string& word) {
+    constexpr std::string_view kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+std::string repeated(const StudyCommand& command) {
+    const std::string threads = command.workers.threads == Workers{}.threads
+                                    ? ""
+                                    : fmt::format(" --threads {}", command.workers.threads);
+    return fmt::format("lucerna study {} -o {}{}", shell_word(command.file), shell_word(command.folder),
+                       threads);
+}
 
 void act(const StudyCommand& command, const CommandContext& context) {
     const StudyPlan plan = read_study(command.file);
@@ -133,8 +159,10 @@ void act(const StudyCommand& command, const CommandContext& context) {
     const StudyRuns runs(folder / "runs", command.workers);
     require_writable(folder / "results.csv", ".csv");
     require_writable(folder / "results.json", ".json");
+    require_writable(folder / "study.html", ".html");
+    const std::string plan_text = read_text(command.file);
     ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, false, context.around.stop, {}});
+                           {context.around.terminal, command.quiet, context.around.stop, {}});
     Study study(plan, runs, monitor);
     std::vector<StudyResult> results = study.all();
     mark_best(results);
@@ -143,11 +171,15 @@ void act(const StudyCommand& command, const CommandContext& context) {
                                  results.size(), plan.points.size() * plan.scenes.size()));
         if (results.empty()) return;
     }
+    const std::vector<ScenePictures> pictures =
+        study_pictures(plan, study.references(), results, command.workers, monitor);
     write_text(folder / "results.csv", study_csv(results));
-    write_text(folder / "results.json", study_json(plan, results));
+    write_text(folder / "results.json", study_json(plan, results, study.origin()));
+    write_text(folder / "study.html",
+               study_page({plan, results, pictures, study.origin(), repeated(command), plan_text}));
     monitor.info(fmt::format("renders  {} made, {} found", study.rendered(), study.found()));
     for (const std::string& line : advice(results)) monitor.info(line);
-    monitor.info(fmt::format("results  {}", (folder / "results.csv").string()));
+    monitor.info(fmt::format("results  {}", (folder / "study.html").string()));
 }
 
 }  // namespace
@@ -164,6 +196,7 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
                    "folder of the renders and results; made if it is not there")
         ->required()
         ->type_name("DIR");
+    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/checkpointing.h"
+#include "engine/app/machine.h"
 #include "engine/app/outputs.h"
 #include "engine/app/run_report.h"
 #include "engine/base/error.h"
@@ -28,16 +29,29 @@ std::string name_of(const Job& job, std::uint64_t seed) {
 }
 
 // The notes are written last: where they are, so is the image.
-std::optional<double> noted_seconds(const std::filesystem::path& notes, const std::filesystem::path& image) {
+std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::filesystem::path& image) {
     std::error_code status;
     if (!std::filesystem::exists(notes, status) || !std::filesystem::exists(image, status)) return {};
     std::ifstream in(notes);
-    const nlohmann::json json = nlohmann::json::parse(in, nullptr, false);
-    if (!json.is_object() || !json.contains("seconds") || !json["seconds"].contains("total") ||
-        !json["seconds"]["total"].is_number()) {
+    try {
+        const nlohmann::json json = nlohmann::json::parse(in);
+        return StudyRun{image,
+                        json.at("seconds").at("total").get<double>(),
+                        true,
+                        json.value("machine", ""),
+                        json.value("date", ""),
+                        json.at("threads").get<int>()};
+    } catch (const nlohmann::json::exception&) {
         throw InputError({notes.string()}, "is not what a study wrote; remove it, and it is made anew");
     }
-    return json["seconds"]["total"].get<double>();
+}
+
+// What the render says of itself, and where and when it was made.
+std::string notes_text(const std::string& statistics, const StudyRun& run) {
+    auto json = nlohmann::ordered_json::parse(statistics);
+    json["machine"] = run.machine;
+    json["date"] = run.date;
+    return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
@@ -60,7 +74,7 @@ std::optional<StudyRun> StudyRuns::run(const StudyScene& scene, const StudyPoint
 
     const std::string name = name_of(job, seed);
     const std::filesystem::path image = folder_ / (name + ".exr"), notes = folder_ / (name + ".json");
-    if (const auto seconds = noted_seconds(notes, image)) return StudyRun{image, *seconds, true};
+    if (const auto run = noted(notes, image)) return run;
 
     const Stopwatch rendering;
     RenderResult result = render(job, {seed, workers_}, monitor);
@@ -68,8 +82,11 @@ std::optional<StudyRun> StudyRuns::run(const StudyScene& scene, const StudyPoint
     if (!result.report.complete || monitor.stopped()) return {};
     result.image.attributes.merge(header_attributes(facts, job, result.report));
     write_exr(image, result.image);
-    write_text(notes, statistics_json(facts, job, result.report, image));
-    return StudyRun{image, facts.read_seconds + facts.render_seconds, false};
+    const StudyRun run{image,        facts.read_seconds + facts.render_seconds,
+                       false,        machine_text(),
+                       today_text(), workers_.threads};
+    write_text(notes, notes_text(statistics_json(facts, job, result.report, image), run));
+    return run;
 }
 
 }  // namespace lucerna

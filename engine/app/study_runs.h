@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "engine/app/study_plan.h"
 #include "engine/base/monitor.h"
@@ -12,8 +13,10 @@ namespace lucerna {
 
 struct StudyRun {
     std::filesystem::path image;
-    double seconds = 0;  // reading, preparation and image
-    bool found = false;  // it was there already
+    double seconds = 0;         // reading, preparation and image
+    bool found = false;         // it was there already
+    std::string machine, date;  // machine.h; where and when it was made; empty: not known
+    int threads = 0;
 };
 
 class StudyRuns {

@@ -76,20 +76,21 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
 
 std::string study_csv(const std::vector<StudyResult>& results) {
     std::string text =
-        "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,mean_ratio,best\n";
+        "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,mean_ratio,flip,best\n";
     const auto number = [](const std::optional<double>& x) { return x ? fmt::format("{:.6g}", *x) : ""; };
     for (const StudyResult& r : results) {
         const Estimate bias2 = r.bias2.value_or(Estimate{}), noise2 = r.noise2.value_or(Estimate{});
-        fmt::format_to(std::back_inserter(text), "{},{},{},{:.6g},{:.6g},{},{},{},{},{:.6g},{:d}\n",
+        fmt::format_to(std::back_inserter(text), "{},{},{},{:.6g},{:.6g},{},{},{},{},{:.6g},{},{:d}\n",
                        csv_field(r.scene), csv_field(r.method), csv_field(r.settings), r.seconds, r.error2,
                        number(r.bias2 ? std::optional(bias2.value) : std::nullopt), number(bias2.error),
                        number(r.noise2 ? std::optional(noise2.value) : std::nullopt), number(noise2.error),
-                       r.mean_ratio, r.best);
+                       r.mean_ratio, number(r.flip), r.best);
     }
     return text;
 }
 
-std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results) {
+std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results,
+                       const StudyOrigin& origin) {
     using Json = nlohmann::ordered_json;
     const auto estimate = [](const std::optional<Estimate>& e) {
         if (!e) return Json(nullptr);
@@ -99,6 +100,9 @@ std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& re
               {"version", program_version()},
               {"title", plan.title},
               {"seeds", plan.seeds},
+              {"machines", origin.machines},
+              {"threads", origin.threads},
+              {"dates", origin.dates},
               {"reference",
                {{"integrator", plan.reference.overrides.integrator}, {"settings", plan.reference.settings}}}};
     json["advice"] = advice(results);
@@ -107,14 +111,18 @@ std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& re
         json["points"].push_back({{"scene", r.scene},
                                   {"method", r.method},
                                   {"settings", r.settings},
+                                  {"image", r.image.filename().string()},
                                   {"seconds", r.seconds},
+                                  {"error", r.error()},
                                   {"error2", r.error2},
                                   {"bias2", estimate(r.bias2)},
                                   {"noise2", estimate(r.noise2)},
                                   {"mean_ratio", r.mean_ratio},
+                                  {"flip", r.flip ? Json(*r.flip) : Json(nullptr)},
                                   {"best", r.best}});
     }
-    return json.dump(2) + "\n";
+    // Names of files need not be UTF-8.
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace lucerna

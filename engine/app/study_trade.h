@@ -1,8 +1,11 @@
 // What a study found: error against time of every point, the best of them, and a sentence for people.
 #pragma once
 
+#include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/app/study_plan.h"
@@ -10,16 +13,28 @@
 
 namespace lucerna {
 
-// One point of the plan on one scene. Errors are squared and relative (compare.h), of one image.
+// One point of the plan on one scene. Errors are squared and relative (study_measure.h), of one image.
 struct StudyResult {
     std::string scene, method, settings;
+    std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp the last
+    std::filesystem::path image;                           // of the first seed
     double seconds = 0;  // reading, preparation and one image; the mean over seeds
     double error2 = 0;
+    std::optional<double> error2_error;     // standard error; of two seeds or more
     std::optional<Estimate> bias2, noise2;  // of two seeds or more
     double mean_ratio = 1;                  // mean luminance over the reference's
+    std::optional<double> flip;             // mean FLIP of the first seed's image, 0 to 1
     bool best = false;                      // nothing measured was both faster and better
 
     double error() const;  // the root of error2, a share of 1
+};
+
+// Where and when the renders were made, as they say themselves. Times of several machines, or of different
+// numbers of threads, do not compare.
+struct StudyOrigin {
+    std::set<std::string> machines;
+    std::set<int> threads;
+    std::set<std::string> dates;  // of UTC; in order
 };
 
 // Marks, scene by scene, the points of the Pareto front.
@@ -30,6 +45,7 @@ void mark_best(std::vector<StudyResult>& results);
 std::vector<std::string> advice(const std::vector<StudyResult>& results);
 
 std::string study_csv(const std::vector<StudyResult>& results);
-std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results);
+std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results,
+                       const StudyOrigin& origin);
 
 }  // namespace lucerna

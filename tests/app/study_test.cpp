@@ -163,7 +163,7 @@ TEST(StudyTrade, Advice_IsTheFastestWithinEachError) {
 
 TEST(StudyTrade, Csv_QuotesWhatHasCommas) {
     std::vector<StudyResult> results = {point("a, \"b\"", "m", 1, 0.5)};
-    EXPECT_THAT(study_csv(results), HasSubstr("\"a, \"\"b\"\"\",m,spp=1,1,0.25,,,,,1,0\n"));
+    EXPECT_THAT(study_csv(results), HasSubstr("\"a, \"\"b\"\"\",m,spp=1,1,0.25,,,,,1,,0\n"));
 }
 
 }  // namespace

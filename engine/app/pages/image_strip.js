@@ -2,9 +2,14 @@
 //
 //   const strip = imageStrip(element, images, { left, right, stops });
 //
-// images: [{ name, src, kind, note }], src a data: URL of a PNG; kind "picture" (shown as it is) or "radiance" (mantissas
-// above, exponents below; shown at the strip's exposure). left, right: numbers of the images shown first. stops: the exposure
-// at first. Resolves, by strip.ready, once all images are there. No dependencies, no network, no globals but imageStrip.
+// images: [{ name, src, kind }], src a data: URL of a PNG; kind "picture" (shown as it is), "radiance" (mantissas above,
+// exponents below; shown at the strip's exposure) or "coded" (the bytes of one `channel` are entries of the table of colours
+// that lookup() gives; value(byte) is their text). left, right: numbers of the images shown first. stops: the exposure at
+// first. Resolves, by strip.ready, once all images are there. No dependencies, no network, no globals but imageStrip.
+//
+// For pages of many images: factor: each pixel of the image stands for factor x factor of the first one's. listed: false: not
+// among what can be chosen. With lazy: true only images that are shown are unpacked; strip.show(left, right) shows others.
+// choose(side, number) is told what somebody chose in place of showing it, drawn() that the view has changed.
 (function () {
     'use strict';
 
@@ -55,21 +60,23 @@
     // One image: its canvas as shown at the exposure, and its value at a pixel.
     class Layer {
         constructor(entry, image) {
+            this.entry = entry;
             this.name = entry.name;
-            this.note = entry.note || '';
             this.kind = entry.kind;
+            this.factor = entry.factor || 1;
             const { canvas, data } = pixels(image);
             this.width = data.width;
             this.source = data.data;
             if (this.kind === 'radiance') {
                 this.height = data.height / 2;
-                this.canvas = document.createElement('canvas');
-                this.canvas.width = this.width;
-                this.canvas.height = this.height;
             } else {
                 this.height = data.height;
-                this.canvas = canvas;
             }
+            this.canvas = canvas;
+            if (this.kind === 'picture') return;
+            this.canvas = document.createElement('canvas');
+            this.canvas.width = this.width;
+            this.canvas.height = this.height;
         }
 
         radiance(pixel) {
@@ -80,22 +87,40 @@
             return [0, 1, 2].map((i) => (this.source[at + i] + 0.5) * scale);
         }
 
+        // Makes the canvas what is to be shown, unless it is.
         develop(stops) {
-            if (this.kind !== 'radiance') return;
+            if (this.kind === 'picture') return;
+            const how = this.kind === 'radiance' ? stops : this.entry.lookup();
+            if (how === this.developed) return;
+            this.developed = how;
             const context = this.canvas.getContext('2d');
             const target = context.createImageData(this.width, this.height);
-            const exposure = Math.pow(2, stops), n = this.width * this.height;
-            for (let i = 0; i < n; ++i) {
-                const value = this.radiance(i);
-                if (value) shown(value[0] * exposure, value[1] * exposure, value[2] * exposure, target.data, 4 * i);
-                else target.data.set(NOT_FINITE_COLOUR, 4 * i);
-                target.data[4 * i + 3] = 255;
-            }
+            if (this.kind === 'radiance') this.expose(target.data, Math.pow(2, stops));
+            else this.decode(target.data, how);
             context.putImageData(target, 0, 0);
         }
 
+        expose(out, exposure) {
+            for (let i = 0; i < this.width * this.height; ++i) {
+                const value = this.radiance(i);
+                if (value) shown(value[0] * exposure, value[1] * exposure, value[2] * exposure, out, 4 * i);
+                else out.set(NOT_FINITE_COLOUR, 4 * i);
+                out[4 * i + 3] = 255;
+            }
+        }
+
+        decode(out, colours) {
+            for (let at = 0; at < out.length; at += 4) {
+                const entry = 3 * this.source[at + this.entry.channel];
+                for (let c = 0; c < 3; ++c) out[at + c] = colours[entry + c];
+                out[at + 3] = 255;
+            }
+        }
+
+        // Of a pixel of the first image.
         text(x, y) {
-            const pixel = y * this.width + x;
+            const pixel = Math.floor(y / this.factor) * this.width + Math.floor(x / this.factor);
+            if (this.kind === 'coded') return this.entry.value(this.source[4 * pixel + this.entry.channel]);
             if (this.kind !== 'radiance') return '';
             const value = this.radiance(pixel);
             return value ? value.map((v) => v.toPrecision(3)).join(' ') : 'not finite';
@@ -111,7 +136,10 @@
 
     class Strip {
         constructor(element, images, options) {
-            this.layers = [];
+            this.entries = images;
+            this.options = options;
+            this.layers = [];   // as far as they are there
+            this.loading = [];  // promises of them
             this.left = options.left || 0;
             this.right = options.right === undefined ? Math.min(1, images.length - 1) : options.right;
             this.stops = options.stops || 0;
@@ -120,12 +148,28 @@
             this.centre = [0.5, 0.5];
             element.classList.add('strip');
             this.build(element, images);
-            this.ready = Promise.all(images.map((entry) => load(entry.src).then((image) => new Layer(entry, image))))
-                .then((layers) => {
-                    this.layers = layers;
-                    this.expose(this.stops);
-                    return this;
+            const needed = options.lazy ? [0, this.left, this.right] : images.map((_, i) => i);
+            this.ready = Promise.all(needed.map((i) => this.need(i))).then(() => {
+                this.expose(this.stops);
+                return this;
+            });
+        }
+
+        // The layer of an image, unpacked when it is needed first.
+        need(i) {
+            if (!this.loading[i]) {
+                this.loading[i] = load(this.entries[i].src).then((image) => {
+                    this.layers[i] = new Layer(this.entries[i], image);
+                    return this.layers[i];
                 });
+            }
+            return this.loading[i];
+        }
+
+        show(left, right) {
+            this.left = left;
+            this.right = right;
+            return Promise.all([this.need(0), this.need(left), this.need(right)]).then(() => this.draw());
         }
 
         build(element, images) {
@@ -150,9 +194,15 @@
 
         chooser(bar, name, images, chosen, choose) {
             const select = make('select', bar, { name, title: name });
-            images.forEach((entry, i) => make('option', select, { value: i, textContent: entry.name }));
+            images.forEach((entry, i) => {
+                if (entry.listed !== false) make('option', select, { value: i, textContent: entry.name });
+            });
             select.value = chosen;
-            select.addEventListener('change', () => { choose(Number(select.value)); this.draw(); });
+            select.addEventListener('change', () => {
+                if (this.options.choose) return this.options.choose(name, Number(select.value));
+                choose(Number(select.value));
+                this.draw();
+            });
             return select;
         }
 
@@ -219,13 +269,12 @@
             this.stops = stops;
             this.exposure.value = stops;
             this.exposureText.textContent = (stops < 0 ? '' : '+') + stops.toFixed(2) + ' stops';
-            this.layers.forEach((layer) => layer.develop(stops));
             this.draw();
         }
 
         // About the pointer, if there is one, else about the middle.
         magnify(factor, event) {
-            if (!this.layers.length) return;
+            if (!this.layers[0]) return;
             const before = event ? this.place(event) : null;
             this.zoom = Math.min(64, Math.max(1, this.zoom * factor));
             if (before) {
@@ -256,39 +305,51 @@
         }
 
         say(event) {
-            if (!this.layers.length) return;
+            if (!this.layers[0]) return;
             const [x, y] = this.place(event).map(Math.floor), first = this.layers[0];
             if (x < 0 || y < 0 || x >= first.width || y >= first.height) return;
             const texts = [this.layers[this.left], this.layers[this.right]]
-                .map((layer) => { const t = layer.text(x, y); return t ? layer.name + ': ' + t : ''; });
+                .map((layer) => { const t = layer && layer.text(x, y); return t ? layer.name + ': ' + t : ''; });
             this.status.textContent = '(' + x + ', ' + y + ')  ' + texts.filter((t) => t).join('   ');
         }
 
         draw() {
-            if (!this.layers.length) return;
+            if (!this.layers[0]) return;
             const first = this.layers[0], view = this.view, ratio = window.devicePixelRatio || 1;
             const width = view.parentElement.clientWidth, height = width * first.height / first.width;
             view.style.height = height + 'px';
             view.width = Math.max(1, Math.round(width * ratio));
             view.height = Math.max(1, Math.round(height * ratio));
-            const context = view.getContext('2d'), scale = this.scale() * ratio;
             const edge = this.split * view.width;
-            for (const [layer, from, to] of [[this.layers[this.left], 0, edge],
-                                             [this.layers[this.right], edge, view.width]]) {
-                context.save();
-                context.beginPath();
-                context.rect(from, 0, to - from, view.height);
-                context.clip();
-                context.imageSmoothingEnabled = scale < 1;
-                context.drawImage(layer.canvas, view.width / 2 - this.centre[0] * first.width * scale,
-                                  view.height / 2 - this.centre[1] * first.height * scale,
-                                  first.width * scale, first.height * scale);
-                context.restore();
-            }
+            this.paint(view, this.left, 0, edge);
+            this.paint(view, this.right, edge, view.width);
             if (this.split > 0 && this.split < 1) {
+                const context = view.getContext('2d');
                 context.fillStyle = 'rgba(255, 255, 255, 0.9)';
                 context.fillRect(edge - ratio, 0, 2 * ratio, view.height);
             }
+            if (this.options.drawn) this.options.drawn();
+        }
+
+        // The part of image i that the strip looks at, filling a canvas of the same shape, between two of its columns.
+        paint(canvas, i, from, to) {
+            const layer = this.layers[i], first = this.layers[0];
+            if (!layer || !first) return;
+            layer.develop(this.stops);
+            const context = canvas.getContext('2d'), scale = this.zoom * canvas.width / first.width;
+            const left = canvas.width / 2 - this.centre[0] * first.width * scale;
+            const top = canvas.height / 2 - this.centre[1] * first.height * scale;
+            context.save();
+            context.beginPath();
+            context.rect(from, 0, to - from, canvas.height);
+            context.clip();
+            context.beginPath();
+            context.rect(left, top, first.width * scale, first.height * scale);
+            context.clip();
+            context.imageSmoothingEnabled = scale * layer.factor < 1;
+            context.drawImage(layer.canvas, left, top, layer.width * layer.factor * scale,
+                              layer.height * layer.factor * scale);
+            context.restore();
         }
     }
 

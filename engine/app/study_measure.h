@@ -1,0 +1,35 @@
+// How far a point's images are from the reference, by one measure throughout the program: the root mean
+// square over the pixels of the difference of luminance over the reference's luminance, plus a tenth of its
+// mean (both squared). What `render --error` estimates of its noise is this, so "2 %" means the same wherever
+// it is said, and whatever the scene's unit of radiance.
+#pragma once
+
+#include <vector>
+
+#include "engine/app/study_trade.h"
+#include "engine/base/monitor.h"
+#include "engine/render/seeds.h"
+
+namespace lucerna {
+
+// The share of the reference's mean luminance that keeps black pixels from deciding the error.
+inline constexpr double kErrorFloorShare = 0.1;
+
+class StudyMeasure {
+  public:
+    // Pixels of which a channel of the reference is above `mask_above` are left out, and so are those that
+    // are not finite. Throws InputError if the reference is black in all others: nothing is relative to that.
+    StudyMeasure(const NamedImage& reference, double mask_above);
+
+    // Fills in errors and mean ratio, from one image per seed. Warns of pixels that are not finite. Throws
+    // InputError, naming the image, if it does not compare.
+    void measure(const std::vector<NamedImage>& images, StudyResult& result, Monitor& monitor) const;
+
+  private:
+    NamedImage scaled(const NamedImage& image) const;
+
+    NamedImage reference_;  // one channel, scaled; NaN where nothing is compared
+    double scale_ = 1;
+};
+
+}  // namespace lucerna
