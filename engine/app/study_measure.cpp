@@ -41,6 +41,19 @@ Image luminance_image(const Image& image) {
     return result;
 }
 
+// Mean of variance / (r² + kRelativeMseFloor) where r is a number; 0 if the image states no variance.
+double relative_variance(const Image& reference) {
+    if (reference.channels.size() < 2) return 0;
+    double sum = 0, pixels = 0;
+    for (std::size_t i = 0; i < reference.data.size(); i += 2) {
+        const double r = double{reference.data[i]}, variance = double{reference.data[i + 1]};
+        if (!std::isfinite(r) || !std::isfinite(variance)) continue;
+        sum += variance / (r * r + kRelativeMseFloor);
+        ++pixels;
+    }
+    return pixels > 0 ? sum / pixels : 0;
+}
+
 }  // namespace
 
 StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
@@ -68,6 +81,7 @@ StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
                                                        pixels));
     }
     reference_ = scaled(reference_);
+    noise2_ = relative_variance(seen);
 }
 
 // `image`: of luminance. In double: the scale of a very dim or bright scene is beyond float32.
@@ -86,6 +100,7 @@ void StudyMeasure::measure(const std::vector<NamedImage>& images, StudyResult& r
     std::vector<NamedImage> seen;
     for (const NamedImage& one : images) seen.push_back(scaled({one.name, luminance_image(one.image)}));
 
+    result.reference_noise2 = noise2_;
     double squares = 0;
     for (const NamedImage& one : seen) {
         const Comparison numbers = compare(one.image, reference_.image, one.name, reference_.name);

@@ -28,8 +28,9 @@ class StudyMeasure {
   private:
     NamedImage scaled(const NamedImage& image) const;
 
-    NamedImage reference_;  // one channel, scaled; NaN where nothing is compared
+    NamedImage reference_;  // luminance, scaled, and its variance; NaN where nothing is compared
     double scale_ = 1;
+    double noise2_ = 0;  // of the reference, as errors are
 };
 
 }  // namespace lucerna

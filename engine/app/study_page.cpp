@@ -45,6 +45,13 @@ Json point_json(const StudyResult& r, const PointPictures& pictures) {
             {"maps", picture_json(pictures.maps)}};
 }
 
+// Of the scene's reference, a share of 1; 0 if it does not say.
+double reference_noise(const std::vector<StudyResult>& results, const std::string& scene) {
+    const auto found = std::find_if(results.begin(), results.end(),
+                                    [&](const StudyResult& result) { return result.scene == scene; });
+    return found == results.end() ? 0 : std::sqrt(found->reference_noise2);
+}
+
 Json scene_json(const StudyReport& report, std::size_t i) {
     const std::string& name = report.plan.scenes[i].name;
     const ScenePictures& pictures = report.pictures[i];
@@ -52,6 +59,7 @@ Json scene_json(const StudyReport& report, std::size_t i) {
                {"width", pictures.width},
                {"height", pictures.height},
                {"stops", pictures.stops},
+               {"noise", reference_noise(report.results, name)},
                {"reference", picture_json(pictures.reference)}};
     scene["points"] = Json::array();
     std::size_t next = 0;

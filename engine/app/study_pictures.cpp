@@ -155,8 +155,8 @@ PictureCaps picture_caps(const std::vector<PictureLoad>& scenes, double budget) 
     PictureCaps caps;
     for (double best = kLargest; best >= kSmallestBest; best /= 2) {
         // Points that something beats are looked at seldom, maps are coarse by nature: they go first.
-        for (const double share : {1.0, 0.25}) {
-            for (double rest = best; rest >= kSmallest; rest /= 2) {
+        for (double rest = best; rest >= kSmallest; rest /= 2) {
+            for (const double share : {1.0, 0.25}) {
                 caps = {best, share * best, rest};
                 if (most_bytes(scenes, caps) <= budget) return caps;
             }

@@ -76,15 +76,16 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
 
 std::string study_csv(const std::vector<StudyResult>& results) {
     std::string text =
-        "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,mean_ratio,flip,best\n";
+        "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,reference_noise2,mean_"
+        "ratio,flip,best\n";
     const auto number = [](const std::optional<double>& x) { return x ? fmt::format("{:.6g}", *x) : ""; };
     for (const StudyResult& r : results) {
         const Estimate bias2 = r.bias2.value_or(Estimate{}), noise2 = r.noise2.value_or(Estimate{});
-        fmt::format_to(std::back_inserter(text), "{},{},{},{:.6g},{:.6g},{},{},{},{},{:.6g},{},{:d}\n",
+        fmt::format_to(std::back_inserter(text), "{},{},{},{:.6g},{:.6g},{},{},{},{},{:.6g},{:.6g},{},{:d}\n",
                        csv_field(r.scene), csv_field(r.method), csv_field(r.settings), r.seconds, r.error2,
                        number(r.bias2 ? std::optional(bias2.value) : std::nullopt), number(bias2.error),
                        number(r.noise2 ? std::optional(noise2.value) : std::nullopt), number(noise2.error),
-                       r.mean_ratio, number(r.flip), r.best);
+                       r.reference_noise2, r.mean_ratio, number(r.flip), r.best);
     }
     return text;
 }
@@ -117,6 +118,7 @@ std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& re
                                   {"error2", r.error2},
                                   {"bias2", estimate(r.bias2)},
                                   {"noise2", estimate(r.noise2)},
+                                  {"reference_noise2", r.reference_noise2},
                                   {"mean_ratio", r.mean_ratio},
                                   {"flip", r.flip ? Json(*r.flip) : Json(nullptr)},
                                   {"best", r.best}});

@@ -22,6 +22,7 @@ struct StudyResult {
     double error2 = 0;
     std::optional<double> error2_error;     // standard error; of two seeds or more
     std::optional<Estimate> bias2, noise2;  // of two seeds or more
+    double reference_noise2 = 0;            // is in error2, not in bias2; 0: the reference does not say
     double mean_ratio = 1;                  // mean luminance over the reference's
     std::optional<double> flip;             // mean FLIP of the first seed's image, 0 to 1
     bool best = false;                      // nothing measured was both faster and better

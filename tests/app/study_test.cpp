@@ -2,8 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "engine/app/outputs.h"
 #include "engine/app/study_plan.h"
@@ -17,6 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing::lucerna_run;
+using ::testing::Not;
 using testing::Outcome;
 
 constexpr const char* kStudy = R"(title = "Two ways"
@@ -94,6 +97,66 @@ TEST_F(RunStudy, SecondTime_FindsEveryRenderAndSaysTheSame) {
     EXPECT_LT(noise2(1), 0.5 * noise2(0)) << "four samples against one";
 }
 
+TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
+    plan(kStudy);
+    const Outcome outcome =
+        lucerna_run({"study", "study.toml", "-o", "out dir", "--quiet", "--threads", "1"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out + outcome.err, "");
+    const std::string page = read_text("out dir/study.html");
+    EXPECT_THAT(page, HasSubstr("<h1>Two ways</h1>"));
+    EXPECT_THAT(page, HasSubstr("lucerna study study.toml -o &#39;out dir&#39; --threads 1"));
+    EXPECT_THAT(page, HasSubstr("set = &quot;maxdepth=3|4&quot;"));
+
+    const auto results = nlohmann::json::parse(read_text("out dir/results.json"));
+    EXPECT_EQ(results["threads"], nlohmann::json({1}));
+    ASSERT_EQ(results["machines"].size(), 1U);
+    EXPECT_THAT(results["machines"][0].get<std::string>(), HasSubstr("processor"));
+    ASSERT_GE(results["dates"].size(), 1U);
+    EXPECT_TRUE(
+        std::regex_match(results["dates"][0].get<std::string>(), std::regex("20\\d\\d-\\d\\d-\\d\\d")));
+}
+
+// A render of other threads is found, and its time does not pass for one of these.
+TEST_F(RunStudy, OtherThreads_AreToldOnThePage) {
+    plan(kStudy);
+    ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "1"}).code, 0);
+    EXPECT_THAT(read_text("out/study.html"), Not(HasSubstr("times do not compare")));
+    plan(with(kStudy, "spp = [2]", "spp = [2, 3]"));
+    ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "2"}).code, 0);
+    EXPECT_THAT(read_text("out/study.html"), HasSubstr("times do not compare"));
+}
+
+// Stopped after some renders: the page shows what there is.
+TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
+    plan(kStudy);
+    ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
+    std::filesystem::remove("out/study.html");
+    const std::atomic<bool> stop{true};
+    plan(with(kStudy, "spp = [2]", "spp = [2, 3]"));
+    const Outcome some = lucerna_run({"study", "study.toml", "-o", "out"}, {false, &stop});
+    EXPECT_EQ(some.code, 0) << some.err;
+    EXPECT_THAT(some.out, HasSubstr("stopped: 5 of 6 points are measured"));
+    EXPECT_TRUE(std::filesystem::exists("out/study.html"));
+
+    plan(with(kStudy, "seeds = 2", "seeds = 3"));
+    const Outcome none = lucerna_run({"study", "study.toml", "-o", "out"}, {false, &stop});
+    EXPECT_EQ(none.code, 0) << none.err;
+    EXPECT_THAT(none.out, HasSubstr("stopped: 0 of 5 points"));
+}
+
+TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
+    plan(kStudy);
+    ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
+    for (const auto& file : std::filesystem::directory_iterator("out/runs")) {
+        if (file.path().extension() == ".json")
+            write_text(file.path(), "{\"seconds\": {\"total\": \"long\"}}");
+    }
+    const Outcome outcome = lucerna_run({"study", "study.toml", "-o", "out"});
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_THAT(outcome.err, HasSubstr("remove it, and it is made anew"));
+}
+
 // A half-written image, a render that is lost, another setting: what is missing is made, and nothing else.
 TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
     plan(kStudy);
@@ -163,7 +226,7 @@ TEST(StudyTrade, Advice_IsTheFastestWithinEachError) {
 
 TEST(StudyTrade, Csv_QuotesWhatHasCommas) {
     std::vector<StudyResult> results = {point("a, \"b\"", "m", 1, 0.5)};
-    EXPECT_THAT(study_csv(results), HasSubstr("\"a, \"\"b\"\"\",m,spp=1,1,0.25,,,,,1,,0\n"));
+    EXPECT_THAT(study_csv(results), HasSubstr("\"a, \"\"b\"\"\",m,spp=1,1,0.25,,,,,0,1,,0\n"));
 }
 
 }  // namespace

@@ -188,6 +188,8 @@
             }
             make('button', bar, { type: 'button', textContent: 'whole' }).addEventListener('click', () => this.whole());
             this.view = make('canvas', element, { className: 'strip-view', tabIndex: 0 });
+            this.view.setAttribute('role', 'img');
+            this.view.setAttribute('aria-label', 'two images; f flips, + and - zoom, arrows move');
             this.status = make('div', element, { className: 'strip-status', textContent: ' ' });
             this.listen();
         }
@@ -230,9 +232,22 @@
             view.addEventListener('pointercancel', () => { this.drag = null; });
             view.addEventListener('dblclick', () => this.whole());
             view.addEventListener('keydown', (event) => {
-                if (event.key === 'f') this.flip();
+                if (this.key(event.key)) event.preventDefault();
             });
             new ResizeObserver(() => this.draw()).observe(view.parentElement);
+        }
+
+        // Whether the key means something here.
+        key(name) {
+            const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+            if (name === 'f') this.flip();
+            else if (name === '+' || name === '=') this.magnify(2);
+            else if (name === '-') this.magnify(0.5);
+            else if (name === '0') this.whole();
+            else if (steps[name] && this.zoom > 1) this.centre = this.centre.map((c, i) => c + 0.1 * steps[name][i] / this.zoom);
+            else return false;
+            this.draw();
+            return true;
         }
 
         nearSplit(event) {

@@ -25,7 +25,7 @@
             this.table = new parts.Table(document.getElementById('table'), this);
             this.aim(this.target);
             for (const one of this.scenes) {
-                one.images.left = parts.fastest(one.scene.points, this.target) || parts.front(one.scene.points, (p) => p.error)[0];
+                one.images.left = parts.fastest(one.scene.points, this.target) || parts.front(one.scene.points, (p) => p.error).pop();
             }
             this.marks();
             this.ready = Promise.all(this.scenes.map((one) => one.images.update()));
@@ -148,8 +148,9 @@
                 points: scene.points,
                 title: () => (this.measure === 'flip' ? 'FLIP' : 'Error'),
                 text: () => measure().text,
-                series: (p) => [{ y: measure().of(p) }],
+                series: (p) => [this.measure === 'error' ? { ...parts.error(p), y: p.error } : { y: p.flip }],
                 front: () => measure().of,
+                floor: () => (this.measure === 'error' ? scene.noise : 0),
                 target: () => (this.measure === 'error' ? this.target : null),
             }));
             if (this.study.seeds > 1) {
@@ -162,6 +163,10 @@
                         return [{ ...noise, y: noise.value, hollow: true }, { ...bias, y: bias.value }];
                     },
                 }));
+            }
+            if (this.study.seeds === 2) {
+                parts.make('p', section, { className: 'hint', textContent:
+                    'Of two seeds the bias has no standard error, and what is shown as bias may be noise; three tell them apart.' });
             }
             one.images = new parts.Images(parts.make('div', section, { className: 'images' }), scene, this);
             return one;

@@ -18,13 +18,18 @@
             this.points = scene.points.filter((p) => p.radiance.src);
             this.left = null;   // a point; null: the reference
             this.right = null;
+            const large = parts.make('div', element, { className: 'large' });
+            // As large as a window shows at once.
+            large.style.maxWidth = `max(30rem, 75vh * ${scene.width / scene.height})`;
             this.film = parts.make('div', element, { className: 'film' });
-            this.note = parts.make('p', element, { className: 'hint' });
-            this.strip = imageStrip(parts.make('div', element), this.entries(), {
+            this.film.setAttribute('role', 'group');
+            this.film.setAttribute('aria-label', 'images; shift chooses for the right side');
+            this.strip = imageStrip(parts.make('div', large), this.entries(), {
                 lazy: true, left: 0, right: 0, stops: scene.stops,
                 choose: (side, number) => page.choose(this.pointOf(number), side, scene),
                 drawn: () => this.paintFilm(),
             });
+            this.note = parts.make('p', large, { className: 'hint' });
             this.ready = this.strip.ready;
         }
 

@@ -66,7 +66,9 @@
             this.svg.selectAll('*').remove();
             this.axes(width, height);
             if (this.what.front) this.front(shown, width);
-            if (target) this.target(target, width);
+            const noise = this.what.floor && this.what.floor();
+            if (noise > 0) this.level(noise, width, 'floor', parts.percent(noise) + ': the reference’s own noise');
+            if (target) this.level(target, width, 'target', parts.percent(target) + ' wanted');
             this.lines(shown);
             this.points();
         }
@@ -101,14 +103,15 @@
                 .append('title').text('Pareto front: nothing measured was both faster and better');
         }
 
-        target(target, width) {
+        level(value, width, name, text) {
             const [least, most] = this.y.domain();
-            if (target < least || target > most) return;
-            const y = this.y(target);
-            this.svg.append('line').attr('class', 'target').attr('x1', MARGIN.left).attr('x2', width - MARGIN.right)
+            if (value < least || value > most) return;
+            const y = this.y(value);
+            this.svg.append('line').attr('class', 'level ' + name).attr('x1', MARGIN.left).attr('x2', width - MARGIN.right)
                 .attr('y1', y).attr('y2', y);
-            this.svg.append('text').attr('class', 'target-name').attr('x', width - MARGIN.right - 2).attr('y', y - 4)
-                .attr('text-anchor', 'end').text(parts.percent(target) + ' wanted');
+            this.svg.append('text').attr('class', 'level-name ' + name).attr('y', y - 4)
+                .attr('x', name === 'target' ? width - MARGIN.right - 2 : MARGIN.left + 4)
+                .attr('text-anchor', name === 'target' ? 'end' : 'start').text(text);
         }
 
         lines(shown) {
@@ -126,7 +129,7 @@
         points() {
             const top = this.y.range()[1];
             const all = this.svg.selectAll('g.point').data(this.marks).join('g')
-                .attr('class', (m) => 'point' + (m.hollow ? ' hollow' : ''))
+                .attr('class', (m) => 'point' + (m.hollow ? ' hollow' : '') + (m.y > 0 ? '' : ' below'))
                 .attr('transform', (m) => `translate(${this.x(m.point.seconds)},${this.y(m.y || m.below)})`)
                 .attr('role', 'button').attr('tabindex', (m, i) => (i === this.current ? 0 : -1))
                 .attr('aria-label', (m) => this.page.describe(m.point))

@@ -47,7 +47,8 @@
             const table = parts.make('table', element, { className: 'points' });
             const head = parts.make('tr', parts.make('thead', table));
             for (const column of this.columns) {
-                const cell = parts.make('th', head, { scope: 'col' });
+                const numbers = page.study.points.some((p) => typeof column.value(p) === 'number') && column.name !== '★';
+                const cell = parts.make('th', head, { scope: 'col', className: numbers ? 'number' : '' });
                 parts.make('button', cell, { type: 'button', textContent: column.name })
                     .addEventListener('click', () => this.sort(column));
                 column.head = cell;
@@ -63,7 +64,7 @@
             for (const column of this.columns) {
                 const cell = parts.make('td', row, { textContent: column.text(point) });
                 if (column.own) cell.className = 'own';
-                if (typeof column.value(point) === 'number') cell.classList.add('number');
+                if (column.head.className === 'number') cell.classList.add('number');
             }
             row.addEventListener('click', (event) => this.page.choose(point, event.shiftKey ? 'right' : 'left'));
             row.addEventListener('keydown', (event) => {

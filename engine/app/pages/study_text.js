@@ -39,6 +39,10 @@ window.studyParts = {};
         return { value: Math.sqrt(n.value), least: Math.sqrt(Math.max(0, n.value - room)),
                  most: Math.sqrt(n.value + room) };
     };
+    parts.error = (point) => {
+        const room = 2 * (point.error2_error || 0), square = point.error * point.error;
+        return { value: point.error, least: Math.sqrt(Math.max(0, square - room)), most: Math.sqrt(square + room) };
+    };
     // The share of the squared error that more time does not mend.
     parts.biasShare = (point) => {
         const b = parts.bias(point);
