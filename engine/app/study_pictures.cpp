@@ -152,8 +152,11 @@ double most_bytes(const std::vector<PictureLoad>& scenes, const PictureCaps& cap
 }
 
 PictureCaps picture_caps(const std::vector<PictureLoad>& scenes, double budget) {
+    double largest = kSmallestBest;
+    for (const PictureLoad& scene : scenes)
+        largest = std::max(largest, static_cast<double>(scene.width) * scene.height);
     PictureCaps caps;
-    for (double best = kLargest; best >= kSmallestBest; best /= 2) {
+    for (double best = std::min(kLargest, largest); best >= kSmallestBest; best /= 2) {
         // Points that something beats are looked at seldom, maps are coarse by nature: they go first.
         for (double rest = best; rest >= kSmallest; rest /= 2) {
             for (const double share : {1.0, 0.25}) {
