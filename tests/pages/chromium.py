@@ -133,5 +133,7 @@ class Page:
         self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
 
     def key(self, text):
-        self._call("Input.dispatchKeyEvent", type="keyDown", text=text, key=text)
+        """A character, or a key's name, as ArrowLeft or Enter."""
+        typed = {"text": text} if len(text) == 1 else {}
+        self._call("Input.dispatchKeyEvent", type="keyDown", key=text, **typed)
         self._call("Input.dispatchKeyEvent", type="keyUp", key=text)
