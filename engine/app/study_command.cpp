@@ -179,6 +179,7 @@ void act(const StudyCommand& command, const CommandContext& context) {
                study_page({plan, results, pictures, study.origin(), repeated(command), plan_text}));
     monitor.info(fmt::format("renders  {} made, {} found", study.rendered(), study.found()));
     for (const std::string& line : advice(results)) monitor.info(line);
+    for (const std::string& line : doubts(results)) monitor.warn(line);
     monitor.info(fmt::format("results  {}", (folder / "study.html").string()));
 }
 

@@ -146,6 +146,13 @@ std::string advice_html(const std::vector<StudyResult>& results) {
     return html;
 }
 
+std::string doubts_html(const std::vector<StudyResult>& results) {
+    std::string html;
+    for (const std::string& line : doubts(results))
+        html += "<p class=\"caution\">Caution: " + html_text(line) + ".</p>\n";
+    return html;
+}
+
 std::string scaled_line(const StudyReport& report) {
     std::size_t shrunk = 0, left_out = 0;
     const auto count = [&](const StudyPicture& picture) {
@@ -169,6 +176,7 @@ std::string scaled_line(const StudyReport& report) {
 std::string study_page(const StudyReport& report) {
     return filled(kStudyPage, {{"title", html_text(report.plan.title)},
                                {"style", std::string(kPageStyle) + std::string(kStudyStyle)},
+                               {"doubts", doubts_html(report.results)},
                                {"advice", advice_html(report.results)},
                                {"scaled", html_text(scaled_line(report))},
                                {"origin", origin_html(report)},

@@ -74,6 +74,22 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
     return lines;
 }
 
+std::vector<std::string> doubts(const std::vector<StudyResult>& results) {
+    std::vector<std::string> lines;
+    for (const std::string& scene : scenes_of(results)) {
+        const StudyResult* least = nullptr;
+        for (const StudyResult& result : results) {
+            if (result.scene == scene && (!least || result.error2 < least->error2)) least = &result;
+        }
+        if (!(least->reference_noise2 > 0.25 * least->error2)) continue;
+        lines.push_back(fmt::format(
+            "the reference of {} has a noise of {:.2g} %, which is in every error; the least is {:.2g} %. It "
+            "wants more samples",
+            scene, 100 * std::sqrt(least->reference_noise2), 100 * least->error()));
+    }
+    return lines;
+}
+
 std::string study_csv(const std::vector<StudyResult>& results) {
     std::string text =
         "scene,method,settings,seconds,error2,bias2,bias2_error,noise2,noise2_error,reference_noise2,mean_"

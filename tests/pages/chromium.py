@@ -7,6 +7,7 @@
 `troubles`: console errors, uncaught exceptions and refusals by the page's own policy. `requests`: every address that is
 neither the page itself nor data of its own.
 """
+import base64
 import json
 import os
 import pathlib
@@ -127,6 +128,11 @@ class Page:
             details = result["exceptionDetails"]
             raise RuntimeError(details.get("exception", {}).get("description", details["text"]))
         return result["result"].get("value")
+
+    def screenshot(self, file):
+        """What the window shows, as a PNG."""
+        picture = self._call("Page.captureScreenshot", format="png")["data"]
+        pathlib.Path(file).write_bytes(base64.b64decode(picture))
 
     def mouse(self, kind, x, y, **more):
         """kind: mousePressed, mouseMoved, mouseReleased or mouseWheel, at a place of the window."""

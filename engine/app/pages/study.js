@@ -164,6 +164,8 @@
                     },
                 }));
             }
+            parts.make('p', section, { className: 'hint', textContent:
+                'Hovering a point tells its settings; a click shows its image on the left, with shift on the right.' });
             if (this.study.seeds === 2) {
                 parts.make('p', section, { className: 'hint', textContent:
                     'Of two seeds the bias has no standard error, and what is shown as bias may be noise; three tell them apart.' });

@@ -64,10 +64,11 @@ window.studyParts = {};
         .filter((p) => p.error <= target)
         .reduce((best, p) => (best && best.seconds <= p.seconds ? best : p), null);
 
-    // What belongs on one line: a method's points that differ in nothing but their samples; all of a method's, where
-    // that would leave none but single points.
+    // What belongs on one line: a method's points that differ in nothing but their samples, in their order; all of a
+    // method's in the plan's order, where that would leave none but single points.
     parts.lines = (points) => {
-        const byTime = (list) => list.slice().sort((a, b) => a.seconds - b.seconds);
+        const samples = (point) => Number(point.set.find(([key]) => key === 'spp')[1]);
+        const bySamples = (list) => list.slice().sort((a, b) => samples(a) - samples(b));
         const grouped = (list, key) => {
             const groups = new Map();
             for (const point of list) groups.set(key(point), (groups.get(key(point)) || []).concat([point]));
@@ -76,7 +77,7 @@ window.studyParts = {};
         const others = (point) => JSON.stringify(point.set.filter(([key]) => key !== 'spp'));
         return grouped(points, (p) => p.method).flatMap((own) => {
             const lines = grouped(own, others);
-            return lines.every((line) => line.length === 1) ? [byTime(own)] : lines.map(byTime);
+            return lines.every((line) => line.length === 1) ? [own] : lines.map(bySamples);
         });
     };
 
