@@ -309,6 +309,25 @@ class StudyPage(unittest.TestCase):
         self.assertIn("FLIP", self.page.evaluate("study.scenes[0].images.strip.layers[study.scenes[0].images.strip.left].name"))
         self.click("input[name=shown][value=image]")
 
+    def test_shrunk_images_lie_where_whole_ones_do(self):
+        # A picture of 5 x 4 pixels, and one of which each pixel stands for 2 x 2 of them, in two colours each.
+        found = self.page.evaluate("""(() => {
+            const picture = (w, h, right) => { const c = document.createElement('canvas'), t = c.getContext('2d');
+                c.width = w; c.height = h; t.fillStyle = '#f00'; t.fillRect(0, 0, w, h);
+                t.fillStyle = '#00f'; t.fillRect(right, 0, w - right, h); return c.toDataURL(); };
+            const element = document.body.appendChild(document.createElement('div'));
+            const small = imageStrip(element, [{ name: 'a', kind: 'picture', src: picture(5, 4, 2) },
+                { name: 'b', kind: 'picture', src: picture(3, 2, 1), factor: 2 }], { left: 0, right: 1 });
+            return small.ready.then(() => {
+                const rows = [0, 1].map((i) => { const c = document.createElement('canvas'); c.width = 500; c.height = 400;
+                    small.paint(c, i, 0, 500);
+                    const row = c.getContext('2d').getImageData(0, 200, 500, 1).data;
+                    return [10, 190, 210, 490].map((x) => [...row.slice(4 * x, 4 * x + 4)]); });
+                element.remove();
+                return rows; }); })()""")
+        red, blue = [255, 0, 0, 255], [0, 0, 255, 255]
+        self.assertEqual(found, [[red, red, blue, blue]] * 2)
+
     def test_exposure_is_equal_on_both_sides(self):
         self.page.evaluate("study.choose(null, 'left', study.scenes[0].scene); study.scenes[0].images.update().then(() => true)")
         self.set_slider("input[name=split]", 0.5)
