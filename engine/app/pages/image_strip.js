@@ -17,9 +17,13 @@
     const NOT_FINITE = 255;    // the exponent of what is not a number
     const NOT_FINITE_COLOUR = [255, 0, 255];
 
-    function encoded(x) {
-        return x <= 0.0031308 ? 12.92 * x : 1.055 * Math.pow(x, 1 / 2.4) - 0.055;
-    }
+    // Bytes of sRGB for linear values in [0, 1], in steps that are finer than a byte's where the curve is steepest.
+    const STEPS = 16384;
+    const encoded = Uint8Array.from({ length: STEPS + 1 }, (_, i) => {
+        const x = i / STEPS;
+        return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * Math.pow(x, 1 / 2.4) - 0.055));
+    });
+    const byte = (x) => encoded[x <= 0 ? 0 : x >= 1 ? STEPS : Math.round(x * STEPS)];
 
     // Linear radiance times exposure to bytes of sRGB; luminance rolls off to white, colours keep their hue.
     function shown(r, g, b, out, at) {
@@ -30,14 +34,15 @@
         }
         const over = (y - KNEE) / (1 - KNEE);
         const target = y <= KNEE ? y : KNEE + (1 - KNEE) * over / (1 + over);
-        let c = [r, g, b].map((v) => v * target / y);
-        const top = Math.max(...c);
-        if (top > 1) {
-            const keep = (1 - target) / (top - target);
-            c = c.map((v) => target + keep * (v - target));
-        }
-        for (let i = 0; i < 3; ++i) out[at + i] = Math.round(255 * encoded(Math.min(1, Math.max(0, c[i]))));
+        const scale = target / y, top = scale * Math.max(r, g, b);
+        const keep = top > 1 ? (1 - target) / (top - target) : 1, rest = target * (1 - keep);
+        out[at] = byte(rest + keep * scale * r);
+        out[at + 1] = byte(rest + keep * scale * g);
+        out[at + 2] = byte(rest + keep * scale * b);
     }
+
+    // 2^(exponent - 128) / 256 of an exponent's byte.
+    const SCALES = Float64Array.from({ length: 256 }, (_, e) => Math.pow(2, e - 128) / 256);
 
     function load(src) {
         return new Promise((resolve, reject) => {
@@ -83,7 +88,7 @@
             const at = 4 * pixel, exponent = this.source[at + 4 * this.width * this.height];
             if (exponent === NOT_FINITE) return null;
             if (exponent === 0) return [0, 0, 0];
-            const scale = Math.pow(2, exponent - 128) / 256;
+            const scale = SCALES[exponent];
             return [0, 1, 2].map((i) => (this.source[at + i] + 0.5) * scale);
         }
 
@@ -101,11 +106,13 @@
         }
 
         expose(out, exposure) {
-            for (let i = 0; i < this.width * this.height; ++i) {
-                const value = this.radiance(i);
-                if (value) shown(value[0] * exposure, value[1] * exposure, value[2] * exposure, out, 4 * i);
-                else out.set(NOT_FINITE_COLOUR, 4 * i);
-                out[4 * i + 3] = 255;
+            const source = this.source, pixels = this.width * this.height;
+            for (let at = 0; at < 4 * pixels; at += 4) {
+                const exponent = source[at + 4 * pixels];
+                const scale = exponent === 0 ? 0 : SCALES[exponent] * exposure;
+                if (exponent === NOT_FINITE) out.set(NOT_FINITE_COLOUR, at);
+                else shown((source[at] + 0.5) * scale, (source[at + 1] + 0.5) * scale, (source[at + 2] + 0.5) * scale, out, at);
+                out[at + 3] = 255;
             }
         }
 
