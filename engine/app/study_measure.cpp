@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/render/compare.h"
+#include "engine/render/error_scale.h"
 #include "engine/render/shared_channels.h"
 
 namespace lucerna {

@@ -12,9 +12,6 @@
 
 namespace lucerna {
 
-// The share of the reference's mean luminance that keeps black pixels from deciding the error.
-inline constexpr double kErrorFloorShare = 0.1;
-
 class StudyMeasure {
   public:
     // Pixels of which a channel of the reference is above `mask_above` are left out, and so are those that

@@ -5,10 +5,12 @@
 
 namespace lucerna {
 
-// The square of it: of the luminance there and of a tenth of the image's mean, so that the errors of black
-// pixels do not count for more than they show. Above 0 in any image that is not black.
+// Of the image's mean luminance, so that the errors of black pixels do not count for more than they show.
+inline constexpr double kErrorFloorShare = 0.1;
+
+// The square of it: of the luminance there, and of that share of the image's mean. Above 0 in any image that is not black.
 inline double error_scale2(double luminance, double mean) {
-    return sqr(luminance) + sqr(0.1 * mean);
+    return sqr(luminance) + sqr(kErrorFloorShare * mean);
 }
 
 }  // namespace lucerna
