@@ -150,8 +150,11 @@ void choose(const RenderCommand& command, Job& job, RenderOptions& options, RunF
     const Stopwatch choosing;
     facts.choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
     facts.choose_seconds = choosing.seconds();
-    options.limits.seconds -= facts.choose_seconds;
-    if (!facts.choice) return;
+    if (!facts.choice) {
+        monitor.info(fmt::format("method   {}, the scene's own: no other shows the same picture",
+                                 integrator_name(job.integrator)));
+        return;
+    }
     const MethodChoice& choice = *facts.choice;
     job.integrator = choice.settings;
     // What more samples do not mend leaves that much less for noise: at most half of the error's square.
@@ -214,6 +217,7 @@ std::string stopped_text(const RenderReport& report, int asked) {
 }
 
 void act(const RenderCommand& command, const CommandContext& context) {
+    const Stopwatch clock;
     require_readable(command.scene);
     if (!command.output.empty()) check_outputs(command, command.output);
 
@@ -232,8 +236,9 @@ void act(const RenderCommand& command, const CommandContext& context) {
 
     // Render, showing the image as it improves.
     RenderOptions options = command.options;
-    options.limits.seconds -= facts.read_seconds;
+    options.limits.seconds = command.options.limits.seconds - clock.seconds();
     if (may_choose(command)) choose(command, job, options, facts, monitor);
+    options.limits.seconds = command.options.limits.seconds - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
     const auto note = [&] {

@@ -1,9 +1,12 @@
 // The whole command at work: what each subcommand makes and says.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "engine/app/run.h"
 #include "engine/base/files.h"
@@ -130,6 +133,47 @@ TEST_F(RunRender, Error_EndsTheRender) {
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_EQ(stats["notes"]["ended_by"], "error");
     EXPECT_LE(stats["numbers"]["error.relative"], 0.05);
+}
+
+// What is said can be said again: the same options make the same picture.
+TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
+    std::string text = read_text("scene.pbrt");
+    const std::string limited = "\"integer maxdepth\" 4";
+    std::ofstream("scene.pbrt") << text.replace(text.find(limited), limited.size(), "");
+    const Outcome outcome =
+        lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "5%", "--stats", "a.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("tried    path "));
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_THAT(stats["choice"]["tried"].get<std::string>(), HasSubstr("path"));
+    EXPECT_LE(stats["choice"]["beyond_noise"], 0.025) << "half of what was asked for";
+    EXPECT_TRUE(read_exr("a.exr").attributes.contains("lucerna.tried"));
+
+    const std::size_t at = outcome.out.find("method   ");
+    ASSERT_NE(at, std::string::npos);
+    std::istringstream line(outcome.out.substr(at + 9, outcome.out.find('\n', at) - at - 9));
+    std::vector<std::string> words{"render", "scene.pbrt",
+                                   "-o",     "b.exr",
+                                   "--spp",  fmt::format("{}", stats["samples"]["done"].get<int>())};
+    for (std::string word; line >> word;) words.push_back(word);
+    ASSERT_EQ(lucerna_run(words).code, 0);
+    EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
+}
+
+TEST_F(RunRender, WhoeverNamesTheMethodOrKeepsACheckpoint_HasNothingChosen) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--integrator", "path"},
+                                                 {"--set", "lights=power"},
+                                                 {"--spp", "20"},
+                                                 {"--checkpoint", "a.checkpoint"}}) {
+        std::vector<std::string> words{"render",  "scene.pbrt", "-o",      "a.exr",
+                                       "--error", "20%",        "--stats", "a.json"};
+        words.insert(words.end(), more.begin(), more.end());
+        ASSERT_EQ(lucerna_run(words).code, 0) << more[0];
+        EXPECT_FALSE(nlohmann::json::parse(read_text("a.json")).contains("choice")) << more[0];
+    }
+    // Nor where the scene's own method is the only one: its paths have four bounces at most.
+    EXPECT_THAT(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "20%"}).out,
+                HasSubstr("no other shows the same"));
 }
 
 TEST_F(RunRender, WrongLimits_AreRefused) {
