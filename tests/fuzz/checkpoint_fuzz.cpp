@@ -10,7 +10,8 @@
 #include "engine/render/checkpoint.h"
 #include "tests/fuzz/input.h"
 
-using lucerna::testing::file_of_input;
+using lucerna::testing::bytes_of_input;
+using lucerna::testing::file_of_bytes;
 using lucerna::testing::require;
 using lucerna::testing::require_one_line;
 
@@ -43,11 +44,9 @@ void repair(std::vector<std::byte>& bytes) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    std::vector<std::byte> bytes(size);
-    if (size > 0) std::memcpy(bytes.data(), data, size);
+    std::vector<std::byte> bytes = bytes_of_input(data, size);
     repair(bytes);
-    const std::filesystem::path file =
-        file_of_input(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), ".checkpoint");
+    const std::filesystem::path file = file_of_bytes(bytes, ".checkpoint");
     try {
         const lucerna::Checkpoint checkpoint = lucerna::load_checkpoint(file);
         require(checkpoint.film.size() + 4 * checkpoint.tiles.size() <= size, "more than the file holds");

@@ -9,7 +9,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 
@@ -26,14 +28,23 @@ inline void require_one_line(const InputError& error) {
     require(!message.empty() && message.find('\n') == message.npos, "an error is not one line");
 }
 
+// The input as bytes that may be changed, to put a check right.
+inline std::vector<std::byte> bytes_of_input(const std::uint8_t* data, std::size_t size) {
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
+    return {bytes.begin(), bytes.end()};
+}
+
 // The input in a file of this process, for readers that take no bytes; `suffix` as ".ply".
-inline std::filesystem::path file_of_input(const std::uint8_t* data, std::size_t size,
-                                           const std::string& suffix) {
+inline std::filesystem::path file_of_bytes(std::span<const std::byte> bytes, const std::string& suffix) {
     const std::filesystem::path file =
         std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + suffix);
     std::ofstream(file, std::ios::binary)
-        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     return file;
+}
+inline std::filesystem::path file_of_input(const std::uint8_t* data, std::size_t size,
+                                           const std::string& suffix) {
+    return file_of_bytes(std::as_bytes(std::span(data, size)), suffix);
 }
 
 }  // namespace lucerna::testing

@@ -11,7 +11,8 @@
 #include "tests/fuzz/input.h"
 
 using lucerna::kMapKinds;
-using lucerna::testing::file_of_input;
+using lucerna::testing::bytes_of_input;
+using lucerna::testing::file_of_bytes;
 using lucerna::testing::require;
 using lucerna::testing::require_one_line;
 
@@ -64,11 +65,9 @@ void require_sound(const lucerna::PhotonMaps& maps) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    std::vector<std::byte> bytes(size);
-    if (size > 0) std::memcpy(bytes.data(), data, size);
+    std::vector<std::byte> bytes = bytes_of_input(data, size);
     repair(bytes);
-    const std::filesystem::path file =
-        file_of_input(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), ".photons");
+    const std::filesystem::path file = file_of_bytes(bytes, ".photons");
     try {
         require_sound(lucerna::load_maps(file, kKey, kLights, lucerna::IndexKind::tree, lucerna::Workers{1}));
     } catch (const lucerna::InputError& error) {

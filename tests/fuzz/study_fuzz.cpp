@@ -1,0 +1,27 @@
+// libFuzzer's entry to the plans of studies: text in, a plan of which every part can be made or an InputError
+// out.
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/app/study_plan.h"
+#include "tests/fuzz/input.h"
+
+using lucerna::testing::file_of_input;
+using lucerna::testing::require;
+using lucerna::testing::require_one_line;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+    const std::filesystem::path file = file_of_input(data, size, ".toml");
+    try {
+        const lucerna::StudyPlan plan = lucerna::read_study(file);
+        require(plan.seeds > 0, "no seed");
+        require(!plan.scenes.empty() && !plan.points.empty(), "nothing to do");
+        for (const lucerna::StudyPoint& point : plan.points) {
+            require(point.overrides.spp > 0, "no samples");
+            require(!point.overrides.integrator.empty(), "no integrator");
+        }
+    } catch (const lucerna::InputError& error) {
+        require_one_line(error);
+    }
+    return 0;
+}
