@@ -19,8 +19,8 @@
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
-#include "lights/exr_guard.h"
 #include "lights/light_field.h"
 
 namespace lucerna {
@@ -162,7 +162,7 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
 }
 
 LightField read_field(const std::filesystem::path& file) {
-    check_exr_header(file);
+    check_exr_header(file, ExrKind::light_field);
     Imf::InputFile in(file.c_str());
     const Imf::Header& header = in.header();
     if (header.findTypedAttribute<Imf::IntAttribute>(kVersionName) == nullptr) {

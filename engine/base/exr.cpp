@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 
@@ -44,6 +45,7 @@ Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
 Image read_exr(const std::filesystem::path& file) {
     require_readable(file);
     try {
+        check_exr_header(file, ExrKind::any);
         Imf::InputFile in(file.c_str());
         const Imath::Box2i window = in.header().dataWindow();
         const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
@@ -51,14 +53,13 @@ Image read_exr(const std::filesystem::path& file) {
         // A lying header must not make us allocate what the machine does not have.
         constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
         if (width <= 0 || height <= 0 || width > kMaxPixels / height) {
-            throw InputError({file.string()},
-                             fmt::format("image size {} × {} is not credible", width, height));
+            throw InputError(fmt::format("image size {} × {} is not credible", width, height));
         }
         std::vector<std::string> names;
         for (auto c = in.header().channels().begin(); c != in.header().channels().end(); ++c) {
             names.emplace_back(c.name());
         }
-        if (names.empty()) throw InputError({file.string()}, "the image has no channels");
+        if (names.empty()) throw InputError("the image has no channels");
         std::stable_sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
             return channel_rank(a) < channel_rank(b);
         });
@@ -71,8 +72,6 @@ Image read_exr(const std::filesystem::path& file) {
             }
         }
         return image;
-    } catch (const InputError&) {
-        throw;
     } catch (const std::exception& error) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR image: ") + one_line(error.what()));

@@ -23,6 +23,7 @@ std::unique_ptr<PictureReader> open_raw(const std::filesystem::path& file) {
     require_readable(file);
     const Pictures& formats = pictures(file);
     try {
+        check_header(file);
         return formats.open(file, PictureUse::measurement);
     } catch (const std::runtime_error& error) {
         unreadable(file, error.what());
@@ -51,14 +52,8 @@ std::size_t pixels_of(const PictureHeader& header) {
     return static_cast<std::size_t>(header.width) * static_cast<std::size_t>(header.height);
 }
 
-// A lying header must not make us allocate what the machine does not have.
 void check_size(const std::filesystem::path& file, const PictureHeader& header) {
-    constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-    constexpr std::uintmax_t kBestCompression = 1 << 16;  // of any format that we know
-    std::error_code unknown;
-    const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
-    const bool wide = header.width <= 0 || header.height <= 0 || header.width > kMaxPixels / header.height;
-    if (wide || pixels_of(header) / kBestCompression > bytes) {
+    if (!is_credible(file, header)) {
         throw InputError({file.string()},
                          fmt::format("image size {} × {} is not credible", header.width, header.height));
     }

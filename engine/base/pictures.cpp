@@ -5,9 +5,13 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cfenv>
+#include <fstream>
 
 #include "engine/base/error.h"
+#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
 
 namespace lucerna {
@@ -50,7 +54,38 @@ std::filesystem::path found_in(const std::vector<std::filesystem::path>& folders
                      fmt::format("pictures need {}, which is in none of {}", kLibrary, looked));
 }
 
+// What the known formats reach with runs of one value, packed twice.
+constexpr std::int64_t kBestCompression = 1 << 16;
+
 }  // namespace
+
+void check_header(const std::filesystem::path& file) {
+    std::array<unsigned char, 10> head{};
+    std::ifstream(file, std::ios::binary)
+        .read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+    constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
+    constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
+    const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
+    if (begins(kExr)) check_exr_header(file, ExrKind::any);
+    if (begins(kGif)) {
+        // The screen on which its pictures lie, 16 bits for each side.
+        PictureHeader screen;
+        screen.width = head[6] | head[7] << 8;
+        screen.height = head[8] | head[9] << 8;
+        if (!is_credible(file, screen))
+            throw InputError(fmt::format("image size {} × {} is not credible", screen.width, screen.height));
+    }
+}
+
+bool is_credible(const std::filesystem::path& file, const PictureHeader& header) {
+    constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
+    constexpr int kLinesAtOnce = 64;  // for which decoders make room, however few there are
+    if (header.width <= 0 || header.height <= 0 || header.width > kMaxPixels / header.height) return false;
+    std::error_code unknown;
+    const std::uintmax_t bytes = std::filesystem::file_size(file, unknown);
+    const std::int64_t pixels = std::int64_t{header.width} * std::max(header.height, kLinesAtOnce);
+    return static_cast<std::uintmax_t>(pixels / kBestCompression) <= bytes;
+}
 
 // Asked of the linker instead of left to it: sanitizers load libraries on behalf of the program, and then its
 // RUNPATH would not count.

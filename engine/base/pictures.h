@@ -41,6 +41,14 @@ struct PictureHeader {
     std::vector<std::string> channel_names;
 };
 
+// Before a file is opened: decoders of some formats make room for all that a header tells of. Throws
+// InputError (without the file's name) for more than the file can hold; what passes may still be damaged.
+void check_header(const std::filesystem::path& file);
+
+// Whether a file may hold so many pixels: none of the formats packs them better than 65536 to a byte. A lying
+// header must not make us allocate what the machine does not have.
+bool is_credible(const std::filesystem::path& file, const PictureHeader& header);
+
 struct ChannelRange {
     int first, end;
 };

@@ -30,9 +30,7 @@ struct Header {
 };
 
 Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
-    // A lying header must not make us allocate what the machine does not have.
-    constexpr std::int64_t kMaxPixels = std::int64_t{1} << 28;
-    if (spec.width <= 0 || spec.height <= 0 || spec.width > kMaxPixels / spec.height) {
+    if (!is_credible(file, spec)) {
         throw InputError({file.string()},
                          fmt::format("image size {} × {} is not credible", spec.width, spec.height));
     }
@@ -54,7 +52,10 @@ auto complaints_of(const std::filesystem::path& file, Work&& work) {
 std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
     require_readable(file);
     const Pictures& formats = pictures(file);
-    return complaints_of(file, [&] { return formats.open(file, PictureUse::colour); });
+    return complaints_of(file, [&] {
+        check_header(file);
+        return formats.open(file, PictureUse::colour);
+    });
 }
 
 template <typename Stored>

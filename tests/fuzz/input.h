@@ -38,6 +38,8 @@ inline std::vector<std::byte> bytes_of_input(const std::uint8_t* data, std::size
 inline std::filesystem::path file_of_bytes(std::span<const std::byte> bytes, const std::string& suffix) {
     const std::filesystem::path file =
         std::filesystem::temp_directory_path() / ("lucerna-fuzz-" + std::to_string(getpid()) + suffix);
+    // Anew: some file systems wait for the disk when a file is written over.
+    std::filesystem::remove(file);
     std::ofstream(file, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     return file;

@@ -14,9 +14,9 @@ struct TrialLimits {
     std::uint64_t inputs = 1000;
     double seconds_each = 10;
     // Bytes, beyond what the process has when it begins. Neither limit holds under a sanitizer.
-    std::size_t memory = std::size_t{2} << 30;
-    // By one `new`: inputs of some thousand bytes have no need of more.
-    std::size_t memory_at_once = std::size_t{256} << 20;
+    std::size_t memory = std::size_t{3} << 30;
+    // By one `new`, as the fuzzers have it.
+    std::size_t memory_at_once = std::size_t{1} << 30;
 };
 
 struct TrialOutcome {
