@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/hash.h"
+#include "engine/base/memory.h"
 #include "engine/base/stopwatch.h"
 #include "photon/walk_group.h"
 
@@ -100,25 +101,51 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t path
 
 constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
 
+std::int64_t stored(const std::vector<Harvest>& harvests, std::size_t kind) {
+    std::int64_t sum = 0;
+    for (const Harvest& h : harvests) sum += static_cast<std::int64_t>(h.counts[kind].stored);
+    return sum;
+}
+
+// Throws InputError if `total` paths will store more photons than there is memory for, by what the first
+// `done` stored.
+void require_memory_for(const std::vector<Harvest>& harvests, std::int64_t done, std::int64_t total) {
+    if (done <= 0 || total <= done) return;
+    // As it was stored, and once more in the map's order, while the other maps wait.
+    constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon);
+    constexpr double kIndex = sizeof(std::uint32_t) + sizeof(PackedDirection);
+    double all = 0, largest = 0;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        const double photons = static_cast<double>(stored(harvests, kind)) *
+                               static_cast<double>(total - done) / static_cast<double>(done);
+        all += photons;
+        largest = std::max(largest, photons);
+    }
+    require_memory(static_cast<std::uint64_t>(all * kLanded + largest * (kLanded + kIndex)),
+                   fmt::format("photon maps of about {:.2g} photons from {} light paths", all, total),
+                   "fewer photons are accepted; many of them one after the other: integrator progressive");
+}
+
 // Walks paths until there are `total` of them.
 void walk_until(const Scene& scene, const MapPlan& plan, std::int64_t total, const Workers& workers,
                 Monitor& monitor, std::vector<Harvest>& harvests) {
     const std::int64_t first = static_cast<std::int64_t>(harvests.size()) * kGrain;
     harvests.resize(static_cast<std::size_t>((total + kGrain - 1) / kGrain));
     Phase phase(monitor, "photons", static_cast<std::uint64_t>(total - first));
-    parallel_ranges(workers, total - first, kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                        if (monitor.stopped()) return;
-                        harvests[static_cast<std::size_t>((first + begin) / kGrain)] =
-                            walk_paths(scene, plan, first + begin, first + end);
-                        phase.advance(static_cast<std::uint64_t>(end - begin));
-                    });
-}
-
-std::int64_t stored(const std::vector<Harvest>& harvests, std::size_t kind) {
-    std::int64_t sum = 0;
-    for (const Harvest& h : harvests) sum += static_cast<std::int64_t>(h.counts[kind].stored);
-    return sum;
+    const auto walk = [&](std::int64_t from, std::int64_t to) {
+        parallel_ranges(workers, to - from, kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                            if (monitor.stopped()) return;
+                            harvests[static_cast<std::size_t>((from + begin) / kGrain)] =
+                                walk_paths(scene, plan, from + begin, from + end);
+                            phase.advance(static_cast<std::uint64_t>(end - begin));
+                        });
+    };
+    // The first of them tell what all will need.
+    const std::int64_t sample = std::min(total, std::max(first, 16 * kGrain));
+    walk(first, sample);
+    if (!monitor.stopped()) require_memory_for(harvests, sample, total);
+    walk(sample, total);
 }
 
 // How many paths all targets are expected to need, by what the first `total` gave; `total` if they are met.

@@ -173,7 +173,9 @@ class Pictures {
         : command_(command), image_(std::move(image)) {}
 
     const std::filesystem::path& image() const { return image_; }
-    void write(const RunFacts& facts, const Job& job, RenderResult result) const {
+    // Puts what was rendered, and how, into the image's attributes: an image may fill the memory, and is not
+    // copied for that.
+    void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
         write_exr(image_, result.image);
         if (command_.png) write_png(png_beside(image_), result.image, exposure(result.image));
@@ -249,7 +251,8 @@ void act(const RenderCommand& command, const CommandContext& context) {
         note();
         // What cannot be shown now may be later: the render is worth more.
         try {
-            pictures.write(facts, job, result);
+            RenderResult shown = result;
+            pictures.write(facts, job, shown);
             if (!command.stats.empty()) {
                 write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
             }
@@ -263,7 +266,7 @@ void act(const RenderCommand& command, const CommandContext& context) {
         options.watch_every = kDisplayEvery;
         options.watch = [&display](const RenderResult& result) { display->show(result.image); };
     }
-    const RenderResult result = render(job, options, monitor);
+    RenderResult result = render(job, options, monitor);
     note();
 
     // Write.

@@ -60,6 +60,9 @@ class Film {
     // All that is known, as bytes: for going on elsewhere, by this program on a machine of its byte order.
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
+    static constexpr std::size_t bytes_per_pixel(bool by_pass) {
+        return sizeof(Pixel) + (by_pass ? sizeof(Passes) : 0);
+    }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
     void restore(std::span<const std::byte> sums);
 

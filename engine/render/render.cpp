@@ -6,6 +6,7 @@
 
 #include "engine/base/stopwatch.h"
 #include "engine/render/film.h"
+#include "engine/render/image_memory.h"
 #include "engine/render/integrator.h"
 #include "engine/render/progress.h"
 #include "engine/render/tiles.h"
@@ -375,6 +376,7 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
         throw InputError(fmt::format("only photonmap keeps its maps in files; the integrator is {}",
                                      integrator_name(job.integrator)));
     }
+    require_image_memory(job, options);
     warn_of_unseen_lights(job.scene, job.integrator, monitor);
     warn_of_glowing_media(job.scene, job.integrator, monitor);
     return Run(job, options, monitor).render();
