@@ -1,0 +1,220 @@
+// Commands that make lamps, and studies, killed in every phase and while they write each file: what is there
+// is the old file or the new one, and the same command, given again, ends with the files of one that nobody
+// disturbed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "tests/process/kill_at.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+using ::testing::IsSupersetOf;
+
+struct Making {
+    std::string name;
+    std::vector<std::string> prepare, words;  // the command; OUT stands for the output's name without its end
+    std::vector<std::string> files;           // that it writes, in order: ends of names
+    std::vector<std::string> phases;          // that it must have
+
+    friend void PrintTo(const Making& making, std::ostream* out) { *out << making.name; }
+};
+
+std::vector<Making> makings() {
+    const std::vector<std::string> lamp{"light", "acquire", "-o",  "lamp.exr", "--threads",
+                                        "2",     "--views", "5x5", "--pixels", "32x32"};
+    return {{"acquire",
+             {},
+             {"light", "acquire", "-o", "OUT.exr", "--threads", "2", "--views", "5x5", "--pixels", "48x48"},
+             {".exr", ".cells"},
+             {"virtual acquisition", "cell table"}},
+            {"import",
+             lamp,
+             {"light", "import", "rays.tm25ray", "-o", "OUT.exr", "--threads", "2"},
+             {".exr", ".cells"},
+             {"reading rays", "choosing the resolution", "projecting rays", "cell table"}},
+            {"emit",
+             lamp,
+             {"light", "emit", "lamp.exr", "-o", "OUT.tm25ray", "--rays", "300000"},
+             {".tm25ray"},
+             {"writing rays"}}};
+}
+
+class KilledMaker : public ::testing::TestWithParam<Making> {
+  protected:
+    using Contents = std::map<std::string, std::vector<std::byte>>;
+
+    void SetUp() override {
+        if (!GetParam().prepare.empty()) {
+            ASSERT_EQ(command().run(GetParam().prepare).code, 0);
+            ASSERT_EQ(
+                command().run({"light", "emit", "lamp.exr", "-o", "rays.tm25ray", "--rays", "50000"}).code,
+                0);
+        }
+        const Ended undisturbed = command().run(words("out"));
+        ASSERT_EQ(undisturbed.code, 0) << undisturbed.said;
+        phases_ = phases_of(undisturbed);
+        for (const std::string& file : GetParam().files)
+            expected_[file] = read_bytes(folder_ / ("out" + file));
+    }
+
+    KillableCommand command() const { return KillableCommand(folder_.path()); }
+    static std::vector<std::string> words(const std::string& out) {
+        std::vector<std::string> all = GetParam().words;
+        for (std::string& word : all) {
+            if (word.starts_with("OUT")) word = out + word.substr(3);
+        }
+        return all;
+    }
+
+    // Files of old that nobody can take for new ones.
+    void begin_anew() const {
+        remove_parts(folder_.path());
+        for (const std::string& file : GetParam().files) std::ofstream(folder_ / ("out" + file)) << "old";
+    }
+    void expect_old_or_new(const std::string& where) const {
+        for (const std::string& file : GetParam().files) {
+            const std::vector<std::byte> now = read_bytes(folder_ / ("out" + file));
+            EXPECT_TRUE(now.size() == 3 || now == expected_.at(file)) << where << " " << file << now.size();
+        }
+    }
+    void expect_made_all_the_same(const KillAt& when, const std::string& where) const {
+        const Ended ended = command().kill(words("out"), when, [this] { begin_anew(); });
+        ASSERT_TRUE(ended.in_place) << where << ": no kill fell there\n" << ended.said;
+        expect_old_or_new(where);
+        const Ended again = command().run(words("out"));
+        ASSERT_EQ(again.code, 0) << where << again.said;
+        for (const std::string& file : GetParam().files)
+            EXPECT_TRUE(read_bytes(folder_ / ("out" + file)) == expected_.at(file)) << where << " " << file;
+    }
+
+    TemporaryFolder folder_;
+    std::vector<std::string> phases_;
+    Contents expected_;
+};
+
+TEST_P(KilledMaker, InAnyPhase_MadeAllTheSame) {
+    EXPECT_THAT(phases_, IsSupersetOf(GetParam().phases));
+    for (const std::string& phase : phases_) expect_made_all_the_same({phase, "", 1}, phase);
+}
+
+TEST_P(KilledMaker, WhileAFileIsWritten_MadeAllTheSame) {
+    for (const std::string& file : GetParam().files) expect_made_all_the_same({"", "out" + file, 1}, file);
+}
+
+INSTANTIATE_TEST_SUITE_P(Lamps, KilledMaker, ::testing::ValuesIn(makings()),
+                         [](const auto& test) { return test.param.name; });
+
+// --- studies ---
+
+constexpr const char* kStudy = R"(title = "Two ways"
+seeds = 2
+[[scene]]
+file = "scene.pbrt"
+resolution = "24x20"
+[reference]
+integrator = "path"
+spp = [64]
+[[method]]
+name = "paths"
+integrator = "path"
+spp = [1, 4]
+[[method]]
+name = "photons"
+integrator = "photonmap"
+set = "photons=5000 gatherrays=1"
+spp = [2]
+)";
+constexpr const char* kStudiedScene = R"(
+LookAt 0 1 -3  0 0.5 0  0 1 0
+Camera "perspective" "float fov" 40
+Film "rgb" "integer xresolution" 24 "integer yresolution" 20
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point3 P" [ -2 0 -2  -2 0 2  2 0 2  2 0 -2 ]
+Shape "trianglemesh" "integer indices" [ 0 1 2 0 2 3 ] "point3 P" [ -2 0 2  -2 2 2  2 2 2  2 0 2 ]
+LightSource "point" "rgb I" [ 3 3 3 ] "point3 from" [ 0 1.5 0 ]
+)";
+
+class KilledStudy : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        std::ofstream(folder_ / "scene.pbrt") << kStudiedScene;
+        std::ofstream(folder_ / "study.toml") << kStudy;
+        undisturbed_ = KillableCommand(folder_.path()).run(words("expected"));
+        ASSERT_EQ(undisturbed_.code, 0) << undisturbed_.said;
+        expected_ = table("expected");
+        ASSERT_EQ(expected_.size(), 4U);
+    }
+
+    static std::vector<std::string> words(const std::string& out) {
+        return {"study", "study.toml", "-o", out, "--threads", "2"};
+    }
+    std::filesystem::path out() const { return folder_ / "out"; }
+    void begin_anew() const {
+        std::filesystem::remove_all(out());
+        std::filesystem::create_directories(out() / "runs");
+        std::ofstream(out() / "results.csv") << "old";
+    }
+
+    // Rows without what depends on times: the seconds, and whether a point is among the best.
+    std::vector<std::string> table(const std::string& name) const {
+        std::vector<std::string> rows;
+        std::istringstream lines(read_text(folder_ / name / "results.csv"));
+        for (std::string line; std::getline(lines, line);) {
+            std::vector<std::string> cells;
+            std::istringstream words(line);
+            for (std::string cell; std::getline(words, cell, ',');) cells.push_back(cell);
+            std::string row;
+            for (std::size_t i = 0; i + 1 < cells.size(); ++i) row += i == 3 ? "" : cells[i] + ",";
+            rows.push_back(row);
+        }
+        return rows;
+    }
+
+    void expect_same_table(const KillAt& when, const std::filesystem::path& watched) const {
+        const std::string where = when.phase + when.file + " " + std::to_string(when.count);
+        const KillableCommand command(folder_.path(), watched);
+        const Ended ended = command.kill(words("out"), when, [this] { begin_anew(); });
+        ASSERT_TRUE(ended.in_place) << where << ": no kill fell there\n" << ended.said;
+        const std::string results = read_text(out() / "results.csv");
+        EXPECT_TRUE(results == "old" || table("out") == expected_) << where;
+        for (const auto& entry : std::filesystem::directory_iterator(out() / "runs")) {
+            if (entry.path().extension() != ".exr") continue;
+            EXPECT_NO_THROW(read_exr(entry.path())) << where;
+        }
+        const Ended again = KillableCommand(folder_.path()).run(words("out"));
+        ASSERT_EQ(again.code, 0) << where << again.said;
+        EXPECT_EQ(table("out"), expected_) << where;
+    }
+
+    TemporaryFolder folder_;
+    Ended undisturbed_;
+    std::vector<std::string> expected_;
+};
+
+TEST_F(KilledStudy, WithinARender_SameTable) {
+    const std::vector<std::string> phases = phases_of(undisturbed_);
+    EXPECT_THAT(phases, IsSupersetOf({"read scene", "build scene", "photons", "irradiance", "image"}));
+    for (const std::string& phase : phases) expect_same_table({phase, "", 1}, folder_.path());
+    for (const int render : {2, 4, 7}) expect_same_table({"image", "", render}, folder_.path());
+}
+
+// Between a render's image and its notes, and between renders: their files come one after the other.
+TEST_F(KilledStudy, WhileAFileIsWritten_SameTable) {
+    begin_anew();
+    for (const int file : {1, 2, 3, 8, 13}) expect_same_table({"", "*", file}, out() / "runs");
+    expect_same_table({"", "results.csv", 1}, out());
+    expect_same_table({"", "results.json", 1}, out());
+}
+
+}  // namespace
+}  // namespace lucerna
