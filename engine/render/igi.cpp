@@ -36,6 +36,7 @@ class IgiIntegrator final : public Integrator {
             if (context.monitor.stopped()) return nullptr;
         }
         report_energy(lights.ledger, context.report);
+        warn_of_endless_light(lights.ledger, context.monitor);
         context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
         context.report.numbers["virtual_lights.sets"] = plan.sets;
         Phase phase(context.monitor, "virtual lights in order", 1);

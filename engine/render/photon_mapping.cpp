@@ -36,6 +36,7 @@ class PhotonMapIntegrator final : public Integrator {
             parts.maps = make_maps(plan, context);
             if (context.monitor.stopped()) return nullptr;
             report(parts.maps, context.report);
+            if (context.pass == 0) warn_of_endless_light(parts.maps.ledger, context.monitor);
         }
         const PhotonMap* caustics = parts.maps.find(MapKind::caustic);
         if (parts.radii && caustics) parts.caustic_radii = radii_of(*caustics, *parts.radii, context.workers);

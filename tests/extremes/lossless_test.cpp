@@ -1,0 +1,108 @@
+// Albedos of 0 and of 1 exactly, and closed rooms that take nothing away: every method ends, with the right
+// number or with a warning of what was cut off [photon-maps 7].
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/every_light.h"
+#include "tests/support/scene_text.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// Walks of a thousand bounces each: few of them.
+std::vector<Method> short_methods() {
+    return {{"path", "path", {}},
+            {"direct", "direct", {}},
+            {"gather", "photonmap", {{"photons", "200"}, {"gatherrays", "1"}}},
+            {"map", "photonmap", {{"photons", "200"}, {"direct", "map"}, {"indirect", "map"}}},
+            {"igi", "igi", {{"nlights", "16"}, {"nsets", "8"}}},
+            {"igi tree", "igi", {{"nlights", "16"}, {"nsets", "8"}, {"choice", "tree"}}},
+            {"progressive", "progressive", {{"photons", "200"}}}};
+}
+
+std::string ball(const std::string& material) {
+    return "Material " + material + " Shape \"sphere\" \"float radius\" 4\n";
+}
+std::string grey(double albedo) {
+    return ball(fmt::format("\"diffuse\" \"rgb reflectance\" [{0} {0} {0}]", albedo));
+}
+
+const LightCase& point() {
+    static const LightCase light = lights().cases().front();
+    return light;
+}
+
+struct Rendered {
+    RenderResult result;
+    std::vector<std::string> warnings;
+    double number(const std::string& name) const {
+        const auto found = result.report.numbers.find(name);
+        return found == result.report.numbers.end() ? 0 : found->second;
+    }
+};
+
+Rendered look(const Method& method, const std::string& room) {
+    RecordingMonitor monitor;
+    const Job job = lights().job(lights().scene(point(), {}, 1, room), method, 2, monitor);
+    RenderResult result = render(job, {1, Workers{2}}, monitor);
+    EXPECT_TRUE(is_finite(result.image)) << method.name;
+    return {std::move(result), monitor.warnings};
+}
+
+class Lossless : public ::testing::TestWithParam<Method> {
+  protected:
+    static bool walks() { return GetParam().integrator != "path" && GetParam().integrator != "direct"; }
+    static auto cut_off() { return Contains(HasSubstr("cut off after many bounces")); }
+};
+
+TEST_P(Lossless, ClosedAndWhite_EndsAndSaysWhatWasCutOff) {
+    const Rendered seen = look(GetParam(), grey(1));
+    if (!walks()) return;
+    EXPECT_THAT(seen.warnings, cut_off());
+    EXPECT_THAT(seen.warnings, Contains(HasSubstr("100 %")));
+    // All of it went by roulette and the bound: nothing was absorbed, nothing escaped, nothing vanished.
+    const double emitted = seen.number("energy.emitted");
+    EXPECT_GT(emitted, 0);
+    EXPECT_LT(seen.number("energy.absorbed") + seen.number("energy.escaped"), 1e-3 * emitted);
+    EXPECT_NEAR(seen.number("energy.roulette") + seen.number("energy.cut"), emitted, 1e-3 * emitted);
+    EXPECT_LT(seen.number("energy.imbalance"), 1e-3);
+}
+
+// Metal's "reflectance" of 1 is taken as the little less that a metal can have: some 1 % is absorbed in a
+// hundred bounces, light comes to an end, and nothing vanishes.
+TEST_P(Lossless, ClosedBoxOfMirrors_EndsWithAllLightAccountedFor) {
+    const Rendered seen =
+        look(GetParam(), ball("\"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" 0"));
+    if (!walks() || seen.number("paths.emitted") == 0) return;
+    const double emitted = seen.number("energy.emitted");
+    EXPECT_GT(seen.number("paths.hits"), 100 * seen.number("paths.emitted"));
+    EXPECT_LT(seen.number("energy.imbalance"), 1e-3);
+    EXPECT_TRUE(seen.number("energy.absorbed") > 0.5 * emitted || !seen.warnings.empty())
+        << seen.number("energy.absorbed") / emitted;
+}
+
+TEST_P(Lossless, UsualRooms_NoSuchWarning) {
+    for (const double albedo : {0.0, 0.5, 0.9}) {
+        EXPECT_THAT(look(GetParam(), grey(albedo)).warnings, Not(cut_off())) << albedo;
+    }
+    EXPECT_THAT(look(GetParam(), std::string(kRoom)).warnings, Not(cut_off()));
+}
+
+TEST_P(Lossless, AlbedoOfNothing_NothingComesBack) {
+    const Rendered seen = look(GetParam(), grey(0));
+    EXPECT_EQ(difference(seen.result.image, seen.result.image).light, 0);
+    if (seen.number("paths.emitted") > 0) {
+        EXPECT_NEAR(seen.number("energy.absorbed"), seen.number("energy.emitted"),
+                    1e-5 * seen.number("energy.emitted"));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Lossless, ::testing::ValuesIn(short_methods()), name_of);
+
+}  // namespace
+}  // namespace lucerna
