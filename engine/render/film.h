@@ -61,7 +61,7 @@ class Film {
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
     static constexpr std::size_t bytes_per_pixel(bool by_pass) {
-        return sizeof(Pixel) + (by_pass ? sizeof(Passes) : 0);
+        return sizeof(Pixel) + sizeof(Marks) + (by_pass ? sizeof(Passes) : 0);
     }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
     void restore(std::span<const std::byte> sums);

@@ -93,16 +93,6 @@ TEST_P(Degenerate, ClosedBoxOfMirrors_Ends) {
     look(lights().scene(light_named("area of a sphere"), {}, 1, mirrors));
 }
 
-// Closed, white and lossless: the light has no limit, and the image is a finite part of it.
-TEST_P(Degenerate, ClosedAndWhite_Ends) {
-    if (GetParam().integrator == "photonmap" || GetParam().integrator == "progressive") {
-        GTEST_SKIP() << "walks of thousands of bounces: minutes";
-    }
-    const std::string white =
-        R"(Material "diffuse" "rgb reflectance" [1 1 1] Shape "sphere" "float radius" 4)";
-    look(lights().scene(light_named("point"), {}, 1, white));
-}
-
 // Slivers, triangles of no area, two surfaces in one place, and one of no extent.
 TEST_P(Degenerate, SliversAndTrianglesOfNoArea_ChangeNothing) {
     const std::string odd =
@@ -116,6 +106,24 @@ TEST_P(Degenerate, SliversAndTrianglesOfNoArea_ChangeNothing) {
                                R"(Shape "trianglemesh" "point3 P" [-1 0.5 0  1 0.5 0  0 0.500001 0]
            "integer indices" [0 1 2])";
     EXPECT_LT(difference(plain, look(lights().scene(light_named("point"), {}, 1, sliver))).pixels, 0.05);
+}
+
+// Light that only just grazes the floor: its photons slide far in the plane in which they are gathered.
+TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
+    const std::string floor = R"(Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
+        Shape "trianglemesh" "point3 P" [-1 -0.5 -1  1 -0.5 -1  1 -0.5 1  -1 -0.5 1]
+        "integer indices" [0 2 1 0 3 2])";
+    for (const double slope : {1e-2, 1e-5, 1e-8, 0.0, -1e-8}) {
+        const LightCase grazing{
+            "grazing",
+            fmt::format("LightSource \"distant\" \"point3 from\" [-1 {:.9g} -3] \"point3 to\" [0 0 0] "
+                        "\"rgb L\" [1 1 1] \"float scale\" {{}}",
+                        slope),
+            false, false};
+        look(lights().scene(grazing));
+        // Of the cosine's size, and no brighter than the light itself.
+        EXPECT_LE(mean(look(lights().scene(grazing, {}, 1, floor), 16)), std::max(slope, 1e-6)) << slope;
+    }
 }
 
 TEST_P(Degenerate, OnePixel_IsAnImage) {
@@ -172,16 +180,37 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
     }
 }
 
-// A beam as thin as float32 has it: all photons of the first impact in one place.
+// A beam as thin as float32 has it: all photons, and virtual lights, of the first impact in one place.
+LightCase beam(std::string_view to) {
+    return {"beam",
+            fmt::format("LightSource \"spot\" \"point3 from\" [0 0.9 0] \"point3 to\" [{}] \"rgb I\" [1 1 1] "
+                        "\"float coneangle\" 1e-3 \"float conedelta\" 1e-4 \"float scale\" {{}}",
+                        to),
+            true, false};
+}
+
 TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
-    const LightCase beam{
-        "beam",
-        R"(LightSource "spot" "point3 from" [0 0.9 0] "point3 to" [0.1 -1 0.2] "rgb I" [1 1 1]
-        "float coneangle" 1e-3 "float conedelta" 1e-4 "float scale" {})",
-        true, false};
     for (const Method& method : every_method()) {
-        const Image image = lights().image(lights().scene(beam), method, kSpp);
+        const Image image = lights().image(lights().scene(beam("0.1 -1 0.2")), method, kSpp);
         EXPECT_TRUE(is_finite(image)) << method.name;
+    }
+}
+
+// The camera looks at them from so near that its places and theirs are one: no distance, and nothing that
+// bounds what they send but the program.
+TEST(VirtualLightExtremes, AtNoDistance_GiveAFiniteImage) {
+    std::string text = lights().scene(beam("0 -1 0"));
+    const std::size_t at = text.find("LookAt"), end = text.find('\n', at);
+    text.replace(at, end - at, "LookAt 0 -0.99999 0.00001  0 -1 0  0 1 0");
+    for (const char* choice : {"loop", "tree"}) {
+        for (const char* mindist : {"0", "1e-30"}) {
+            const Method method{
+                "igi", "igi", {{"nlights", "64"}, {"nsets", "4"}, {"choice", choice}, {"mindist", mindist}}};
+            EXPECT_TRUE(is_finite(lights().image(text, method, 16))) << choice << " " << mindist;
+            Method compensated = method;
+            compensated.set.emplace_back("compensate", "true");
+            EXPECT_TRUE(is_finite(lights().image(text, compensated, 16))) << choice << " " << mindist;
+        }
     }
 }
 

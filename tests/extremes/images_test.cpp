@@ -68,10 +68,10 @@ TEST(ImageMemory, OfSixteenThousandSquared_IsThatOfItsParts) {
     ListeningMonitor monitor;
     const Job job = lights().job(scene(16384, 16384, kSky), every_method().front(), 1, monitor);
     constexpr std::uint64_t kPixels = std::uint64_t{16384} * 16384;
-    EXPECT_EQ(image_memory(job, {}), kPixels * (44 + 24));
+    EXPECT_EQ(image_memory(job, {}), kPixels * (52 + 24));
     RenderOptions kept;
     kept.keep = [](Checkpoint) {};
-    EXPECT_EQ(image_memory(job, kept), kPixels * (44 + 24 + 44));
+    EXPECT_EQ(image_memory(job, kept), kPixels * (52 + 24 + 52));
 }
 
 // --- photons ---
