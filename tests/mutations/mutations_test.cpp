@@ -150,6 +150,7 @@ TrialOutcome trial_of(Fault fault) {
     const Mutation mutation({whole});
     TrialLimits limits;
     limits.seconds_each = 1;
+    limits.memory_at_once = std::size_t{64} << 20;
     return try_inputs(
         FaultyReader(fault), [&](std::uint64_t i) { return mutation.input(i); }, folder.path(), limits);
 }
