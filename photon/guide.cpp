@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "photon/emission.h"
 #include "photon/kernel.h"
 #include "photon/near_photons.h"
@@ -248,6 +249,18 @@ Photons first_impacts(const Scene& scene, const GuidePlan& plan, std::int64_t be
     return landed;
 }
 
+// Throws InputError for more photons than there is memory for, by what the first paths left: they are held as
+// chunks leave them, in one row, and in the map, under its tree.
+void require_memory_for(const std::vector<Photons>& chunks, std::int64_t paths, std::int64_t all) {
+    constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
+    std::size_t found = 0;
+    for (const Photons& chunk : chunks) found += chunk.size();
+    const double photons = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
+    require_memory(static_cast<std::uint64_t>(photons * (3 * kLanded + kTree)),
+                   fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
+                   "fewer are accepted (guidephotons)");
+}
+
 }  // namespace
 
 GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor) {
@@ -258,12 +271,20 @@ GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& 
     constexpr std::int64_t kGrain = 4096;  // fixed, so that results do not depend on threads
     std::vector<Photons> chunks(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
     Phase phase(monitor, "guide", static_cast<std::uint64_t>(plan.paths));
-    parallel_ranges(workers, plan.paths, kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-                        if (monitor.stopped()) return;
-                        chunks[static_cast<std::size_t>(chunk)] = first_impacts(scene, plan, begin, end);
-                        phase.advance(static_cast<std::uint64_t>(end - begin));
-                    });
+    const auto emit = [&](std::int64_t from, std::int64_t to) {
+        parallel_ranges(workers, to - from, kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                            if (monitor.stopped()) return;
+                            chunks[static_cast<std::size_t>((from + begin) / kGrain)] =
+                                first_impacts(scene, plan, from + begin, from + end);
+                            phase.advance(static_cast<std::uint64_t>(end - begin));
+                        });
+    };
+    // The first of them tell what all will need.
+    const std::int64_t sample = std::min(plan.paths, 16 * kGrain);
+    emit(0, sample);
+    if (!monitor.stopped()) require_memory_for(chunks, sample, plan.paths);
+    emit(sample, plan.paths);
     Photons all;
     for (const Photons& chunk : chunks) {
         for (std::size_t i = 0; i < chunk.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "photon/virtual_light_of.h"
 
 namespace lucerna {
@@ -43,6 +44,18 @@ Walked walk_paths(const Scene& scene, const VirtualLightPlan& plan, std::uint64_
     return result;
 }
 
+// Throws InputError for more virtual lights than there is memory for, by what the first chunks' paths left:
+// they are held as chunks leave them, in one row, and in the order in which they are asked.
+void require_memory_for(const std::vector<Walked>& walked, std::uint64_t paths, std::uint64_t all) {
+    constexpr double kOrdered = 64;
+    std::size_t found = 0;
+    for (const Walked& part : walked) found += part.lights.size();
+    const double lights = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
+    require_memory(static_cast<std::uint64_t>(lights * (2 * sizeof(VirtualLight) + kOrdered)),
+                   fmt::format("about {:.2g} virtual lights from {} light paths", lights, all),
+                   "fewer sets, or light paths in a set, are accepted (nsets, nlights)");
+}
+
 }  // namespace
 
 VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan,
@@ -50,16 +63,30 @@ VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan
     // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets. A chunk is a set,
     // or a part of one: both are powers of 2.
     const std::uint64_t all = std::uint64_t{plan.sets} * plan.paths;
+    constexpr std::uint64_t kMostPaths = std::uint64_t{1} << 32;  // that have a number
+    if (all > kMostPaths) {
+        throw InputError(
+            fmt::format("{} sets of {} light paths are too many; at most {} paths in all can be "
+                        "emitted (nsets, nlights)",
+                        plan.sets, plan.paths, kMostPaths));
+    }
     const std::uint64_t per_chunk = std::min<std::uint64_t>(plan.paths, kChunk);
     std::vector<Walked> walked(all / per_chunk);
     {
         Phase phase(monitor, "virtual lights", all);
-        parallel_chunks(workers, static_cast<std::int64_t>(walked.size()), [&](std::int64_t chunk) {
-            if (monitor.stopped()) return;
-            const std::uint64_t begin = static_cast<std::uint64_t>(chunk) * per_chunk;
-            walked[static_cast<std::size_t>(chunk)] = walk_paths(scene, plan, begin, begin + per_chunk);
-            phase.advance(per_chunk);
-        });
+        const auto walk_chunks = [&](std::uint64_t from, std::uint64_t to) {
+            parallel_chunks(workers, static_cast<std::int64_t>(to - from), [&](std::int64_t chunk) {
+                if (monitor.stopped()) return;
+                const std::uint64_t place = from + static_cast<std::uint64_t>(chunk);
+                walked[place] = walk_paths(scene, plan, place * per_chunk, (place + 1) * per_chunk);
+                phase.advance(per_chunk);
+            });
+        };
+        // The first of them tell what all will need.
+        const std::uint64_t sample = std::min<std::uint64_t>(walked.size(), 8 * kChunk / per_chunk);
+        walk_chunks(0, sample);
+        if (!monitor.stopped()) require_memory_for(walked, sample * per_chunk, all);
+        walk_chunks(sample, walked.size());
     }
     std::size_t total = 0;
     for (const Walked& part : walked) total += part.lights.size();

@@ -76,14 +76,37 @@ TEST(ImageMemory, OfSixteenThousandSquared_IsThatOfItsParts) {
 
 // --- photons ---
 
+struct Greedy {
+    const char* integrator;
+    std::vector<std::pair<std::string, std::string>> set;
+    const char* named;
+};
+
 TEST(PhotonMemory, MoreThanItHolds_IsRefusedAfterAFewPaths) {
-    const Method method{
-        "many", "photonmap", {{"photons", "4000000000"}, {"indirect", "map"}, {"direct", "map"}}};
+    const std::vector<Greedy> all = {
+        {"photonmap", {{"photons", "4000000000"}, {"indirect", "map"}, {"direct", "map"}}, "photon maps"},
+        {"photonmap",
+         {{"photons", "100"}, {"direct", "gated"}, {"guidephotons", "4000000000"}},
+         "guidephotons"},
+        {"igi", {{"nlights", "4194304"}, {"nsets", "1024"}}, "virtual lights"}};
+    for (const Greedy& greedy : all) {
+        ListeningMonitor monitor;
+        const Method method{greedy.named, greedy.integrator, greedy.set};
+        const Job job = lights().job(lights().scene(lights().cases().front()), method, 1, monitor);
+        const std::string refusal = error_of([&] { render(job, {1, Workers{2}}, monitor); });
+        EXPECT_THAT(refusal, AllOf(HasSubstr(greedy.named), HasSubstr("light paths"),
+                                   HasSubstr("GB of memory"), HasSubstr("are available")));
+    }
+}
+
+TEST(PhotonMemory, MorePathsThanHaveNumbers_AreRefused) {
     ListeningMonitor monitor;
+    const Method method{"most", "igi", {{"nlights", "16777216"}, {"nsets", "16777216"}}};
     const Job job = lights().job(lights().scene(lights().cases().front()), method, 1, monitor);
-    const std::string refusal = error_of([&] { render(job, {1, Workers{2}}, monitor); });
-    EXPECT_THAT(refusal, AllOf(HasSubstr("4000000000 light paths"), HasSubstr("GB of memory"),
-                               HasSubstr("are available"), HasSubstr("progressive")));
+    EXPECT_THAT(error_of([&] {
+                    render(job, {1, Workers{2}}, monitor);
+                }),
+                AllOf(HasSubstr("16777216 sets of 16777216 light paths"), HasSubstr("4294967296")));
 }
 
 }  // namespace
