@@ -214,6 +214,7 @@ TEST_F(KilledStudy, WhileAFileIsWritten_SameTable) {
     for (const int file : {1, 2, 3, 8, 13}) expect_same_table({"", "*", file}, out() / "runs");
     expect_same_table({"", "results.csv", 1}, out());
     expect_same_table({"", "results.json", 1}, out());
+    expect_same_table({"", "study.html", 1}, out());
 }
 
 }  // namespace
