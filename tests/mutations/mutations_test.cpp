@@ -16,6 +16,7 @@
 #include "tests/mutations/mutation.h"
 #include "tests/mutations/readers.h"
 #include "tests/mutations/trial.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -162,11 +163,11 @@ TEST(Trial, SoundReader_Passes) {
 }
 
 TEST(Trial, ReaderThatCrashes_IsFound) {
-    EXPECT_THAT(trial_of(Fault::overruns).finding, HasSubstr(sanitized() ? "left with" : "ended by"));
+    EXPECT_THAT(trial_of(Fault::overruns).finding, HasSubstr(kSanitized ? "left with" : "ended by"));
 }
 
 TEST(Trial, ReaderThatBelievesACount_IsFound) {
-    if (sanitized()) GTEST_SKIP() << "sanitizers allocate by themselves";
+    if (kSanitized) GTEST_SKIP() << "sanitizers allocate by themselves";
     EXPECT_THAT(trial_of(Fault::believes_the_count).finding, HasSubstr("too much memory"));
 }
 

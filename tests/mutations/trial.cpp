@@ -19,22 +19,10 @@
 #include <string_view>
 #include <thread>
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)  // gcc
-#define LUCERNA_TRIAL_SANITIZED
-#elif defined(__has_feature)  // clang
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define LUCERNA_TRIAL_SANITIZED
-#endif
-#endif
+#include "tests/support/sanitized.h"
 
 namespace lucerna::testing {
 namespace {
-
-#ifdef LUCERNA_TRIAL_SANITIZED
-constexpr bool kSanitized = true;
-#else
-constexpr bool kSanitized = false;
-#endif
 
 // Bytes that may be asked for at once; 0: any number. Set in the child alone.
 std::size_t most_at_once = 0;
@@ -120,7 +108,7 @@ void* allocate(std::size_t size) {
 }  // namespace lucerna::testing
 
 // Every `new` of the program and of its libraries. Sanitizers have their own.
-#ifndef LUCERNA_TRIAL_SANITIZED
+#ifndef LUCERNA_SANITIZED
 void* operator new(std::size_t size) {
     return lucerna::testing::allocate(size);
 }
@@ -142,10 +130,6 @@ void operator delete[](void* p, std::size_t) noexcept {
 #endif
 
 namespace lucerna::testing {
-
-bool sanitized() {
-    return kSanitized;
-}
 
 TrialOutcome try_inputs(const Reading& read, const std::function<std::string(std::uint64_t)>& input,
                         const std::filesystem::path& folder, const TrialLimits& limits) {

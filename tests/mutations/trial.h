@@ -32,7 +32,4 @@ using Reading = std::function<void(const std::string& input)>;
 TrialOutcome try_inputs(const Reading& read, const std::function<std::string(std::uint64_t)>& input,
                         const std::filesystem::path& folder, const TrialLimits& limits = {});
 
-// Whether a sanitizer looks after memory in the place of TrialLimits::memory.
-bool sanitized();
-
 }  // namespace lucerna::testing

@@ -1,0 +1,81 @@
+// The memory that an image takes is what is foretold; where there is less, the command says so before any
+// work.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "engine/base/files.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace {
+
+struct Ran {
+    int code;
+    double bytes;  // resident, at the most
+};
+
+class ImageInMemory : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        if (testing::kSanitized) GTEST_SKIP() << "sanitizers take memory of their own";
+        std::ofstream(folder_ / "sky.pbrt")
+            << "Camera \"perspective\" Film \"rgb\" WorldBegin LightSource \"infinite\"\n";
+    }
+
+    // `limit`: of the address space, bytes; 0: none.
+    Ran render(const std::string& resolution, std::uint64_t limit = 0) const {
+        std::vector<std::string> words{LUCERNA_COMMAND, "render",    "sky.pbrt", "-o",     "sky.exr",
+                                       "--resolution",  resolution,  "--spp",    "1",      "--integrator",
+                                       "direct",        "--threads", "2",        "--quiet"};
+        std::vector<char*> argv;
+        for (std::string& word : words) argv.push_back(word.data());
+        argv.push_back(nullptr);
+        const pid_t child = fork();
+        if (child == 0) {
+            const rlimit most{limit, limit};
+            if (limit > 0) setrlimit(RLIMIT_AS, &most);
+            const std::string errors = folder_ / "errors";
+            if (chdir(folder_.path().c_str()) == 0 && freopen(errors.c_str(), "w", stderr) != nullptr)
+                execv(argv[0], argv.data());
+            _exit(127);
+        }
+        int status = 0;
+        rusage usage{};
+        wait4(child, &status, 0, &usage);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+                1024.0 * static_cast<double>(usage.ru_maxrss)};
+    }
+
+    testing::TemporaryFolder folder_;
+};
+
+TEST_F(ImageInMemory, Largest_IsWhatIsForetold) {
+    const Ran small = render("16x16"), large = render("4096x1024");
+    ASSERT_EQ(small.code, 0);
+    ASSERT_EQ(large.code, 0);
+    const double each = (large.bytes - small.bytes) / (4096.0 * 1024);
+    RecordProperty("bytes_per_pixel", std::to_string(each));
+    EXPECT_GT(each, 0.9 * 76);  // docs/extremes.md
+    EXPECT_LT(each, 1.1 * 76);
+}
+
+TEST_F(ImageInMemory, MoreThanTheProcessMayHave_IsOneLineAndTheOldImageStays) {
+    std::ofstream(folder_ / "sky.exr") << "old";
+    const Ran ran = render("8192x8192", std::uint64_t{3} << 30);  // 5.1 GB
+    EXPECT_EQ(ran.code, 1);
+    EXPECT_LT(ran.bytes, 3e8) << "it began";
+    const std::string said = read_text(folder_ / "errors");
+    EXPECT_NE(said.find("8192 x 8192 pixels: needs 5.1 GB"), said.npos) << said;
+    EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
+    EXPECT_EQ(read_text(folder_ / "sky.exr"), "old");
+}
+
+}  // namespace
+}  // namespace lucerna
