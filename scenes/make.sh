@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 lucerna=../build/release/lucerna
-[ $# -gt 0 ] || set -- cathedral cloister lamps/bike-light office projector room stadium watch
+[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light office projector room stadium watch
 
 # lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
@@ -40,6 +40,11 @@ for scene in "$@"; do
     fi
     if [ -f "$scene/make.py" ]; then python3 "$scene/make.py"; fi
     case $scene in
+        beams)
+            for exponent in 1 10 100 1000; do
+                lamp "beams/lamp-$exponent.exr" acquire --radius 1m --exponent "$exponent" --views 21x21 --pixels 48x48 --capture 95% --distance 10m
+            done
+            ;;
         cloister) lamp cloister/lamp.exr acquire --radius 35mm --exponent 16 --flux 1200 --unit lm --colour 1.17,0.97,0.72 ;;
         room) lamp room/lamp.exr acquire --radius 35mm --exponent 20 --flux 1500 --unit lm --colour 1.28,0.96,0.55 ;;
         watch)

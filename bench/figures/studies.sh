@@ -1,0 +1,147 @@
+#!/usr/bin/env bash
+# The shipped studies: what each trade is worth, measured. Plans for `lucerna study` and small programs; every result lies in
+# out/studies/NAME with its tables (numbers.md), its picture and, of a plan, its page.
+# usage: bench/figures/studies.sh [--quick] [NAME...]     default: all of them, some forty minutes on two cores
+#   direct       12 min  direct light four ways, from wide beams to narrow ones: the time to equal error
+#   photons       6 min  photons, k and gather rays
+#   igi           4 min  sets and paths of virtual lights
+#   emission      2 min  modes of emission from measured lamps: constant, exact, weighted
+#   table         2 min  resolution of a lamp's table: error, noise, memory, speed
+#   halves        1 min  a lamp's coefficients as halves and as floats
+#   tree          4 min  our tree and FLANN's: whole renders, and searches alone
+#   near-far      2 min  a measured lamp and its far field, over the distance
+#   progressive   6 min  how error falls with passes, by alpha
+# --quick: everything tiny and in seconds, without what has to be made first, into out/studies-quick: does it all still run?
+# BUILD (default build/release) may be set before it. The machine should have nothing else to do.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+build=${BUILD:-build/release}
+here=bench/figures/studies
+out=out/studies
+quick=
+names=()
+for word in "$@"; do
+    case $word in
+        --quick) quick=yes out=out/studies-quick ;;
+        -h | --help)
+            sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
+            exit
+            ;;
+        -*)
+            echo "studies.sh: $word is not accepted; --quick, --help and names of studies are" >&2
+            exit 2
+            ;;
+        *) names+=("$word") ;;
+    esac
+done
+[ ${#names[@]} -gt 0 ] || names=(direct photons igi emission table halves tree near-far progressive)
+lucerna=$build/lucerna
+[ -n "$quick" ] || cmake --build "$build" --target lucerna > /dev/null
+
+# draw SCRIPT ARGUMENT...: its tables to the screen and beside the picture
+draw() {
+    local script=$1
+    shift
+    /usr/bin/python3 "$here/$script.py" "$@" | tee "$folder/numbers.md"
+}
+
+# plan: the study of this name
+plan() {
+    local file=$here/$name.toml
+    if [ -n "$quick" ]; then
+        /usr/bin/python3 "$here/quick.py" "$file" "$folder/$name.toml"
+        file=$folder/$name.toml
+    fi
+    "$lucerna" study "$file" -o "$folder" > "$folder/log.txt"
+}
+
+# figure PROGRAM ARGUMENT...: to standard output
+figure() {
+    local program=$build/bench/figure_$1
+    [ -n "$quick" ] || cmake --build "$build" --target "figure_$1" > /dev/null
+    shift
+    "$program" "$@"
+}
+
+# formula_lamp FILE ARGUMENT...: by `lucerna light acquire` if it is not there
+formula_lamp() {
+    local file=$1
+    shift
+    [ -f "$file" ] || "$lucerna" light acquire "$@" -o "$file" --quiet
+}
+
+# measured_lamps: into the array of that name, those of scenes/lamps; a tiny one by formula where things should be quick
+measured_lamps() {
+    lamps=()
+    if [ -n "$quick" ]; then
+        formula_lamp "$folder/disc.exr" --exponent 20 --views 5x5 --pixels 8x8
+        lamps=("$folder/disc.exr")
+        return
+    fi
+    local lamp rig
+    for lamp in flashlight three-led bike-light projector; do
+        rig=scenes/lamps/$lamp/rig.toml
+        [ "$lamp" = flashlight ] && rig=scenes/lamps/flashlight/rig-screen.toml
+        if [ -f "scenes/lamps/$lamp/make.py" ]; then python3 "scenes/lamps/$lamp/make.py" > /dev/null; fi
+        formula_lamp "scenes/lamps/$lamp/$lamp.exr" "$rig"
+        lamps+=("scenes/lamps/$lamp/$lamp.exr")
+    done
+}
+
+study() {
+    case $name in
+        direct)
+            if [ -z "$quick" ]; then
+                [ -d scenes/cloister/mesh ] || bash scenes/make.sh cloister
+                [ -f scenes/beams/lamp-1000.exr ] || bash scenes/make.sh beams
+                measured_lamps
+            fi
+            plan
+            draw trade "$folder/results.json" "$folder/trade.png"
+            draw direct "$folder" "$folder/direct.png"
+            ;;
+        photons | igi)
+            plan
+            draw trade "$folder/results.json" "$folder/trade.png"
+            ;;
+        progressive)
+            plan
+            draw slopes "$folder/results.json" "$folder/slopes.png"
+            ;;
+        emission)
+            measured_lamps
+            figure emission_modes "${quick:+--quick}" "${lamps[@]}" > "$folder/emission.csv"
+            draw emission "$folder/emission.csv" "$folder/emission.png"
+            ;;
+        table)
+            table
+            draw table "$folder/table.csv" "$folder/table.png"
+            ;;
+        halves)
+            figure stored_halves "${quick:+--quick}" "$folder" ../shared/data/osram-ostar-green-100k.tm25ray > "$folder/halves.csv"
+            draw halves "$folder/halves.csv" "$folder/halves.png"
+            ;;
+        tree)
+            plan
+            searches
+            draw tree "$folder" "$folder/tree.png"
+            ;;
+        near-far)
+            measured_lamps
+            figure near_far "${quick:+--quick}" "${lamps[@]}" > "$folder/near-far.csv"
+            draw near_far "$folder/near-far.csv" "$folder/near-far.png"
+            ;;
+        *)
+            echo "studies.sh: there is no study $name; --help lists them" >&2
+            exit 2
+            ;;
+    esac
+}
+
+for name in "${names[@]}"; do
+    folder=$out/$name
+    mkdir -p "$folder"
+    echo "== $name"
+    study
+done

@@ -1,0 +1,83 @@
+"""What the studies' plots share: reading results, and the time that a curve takes to an error."""
+import json
+import math
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+matplotlib.rcParams["svg.hashsalt"] = "lucerna"
+from matplotlib import pyplot  # noqa: E402,F401
+
+
+def load(path):
+    with open(path, encoding="utf-8") as file:
+        return json.load(file)
+
+
+def by(things, key):
+    """{key of a thing: [things]} in the order in which keys first come."""
+    groups = {}
+    for thing in things:
+        groups.setdefault(thing[key], []).append(thing)
+    return groups
+
+
+def setting(point, name):
+    """The value of a setting written down for a point, as text; none if it was not."""
+    for word in point["settings"].split():
+        key, value = word.split("=", 1)
+        if key == name:
+            return value
+    return None
+
+
+def front(points):
+    """The points that nothing beats in both time and error, fastest first."""
+    best, kept = math.inf, []
+    for point in sorted(points, key=lambda p: (p["seconds"], p["error2"])):
+        if point["error2"] < best:
+            best = point["error2"]
+            kept.append(point)
+    return kept
+
+
+def seconds_to(points, error2):
+    """The time to an error along the front, straight in logarithms; none if it is not reached.
+
+    Of an error that the fastest point undercuts the time is that point's: nothing faster was measured."""
+    curve = front(points)
+    if not curve or error2 < curve[-1]["error2"]:
+        return None
+    if error2 >= curve[0]["error2"]:
+        return curve[0]["seconds"]
+    for a, b in zip(curve, curve[1:]):
+        if a["error2"] >= error2 >= b["error2"]:
+            part = math.log(a["error2"] / error2) / math.log(a["error2"] / b["error2"])
+            return a["seconds"] * (b["seconds"] / a["seconds"]) ** part
+    return None
+
+
+def slope(pairs):
+    """Of the least-squares line through the logarithms of (x, y)."""
+    xs, ys = [math.log(x) for x, _ in pairs], [math.log(y) for _, y in pairs]
+    mx, my = sum(xs) / len(xs), sum(ys) / len(ys)
+    return sum((x - mx) * (y - my) for x, y in zip(xs, ys)) / sum((x - mx) ** 2 for x in xs)
+
+
+def save(figure, picture):
+    figure.tight_layout()
+    figure.savefig(picture, dpi=110)
+
+
+def without_reading(points, folder):
+    """The points with the reading of the scene taken off their times, as the notes of their renders have it.
+
+    It is the same for every method, and at the sizes of a study as long as an image."""
+    runs = os.path.join(folder, "runs")
+    shortened = []
+    for point in points:
+        notes = load(os.path.join(runs, os.path.splitext(point["image"])[0] + ".json"))
+        # A millisecond is left of what was all reading: the note is that of one seed, the time the mean of all.
+        shortened.append({**point, "seconds": max(point["seconds"] - notes["seconds"]["read"], 1e-3)})
+    return shortened
