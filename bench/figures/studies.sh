@@ -2,7 +2,7 @@
 # The shipped studies: what each trade is worth, measured. Plans for `lucerna study` and small programs; every result lies in
 # out/studies/NAME with its tables (numbers.md), its picture and, of a plan, its page.
 # usage: bench/figures/studies.sh [--quick] [NAME...]     default: all of them, some forty minutes on two cores
-#   direct       12 min  direct light four ways, from wide beams to narrow ones: the time to equal error
+#   direct        8 min  direct light four ways, from wide beams to narrow ones: the time to equal error
 #   photons       6 min  photons, k and gather rays
 #   igi           4 min  sets and paths of virtual lights
 #   emission      2 min  modes of emission from measured lamps: constant, exact, weighted
@@ -89,6 +89,15 @@ measured_lamps() {
     done
 }
 
+# searches: the k nearest photons and the building of the two trees, alone, into searches.json
+searches() {
+    local filter='tree/(k_nearest|build)/(100000|1000000)/'
+    [ -z "$quick" ] || filter='tree/k_nearest/100000/20$'
+    [ -n "$quick" ] || cmake --build "$build" --target lucerna_bench > /dev/null
+    "$build/bench/lucerna_bench" --benchmark_filter="$filter" --benchmark_out="$folder/searches.json" \
+        ${quick:+--benchmark_min_time=0.01} > "$folder/searches.txt" 2>&1
+}
+
 study() {
     case $name in
         direct)
@@ -115,7 +124,7 @@ study() {
             draw emission "$folder/emission.csv" "$folder/emission.png"
             ;;
         table)
-            table
+            figure table_resolution "${quick:+--quick}" > "$folder/table.csv"
             draw table "$folder/table.csv" "$folder/table.png"
             ;;
         halves)
@@ -129,6 +138,8 @@ study() {
             ;;
         near-far)
             measured_lamps
+            [ -n "$quick" ] || formula_lamp "$folder/matt-disc.exr" --capture 90% --pixels 64x64
+            [ -n "$quick" ] || lamps=("$folder/matt-disc.exr" "${lamps[@]}")
             figure near_far "${quick:+--quick}" "${lamps[@]}" > "$folder/near-far.csv"
             draw near_far "$folder/near-far.csv" "$folder/near-far.png"
             ;;

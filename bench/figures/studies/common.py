@@ -1,4 +1,5 @@
 """What the studies' plots share: reading results, and the time that a curve takes to an error."""
+import csv
 import json
 import math
 import os
@@ -81,3 +82,31 @@ def without_reading(points, folder):
         # A millisecond is left of what was all reading: the note is that of one seed, the time the mean of all.
         shortened.append({**point, "seconds": max(point["seconds"] - notes["seconds"]["read"], 1e-3)})
     return shortened
+
+
+def rows(path):
+    """The tables of a file of comma-separated values: parts are parted by a line "#", numbers are numbers."""
+
+    def value(word):
+        try:
+            return float(word)
+        except ValueError:
+            return word
+
+    with open(path, newline="", encoding="utf-8") as file:
+        parts = file.read().split("#\n")
+    return [[{key: value(word) for key, word in row.items()} for row in csv.DictReader(part.splitlines())] for part in parts]
+
+
+def percent(square):
+    """The root of a relative square, as text; what is below 0 is none."""
+    return "none" if square <= 0 else f"{100 * math.sqrt(square):.2g} %"
+
+
+def size(count):
+    """Bytes as text."""
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.3g} TB"

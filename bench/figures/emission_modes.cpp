@@ -1,0 +1,68 @@
+// What the modes of emission from a measured lamp cost and lose: the numbers of the study `emission`.
+//
+// Each lamp, its negative coefficients taken as 0, is emitted in each mode and counted on three planes,
+// beside the irradiance that its coefficients give there. Writes lines
+//
+//   lamp,coefficients,table_bytes,mode,rate,plane,bias2,noise2,particles
+//
+// rate in particles per second of one thread's CPU time, the plane's distance in those of M, bias² and noise²
+// relative to the mean square of the irradiance, the noise of so many particles.
+//
+// usage: figure_emission_modes [--quick] LAMP.exr... > emission.csv
+#include <fmt/core.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "bench/figures/lamp_emission.h"
+
+namespace {
+
+using namespace lucerna;
+
+constexpr std::array<double, 3> kPlanes{0.05, 0.5, 10};
+constexpr int kPixels = 64;
+
+void measure(const std::filesystem::path& file, const Particles& particles) {
+    Monitor silent;
+    const LightField field = without_negative(read_light_field(file));
+    const CellTable table(field, Workers{}, silent);
+    std::vector<PlaneIrradiance> truths;
+    for (const double plane : kPlanes) {
+        const double distance = plane * field.rig().distance;
+        truths.push_back(
+            project(field, frame_light(field, distance, kPixels, Workers{}, silent), Workers{}, silent));
+    }
+    for (const auto& [mode, name] : kEmissionModes) {
+        MeasuredSettings settings;
+        settings.file = file;
+        settings.mode = mode;
+        const auto light = make_measured_light(field, table, settings, silent);
+        const EmissionMeasured measured = measure_emission(*light, truths, particles);
+        for (std::size_t i = 0; i < truths.size(); ++i) {
+            fmt::print("{},{},{},{},{:.4g},{:g},{:.6g},{:.6g},{}\n", file.stem().string(),
+                       field.rig().coefficients(), table.bytes(), name, measured.particles_per_second,
+                       kPlanes[i], measured.planes[i].bias2, measured.planes[i].noise2, particles.in_batch);
+        }
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        Particles particles;
+        fmt::print("lamp,coefficients,table_bytes,mode,rate,plane,bias2,noise2,particles\n");
+        for (int i = 1; i < argc; ++i) {
+            if (std::string(argv[i]) == "--quick")
+                particles = {4, 1U << 12};
+            else if (argv[i][0] != '\0')
+                measure(argv[i], particles);
+        }
+        return EXIT_SUCCESS;
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "figure_emission_modes: {}\n", error.what());
+        return EXIT_FAILURE;
+    }
+}

@@ -1,0 +1,157 @@
+// What the figures of measured lamps share: particles of a lamp, counted on planes before it, against what
+// should be there.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <ctime>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/stream.h"
+#include "lights/cell_table.h"
+#include "lights/emit_net.h"
+#include "lights/light_field.h"
+#include "lights/measured.h"
+#include "measure/plane_irradiance.h"
+
+namespace lucerna {
+
+inline constexpr std::array<std::pair<EmissionMode, std::string_view>, 3> kEmissionModes{
+    {{EmissionMode::constant, "constant"},
+     {EmissionMode::exact, "exact"},
+     {EmissionMode::weighted, "weighted"}}};
+
+// Of this process: others may be at work on the machine.
+inline double cpu_seconds() {
+    return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// Root of the mean square of the difference, over that of the truth. The truth is not black.
+inline double relative_rms(std::span<const double> values, std::span<const double> truth) {
+    double square = 0, whole = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+        square += (values[i] - truth[i]) * (values[i] - truth[i]);
+        whole += truth[i] * truth[i];
+    }
+    return std::sqrt(square / whole);
+}
+
+// The same lamp with what is negative taken as 0: particles follow it exactly, and so does project().
+inline LightField without_negative(const LightField& field) {
+    std::vector<float> e(field.coefficients().begin(), field.coefficients().end());
+    for (float& x : e) x = std::max(x, 0.0F);
+    return {field.rig(), e, field.info()};
+}
+
+struct PlaneErrors {
+    double bias2 = 0;   // relative to the truth's mean square; about 0, of either sign, where there is none
+    double noise2 = 0;  // of one batch, likewise
+};
+
+struct EmissionMeasured {
+    double particles_per_second = 0;  // of one thread: complete particles, written to memory
+    std::vector<PlaneErrors> planes;
+};
+
+struct Particles {
+    std::uint32_t batches = 16;
+    std::uint32_t in_batch = 1U << 18;  // a power of 2, as the net is even then
+};
+
+// Where particles hit the planes.
+class PlaneCounts {
+  public:
+    explicit PlaneCounts(std::span<const PlaneIrradiance> truths) : truths_(truths) {
+        for (const PlaneIrradiance& truth : truths) {
+            now_.emplace_back(truth.values.size());
+            sum_.emplace_back(truth.values.size());
+            square_.push_back(0);
+        }
+    }
+
+    void add(const Emitted& particle) {
+        for (std::size_t i = 0; i < truths_.size(); ++i) {
+            const PlanePatch& patch = truths_[i].patch;
+            // d.z > 0: light leaves a lamp towards +z.
+            const double t = (patch.distance - double{particle.from.p.z}) / static_cast<double>(particle.d.z);
+            const double x = double{particle.from.p.x} + t * double{particle.d.x} - patch.centre.x;
+            const double y = double{particle.from.p.y} + t * double{particle.d.y} - patch.centre.y;
+            const double column = std::floor((x / patch.size.x + 0.5) * patch.pixels.x);
+            const double row = std::floor((y / patch.size.y + 0.5) * patch.pixels.y);
+            if (!(column >= 0 && column < patch.pixels.x && row >= 0 && row < patch.pixels.y)) continue;
+            const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(patch.pixels.x) +
+                               static_cast<std::size_t>(column);
+            now_[i][pixel] += double{luminance(particle.weight)};
+        }
+    }
+
+    // All `count` particles of a batch were added, or are lost.
+    void end_batch(std::uint32_t count) {
+        for (std::size_t i = 0; i < truths_.size(); ++i) {
+            for (std::size_t p = 0; p < now_[i].size(); ++p) {
+                const double e = now_[i][p] / (count * truths_[i].patch.pixel_area());
+                sum_[i][p] += e;
+                square_[i] += e * e;
+                now_[i][p] = 0;
+            }
+        }
+        ++batches_;
+    }
+
+    // Of two batches or more.
+    std::vector<PlaneErrors> errors() const {
+        std::vector<PlaneErrors> all;
+        const double batches = batches_;
+        for (std::size_t i = 0; i < truths_.size(); ++i) {
+            double whole = 0, mean_square = 0, off = 0;
+            for (std::size_t p = 0; p < sum_[i].size(); ++p) {
+                const double mean = sum_[i][p] / batches, truth = truths_[i].values[p];
+                whole += truth * truth;
+                mean_square += mean * mean;
+                off += (mean - truth) * (mean - truth);
+            }
+            const double variance = (square_[i] / batches - mean_square) * batches / (batches - 1);
+            all.push_back({(off - variance / batches) / whole, variance / whole});
+        }
+        return all;
+    }
+
+  private:
+    std::span<const PlaneIrradiance> truths_;
+    std::vector<std::vector<double>> now_, sum_;
+    std::vector<double> square_;
+    std::uint32_t batches_ = 0;
+};
+
+// Emits and counts, on one thread.
+inline EmissionMeasured measure_emission(const Light& light, std::span<const PlaneIrradiance> truths,
+                                         const Particles& particles) {
+    constexpr std::uint32_t kChunk = 512;
+    PlaneCounts counts(truths);
+    std::vector<EmitU> u(kChunk);
+    std::vector<std::optional<Emitted>> out(kChunk);
+    double seconds = 0;
+    for (std::uint32_t batch = 0; batch < particles.batches; ++batch) {
+        const EmitNet net(1, Purpose::bench, batch);
+        // in_batch is a multiple of a chunk.
+        for (std::uint32_t first = 0; first < particles.in_batch; first += kChunk) {
+            for (std::uint32_t i = 0; i < kChunk; ++i) u[i] = net.at(first + i).u;
+            const double begin = cpu_seconds();
+            light.emit_many(u, out);
+            seconds += cpu_seconds() - begin;
+            for (const auto& particle : out) {
+                if (particle) counts.add(*particle);
+            }
+        }
+        counts.end_batch(particles.in_batch);
+    }
+    return {static_cast<double>(particles.batches) * particles.in_batch / seconds, counts.errors()};
+}
+
+}  // namespace lucerna
