@@ -12,18 +12,17 @@
 #   near-far      2 min  a measured lamp and its far field, over the distance
 #   progressive   6 min  how error falls with passes, by alpha
 # --quick: everything tiny and in seconds, without what has to be made first, into out/studies-quick: does it all still run?
-# BUILD (default build/release) may be set before it. The machine should have nothing else to do.
+# BUILD (default build/release) and OUT (the folder of all results) may be set before it. The machine should have nothing else to do.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 build=${BUILD:-build/release}
 here=bench/figures/studies
-out=out/studies
 quick=
 names=()
 for word in "$@"; do
     case $word in
-        --quick) quick=yes out=out/studies-quick ;;
+        --quick) quick=yes ;;
         -h | --help)
             sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
             exit
@@ -36,6 +35,7 @@ for word in "$@"; do
     esac
 done
 [ ${#names[@]} -gt 0 ] || names=(direct photons igi emission table halves tree near-far progressive)
+out=${OUT:-out/studies${quick:+-quick}}
 lucerna=$build/lucerna
 [ -n "$quick" ] || cmake --build "$build" --target lucerna > /dev/null
 

@@ -5,7 +5,7 @@ usage: trade.py results.json picture.png
 import math
 import sys
 
-from common import by, front, load, pyplot, save
+from common import by, front, load, percent, pyplot, save
 
 
 def draw(ax, scene, points):
@@ -22,8 +22,7 @@ def parts(point):
     """Bias and noise as shares, where there are seeds to tell them apart."""
     if point["bias2"] is None:
         return "", ""
-    bias2, noise2 = point["bias2"]["value"], point["noise2"]["value"]
-    return f"{100 * math.sqrt(max(bias2, 0)):.2g} %", f"{100 * math.sqrt(max(noise2, 0)):.2g} %"
+    return percent(point["bias2"]["value"]), percent(point["noise2"]["value"])
 
 
 def main(results, picture):
@@ -36,7 +35,7 @@ def main(results, picture):
         print("| method | settings | seconds | error | bias | noise | mean |\n| --- | --- | --- | --- | --- | --- | --- |")
         for p in front(points):
             bias, noise = parts(p)
-            print(f"| {p['method']} | `{p['settings']}` | {p['seconds']:.2f} | {100 * math.sqrt(p['error2']):.2g} % | {bias} | {noise} | {p['mean_ratio']:.4f} |")
+            print(f"| {p['method']} | `{p['settings']}` | {p['seconds']:.2f} | {percent(p['error2'])} | {bias} | {noise} | {p['mean_ratio']:.4f} |")
     print()
     for line in study["advice"]:
         print(f"* {line}")
