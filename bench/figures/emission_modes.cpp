@@ -3,10 +3,10 @@
 // Each lamp, its negative coefficients taken as 0, is emitted in each mode and counted on three planes,
 // beside the irradiance that its coefficients give there. Writes lines
 //
-//   lamp,coefficients,table_bytes,mode,rate,plane,bias2,noise2,particles
+//   lamp,coefficients,table_bytes,mode,rate,plane,bias2,bias2_error,noise2,particles
 //
-// rate in particles per second of one thread's CPU time, the plane's distance in those of M, bias² and noise²
-// relative to the mean square of the irradiance, the noise of so many particles.
+// rate in particles per second of one thread's CPU time, the plane's distance in those of M, bias² (and its
+// standard error) and noise² relative to the mean square of the irradiance, the noise of so many particles.
 //
 // usage: figure_emission_modes [--quick] LAMP.exr... > emission.csv
 #include <fmt/core.h>
@@ -38,12 +38,14 @@ void measure(const std::filesystem::path& file, const Particles& particles) {
         MeasuredSettings settings;
         settings.file = file;
         settings.mode = mode;
+        settings.world_from_light.translate(-field.rig().centre);  // so that S is at z = 0, as for project()
         const auto light = make_measured_light(field, table, settings, silent);
         const EmissionMeasured measured = measure_emission(*light, truths, particles);
         for (std::size_t i = 0; i < truths.size(); ++i) {
-            fmt::print("{},{},{},{},{:.4g},{:g},{:.6g},{:.6g},{}\n", file.stem().string(),
+            fmt::print("{},{},{},{},{:.4g},{:g},{:.6g},{:.3g},{:.6g},{}\n", file.stem().string(),
                        field.rig().coefficients(), table.bytes(), name, measured.particles_per_second,
-                       kPlanes[i], measured.planes[i].bias2, measured.planes[i].noise2, particles.in_batch);
+                       kPlanes[i], measured.planes[i].bias2, measured.planes[i].bias2_error,
+                       measured.planes[i].noise2, particles.in_batch);
         }
     }
 }
@@ -53,7 +55,7 @@ void measure(const std::filesystem::path& file, const Particles& particles) {
 int main(int argc, char** argv) {
     try {
         Particles particles;
-        fmt::print("lamp,coefficients,table_bytes,mode,rate,plane,bias2,noise2,particles\n");
+        fmt::print("lamp,coefficients,table_bytes,mode,rate,plane,bias2,bias2_error,noise2,particles\n");
         for (int i = 1; i < argc; ++i) {
             if (std::string(argv[i]) == "--quick")
                 particles = {4, 1U << 12};

@@ -50,8 +50,9 @@ inline LightField without_negative(const LightField& field) {
 }
 
 struct PlaneErrors {
-    double bias2 = 0;   // relative to the truth's mean square; about 0, of either sign, where there is none
-    double noise2 = 0;  // of one batch, likewise
+    double bias2 = 0;  // relative to the truth's mean square; about 0, of either sign, where there is none
+    double bias2_error = 0;  // standard error of that, if pixels' noise is independent
+    double noise2 = 0;       // of one batch, relative likewise
 };
 
 struct EmissionMeasured {
@@ -71,7 +72,7 @@ class PlaneCounts {
         for (const PlaneIrradiance& truth : truths) {
             now_.emplace_back(truth.values.size());
             sum_.emplace_back(truth.values.size());
-            square_.push_back(0);
+            square_.emplace_back(truth.values.size());
         }
     }
 
@@ -97,7 +98,7 @@ class PlaneCounts {
             for (std::size_t p = 0; p < now_[i].size(); ++p) {
                 const double e = now_[i][p] / (count * truths_[i].patch.pixel_area());
                 sum_[i][p] += e;
-                square_[i] += e * e;
+                square_[i][p] += e * e;
                 now_[i][p] = 0;
             }
         }
@@ -109,23 +110,23 @@ class PlaneCounts {
         std::vector<PlaneErrors> all;
         const double batches = batches_;
         for (std::size_t i = 0; i < truths_.size(); ++i) {
-            double whole = 0, mean_square = 0, off = 0;
+            double whole = 0, off = 0, noise2 = 0, spread2 = 0;
             for (std::size_t p = 0; p < sum_[i].size(); ++p) {
                 const double mean = sum_[i][p] / batches, truth = truths_[i].values[p];
+                const double variance = (square_[i][p] / batches - mean * mean) * batches / (batches - 1);
                 whole += truth * truth;
-                mean_square += mean * mean;
-                off += (mean - truth) * (mean - truth);
+                off += (mean - truth) * (mean - truth) - variance / batches;
+                noise2 += variance;
+                spread2 += 2 * variance * variance / (batches * batches);
             }
-            const double variance = (square_[i] / batches - mean_square) * batches / (batches - 1);
-            all.push_back({(off - variance / batches) / whole, variance / whole});
+            all.push_back({off / whole, std::sqrt(spread2) / whole, noise2 / whole});
         }
         return all;
     }
 
   private:
     std::span<const PlaneIrradiance> truths_;
-    std::vector<std::vector<double>> now_, sum_;
-    std::vector<double> square_;
+    std::vector<std::vector<double>> now_, sum_, square_;
     std::uint32_t batches_ = 0;
 };
 

@@ -3,7 +3,7 @@
 // A disc whose intensity falls off as cos^20 is measured with more and more views and pixels; each field is
 // emitted in each mode and counted on three planes, beside the irradiance of the disc itself. Writes lines
 //
-//   views,pixels,cells,field_bytes,table_bytes,build_seconds,mode,rate,plane,bias2,noise2,particles
+//   views,pixels,cells,field_bytes,table_bytes,build_seconds,mode,rate,plane,bias2,bias2_error,noise2,particles
 //
 // with build_seconds the CPU time of the table, the rest as emission_modes.cpp has it.
 //
@@ -104,10 +104,10 @@ void measure(const Resolution& resolution, std::span<const PlaneIrradiance> trut
         const auto light = make_measured_light(field, table, settings, silent);
         const EmissionMeasured measured = measure_emission(*light, truths, particles);
         for (std::size_t i = 0; i < truths.size(); ++i) {
-            fmt::print("{},{},{},{},{},{:.4g},{},{:.4g},{:g},{:.6g},{:.6g},{}\n", resolution.views,
+            fmt::print("{},{},{},{},{},{:.4g},{},{:.4g},{:g},{:.6g},{:.3g},{:.6g},{}\n", resolution.views,
                        resolution.pixels, table.cells(), field.coefficients().size_bytes(), table.bytes(),
                        build, name, measured.particles_per_second, kPlanes[i], measured.planes[i].bias2,
-                       measured.planes[i].noise2, particles.in_batch);
+                       measured.planes[i].bias2_error, measured.planes[i].noise2, particles.in_batch);
         }
     }
 }

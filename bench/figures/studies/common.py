@@ -103,6 +103,16 @@ def percent(square):
     return "none" if square <= 0 else f"{100 * math.sqrt(square):.2g} %"
 
 
+def seen_bias(row):
+    """The bias of a row as a share, where it stands out of its noise; else none."""
+    return math.sqrt(row["bias2"]) if row["bias2"] > 3 * row["bias2_error"] else None
+
+
+def bias_text(row):
+    bias = seen_bias(row)
+    return f"< {100 * math.sqrt(3 * row['bias2_error']):.1g} %" if bias is None else f"{100 * bias:.2g} %"
+
+
 def size(count):
     """Bytes as text."""
     for unit in ("bytes", "kB", "MB", "GB"):

@@ -5,7 +5,7 @@ usage: emission.py emission.csv picture.png     as figure_emission_modes writes 
 import math
 import sys
 
-from common import by, percent, pyplot, rows, save
+from common import bias_text, by, percent, pyplot, rows, save, seen_bias
 
 MODES = ("constant", "exact", "weighted")
 
@@ -18,7 +18,7 @@ def table(lamps):
         print("| mode | M particles/s | " + " | ".join(f"at {plane:g}" for plane in planes) + " |")
         print("| --- | --- |" + " --- |" * len(planes))
         for mode, these in by(of_lamp, "mode").items():
-            cells = [f"{percent(row['bias2'])}, {percent(row['noise2'])}" for row in sorted(these, key=lambda row: row["plane"])]
+            cells = [f"{bias_text(row)}, {percent(row['noise2'])}" for row in sorted(these, key=lambda row: row["plane"])]
             print(f"| {mode} | {these[0]['rate'] / 1e6:.1f} | " + " | ".join(cells) + " |")
         rates = {mode: these[0]["rate"] for mode, these in by(of_lamp, "mode").items()}
         noises = {mode: sum(row["noise2"] for row in these) for mode, these in by(of_lamp, "mode").items()}
@@ -36,9 +36,9 @@ def main(source, picture):
         these = [next(row for row in of_lamp if row["mode"] == mode) for of_lamp in lamps.values()]
         places = [j + (i - 1) * width for j in range(len(lamps))]
         axes[0].bar(places, [row["rate"] / 1e6 for row in these], width, label=mode)
-        for ax, key in zip(axes[1:], ("bias2", "noise2")):
-            nearest = [min((row for row in of_lamp if row["mode"] == mode), key=lambda row: row["plane"]) for of_lamp in lamps.values()]
-            ax.bar(places, [100 * math.sqrt(max(row[key], 0)) for row in nearest], width, label=mode)
+        nearest = [min((row for row in of_lamp if row["mode"] == mode), key=lambda row: row["plane"]) for of_lamp in lamps.values()]
+        axes[1].bar(places, [100 * (seen_bias(row) or 0) for row in nearest], width, label=mode)
+        axes[2].bar(places, [100 * math.sqrt(row["noise2"]) for row in nearest], width, label=mode)
     for ax, title, unit in zip(axes, ("speed", "bias near S", "noise near S"), ("million particles per second", "%", "%")):
         ax.set_xticks(range(len(lamps)), list(lamps), fontsize=8)
         ax.set_title(title, fontsize=10)

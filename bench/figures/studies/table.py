@@ -5,7 +5,7 @@ usage: table.py table.csv picture.png     as figure_table_resolution writes it
 import math
 import sys
 
-from common import by, percent, pyplot, rows, save, size
+from common import bias_text, by, pyplot, rows, save, seen_bias, size
 
 
 def main(source, picture):
@@ -19,7 +19,7 @@ def main(source, picture):
         first = these[0]
         of_mode = {mode: {row["plane"]: row for row in m} for mode, m in by(these, "mode").items()}
         rates = ", ".join(f"{next(iter(of_mode[mode].values()))['rate'] / 1e6:.1f}" for mode in ("constant", "exact"))
-        errors = [", ".join(percent(of_mode[mode][plane]["bias2"]) for mode in ("constant", "exact")) for plane in planes]
+        errors = [", ".join(bias_text(of_mode[mode][plane]) for mode in ("constant", "exact")) for plane in planes]
         print(f"| {first['views']:g}², {first['pixels']:g}² | {cells:.3g} | {size(first['field_bytes'])}, {size(first['table_bytes'])} | {first['build_seconds']:.2g} s | {rates} | " + " | ".join(errors) + " |")
 
     figure, axes = pyplot.subplots(1, 3, figsize=(11.5, 3.8))
@@ -28,9 +28,8 @@ def main(source, picture):
         nearest = of_plane[planes[0]]
         axes[0].semilogx([row["cells"] for row in nearest], [row["rate"] / 1e6 for row in nearest], "o-", color=f"C{i}", label=mode)
         for plane, style in zip(planes, ("o-", "s--", "^:")):
-            biased = [row for row in of_plane[plane] if row["bias2"] > 0]
-            axes[1].loglog([row["cells"] for row in biased], [100 * math.sqrt(row["bias2"]) for row in biased], style, color=f"C{i}",
-                           label=f"{mode}, plane at {plane:g}")
+            biased = [row for row in of_plane[plane] if seen_bias(row) is not None]
+            axes[1].loglog([row["cells"] for row in biased], [100 * seen_bias(row) for row in biased], style, color=f"C{i}", label=f"{mode}, plane at {plane:g}")
         axes[2].loglog([row["cells"] for row in nearest], [100 * math.sqrt(row["noise2"]) for row in nearest], "o-", color=f"C{i}", label=mode)
     for ax, title, unit in zip(axes, ("speed", "error without noise", f"noise of {int(measured[0]['particles'])} particles, near S"),
                                ("million particles per second", "%", "%")):
