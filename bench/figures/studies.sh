@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # The shipped studies: what each trade is worth, measured. Plans for `lucerna study` and small programs; every result lies in
 # out/studies/NAME with its tables (numbers.md), its picture and, of a plan, its page.
-# usage: bench/figures/studies.sh [--quick] [NAME...]     default: all of them, some forty minutes on two cores
+# usage: bench/figures/studies.sh [--quick] [--docs] [NAME...]     default: all of them, some forty minutes on two cores
+#   cornell       2 min  every integrator in the Cornell box
 #   direct       10 min  direct light four ways, from wide beams to narrow ones: the time to equal error
 #   photons       6 min  photons, k and gather rays
 #   igi           4 min  sets and paths of virtual lights
@@ -12,6 +13,7 @@
 #   near-far      2 min  a measured lamp and its far field, over the distance
 #   progressive   6 min  how error falls with passes, by alpha
 # --quick: everything tiny and in seconds, without what has to be made first, into out/studies-quick: does it all still run?
+# --docs: the pictures go into docs/images, too (studies-NAME.png).
 # BUILD (default build/release) and OUT (the folder of all results) may be set before it. The machine should have nothing else to do.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -19,31 +21,34 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 build=${BUILD:-build/release}
 here=bench/figures/studies
 quick=
+docs=
 names=()
 for word in "$@"; do
     case $word in
         --quick) quick=yes ;;
+        --docs) docs=yes ;;
         -h | --help)
             sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
             exit
             ;;
         -*)
-            echo "studies.sh: $word is not accepted; --quick, --help and names of studies are" >&2
+            echo "studies.sh: $word is not accepted; --quick, --docs, --help and names of studies are" >&2
             exit 2
             ;;
         *) names+=("$word") ;;
     esac
 done
-[ ${#names[@]} -gt 0 ] || names=(direct photons igi emission table halves tree near-far progressive)
+[ ${#names[@]} -gt 0 ] || names=(cornell direct photons igi emission table halves tree near-far progressive)
 out=${OUT:-out/studies${quick:+-quick}}
 lucerna=$build/lucerna
 [ -n "$quick" ] || cmake --build "$build" --target lucerna > /dev/null
 
-# draw SCRIPT ARGUMENT...: its tables to the screen and beside the picture
+# draw SCRIPT FROM: a picture of that name, its tables to the screen and beside it
 draw() {
-    local script=$1
-    shift
-    /usr/bin/python3 "$here/$script.py" "$@" | tee "$folder/numbers.md"
+    local picture=$folder/$1.png
+    /usr/bin/python3 "$here/$1.py" "$2" "$picture" | tee -a "$folder/numbers.md"
+    # Of two pictures the study's own comes last.
+    [ -z "$docs" ] || cp "$picture" "docs/images/studies-$name.png"
 }
 
 # plan: the study of this name
@@ -107,41 +112,41 @@ study() {
                 measured_lamps
             fi
             plan
-            draw trade "$folder/results.json" "$folder/trade.png"
-            draw direct "$folder" "$folder/direct.png"
+            draw trade "$folder/results.json"
+            draw direct "$folder"
             ;;
-        photons | igi)
+        cornell | photons | igi)
             plan
-            draw trade "$folder/results.json" "$folder/trade.png"
+            draw trade "$folder/results.json"
             ;;
         progressive)
             plan
-            draw slopes "$folder/results.json" "$folder/slopes.png"
+            draw slopes "$folder/results.json"
             ;;
         emission)
             measured_lamps
             figure emission_modes "${quick:+--quick}" "${lamps[@]}" > "$folder/emission.csv"
-            draw emission "$folder/emission.csv" "$folder/emission.png"
+            draw emission "$folder/emission.csv"
             ;;
         table)
             figure table_resolution "${quick:+--quick}" > "$folder/table.csv"
-            draw table "$folder/table.csv" "$folder/table.png"
+            draw table "$folder/table.csv"
             ;;
         halves)
             figure stored_halves "${quick:+--quick}" "$folder" ../shared/data/osram-ostar-green-100k.tm25ray > "$folder/halves.csv"
-            draw halves "$folder/halves.csv" "$folder/halves.png"
+            draw halves "$folder/halves.csv"
             ;;
         tree)
             plan
             searches
-            draw tree "$folder" "$folder/tree.png"
+            draw tree "$folder"
             ;;
         near-far)
             measured_lamps
             [ -n "$quick" ] || formula_lamp "$folder/matt-disc.exr" --capture 90% --pixels 64x64
             [ -n "$quick" ] || lamps=("$folder/matt-disc.exr" "${lamps[@]}")
             figure near_far "${quick:+--quick}" "${lamps[@]}" > "$folder/near-far.csv"
-            draw near_far "$folder/near-far.csv" "$folder/near-far.png"
+            draw near_far "$folder/near-far.csv"
             ;;
         *)
             echo "studies.sh: there is no study $name; --help lists them" >&2
@@ -153,6 +158,7 @@ study() {
 for name in "${names[@]}"; do
     folder=$out/$name
     mkdir -p "$folder"
+    : > "$folder/numbers.md"
     echo "== $name"
     study
 done

@@ -83,7 +83,7 @@ class Studies(unittest.TestCase):
 
     def test_all_run_and_leave_tables_and_pictures(self):
         self.assertEqual(self.done.returncode, 0, self.done.stderr + self.done.stdout[-2000:])
-        for name in ("direct", "photons", "igi", "emission", "table", "halves", "tree", "near-far", "progressive"):
+        for name in ("cornell", "direct", "photons", "igi", "emission", "table", "halves", "tree", "near-far", "progressive"):
             folder = os.path.join(self.folder.name, name)
             pictures = glob.glob(os.path.join(folder, "*.png"))
             self.assertTrue(pictures, f"{name} drew nothing")
@@ -94,7 +94,7 @@ class Studies(unittest.TestCase):
             self.assertNotRegex(self.done.stdout, r"\b(nan|inf)\b")
 
     def test_every_point_of_every_plan_was_measured(self):
-        for name in ("direct", "photons", "igi", "tree", "progressive"):
+        for name in ("cornell", "direct", "photons", "igi", "tree", "progressive"):
             folder = os.path.join(self.folder.name, name)
             with open(os.path.join(folder, "results.json"), encoding="utf-8") as file:
                 points = json.load(file)["points"]
