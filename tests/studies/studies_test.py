@@ -45,6 +45,7 @@ class Curves(unittest.TestCase):
         self.assertAlmostEqual(common.seconds_to(points, 0.1), 10)
         self.assertEqual(common.seconds_to(points, 3), 1, "nothing faster was measured")
         self.assertIsNone(common.seconds_to(points, 0.001), "it never gets there")
+        self.assertAlmostEqual(common.seconds_to(points, 0.001, unbiased=True), 1000)
 
     def test_slope_is_that_of_the_power(self):
         self.assertAlmostEqual(common.slope([(n, 7 * n**-0.6) for n in (1, 4, 16, 64)]), -0.6)

@@ -43,13 +43,16 @@ def front(points):
     return kept
 
 
-def seconds_to(points, error2):
+def seconds_to(points, error2, unbiased=False):
     """The time to an error along the front, straight in logarithms; none if it is not reached.
 
-    Of an error that the fastest point undercuts the time is that point's: nothing faster was measured."""
+    Of an error that the fastest point undercuts the time is that point's: nothing faster was measured. What is unbiased
+    gets everywhere: beyond its best point squared errors fall as one over the time."""
     curve = front(points)
-    if not curve or error2 < curve[-1]["error2"]:
+    if not curve:
         return None
+    if error2 < curve[-1]["error2"]:
+        return curve[-1]["seconds"] * curve[-1]["error2"] / error2 if unbiased else None
     if error2 >= curve[0]["error2"]:
         return curve[0]["seconds"]
     for a, b in zip(curve, curve[1:]):
