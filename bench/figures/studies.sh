@@ -2,7 +2,7 @@
 # The shipped studies: what each trade is worth, measured. Plans for `lucerna study` and small programs; every result lies in
 # out/studies/NAME with its tables (numbers.md), its picture and, of a plan, its page.
 # usage: bench/figures/studies.sh [--quick] [--docs] [NAME...]     default: all of them, some forty minutes on two cores
-#   cornell       2 min  every integrator in the Cornell box
+#   cornell       3 min  every integrator in the Cornell box
 #   direct       10 min  direct light four ways, from wide beams to narrow ones: the time to equal error
 #   photons       6 min  photons, k and gather rays
 #   igi           4 min  sets and paths of virtual lights

@@ -123,7 +123,8 @@ int main(int argc, char** argv) {
                   : std::vector<Resolution>{{5, 12}, {7, 24}, {11, 48}, {19, 64}, {35, 96}};
         const std::vector<PlaneIrradiance> truths = truths_on(quick ? 12 : kPixels);
         fmt::print(
-            "views,pixels,cells,field_bytes,table_bytes,build_seconds,mode,rate,plane,bias2,noise2,"
+            "views,pixels,cells,field_bytes,table_bytes,build_seconds,mode,rate,plane,bias2,bias2_error,"
+            "noise2,"
             "particles\n");
         for (const Resolution& resolution : resolutions) measure(resolution, truths, particles);
         return EXIT_SUCCESS;
