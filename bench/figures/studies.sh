@@ -116,6 +116,7 @@ study() {
             draw direct "$folder"
             ;;
         cornell | photons | igi)
+            if [ -z "$quick" ] && [ "$name" = photons ] && [ ! -f scenes/cloister/lamp.exr ]; then bash scenes/make.sh cloister; fi
             plan
             draw trade "$folder/results.json"
             ;;
