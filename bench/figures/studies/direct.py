@@ -25,7 +25,8 @@ def times(points):
 
 def gain(of_methods, method):
     """mc's time over the method's."""
-    return None if of_methods[method] is None else of_methods["mc"] / of_methods[method]
+    seconds = of_methods.get(method)  # none of a study that was stopped
+    return None if seconds is None else of_methods["mc"] / seconds
 
 
 def text(ratio):
@@ -42,8 +43,8 @@ def table(scenes, all_times, methods):
         print(f"| {scene} | {mc} s | {cells} |")
     print("\nmc's time over the method's, to that error.\n")
     for scene, points in scenes.items():
-        last = [p for p in points if p["method"] == "map"][-1]
-        if last["bias2"]:
+        last = next((p for p in reversed(points) if p["method"] == "map"), None)
+        if last and last["bias2"]:
             share = max(last["bias2"]["value"], 0) / last["error2"]
             print(f"* {scene}: with {setting(last, 'photons')} photons the map's error is {100 * math.sqrt(last['error2']):.2g} %, {100 * share:.0f} % of its square bias; mean {last['mean_ratio']:.4f}")
 
