@@ -12,9 +12,35 @@
 #include <atomic>
 #include <cstdint>
 #include <exception>
+#include <mutex>
 #include <utility>
 
+#include "engine/base/float_traps.h"
+
+// ThreadSanitizer cannot look into the OpenMP library: it is told what a loop's start and end put in order.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define LUCERNA_SEES_RACES
+#include <sanitizer/tsan_interface.h>
+#endif
+#endif
+
 namespace lucerna {
+
+// What comes before signal() in one thread comes before what follows wait() in another.
+class Ordered {
+  public:
+    void signal() {
+#ifdef LUCERNA_SEES_RACES
+        __tsan_release(this);
+#endif
+    }
+    void wait() {
+#ifdef LUCERNA_SEES_RACES
+        __tsan_acquire(this);
+#endif
+    }
+};
 
 // How many threads may work: a value that is passed down, never a global setting.
 struct Workers {
@@ -28,22 +54,33 @@ template <typename Body>
 void parallel_chunks(const Workers& workers, std::int64_t chunks, Body&& body) {
     std::atomic<std::int64_t> error_chunk{chunks};
     std::exception_ptr error;
+    std::mutex error_mutex;
+    Ordered begin, end;
+    const int traps = FloatTraps::armed();
+    begin.signal();
     // No more threads than chunks: a single chunk must not wait for others to wake up and find nothing to do.
     const int threads =
         static_cast<int>(std::max<std::int64_t>(1, std::min<std::int64_t>(chunks, workers.threads)));
-#pragma omp parallel for schedule(dynamic, 1) num_threads(threads)
-    for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
-        if (chunk > error_chunk.load(std::memory_order_relaxed)) continue;
-        try {
-            body(chunk);
-        } catch (...) {
-#pragma omp critical(lucerna_first_error)
-            if (chunk < error_chunk.load(std::memory_order_relaxed)) {
-                error_chunk.store(chunk, std::memory_order_relaxed);
-                error = std::current_exception();
+#pragma omp parallel num_threads(threads)
+    {
+        begin.wait();
+        const FloatTraps callers(traps);
+#pragma omp for schedule(dynamic, 1) nowait
+        for (std::int64_t chunk = 0; chunk < chunks; ++chunk) {
+            if (chunk > error_chunk.load(std::memory_order_relaxed)) continue;
+            try {
+                body(chunk);
+            } catch (...) {
+                const std::lock_guard lock(error_mutex);
+                if (chunk < error_chunk.load(std::memory_order_relaxed)) {
+                    error_chunk.store(chunk, std::memory_order_relaxed);
+                    error = std::current_exception();
+                }
             }
         }
+        end.signal();
     }
+    end.wait();
     if (error) std::rethrow_exception(error);
 }
 

@@ -22,6 +22,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "engine/base/float_traps.h"
+
 namespace lucerna {
 namespace {
 
@@ -68,8 +70,9 @@ struct RayContext {
     const std::vector<Accelerator::Placed>& instances;
     unsigned first_instance;  // its geometry number in the world's scene
     const V3d& origin;
-    bool shadow;           // the ray only asks what it can see
-    Meeting nearest = {};  // the last user primitive that was met, with all its digits
+    bool shadow;                      // the ray only asks what it can see
+    int traps = FloatTraps::armed();  // Embree's own arithmetic has none; what it calls of ours has
+    Meeting nearest = {};             // the last user primitive that was met, with all its digits
 
     static RayContext& of(RTCIntersectContext* context) { return *reinterpret_cast<RayContext*>(context); }
 
@@ -151,6 +154,7 @@ void user_intersect(const RTCIntersectFunctionNArguments* args) {
     assert(args->N == 1);
     if (args->valid[0] == 0) return;
     RayContext& context = RayContext::of(args->context);
+    const FloatTraps ours(context.traps);
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
     const unsigned instance = args->context->instID[0];
@@ -169,7 +173,9 @@ void user_occluded(const RTCOccludedFunctionNArguments* args) {
     if (args->valid[0] == 0) return;
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     auto& ray = *reinterpret_cast<RTCRay*>(args->ray);
-    if (cross(RayContext::of(args->context), args->context->instID[0], user, args->primID, ray.mask,
+    const RayContext& context = RayContext::of(args->context);
+    const FloatTraps ours(context.traps);
+    if (cross(context, args->context->instID[0], user, args->primID, ray.mask,
               static_cast<double>(ray.tfar))) {
         ray.tfar = -INFINITY;
     }
@@ -187,7 +193,9 @@ void cut_out(const RTCFilterFunctionNArguments* args) {
                           static_cast<double>(hit.u),
                           static_cast<double>(hit.v),
                           {hit.Ng_x, hit.Ng_y, hit.Ng_z}};
-    if (passes(RayContext::of(args->context), hit.instID[0], *user.set, meeting)) args->valid[0] = 0;
+    const RayContext& context = RayContext::of(args->context);
+    const FloatTraps ours(context.traps);
+    if (passes(context, hit.instID[0], *user.set, meeting)) args->valid[0] = 0;
 }
 
 RTCRay embree_ray(const Ray& from, unsigned layers) {
@@ -206,6 +214,7 @@ RTCRayHit intersected(RTCScene scene, const Ray& ray, unsigned layers, RayContex
     found.ray = embree_ray(ray, layers);
     found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    const FloatTraps embrees(kNoFaults);
     rtcIntersect1(scene, &context.embree, &found);
     return found;
 }
@@ -259,6 +268,7 @@ struct Accelerator::Impl {
 Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_prototypes,
                         const std::vector<Placed>& placed, const V3d& at, int threads)
     : world(own), sets(of_prototypes), instances(placed), origin(at) {
+    const FloatTraps embrees(kNoFaults);
     open_device(threads);
     for (const ShapeSet& set : sets) {
         prototypes.push_back(fill(set));
@@ -408,6 +418,7 @@ std::optional<Met> Accelerator::nearest(const Ray& ray, unsigned layers) const {
 bool Accelerator::hidden(const Ray& from, unsigned layers) const {
     RTCRay ray = embree_ray(from, layers);
     RayContext context = impl_->context(from, true);
+    const FloatTraps embrees(kNoFaults);
     rtcOccluded1(impl_->scene.get(), &context.embree, &ray);
     return !(ray.tfar >= 0);  // Embree marks what is hidden with -infinity
 }

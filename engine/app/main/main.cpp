@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "engine/app/run.h"
+#include "engine/base/float_traps.h"
 
 namespace {
 
@@ -28,6 +29,7 @@ void listen_for(int signal) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    const lucerna::FloatTraps traps(lucerna::kFaults);
     listen_for(SIGINT);
     listen_for(SIGTERM);
     return lucerna::run(argc, argv, std::cout, std::cerr, {isatty(STDERR_FILENO) != 0, &stop_asked});

@@ -1,0 +1,10 @@
+// The tests of a sanitized build: faults of floating point stop them, too, where the build has traps.
+#include <gtest/gtest.h>
+
+#include "engine/base/float_traps.h"
+
+int main(int argc, char** argv) {
+    ::testing::InitGoogleTest(&argc, argv);
+    const lucerna::FloatTraps traps(lucerna::kFaults);
+    return RUN_ALL_TESTS();
+}

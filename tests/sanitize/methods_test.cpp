@@ -1,0 +1,47 @@
+// Every method under every light, on four threads: the way of all that a render touches, small enough for a
+// build that looks at each access and each operation.
+#include <gtest/gtest.h>
+
+#include "tests/support/every_light.h"
+
+namespace lucerna {
+namespace {
+
+using namespace testing;
+
+constexpr int kThreads = 4;
+
+// Far fewer particles than a picture asks for: what counts is which code they reach.
+Method small(Method method) {
+    for (auto& [name, value] : method.set) {
+        if (name == "photons") value = "800";
+        if (name == "nlights") value = "16";
+    }
+    return method;
+}
+
+Image rendered(const LightCase& light, const Method& method, double power = 1) {
+    ListeningMonitor monitor;
+    const Job job = lights().job(lights().scene(light, {}, power), small(method), 1, monitor);
+    return render(job, {1, Workers{kThreads}}, monitor).image;
+}
+
+class SmallRenders : public ::testing::TestWithParam<Method> {};
+
+TEST_P(SmallRenders, UnderEveryLight_EndFinite) {
+    for (const LightCase& light : lights().cases()) {
+        if (!light.suits(GetParam())) continue;
+        SCOPED_TRACE(light.name);
+        EXPECT_TRUE(is_finite(rendered(light, GetParam())));
+    }
+}
+
+TEST_P(SmallRenders, OfNoPowerAtAll_AreBlack) {
+    const LightCase point = lights().cases().front();
+    EXPECT_EQ(difference(rendered(point, GetParam(), 0), rendered(point, GetParam(), 0)).light, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, SmallRenders, ::testing::ValuesIn(every_method()), name_of);
+
+}  // namespace
+}  // namespace lucerna
