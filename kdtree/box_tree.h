@@ -17,6 +17,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/float_traps.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 
@@ -103,6 +104,8 @@ inline void fetch(const PointBlock& block) {
 
 template <typename Measure, typename Take>
 void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
+    const FloatTraps none(
+        kNoFaults);  // places that are not filled are NaN or infinite; all are computed with
     std::array<box_tree::Place, box_tree::kMostPlaces> places;
     std::size_t size = 0;
     if (!tree.levels.empty()) places[size++] = {0, 0, static_cast<std::uint32_t>(tree.levels.size())};
@@ -131,6 +134,7 @@ void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Ta
 
 template <typename Measure, typename Take>
 void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
+    const FloatTraps none(kNoFaults);  // as in search_nearest
     std::array<box_tree::Place, box_tree::kMostPlaces> places;
     std::size_t size = 0;
     if (!tree.levels.empty()) places[size++] = {0, 0, static_cast<std::uint32_t>(tree.levels.size())};

@@ -30,7 +30,7 @@ struct Neighbour {
 
 // The largest float below x > 0. A search takes keys up to and including its bound.
 inline float just_below(float x) {
-    return std::nextafter(x, 0.0F);
+    return std::isinf(x) ? std::numeric_limits<float>::max() : std::nextafter(x, 0.0F);
 }
 
 // Sorts `items` into `to`, as many places. Squared distances around a point in a plane are spread evenly, as

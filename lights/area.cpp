@@ -68,10 +68,11 @@ class Lambertian {
         const double d = std::sqrt(d2);
         const double facing = -y.n.dot(way) / d;
         const double cos_y = two_sided_ ? std::fabs(facing) : facing;
+        if (!(cos_y > 0)) return std::nullopt;
         // The ray ends where it is `gap` in front of the emitter's plane; nearer points lie in the plane
         // themselves.
-        const double distance = d - end_gap(y, d) / cos_y;  // cos_y = 0 gives -inf: no sample
-        if (!(cos_y > 0) || !(distance > 0)) return std::nullopt;
+        const double distance = d - end_gap(y, d) / cos_y;
+        if (!(distance > 0)) return std::nullopt;
         return incident(way / d, distance, d2 / (area * cos_y));
     }
 

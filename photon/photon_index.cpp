@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/float_traps.h"
+
 namespace lucerna {
 namespace {
 
@@ -124,6 +126,7 @@ class Visitor final : public PointVisitor {
     Ball ball2_;
 };
 
+// What is above the largest finite radius is infinite here: no fault.
 class OtherTree final : public PhotonIndex {
   public:
     OtherTree(std::unique_ptr<PointTree> tree, std::span<const V3f> positions,
@@ -152,6 +155,7 @@ class OtherTree final : public PhotonIndex {
 
     std::optional<Neighbour> nearest_facing(const V3f& x, const V3f& n, float cosine,
                                             float most2) const override {
+        const FloatTraps none(kNoFaults);
         const FacingMeasure measure(x, n, cosine);
         Nearest best(1, most2);
         Visitor visitor([&](std::uint32_t i,
@@ -167,12 +171,14 @@ class OtherTree final : public PhotonIndex {
   private:
     template <typename KeyOf, typename Ball>
     void nearest_by(const V3f& x, Nearest& found, KeyOf key_of, Ball ball2) const {
+        const FloatTraps none(kNoFaults);
         Visitor visitor(
             key_of, [&](float key, std::uint32_t i) { return found.take(key, i); }, ball2);
         tree_->visit_ball(x, std::nextafter(ball2(found.bound()), INFINITY), visitor);
     }
     template <typename KeyOf, typename Ball>
     void within_by(const V3f& x, float most2, std::vector<Neighbour>& found, KeyOf key_of, Ball ball2) const {
+        const FloatTraps none(kNoFaults);
         const float bound = just_below(most2);
         const auto before = static_cast<std::ptrdiff_t>(found.size());
         Visitor visitor(
