@@ -3,6 +3,7 @@
 # floating point), at every order of threads (tsan), or only at floating point (traps).
 # Usage: scripts/sanitize.sh build BUILD            the small suite's programs: fuzz or tsan
 #        scripts/sanitize.sh suite BUILD            runs the small suite
+#        scripts/sanitize.sh fault BUILD FAULT      commits a fault, which the build must stop
 #        scripts/sanitize.sh soak BUILD ROOM...     whole test programs by hand, hours for all:
 #                                                   scripts/sanitize.sh soak tsan photon render extremes
 # What follows -- goes to the tests: scripts/sanitize.sh soak traps extremes -- --gtest_filter='*path'
@@ -18,11 +19,11 @@ action=$1 build=$2
 shift 2
 
 # The first finding ends the run; leaks count; libraries of others are excused in tests/sanitize/*.supp, each with why.
-excuses=$PWD/tests/sanitize
 export ASAN_OPTIONS=strict_string_checks=1:detect_stack_use_after_return=1
-export LSAN_OPTIONS=suppressions=$excuses/leaks.supp:print_suppressions=0
+export LSAN_OPTIONS=suppressions=$PWD/tests/sanitize/leaks.supp:print_suppressions=0
 export UBSAN_OPTIONS=print_stacktrace=1
-export TSAN_OPTIONS=halt_on_error=1:suppressions=$excuses/races.supp:print_suppressions=0:history_size=4
+# What libraries of others do among themselves, OpenMP's and TBB's above all, cannot be judged from outside.
+export TSAN_OPTIONS=halt_on_error=1:ignore_noninstrumented_modules=1:history_size=4:suppressions=$PWD/tests/sanitize/races.supp
 
 make() {
     cmake --preset "$build" --log-level=WARNING >/dev/null
@@ -36,6 +37,7 @@ case $action in
         make "${targets[@]}"
         ;;
     suite) exec "build/$build/tests/sanitize/sanitized_suite" --gtest_brief=1 "$@" ;;
+    fault) exec "build/$build/tests/sanitize/sanitized_fault" "$@" ;;
     soak)
         rooms=()
         while [ $# -gt 0 ] && [ "$1" != -- ]; do rooms+=("test_$1") && shift; done

@@ -1,5 +1,6 @@
 // Commits the fault it is asked for, so that a test can see each sanitizer and each trap stop it: whoever
 // finds nothing in the small suite must be known to look. Ends with 0 if nobody minded.
+#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "engine/base/parallel.h"
@@ -64,19 +66,37 @@ void out_of_range() {
 constexpr lucerna::Workers kFour{4};
 constexpr std::int64_t kChunks = 64;
 
+// Until two threads are in the loop, whatever else the machine does. Orders nothing: the fault stays one.
+class Two {
+  public:
+    void meet() {
+        arrived_.fetch_add(1, std::memory_order_relaxed);
+        while (arrived_.load(std::memory_order_relaxed) < 2) std::this_thread::yield();
+    }
+
+  private:
+    std::atomic<int> arrived_{0};
+};
+
 // In a thread of the loop, not in the one that called it.
 void in_a_worker() {
+    Two two;
     std::vector<double> shares(kChunks);
+    const std::thread::id caller = std::this_thread::get_id();
     lucerna::parallel_chunks(kFour, kChunks, [&](std::int64_t chunk) {
-        shares[static_cast<std::size_t>(chunk)] = unknown(1.0) / unknown(static_cast<double>(chunk % 2));
+        two.meet();
+        const double divisor = std::this_thread::get_id() == caller ? 1 : 0;
+        shares[static_cast<std::size_t>(chunk)] = unknown(1.0) / unknown(divisor);
     });
     use(shares[1]);
 }
 // All chunks add to one sum.
 void race() {
+    Two two;
     std::int64_t sum = 0;
     lucerna::parallel_chunks(kFour, kChunks, [&](std::int64_t chunk) {
-        for (int i = 0; i < 1000; ++i) sum += unknown(chunk);
+        two.meet();
+        sum += unknown(chunk);
     });
     use(sum);
 }
