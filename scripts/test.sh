@@ -5,6 +5,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 bash scripts/deps.sh
-cmake --preset release --log-level=WARNING >/dev/null
+# From nothing, headers read once save more than a ccache finds.
+cmake --preset release -DLUCERNA_PCH=ON --log-level=WARNING >/dev/null
 cmake --build --preset release --parallel "$(nproc)"
 exec ctest --test-dir build/release -L 'quick|full' --output-on-failure -j2 "$@"

@@ -10,6 +10,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/float_traps.h"
 
 namespace lucerna {
 namespace {
@@ -65,6 +66,7 @@ double number_at(const std::string& word, const Location& at) {
     std::size_t used = 0;
     double value = NAN;
     try {
+        const FloatTraps none(kNoFaults);  // it tells what is too large by its overflow
         value = std::stod(word, &used);
     } catch (const std::exception&) {
         used = 0;

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "engine/base/float_traps.h"
+
 namespace lucerna {
 namespace {
 
@@ -155,6 +157,7 @@ double number_value(std::string_view text, const Place& at) {
     const char* end = digits.data() + digits.size();
     const auto [rest, error] = std::from_chars(digits.data(), end, value);
     if (error == std::errc::result_out_of_range && rest == end) {
+        const FloatTraps none(kNoFaults);  // strtod tells by its overflow
         value = std::strtod(std::string(digits).c_str(), nullptr);
         if (std::fabs(value) < 1) return value;  // too small for a double: the nearest one, be it 0
         fail(at, "the number {} is too large; at most 1.8e308 is accepted", shown(text));

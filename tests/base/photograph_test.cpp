@@ -72,8 +72,9 @@ TEST(Photograph, WrongSuffixes_AreRefused) {
 TEST(Photograph, GarbageAndTruncation_AreReadOrRefused) {
     const TemporaryFolder folder;
     EXPECT_THAT(error_of([&] { read_photograph(folder / "none.png"); }), HasSubstr("none.png"));
-    for (const auto& [name, most] :
+    for (const auto& [file, most] :
          std::vector<std::pair<std::string, int>>{{"a.png", 65535}, {"b.tif", 255}, {"c.exr", 0}}) {
+        const std::string name = file;
         write_photograph(folder / name, ramp(most));
         std::ostringstream bytes;
         bytes << std::ifstream(folder / name, std::ios::binary).rdbuf();

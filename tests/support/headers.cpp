@@ -1,0 +1,1 @@
+// A file for the headers that the tests share to be precompiled with.
