@@ -53,7 +53,9 @@ IgiLights::IgiLights(const VirtualLightSets& sets, std::uint32_t paths, const Ig
         tree_ = VirtualLightTree(store_, workers);
         paths_ *= static_cast<std::uint32_t>(sets.begins.size() - 1);
     }
-    to_radiance_ = settings.indirect_scale / (static_cast<float>(paths_) * store_.unit());
+    // In double: the unit of very faint lights is near the largest float.
+    to_radiance_ = static_cast<float>(double{settings.indirect_scale} /
+                                      (static_cast<double>(paths_) * double{store_.unit()}));
 }
 
 }  // namespace lucerna
