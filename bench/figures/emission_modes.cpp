@@ -11,10 +11,10 @@
 // usage: figure_emission_modes [--quick] LAMP.exr... > emission.csv
 #include <fmt/core.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
+#include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 
 namespace {
@@ -53,18 +53,14 @@ void measure(const std::filesystem::path& file, const Particles& particles) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
+    return figure_main("figure_emission_modes", argc, argv, [](const std::vector<std::string>& words) {
         Particles particles;
         fmt::print("lamp,coefficients,table_bytes,mode,rate,plane,bias2,bias2_error,noise2,particles\n");
-        for (int i = 1; i < argc; ++i) {
-            if (std::string(argv[i]) == "--quick")
+        for (const std::string& word : words) {
+            if (word == "--quick")
                 particles = {4, 1U << 12};
-            else if (argv[i][0] != '\0')
-                measure(argv[i], particles);
+            else if (!word.empty())
+                measure(word, particles);
         }
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_emission_modes: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    });
 }

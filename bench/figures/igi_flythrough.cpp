@@ -24,7 +24,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -32,6 +31,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/figures/figure_main.h"
 #include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
@@ -211,11 +211,5 @@ void run(const std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        run({argv + 1, argv + argc});
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_igi_flythrough: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    return lucerna::figure_main("figure_igi_flythrough", argc, argv, run);
 }

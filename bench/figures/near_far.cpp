@@ -19,10 +19,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
+#include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "measure/far_field.h"
 
@@ -212,11 +212,5 @@ void run(const std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        run({argv + 1, argv + argc});
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_near_far: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    return lucerna::figure_main("figure_near_far", argc, argv, run);
 }

@@ -15,13 +15,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "bench/figures/figure_main.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
@@ -152,11 +152,5 @@ void run(const std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        run({argv + 1, argv + argc});
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_photon_throughput: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    return lucerna::figure_main("figure_photon_throughput", argc, argv, run);
 }

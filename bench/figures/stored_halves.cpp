@@ -20,10 +20,10 @@
 // there
 #include <fmt/core.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 
+#include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "engine/base/image.h"
 #include "measure/acquire.h"
@@ -208,11 +208,5 @@ void run(std::vector<std::string> words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        run({argv + 1, argv + argc});
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_stored_halves: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    return lucerna::figure_main("figure_stored_halves", argc, argv, run);
 }

@@ -10,9 +10,9 @@
 // usage: figure_table_resolution [--quick] > table.csv
 #include <fmt/core.h>
 
-#include <cstdlib>
 #include <string>
 
+#include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "lights/gauss.h"
 #include "measure/acquire.h"
@@ -115,8 +115,8 @@ void measure(const Resolution& resolution, std::span<const PlaneIrradiance> trut
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        const bool quick = argc > 1 && std::string(argv[1]) == "--quick";
+    return figure_main("figure_table_resolution", argc, argv, [](const std::vector<std::string>& words) {
+        const bool quick = !words.empty() && words[0] == "--quick";
         const Particles particles = quick ? Particles{4, 1U << 12} : Particles{};
         const std::vector<Resolution> resolutions =
             quick ? std::vector<Resolution>{{5, 8}, {6, 12}}
@@ -127,9 +127,5 @@ int main(int argc, char** argv) {
             "noise2,"
             "particles\n");
         for (const Resolution& resolution : resolutions) measure(resolution, truths, particles);
-        return EXIT_SUCCESS;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "figure_table_resolution: {}\n", error.what());
-        return EXIT_FAILURE;
-    }
+    });
 }

@@ -10,6 +10,7 @@
 #include "engine/app/checkpointing.h"
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
+#include "engine/app/method_taking.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
 #include "engine/app/run_report.h"
@@ -20,7 +21,6 @@
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/integrator.h"
-#include "engine/render/method_choice.h"
 
 namespace lucerna {
 namespace {
@@ -33,9 +33,12 @@ time or an error, the scene's own number of samples no longer counts. The time i
 writing the image. The error is the root mean square over the pixels of what is left of noise in them, relative to
 their luminance (plus a tenth of the image's mean).
 
-Given a time or an error and no --integrator, --set, --spp, --passes nor checkpoint, the method is chosen, too: each that shows
-the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is taken that promises the
-least error in the time, or the error soonest. It says which, and what to write to have it again.
+Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
+each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
+taken that promises the least error in the time, or the error soonest. It says which, as options that give it again.
+
+An image, photon maps or virtual lights that would not fit into memory are refused, with what they need and what there
+is; a part of an image ("cropwindow") needs memory for the part alone.
 
 With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
 undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
@@ -134,38 +137,6 @@ bool may_choose(const RenderCommand& command) {
            !command.options.maps.any();
 }
 
-std::string options_text(const IntegratorSettings& settings) {
-    std::string text = fmt::format("--integrator {}", integrator_name(settings));
-    const auto defaults = describe(make_settings(integrator_name(settings), {}));
-    const auto values = describe(settings);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        if (values[i] != defaults[i]) text += fmt::format(" --set {}={}", values[i].first, values[i].second);
-    }
-    return text;
-}
-
-// Takes the method that promises most into the job and says so; the limits are then what is left of them.
-void choose(const RenderCommand& command, Job& job, RenderOptions& options, RunFacts& facts,
-            Monitor& monitor) {
-    const Stopwatch choosing;
-    facts.choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
-    facts.choose_seconds = choosing.seconds();
-    if (!facts.choice) {
-        monitor.info(fmt::format("method   {}, the scene's own: no other shows the same picture",
-                                 integrator_name(job.integrator)));
-        return;
-    }
-    const MethodChoice& choice = *facts.choice;
-    job.integrator = choice.settings;
-    // What more samples do not mend leaves that much less for noise: at most half of the error's square.
-    options.limits.error = std::sqrt(std::max(sqr(options.limits.error) - sqr(choice.beyond_noise), 0.0));
-    monitor.info(fmt::format("method   {}", options_text(job.integrator)));
-    monitor.info(fmt::format("tried    {} ({})", choice.tried,
-                             command.options.limits.error > 0
-                                 ? fmt::format("to {:g} %", 100 * command.options.limits.error)
-                                 : fmt::format("in {}", duration_text(command.options.limits.seconds))));
-}
-
 // The files of an image.
 class Pictures {
   public:
@@ -239,7 +210,11 @@ void act(const RenderCommand& command, const CommandContext& context) {
     // Render, showing the image as it improves.
     RenderOptions options = command.options;
     options.limits.seconds = command.options.limits.seconds - clock.seconds();
-    if (may_choose(command)) choose(command, job, options, facts, monitor);
+    if (may_choose(command)) {
+        const Stopwatch choosing;
+        facts.choice = take_method(job, options, monitor);
+        facts.choose_seconds = choosing.seconds();
+    }
     options.limits.seconds = command.options.limits.seconds - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);

@@ -42,13 +42,14 @@ struct Case {
     std::string name, integrator;
     std::vector<std::string> set;
     std::vector<std::string> phases;  // that it must have, beside reading
+    const char* spp = "8";            // so many that there is time to fall into the image
 
     friend void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 };
 
 std::vector<Case> cases() {
-    return {{"path", "path", {}, {"image"}},
-            {"direct", "direct", {}, {"image"}},
+    return {{"path", "path", {}, {"image"}, "64"},
+            {"direct", "direct", {}, {"image"}, "1024"},
             {"photonmap",
              "photonmap",
              {"photons=20000", "gatherrays=2", "pilot=16384"},
@@ -75,15 +76,15 @@ class KilledInPhase : public ::testing::TestWithParam<Case> {
         expected_ = read_exr(folder_ / "expected.exr");
         picture_ = read_bytes(folder_ / "expected.png");
         // What was there before.
-        std::vector<std::string> others = words("old");
-        others.insert(others.end(), {"--seed", "9", "--spp", "2"});
+        std::vector<std::string> others = words("old", "2");
+        others.insert(others.end(), {"--seed", "9"});
         ASSERT_EQ(command().run(others).code, 0);
         old_ = {read_bytes(folder_ / "old.exr"), read_bytes(folder_ / "old.png")};
     }
 
     KillableCommand command() const { return KillableCommand(folder_.path()); }
 
-    std::vector<std::string> words(const std::string& name) const {
+    std::vector<std::string> words(const std::string& name, const std::string& spp = GetParam().spp) const {
         std::vector<std::string> all{"render",
                                      "scene.pbrt",
                                      "--integrator",
@@ -98,7 +99,9 @@ class KilledInPhase : public ::testing::TestWithParam<Case> {
                                      "--resume",
                                      name + ".checkpoint",
                                      "--checkpoint-every",
-                                     "0.01s"};
+                                     "0.01s",
+                                     "--spp",
+                                     spp};
         for (const std::string& word : GetParam().set) {
             all.emplace_back("--set");
             all.push_back(word);
