@@ -29,9 +29,9 @@ constexpr const char* kFooter = R"(Integrators and their parameters: lucerna inf
 Ctrl-C ends a render early and keeps what is there; a second one ends at once.
 
 A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
-time or an error, the scene's own number of samples no longer counts. The time is that of the whole command but for
-writing the image. The error is the root mean square over the pixels of what is left of noise in them, relative to
-their luminance (plus a tenth of the image's mean).
+time or an error, the scene's own number of samples no longer counts. The time is that of the whole command. The error
+is the root mean square over the pixels of what is left of noise in them, relative to their luminance (plus a tenth of
+the image's mean).
 
 Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
 each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
@@ -129,6 +129,13 @@ void limit_samples(const RenderCommand& command, Job& job) {
     }
 }
 
+// What writing the image may take: compressing noise does some 50 MB/s on a machine of today. A guess, for an
+// end in time; where it is wrong by a factor of two nobody will notice.
+double writing_seconds(const FilmSettings& film, bool png) {
+    const V2i size = film.rendered_size();
+    return (png ? 0.8e-6 : 0.5e-6) * size.x * size.y;
+}
+
 // What is to be had again, bit for bit, is not chosen by the clock.
 bool may_choose(const RenderCommand& command) {
     const SceneOverrides& asked = command.overrides;
@@ -209,13 +216,14 @@ void act(const RenderCommand& command, const CommandContext& context) {
 
     // Render, showing the image as it improves.
     RenderOptions options = command.options;
-    options.limits.seconds = command.options.limits.seconds - clock.seconds();
+    const double whole = command.options.limits.seconds - writing_seconds(job.film, command.png);
+    options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
         const Stopwatch choosing;
         facts.choice = take_method(job, options, monitor);
         facts.choose_seconds = choosing.seconds();
     }
-    options.limits.seconds = command.options.limits.seconds - clock.seconds();
+    options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
     const auto note = [&] {
