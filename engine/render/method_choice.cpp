@@ -24,6 +24,7 @@ constexpr double kBeyondShare = 0.5;
 
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
+constexpr std::int64_t kPilotPaths = 65'536;
 
 PhotonMapSettings photon_map_like(const IntegratorSettings& asked) {
     PhotonMapSettings settings;
@@ -66,6 +67,8 @@ std::string short_text(const IntegratorSettings& settings) {
     if (const auto* maps = std::get_if<PhotonMapSettings>(&settings)) {
         return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)" : "");
     }
+    if (const auto* igi = std::get_if<IgiSettings>(&settings))
+        return fmt::format("igi{}", igi->pilot > 0 ? " (pilot)" : "");
     return std::string(integrator_name(settings));
 }
 
@@ -157,7 +160,10 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     ProgressiveSettings progressive;
     if (const auto* own = std::get_if<ProgressiveSettings>(&asked)) progressive = *own;
     progressive.quantity = quantity_of(asked);
-    return {{path, 0}, {igi_like(asked), 0.1}, {maps, 0.2}, {guided, 0.4}, {progressive, 0.6}};
+    IgiSettings igi = igi_like(asked), pilot = igi;
+    igi.pilot = 0;
+    pilot.pilot = kPilotPaths;
+    return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pilot, 0.4}, {guided, 0.4}, {progressive, 0.6}};
 }
 
 Expectation best_in(double seconds, const MethodCost& cost) {
