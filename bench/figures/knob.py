@@ -18,7 +18,7 @@ SCENES = {
     "led": ("led/near", 0.15),
     "office": ("office/office", 0.15),
     "projector": ("projector/projector", 0.15),
-    "room": ("room/room", 0.1),
+    "cathedral": ("cathedral/cathedral", 0.5),
     "stadium": ("stadium/stadium", 0.25),
     "many-lights": ("many-lights/many-lights", 0.1),
 }
