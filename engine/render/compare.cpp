@@ -12,6 +12,7 @@ namespace {
 // The sums of one pass over the pixels.
 struct Sums {
     double square = 0, relative = 0, absolute = 0;
+    double reference_luminance = 0;
     std::vector<double> value, reference_value;
 };
 
@@ -52,6 +53,7 @@ class Comparer {
         result_.masked_pixels += state.masked;
         if (state.masked) return;
         ++result_.pixels;
+        sums_.reference_luminance += luminances(t, r).r;
         for (std::size_t c = 0; c < shared_.size(); ++c) value(x, y, c, t, r);
     }
 
@@ -109,23 +111,19 @@ class Comparer {
     // Relative to a mean that is known by now.
     void find_error() {
         if (result_.pixels == 0) return;
-        std::vector<Pair> pairs;
-        double mean = 0;
+        const double pixels = static_cast<double>(result_.pixels), mean = sums_.reference_luminance / pixels;
+        double sum = 0;
         for (int y = 0; y < image_.height; ++y) {
             for (int x = 0; x < image_.width; ++x) {
                 const float* t = &image_.data[image_.index(x, y)];
                 const float* r = &reference_.data[reference_.index(x, y)];
                 if (!pixel_state(t, r, shared_, mask_above_).compared()) continue;
-                pairs.push_back(luminances(t, r));
-                mean += pairs.back().r / static_cast<double>(result_.pixels);
+                const Pair pair = luminances(t, r);
+                // Infinite beside a black reference.
+                if (pair.t != pair.r) sum += sqr(pair.t - pair.r) / error_scale2(pair.r, mean);
             }
         }
-        double sum = 0;
-        for (const Pair& pair : pairs) {
-            const double scale2 = error_scale2(pair.r, mean);
-            if (pair.t != pair.r) sum += sqr(pair.t - pair.r) / scale2;  // infinite beside a black reference
-        }
-        result_.error = std::sqrt(sum / static_cast<double>(pairs.size()));
+        result_.error = std::sqrt(sum / pixels);
     }
 
     const Image& image_;
