@@ -124,7 +124,8 @@ MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales,
     const V2i size = film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
     MethodCost cost;
-    cost.prepare = trial.prepare_seconds();
+    cost.once = trial.once_seconds();
+    cost.prepare = trial.prepare_seconds() - cost.once;
     cost.sample = trial.sample_seconds() * pixels;
     cost.variance = variance_of(trial, scales);
     if (&trial == &judge) return cost;
@@ -178,7 +179,7 @@ Expectation best_in(double seconds, const MethodCost& cost) {
         return best;
     }
     for (double work = 1; work <= cost.most_work; work *= 2) {
-        const double prepare = cost.prepare * work;
+        const double prepare = cost.once + cost.prepare * work;
         if (prepare > kMostPreparation * seconds) break;
         offer((seconds - prepare) / cost.sample, cost.beyond * std::pow(work, -cost.power), work);
     }
@@ -205,7 +206,7 @@ Expectation soonest_below(double error, const MethodCost& cost) {
         const double beyond = cost.beyond * std::pow(work, -cost.power);
         if (beyond > sqr(kBeyondShare) * square) continue;
         const double samples = std::max(1.0, cost.variance / (square - beyond));
-        offer(samples, cost.prepare * work + samples * cost.sample, beyond, work);
+        offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
     }
     return best;
 }

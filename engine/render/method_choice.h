@@ -45,6 +45,7 @@ struct MethodCost {
         maps,    // photons or virtual lights are made once: more of them, or more samples
         passes,  // all is made anew in every pass
     } kind = Kind::rays;
+    double once = 0;      // seconds before it that do not grow with the work: a pilot, guides
     double prepare = 0;   // seconds; of a pass
     double sample = 0;    // seconds, of one sample of every pixel of the image; of a pass, all of its samples
     double variance = 0;  // of one sample (pass), squared share, mean over pixels

@@ -111,6 +111,9 @@ bool Trial::prepare() {
     estimator_ = integrator_->prepare(
         {job_.scene, seed_, passes_, workers_, quiet, report, groundwork_.get(), nullptr, view_of(job_)});
     preparing_ += clock.seconds();
+    for (const auto& [phase, seconds] : report.seconds) {
+        if (!in_passes() && (phase == "pilot" || phase == "guide")) once_ += seconds;
+    }
     return estimator_ != nullptr;
 }
 

@@ -34,6 +34,8 @@ class Trial {
     // Seconds, all workers at it: of preparation (of one pass, where it works in passes), and of one sample
     // of one pixel.
     double prepare_seconds() const;
+    // Of preparation, what would take as long for more photons or more sets of virtual lights; 0 in passes.
+    double once_seconds() const { return once_; }
     double sample_seconds() const;
     // Of every block that was looked at, in the order of trial_blocks(): luminance of its pixels' samples;
     // where it works in passes, what each saw through the pixel.
@@ -68,8 +70,8 @@ class Trial {
     std::size_t next_ = 0;  // block to look at
     int sweep_ = 0;         // over all blocks
     std::uint32_t passes_ = 0;
-    double preparing_ = 0, looking_ = 0;  // seconds
-    std::uint64_t samples_ = 0;           // of all pixels
+    double preparing_ = 0, once_ = 0, looking_ = 0;  // seconds
+    std::uint64_t samples_ = 0;                      // of all pixels
 };
 
 }  // namespace lucerna

@@ -73,6 +73,24 @@ TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
     EXPECT_TRUE(std::isfinite(enough.seconds));
 }
 
+// A pilot takes as long before 4096 sets as before 16.
+TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
+    MethodCost cost = rays(0.5, 0.01);
+    cost.kind = Kind::maps;
+    cost.once = 0.5;
+    cost.prepare = 0.001;
+    cost.beyond = 0.04;
+    cost.power = 1;
+    cost.most_work = 1024;
+    const Expectation best = best_in(4, cost);
+    EXPECT_GE(best.work, 256);
+    EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / ((4 - 0.5 - 0.001 * best.work) / 0.5)));
+    const Expectation enough = soonest_below(0.05, cost);
+    EXPECT_DOUBLE_EQ(enough.seconds,
+                     0.5 + 0.001 * enough.work + 0.5 * std::max(1.0, 0.01 / (0.0025 - 0.04 / enough.work)));
+    EXPECT_TRUE(std::isinf(best_in(0.9, cost).error)) << "more than half of the time for what is made once";
+}
+
 TEST(MethodCost, Passes_BothPartsFall) {
     MethodCost cost = rays(0.5, 0.5);
     cost.kind = Kind::passes;
@@ -170,6 +188,23 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         ASSERT_GE(known, 16U);
         EXPECT_LT(chi2 / static_cast<double>(known), 1.8) << integrator_name(settings);
         EXPECT_GT(chi2 / static_cast<double>(known), 0.05) << integrator_name(settings);
+    }
+}
+
+TEST(Trial, PilotAndGuides_AreMadeOnce) {
+    Monitor silent;
+    PhotonMapSettings maps;
+    maps.photons = 10'000;
+    maps.direct = DirectMethod::mc;
+    IgiSettings pilot;
+    pilot.pilot = 20'000;
+    for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pilot)}) {
+        const bool once = std::holds_alternative<IgiSettings>(settings);
+        const Job job = job_of(settings);
+        Trial trial(job, settings, 7, Workers{2}, silent);
+        ASSERT_TRUE(trial.look(0.01));
+        EXPECT_EQ(trial.once_seconds() > 0, once) << integrator_name(settings);
+        EXPECT_LT(trial.once_seconds(), trial.prepare_seconds()) << integrator_name(settings);
     }
 }
 
