@@ -35,16 +35,23 @@ float room_around(const Scene& scene, const SurfacePoint& at, float most) {
     return room;
 }
 
+// The direction it came from, to 10 bits a side (2 mrad): few are so near to a step that rounding takes them
+// over it, and the photons of a Global map come from everywhere.
+std::uint32_t number_of(const Photon& photon) {
+    constexpr std::uint32_t kSide = 0xffc0;
+    return photon.direction.bits() & (kSide << 16 | kSide);
+}
+
 // Goes on from `from` along d to the first surface with a diffuse part.
-void land(const Scene& scene, SurfacePoint from, V3f d, Stream& stream, SurfacePlaces& places) {
+void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Stream& stream,
+          SurfacePlaces& places) {
     for (int bounce = 0; bounce < kMostBounces; ++bounce) {
         const auto hit = scene.hit(Ray{from.towards(d), d});
         if (!hit) return;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (stores_photons(bsdf)) {
             const V3f& n = hit->at.n;
-            places.positions.push_back(hit->at.p);
-            places.normals.emplace_back(n.dot(d) > 0 ? -n : n);
+            places.add(hit->at.p, PackedDirection(n.dot(d) > 0 ? -n : n), number);
             return;
         }
         const BsdfU u{stream.next(), stream.next2()};
@@ -61,9 +68,9 @@ SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
     SurfacePlaces ordered;
     ordered.positions.reserve(places.size());
     ordered.normals.reserve(places.size());
+    ordered.numbers.reserve(places.size());
     for (const std::uint32_t i : box_order(places.positions, workers)) {
-        ordered.positions.push_back(places.positions[i]);
-        ordered.normals.push_back(places.normals[i]);
+        ordered.add(places.positions[i], places.normals[i], places.numbers[i]);
     }
     return ordered;
 }
@@ -72,22 +79,27 @@ SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
 
 SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
                         const Workers& workers) {
-    const auto count = static_cast<std::int64_t>((map.size() + plan.stride - 1) / plan.stride);
-    std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
-    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+    constexpr std::int64_t kPhotons = 4 * kGrain;
+    const auto count = static_cast<std::int64_t>(map.size());
+    std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
+    const float share = 1.0F / static_cast<float>(plan.stride);
+    parallel_ranges(workers, count, kPhotons, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
         SurfacePlaces& part = parts[static_cast<std::size_t>(chunk)];
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const V3f& p = map.positions()[i * plan.stride];
-            const V3f n = map.normals()[i * plan.stride].unpack();
-            Stream stream(plan.seed, Purpose::gather, plan.pass, i);
+            const std::uint32_t number = number_of(map.photons()[i]);
+            Stream stream(plan.seed, Purpose::gather, plan.pass, number);
+            if (stream.next() >= share) continue;
+            const V3f& p = map.positions()[i];
+            const V3f n = map.normals()[i].unpack();
             const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(stream.next2()));
-            land(scene, {p, n, surface_error(p, 0)}, d, stream, part);
+            land(scene, {p, n, surface_error(p, 0)}, d, number, stream, part);
         }
     });
     SurfacePlaces all;
     for (const SurfacePlaces& part : parts) {
         all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
         all.normals.insert(all.normals.end(), part.normals.begin(), part.normals.end());
+        all.numbers.insert(all.numbers.end(), part.numbers.begin(), part.numbers.end());
     }
     return all;
 }
@@ -105,13 +117,13 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
             const V3f& p = places_.positions[i];
             const SurfacePoint at{p, places_.normals[i].unpack(), surface_error(p, 0)};
             std::optional<Probing> probing = sources.probing;
-            if (probing) probing->chance = probing->chance.split(static_cast<std::uint32_t>(i));
+            if (probing) probing->chance = probing->chance.split(places_.numbers[i]);
             const GatherResult own = Gather(*sources.maps.front(), sources.how, probing).irradiance(at);
             Rgb all = own.value;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
                 all += Gather(*map, sources.how, probing).irradiance(at).value;
             }
-            if (sources.more) all += sources.more(i, at);
+            if (sources.more) all += sources.more(places_.numbers[i], at);
             values_[i] = {{all, own.radius}, scene_ ? room_around(*scene_, at, own.radius) : INFINITY};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));

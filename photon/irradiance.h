@@ -13,8 +13,8 @@
 // what is looked up too dark: a point is looked up from all places nearer to it than to another, so points
 // with much room about them, where photons happen to be few, are looked up more often. The two nearly cancel
 // with all photons counted (6 n/k² is left of 2/k), and that leaves 1.5/k without. Points that know nothing
-// of the photons they count have neither: here they stand where one more diffuse bounce from every n-th
-// photon leads, which is also where gather rays go.
+// of the photons they count have neither: here they stand where one more diffuse bounce from one photon in n
+// leads, which is also where gather rays go.
 #pragma once
 
 #include <functional>
@@ -29,21 +29,30 @@
 
 namespace lucerna {
 
-// Points on surfaces with a diffuse part, and the normals on the side that is lit.
+// Points on surfaces with a diffuse part, and the normals on the side that is lit. Each has a number by which
+// its chance goes, whatever others there are.
 struct SurfacePlaces {
     std::vector<V3f> positions;
     std::vector<PackedDirection> normals;
+    std::vector<std::uint32_t> numbers;
 
     std::size_t size() const { return positions.size(); }
+    void add(const V3f& position, const PackedDirection& normal, std::uint32_t number) {
+        positions.push_back(position);
+        normals.push_back(normal);
+        numbers.push_back(number);
+    }
 };
 
 struct BouncePlan {
-    std::size_t stride = 1;  // a bounce from every n-th photon, >= 1
+    std::size_t stride = 1;  // a bounce from one photon in n, >= 1
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
 };
 // Where they lead, over mirrors and gloss as far as they are met; those that leave the scene make no place.
-// The same for any number of threads.
+// Whether a photon is one of them, where its bounce goes and what number the place has, the direction it came
+// from decides: not its place in the map, which rounding may change for all of them. The same for any number
+// of threads.
 SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
                         const Workers& workers);
 
@@ -53,9 +62,9 @@ struct IrradianceSources {
     GatherSettings how;
     std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
                                           // between is not asked
-    // Irradiance beside that of the maps, W/m², at the point of that number; none: nothing. Called from any
+    // Irradiance beside that of the maps, W/m², at the place of that number; none: nothing. Called from any
     // thread.
-    std::function<Rgb(std::size_t point, const SurfacePoint& at)> more = {};
+    std::function<Rgb(std::uint32_t number, const SurfacePoint& at)> more = {};
 };
 
 class IrradiancePoints {

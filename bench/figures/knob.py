@@ -1,7 +1,7 @@
 # render --error and --time, as a user writes them: the error that was asked for, what the render says it has
-# reached and what a reference says, on eight scenes; the time that was asked for and what it took.
-#   usage: knob.py LUCERNA OUT_FOLDER [--quick]
-# References are made by the path tracer once, and kept.
+# reached and what a reference says, on ten scenes; the time that was asked for and what it took.
+#   usage: knob.py LUCERNA OUT_FOLDER [--quick] [SCENE...]     default: all, and the times
+# References are made once, and kept: by the path tracer, or by `direct` for the picture that it shows.
 import json
 import math
 import os
@@ -49,21 +49,24 @@ class Knob:
         text, _ = self.run("compare", image, reference, "--json", "-")
         return json.loads(text[text.index("{"):])["error"]
 
-    def reference(self, name, scene):
-        image = f"{self.folder}/{name}-reference.exr"
+    def reference(self, name, scene, method="path"):
+        judge = "direct" if method == "direct" else "path"
+        stem = f"{name}-reference" if judge == "path" else f"{name}-reference-{judge}"
+        image = f"{self.folder}/{stem}.exr"
         if not os.path.exists(image):
             seconds = "2s" if self.quick else "120s"
-            self.render(scene, f"{name}-reference", "--integrator", "path", "--time", seconds, "--seed", "1000")
+            self.render(scene, stem, "--integrator", judge, "--time", seconds, "--seed", "1000")
         with open(image.replace(".exr", ".json")) as file:
             return image, json.load(file)["numbers"]["error.relative"]
 
-    def errors(self):
+    def errors(self, names):
         print("| scene | asked | method | seconds | said | measured | said / measured | reference's noise |")
         print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-        for name, (scene, asked) in SCENES.items():
-            reference, noise = self.reference(name, scene)
+        for name in names:
+            scene, asked = SCENES[name]
             for words in (["--error", f"{asked}"], ["--error", f"{asked}", "--integrator", "path", "--time", "5min"]):
                 image, stats, wall = self.render(scene, f"{name}-{len(words)}", *words)
+                reference, noise = self.reference(name, scene, stats["integrator"])
                 said = math.hypot(stats["numbers"]["error.relative"], stats.get("choice", {}).get("beyond_noise", 0))
                 # What the reference adds is known and no part of the render's.
                 measured = math.sqrt(max(self.error(image, reference) ** 2 - noise ** 2, 0))
@@ -85,8 +88,10 @@ class Knob:
 
 def main():
     knob = Knob(sys.argv[1], sys.argv[2], "--quick" in sys.argv)
-    knob.errors()
-    knob.times()
+    names = [word for word in sys.argv[3:] if word != "--quick"]
+    knob.errors(names or SCENES)
+    if not names:
+        knob.times()
 
 
 main()

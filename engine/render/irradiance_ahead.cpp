@@ -35,8 +35,8 @@ IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& 
     const Stream chance(context.seed, Purpose::gather, context.pass, kNoPlace);
     IrradianceSources sources{read, how, Probing{context.scene, chance}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
-        sources.more = [&](std::size_t place, const SurfacePoint& at) {
-            const Stream point(context.seed, Purpose::gather, context.pass, place);
+        sources.more = [&](std::uint32_t number, const SurfacePoint& at) {
+            const Stream point(context.seed, Purpose::gather, context.pass, number);
             return sampled_irradiance(context.scene, at, point, settings.precompute_lights);
         };
     }

@@ -13,7 +13,7 @@ inline bool holds_direct(const PhotonMapSettings& settings, const Scene& scene) 
     return settings.direct == DirectMethod::map || (settings.precompute_lights > 0 && scene.media().empty());
 }
 
-// A point for every n-th photon of the Global map (settings.precompute > 0), with the light of all maps;
+// A point for one photon in n of the Global map (settings.precompute > 0), with the light of all maps;
 // direct light by the Direct map, or sampled as `settings.precompute_lights` says.
 IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& maps,
                                   const GatherSettings& how, const PhotonMapSettings& settings);

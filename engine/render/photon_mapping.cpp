@@ -66,7 +66,7 @@ class PhotonMapIntegrator final : public Integrator {
                                 : fmt::format("{} light paths", settings_.photons));
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             lines.push_back(
-                fmt::format("irradiance where a bounce from every {}th photon leads", settings_.precompute));
+                fmt::format("irradiance where a bounce from one photon in {} leads", settings_.precompute));
         }
         return lines;
     }

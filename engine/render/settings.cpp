@@ -121,7 +121,7 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "alone)",
                {"gather", "map", "none"}, s.indirect),
         whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
-        whole("precompute", "irradiance ahead of time for gather rays, a point for every n-th photon; 0: off",
+        whole("precompute", "irradiance ahead of time for gather rays, a point for one photon in n; 0: off",
               0, 1'000'000, s.precompute),
         whole("precomputelights", "light samples at each such point; 0: gather rays ask the lights", 0,
               10'000, s.precompute_lights),

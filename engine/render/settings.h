@@ -54,7 +54,7 @@ struct PhotonMapSettings {
     int candidates = 0;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
-    // Irradiance ahead of time, a point for every n-th photon; 0: estimate at each gather ray's end.
+    // Irradiance ahead of time, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
     // Light samples at each such point; 0: gather rays ask the lights themselves where they land.
     int precompute_lights = 4;

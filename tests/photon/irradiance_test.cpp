@@ -3,6 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <utility>
+
 #include "photon/near_photons.h"
 #include "tests/support/photons.h"
 #include "tests/support/scenes.h"
@@ -24,8 +29,8 @@ SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
     Stream stream(seed, Purpose::test, 1, 0);
     SurfacePlaces places;
     for (std::size_t i = 0; i < n; ++i) {
-        places.positions.emplace_back(stream.next(), stream.next(), 0.0F);
-        places.normals.emplace_back(kUp);
+        const V2f at = stream.next2();
+        places.add({at.x, at.y, 0}, PackedDirection(kUp), static_cast<std::uint32_t>(i));
     }
     return places;
 }
@@ -33,8 +38,7 @@ SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
 SurfacePlaces every_nth_photon(const PhotonMap& map) {
     SurfacePlaces places;
     for (std::size_t i = 0; i < map.size(); i += kStride) {
-        places.positions.push_back(map.positions()[i]);
-        places.normals.emplace_back(kUp);
+        places.add(map.positions()[i], PackedDirection(kUp), static_cast<std::uint32_t>(i));
     }
     return places;
 }
@@ -138,6 +142,31 @@ TEST(IrradiancePoints, Lookup_OnlyOnItsSideAndWithinItsDisc) {
     EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0.09F), kUp, 0.1F));
 }
 
+// A bounce that rounding sends elsewhere is one place more or less: what light the others are given by chance
+// must not go by how many come before them.
+TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
+    Monitor silent;
+    const PhotonMap map = uniform_map(kPhotons, 3);
+    const PhotonMap* maps[] = {&map};
+    const auto by_chance = [](std::uint32_t number, const SurfacePoint&) {
+        return Rgb(Stream(1, Purpose::test, 0, number).next());
+    };
+    const IrradianceSources sources{maps, kSettings, {}, by_chance};
+    const SurfacePlaces places = random_places(200, 5);
+    SurfacePlaces fewer;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (i != 17) fewer.add(places.positions[i], places.normals[i], places.numbers[i]);
+    }
+    const IrradiancePoints all(places, sources, Workers{2}, silent);
+    const IrradiancePoints rest(fewer, sources, Workers{2}, silent);
+    for (std::size_t i = 0; i < fewer.size(); ++i) {
+        const auto a = all.nearest(fewer.positions[i], kUp, 0.2F),
+                   b = rest.nearest(fewer.positions[i], kUp, 0.2F);
+        ASSERT_TRUE(a && b);
+        EXPECT_EQ(a->irradiance, b->irradiance) << i;
+    }
+}
+
 TEST(BounceOn, FromAFloor_LandsOnTheCeilingAndNotOnTheMirror) {
     SceneMaker make;
     make.quad({-500, -500, 1}, {0, 1000, 0}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));  // ceiling, facing down
@@ -146,14 +175,41 @@ TEST(BounceOn, FromAFloor_LandsOnTheCeilingAndNotOnTheMirror) {
     const Scene scene = make.build();
     const PhotonMap map = uniform_map(5000, 3);
     const SurfacePlaces places = bounce_on(scene, map, {2, 1, 0}, Workers{2});
-    EXPECT_EQ(places.size(), 2500U);
+    EXPECT_NEAR(static_cast<double>(places.size()), 2500, 5 * std::sqrt(1250.0));
     for (std::size_t i = 0; i < places.size(); ++i) {
         EXPECT_NEAR(places.positions[i].z, 1, 1e-5F);
         EXPECT_LT(places.normals[i].unpack().z, -0.999F);
     }
+    const SurfacePlaces from_each = bounce_on(scene, map, {1, 1, 0}, Workers{2});
+    EXPECT_EQ(from_each.size(), 5000U);
     const SurfacePlaces again = bounce_on(scene, map, {2, 1, 0}, Workers{1});
     EXPECT_EQ(again.positions, places.positions);
     EXPECT_NE(bounce_on(scene, map, {2, 1, 1}, Workers{1}).positions, places.positions);
+}
+
+// Rounding may change the order of a map's photons, all of it, and where one of them is.
+TEST(BounceOn, PhotonsInAnotherOrderAndOneLess_LeadToTheSamePlaces) {
+    SceneMaker make;
+    make.quad({-500, -500, 1}, {0, 1000, 0}, {1000, 0, 0}, make.diffuse(Rgb(0.5F)));
+    const Scene scene = make.build();
+    const PhotonMap map = uniform_map(2000, 3);
+    Photons others;
+    for (std::size_t i = map.size(); i-- > 1;) {
+        others.add(map.positions()[i], map.normals()[i], map.photons()[i]);
+    }
+    const PhotonMap fewer(others, IndexKind::tree, Workers{1});
+    const auto found = [&](const PhotonMap& from) {
+        const SurfacePlaces places = bounce_on(scene, from, {4, 1, 0}, Workers{2});
+        std::set<std::pair<std::uint32_t, float>> all;
+        for (std::size_t i = 0; i < places.size(); ++i)
+            all.insert({places.numbers[i], places.positions[i].x});
+        return all;
+    };
+    const auto a = found(map), b = found(fewer);
+    EXPECT_GT(b.size(), 400U);
+    std::vector<std::pair<std::uint32_t, float>> apart;
+    std::set_symmetric_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(apart));
+    EXPECT_LE(apart.size(), 1U);
 }
 
 }  // namespace
