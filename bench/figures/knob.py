@@ -81,9 +81,11 @@ class Knob:
             reference, noise = self.reference(name, scene)
             for text, seconds in list(TIMES.items())[:1 if self.quick else None]:
                 image, stats, wall = self.render(scene, f"{name}-{text}", "--time", text, "--png")
-                measured = math.sqrt(max(self.error(image, reference) ** 2 - noise ** 2, 0))
+                beyond = self.error(image, reference) ** 2 - noise ** 2
+                # Less than half of the reference's own is not told from none.
+                measured = f"{math.sqrt(beyond):.2%}" if beyond > noise ** 2 / 4 else f"< {noise / 2:.1%}"
                 print(f"| {name} | {text} | {wall:.2f} s | {wall / seconds:.1%} | {stats['integrator']} | "
-                      f"{measured:.2%} |", flush=True)
+                      f"{measured} |", flush=True)
 
 
 def main():
