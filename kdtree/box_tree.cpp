@@ -74,7 +74,7 @@ std::vector<BoxFan> make_level(std::size_t count, const Workers& workers, BoxOf&
 }  // namespace
 
 BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_t> labels,
-                       const Workers& workers) {
+                       const Workers& workers, const LabelPlace& place) {
     BoxTree tree;
     tree.size = points.size();
     if (points.empty()) return tree;
@@ -103,6 +103,19 @@ BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_
         std::vector<BoxFan> level =
             make_level(below.size(), workers, [&](std::size_t fan) { return around(below[fan]); });
         tree.levels.push_back(std::move(level));
+    }
+    if (!place) return tree;
+    for (std::size_t i = 1; i < tree.levels.size(); ++i) {
+        constexpr std::size_t kUnderAFan = kFan * kBlock;
+        tree.labels.push_back(make_level(tree.levels[i - 1].size(), workers, [&](std::size_t fan) {
+            if (i > 1) return around(tree.labels[i - 2][fan]);
+            const std::size_t first = fan * kUnderAFan;
+            Box3f box;
+            for (const std::uint32_t label :
+                 labels.subspan(first, std::min(kUnderAFan, labels.size() - first)))
+                box.extendBy(place(label));
+            return box;
+        }));
     }
     return tree;
 }

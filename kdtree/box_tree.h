@@ -7,12 +7,14 @@
 //
 // Blocks and fans hold one coordinate of all their members beside each other, so that a measure works on all
 // of them at once. A search is asked with a measure of the caller's own, which says how far the points of a
-// block are and how near those under a box could be; each point carries 32 bits that mean something to that
-// measure only.
+// block are and how near those under a box could be; each point carries 32 bits, its label, that mean
+// something to that measure only. Where labels stand for places of their own (directions, say), boxes around
+// those lie beside the boxes of the higher fans: what no label under them would let count is passed by.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -45,12 +47,18 @@ struct BoxTree {
     // Fan i of level 0 is over the blocks from i·kFan, fan i of a higher level over the fans from i·kFan of
     // the level below. The highest level is one fan; no points, no levels.
     std::vector<std::vector<BoxFan>> levels;
+    // Around what the labels stand for: [i] goes with levels[i + 1]. Over single blocks it would not pay.
+    std::vector<std::vector<BoxFan>> labels;
     std::size_t size = 0;  // points
 };
 
-// `points` are finite; `labels` as many as there are points.
+// The place, finite, that a label stands for.
+using LabelPlace = std::function<V3f(std::uint32_t)>;
+
+// `points` are finite; `labels` as many as there are points. Without `place` there are no boxes around
+// labels.
 BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_t> labels,
-                       const Workers& workers);
+                       const Workers& workers, const LabelPlace& place = {});
 
 // An order of the points that makes a good tree: [new place] → old place. The same for any number of threads,
 // and settled: points that lie in this order already stay where they are. At most 2^32 - 1 points.
@@ -59,6 +67,8 @@ std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers&
 // A measure has
 //   BlockKeys keys(const PointBlock&) const    the key of each point; infinite or NaN: does not count
 //   FanKeys   bounds(const BoxFan&) const      for each box, at most the key of any point inside it
+// and, if it goes by what labels stand for,
+//   FanKeys   bounds(const BoxFan&, const BoxFan& labels) const
 // where keys are not negative. `take(keys, index of the first)` gets every block that may hold a key up to
 // `bound` (finite), and returns the bound from then on. The nearest boxes come first, so that the bound
 // shrinks soon.
@@ -100,6 +110,16 @@ inline void fetch(const PointBlock& block) {
     __builtin_prefetch(block.label.data());
 }
 
+// How near the points under a fan can be, `level` levels above the blocks.
+template <typename Measure>
+FanKeys bounds(const BoxTree& tree, const Measure& measure, std::size_t level, std::size_t index) {
+    const BoxFan& fan = tree.levels[level][index];
+    if constexpr (requires { measure.bounds(fan, fan); }) {
+        if (level > 0 && !tree.labels.empty()) return measure.bounds(fan, tree.labels[level - 1][index]);
+    }
+    return measure.bounds(fan);
+}
+
 }  // namespace box_tree
 
 template <typename Measure, typename Take>
@@ -118,7 +138,7 @@ void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Ta
             continue;
         }
         // Put the boxes that matter on the stack, the nearest on top.
-        const FanKeys bounds = measure.bounds(tree.levels[place.level - 1][place.index]);
+        const FanKeys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
         const std::size_t bottom = size;
         for (std::size_t i = 0; i < kFan; ++i) {
             if (!(bounds[i] <= bound)) continue;
@@ -144,7 +164,7 @@ void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&&
             take(measure.keys(tree.blocks[place.index]), place.index * static_cast<std::uint32_t>(kBlock));
             continue;
         }
-        const FanKeys bounds = measure.bounds(tree.levels[place.level - 1][place.index]);
+        const FanKeys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
         for (std::size_t i = kFan; i-- > 0;) {
             if (!(bounds[i] <= bound)) continue;
             places[size++] = {bounds[i],

@@ -56,7 +56,7 @@ class SpaceMeasure {
 class OurTree final : public PhotonIndex {
   public:
     OurTree(std::span<const V3f> positions, std::span<const std::uint32_t> directions, const Workers& workers)
-        : tree_(build_box_tree(positions, directions, workers)) {}
+        : tree_(build_box_tree(positions, directions, workers, PackedDirection::along)) {}
 
     void nearest(const V3f&, const TangentMetric& metric, Nearest& found) const override {
         nearest_by(metric, found);

@@ -50,6 +50,7 @@ class TangentMetric {
                                               : keys_by<MetricKind::projected>(block);
     }
     FanKeys bounds(const BoxFan& fan) const;
+    FanKeys bounds(const BoxFan& fan, const BoxFan& directions) const;
 
   private:
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
@@ -111,6 +112,21 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
         bounds[i] = std::max(bounds[i] * inverse_ratio2_, least * least * 0.999F);
     }
     return bounds;
+}
+
+// The same, and infinite where all photons arrive from behind: beside a narrow beam, and on the dark side of
+// whatever stands in it, the search need not look at the beam photon by photon.
+inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions) const {
+    FanKeys all = bounds(fan);
+    for (std::size_t i = 0; i < kFan; ++i) {
+        // Of no direction in the box is n·d less. NaN where there is no box, and nothing to keep out.
+        const float slope = std::min(n_.x * directions.low_x[i], n_.x * directions.high_x[i]) +
+                            std::min(n_.y * directions.low_y[i], n_.y * directions.high_y[i]) +
+                            std::min(n_.z * directions.low_z[i], n_.z * directions.high_z[i]);
+        // More than the rounding of a photon's own n·d.
+        if (slope > 8 * kRounding) all[i] = INFINITY;
+    }
+    return all;
 }
 
 }  // namespace lucerna

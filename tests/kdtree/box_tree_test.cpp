@@ -100,6 +100,53 @@ INSTANTIATE_TEST_SUITE_P(All, BoxTreeClouds,
                          ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F), ::testing::Bool()));
 
+// Plain distance, of the points whose label is at least that; labels stand for places on the x axis.
+struct LaterMeasure {
+    V3f x;
+    std::uint32_t least;
+
+    BlockKeys keys(const PointBlock& block) const {
+        BlockKeys keys;
+        for (std::size_t i = 0; i < kBlock; ++i) {
+            const float d2 = (V3f(block.x[i], block.y[i], block.z[i]) - x).length2();
+            keys[i] = block.label[i] >= least ? d2 : INFINITY;
+        }
+        return keys;
+    }
+    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x); }
+    FanKeys bounds(const BoxFan& fan, const BoxFan& labels) const {
+        FanKeys all = bounds(fan);
+        for (std::size_t i = 0; i < kFan; ++i) {
+            if (labels.high_x[i] < static_cast<float>(least)) all[i] = INFINITY;
+        }
+        return all;
+    }
+};
+
+TEST(BoxTreeLabels, WhatTheyStandFor_KeepsWholeFansOut) {
+    for (const std::uint32_t n : {1U, 16U, 129U, 1024U, 1025U, 30'000U}) {
+        Labelled cloud = ordered(make_cloud(kClouds[0], n, 1));
+        std::iota(cloud.labels.begin(), cloud.labels.end(), 0U);  // neighbours in space have like labels
+        const auto place = [](std::uint32_t label) { return V3f(static_cast<float>(label), 0, 0); };
+        const BoxTree tree = build_box_tree(cloud.points, cloud.labels, Workers{2}, place);
+        const LaterMeasure measure{cloud.points[0], n / 4 * 3};
+        std::uint32_t before = 0, counted = 0;
+        const auto look = [&](const BlockKeys& keys, std::uint32_t first) {
+            for (const float key : keys) counted += static_cast<std::uint32_t>(key < INFINITY);
+            before += static_cast<std::uint32_t>(first + kFan * kBlock < measure.least);
+            return just_below(INFINITY);
+        };
+        search_nearest(tree, measure, just_below(INFINITY), look);
+        EXPECT_EQ(counted, n - measure.least);
+        search_all(tree, measure, just_below(INFINITY), look);
+        EXPECT_EQ(counted, 2 * (n - measure.least));
+        // Boxes of labels are beside boxes of whole fans: there must be two levels.
+        if (n > kFan * kBlock) {
+            EXPECT_EQ(before, 0U) << n;
+        }
+    }
+}
+
 class BoxOrder : public ::testing::TestWithParam<Cloud> {};
 
 TEST_P(BoxOrder, AnyCloud_EveryPointOnce_SameForAnyThreads_AndSettled) {

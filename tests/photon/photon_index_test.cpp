@@ -180,6 +180,38 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
     EXPECT_GT(useful, 1000) << "no bound was better than that of the ball";
 }
 
+// The same with the directions' boxes: it may keep a box out only if no direction in it counts, not even one
+// that runs along the surface and is on its right side by rounding.
+TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
+    Stream stream(6, Purpose::test, 0, 0);
+    const auto fan_of = [](const V3f& low, const V3f& high) {
+        BoxFan fan;
+        fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
+        fan.high_x.fill(high.x), fan.high_y.fill(high.y), fan.high_z.fill(high.z);
+        return fan;
+    };
+    int kept_out = 0;
+    for (int i = 0; i < 20'000; ++i) {
+        const V3f n = square_to_sphere(stream.next2());
+        const TangentMetric metric(V3f(0), n, MetricKind::projected, 2);
+        const float wide = std::pow(10.0F, -8 * stream.next());
+        V3f middle = square_to_sphere(stream.next2());
+        if (i % 2 == 0) middle = (middle - n.dot(middle) * n).normalized();  // along the surface
+        std::array<V3f, 8> directions;
+        Box3f box;
+        for (V3f& d : directions) {
+            const PackedDirection packed((middle + wide * square_to_sphere(stream.next2())).normalized());
+            d = PackedDirection::along(packed.bits());
+            box.extendBy(d);
+        }
+        const V3f at = V3f(stream.next(), stream.next(), stream.next());
+        const float bound = metric.bounds(fan_of(at, at), fan_of(box.min, box.max))[0];
+        kept_out += bound == INFINITY;
+        for (const V3f& d : directions) EXPECT_LE(bound, metric(at, d, at.length2()));
+    }
+    EXPECT_GT(kept_out, 4000) << "of some 10,000 that come from behind or along";
+}
+
 TEST(PackedDirection, AlongTheOctahedron_SameDirectionAsUnpacked) {
     Stream stream(5, Purpose::test, 0, 0);
     for (int i = 0; i < 100'000; ++i) {
