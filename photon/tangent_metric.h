@@ -53,6 +53,9 @@ class TangentMetric {
     FanKeys bounds(const BoxFan& fan, const BoxFan& directions) const;
 
   private:
+    float least_slope(const BoxFan& directions, std::size_t i) const;
+    FanKeys from_behind(FanKeys bounds, const BoxFan& directions) const;
+
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
 
     // v = x - x_i, slope = n·d < 0. Sliding along d takes no unit vector, since its length cancels.
@@ -114,19 +117,45 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
     return bounds;
 }
 
-// The same, and infinite where all photons arrive from behind: beside a narrow beam, and on the dark side of
-// whatever stands in it, the search need not look at the beam photon by photon.
+// The same by the photons' directions, too, so that a search beside a narrow beam need not look at the beam
+// photon by photon. On the dark side of what stands in it all arrive from behind: infinitely far. Along a
+// surface, those that are high over it slide far past x.
 inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions) const {
     FanKeys all = bounds(fan);
+    if (kind_ == MetricKind::euclidean) return from_behind(all, directions);
     for (std::size_t i = 0; i < kFan; ++i) {
-        // Of no direction in the box is n·d less. NaN where there is no box, and nothing to keep out.
-        const float slope = std::min(n_.x * directions.low_x[i], n_.x * directions.high_x[i]) +
-                            std::min(n_.y * directions.low_y[i], n_.y * directions.high_y[i]) +
-                            std::min(n_.z * directions.low_z[i], n_.z * directions.high_z[i]);
-        // More than the rounding of a photon's own n·d.
-        if (slope > 8 * kRounding) all[i] = INFINITY;
+        const V3f low(fan.low_x[i] - x_.x, fan.low_y[i] - x_.y, fan.low_z[i] - x_.z);
+        const V3f high(fan.high_x[i] - x_.x, fan.high_y[i] - x_.y, fan.high_z[i] - x_.z);
+        const V3f far(std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z));
+        const float terms = std::fabs(n_.x) * far.x + std::fabs(n_.y) * far.y + std::fabs(n_.z) * far.z;
+        const float lowest = std::min(n_.x * low.x, n_.x * high.x) + std::min(n_.y * low.y, n_.y * high.y) +
+                             std::min(n_.z * low.z, n_.z * high.z);
+        const float highest = std::max(n_.x * low.x, n_.x * high.x) + std::max(n_.y * low.y, n_.y * high.y) +
+                              std::max(n_.z * low.z, n_.z * high.z);
+        const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
+        // The steepest that counts, at least what steepness counts as.
+        const float steepest = std::max(kGrazing, 8 * kRounding - least_slope(directions, i));
+        // Directions are 1/sqrt 3 long at least, and what is not steep of them lies along the plane.
+        const float along = std::sqrt(std::max(1.0F / 3 - steepest * steepest, 0.0F));
+        const float least = std::max(0.999F * height * along / steepest - 1.001F * far.length(), 0.0F);
+        all[i] = std::max(all[i], 0.999F * least * least);
     }
-    return all;
+    return from_behind(all, directions);
+}
+
+// Of no direction in the box is n·d less. NaN or infinite where there is no box.
+inline float TangentMetric::least_slope(const BoxFan& directions, std::size_t i) const {
+    return std::min(n_.x * directions.low_x[i], n_.x * directions.high_x[i]) +
+           std::min(n_.y * directions.low_y[i], n_.y * directions.high_y[i]) +
+           std::min(n_.z * directions.low_z[i], n_.z * directions.high_z[i]);
+}
+
+inline FanKeys TangentMetric::from_behind(FanKeys bounds, const BoxFan& directions) const {
+    for (std::size_t i = 0; i < kFan; ++i) {
+        // More than the rounding of a photon's own n·d.
+        if (least_slope(directions, i) > 8 * kRounding) bounds[i] = INFINITY;
+    }
+    return bounds;
 }
 
 }  // namespace lucerna

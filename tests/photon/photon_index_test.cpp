@@ -190,7 +190,7 @@ TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
         fan.high_x.fill(high.x), fan.high_y.fill(high.y), fan.high_z.fill(high.z);
         return fan;
     };
-    int kept_out = 0;
+    int kept_out = 0, slid_far = 0;
     for (int i = 0; i < 20'000; ++i) {
         const V3f n = square_to_sphere(stream.next2());
         const TangentMetric metric(V3f(0), n, MetricKind::projected, 2);
@@ -204,12 +204,20 @@ TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
             d = PackedDirection::along(packed.bits());
             box.extendBy(d);
         }
-        const V3f at = V3f(stream.next(), stream.next(), stream.next());
-        const float bound = metric.bounds(fan_of(at, at), fan_of(box.min, box.max))[0];
+        const V3f low = V3f(stream.next(), stream.next(), stream.next()) * 2.0F - V3f(1);
+        const V3f size = V3f(stream.next(), stream.next(), stream.next()) * 0.3F * stream.next();
+        const BoxFan places = fan_of(low, low + size);
+        const float bound = metric.bounds(places, fan_of(box.min, box.max))[0];
         kept_out += bound == INFINITY;
-        for (const V3f& d : directions) EXPECT_LE(bound, metric(at, d, at.length2()));
+        slid_far += bound < INFINITY && bound > 1.1F * metric.bounds(places)[0];
+        for (const V3f& d : directions) {
+            V3f at = low + size * V3f(stream.next(), stream.next(), stream.next());
+            for (unsigned c = 0; c < 3; ++c) at[c] = std::min(at[c], low[c] + size[c]);
+            EXPECT_LE(bound, metric(at, d, at.length2()));
+        }
     }
     EXPECT_GT(kept_out, 4000) << "of some 10,000 that come from behind or along";
+    EXPECT_GT(slid_far, 1000) << "directions told no more than the place";
 }
 
 TEST(PackedDirection, AlongTheOctahedron_SameDirectionAsUnpacked) {
