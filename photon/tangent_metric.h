@@ -53,7 +53,12 @@ class TangentMetric {
     FanKeys bounds(const BoxFan& fan, const BoxFan& directions) const;
 
   private:
-    float least_slope(const BoxFan& directions, std::size_t i) const;
+    // Of n·(p - from) for the p in a box: the lowest and the highest, and the terms' sizes, for its rounding.
+    // NaN or infinite where there is no box.
+    struct Heights {
+        float lowest, highest, terms;
+    };
+    Heights heights(const BoxFan& fan, std::size_t i, const V3f& from) const;
     FanKeys from_behind(FanKeys bounds, const BoxFan& directions) const;
 
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
@@ -90,6 +95,19 @@ class TangentMetric {
     float inverse_ratio2_;
 };
 
+// The corners' lie between the sums of the lower and of the higher terms.
+inline TangentMetric::Heights TangentMetric::heights(const BoxFan& fan, std::size_t i,
+                                                     const V3f& from) const {
+    const V3f a((fan.low_x[i] - from.x) * n_.x, (fan.low_y[i] - from.y) * n_.y,
+                (fan.low_z[i] - from.z) * n_.z);
+    const V3f b((fan.high_x[i] - from.x) * n_.x, (fan.high_y[i] - from.y) * n_.y,
+                (fan.high_z[i] - from.z) * n_.z);
+    return {std::min(a.x, b.x) + std::min(a.y, b.y) + std::min(a.z, b.z),
+            std::max(a.x, b.x) + std::max(a.y, b.y) + std::max(a.z, b.z),
+            std::max(std::fabs(a.x), std::fabs(b.x)) + std::max(std::fabs(a.y), std::fabs(b.y)) +
+                std::max(std::fabs(a.z), std::fabs(b.z))};
+}
+
 // How near the photons in a box can be. In space, as near as the box. In the tangent plane: a photon at
 // height h over the plane lies sqrt(r² - h²) from x along it, and slides by at most |h|/kGrazing. So a box
 // that hardly rises from the plane, as all do on a flat surface, is as far as it lies, and the search looks
@@ -98,15 +116,7 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
     FanKeys bounds = box_distances2(fan, x_);
     if (kind_ == MetricKind::euclidean) return bounds;
     for (std::size_t i = 0; i < kFan; ++i) {
-        // Heights of the box's corners lie between the sums of the lower and of the higher terms.
-        const V3f a((fan.low_x[i] - x_.x) * n_.x, (fan.low_y[i] - x_.y) * n_.y, (fan.low_z[i] - x_.z) * n_.z);
-        const V3f b((fan.high_x[i] - x_.x) * n_.x, (fan.high_y[i] - x_.y) * n_.y,
-                    (fan.high_z[i] - x_.z) * n_.z);
-        const float lowest = std::min(a.x, b.x) + std::min(a.y, b.y) + std::min(a.z, b.z);
-        const float highest = std::max(a.x, b.x) + std::max(a.y, b.y) + std::max(a.z, b.z);
-        const float terms = std::max(std::fabs(a.x), std::fabs(b.x)) +
-                            std::max(std::fabs(a.y), std::fabs(b.y)) +
-                            std::max(std::fabs(a.z), std::fabs(b.z));
+        const auto [lowest, highest, terms] = heights(fan, i, x_);
         // The height that a photon's own n·v may come out as, with rounding.
         const float height = std::max(highest, -lowest) + 8 * kRounding * terms;
         const float along = std::sqrt(std::max(bounds[i] - height * height, 0.0F));
@@ -124,17 +134,13 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions
     FanKeys all = bounds(fan);
     if (kind_ == MetricKind::euclidean) return from_behind(all, directions);
     for (std::size_t i = 0; i < kFan; ++i) {
-        const V3f low(fan.low_x[i] - x_.x, fan.low_y[i] - x_.y, fan.low_z[i] - x_.z);
-        const V3f high(fan.high_x[i] - x_.x, fan.high_y[i] - x_.y, fan.high_z[i] - x_.z);
-        const V3f far(std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z));
-        const float terms = std::fabs(n_.x) * far.x + std::fabs(n_.y) * far.y + std::fabs(n_.z) * far.z;
-        const float lowest = std::min(n_.x * low.x, n_.x * high.x) + std::min(n_.y * low.y, n_.y * high.y) +
-                             std::min(n_.z * low.z, n_.z * high.z);
-        const float highest = std::max(n_.x * low.x, n_.x * high.x) + std::max(n_.y * low.y, n_.y * high.y) +
-                              std::max(n_.z * low.z, n_.z * high.z);
+        const V3f far(std::max(x_.x - fan.low_x[i], fan.high_x[i] - x_.x),
+                      std::max(x_.y - fan.low_y[i], fan.high_y[i] - x_.y),
+                      std::max(x_.z - fan.low_z[i], fan.high_z[i] - x_.z));
+        const auto [lowest, highest, terms] = heights(fan, i, x_);
         const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
         // The steepest that counts, at least what steepness counts as.
-        const float steepest = std::max(kGrazing, 8 * kRounding - least_slope(directions, i));
+        const float steepest = std::max(kGrazing, 8 * kRounding - heights(directions, i, V3f(0)).lowest);
         // Directions are 1/sqrt 3 long at least, and what is not steep of them lies along the plane.
         const float along = std::sqrt(std::max(1.0F / 3 - steepest * steepest, 0.0F));
         const float least = std::max(0.999F * height * along / steepest - 1.001F * far.length(), 0.0F);
@@ -143,17 +149,10 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions
     return from_behind(all, directions);
 }
 
-// Of no direction in the box is n·d less. NaN or infinite where there is no box.
-inline float TangentMetric::least_slope(const BoxFan& directions, std::size_t i) const {
-    return std::min(n_.x * directions.low_x[i], n_.x * directions.high_x[i]) +
-           std::min(n_.y * directions.low_y[i], n_.y * directions.high_y[i]) +
-           std::min(n_.z * directions.low_z[i], n_.z * directions.high_z[i]);
-}
-
 inline FanKeys TangentMetric::from_behind(FanKeys bounds, const BoxFan& directions) const {
     for (std::size_t i = 0; i < kFan; ++i) {
         // More than the rounding of a photon's own n·d.
-        if (least_slope(directions, i) > 8 * kRounding) bounds[i] = INFINITY;
+        if (heights(directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
     }
     return bounds;
 }

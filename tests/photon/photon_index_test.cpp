@@ -152,6 +152,14 @@ INSTANTIATE_TEST_SUITE_P(All, PhotonIndexClouds,
                                             ::testing::Values(1.0F, 1e-6F, 1e6F),
                                             ::testing::Values(MetricKind::projected, MetricKind::euclidean)));
 
+// Eight times the same box.
+BoxFan fan_of(const V3f& low, const V3f& high) {
+    BoxFan fan;
+    fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
+    fan.high_x.fill(high.x), fan.high_y.fill(high.y), fan.high_z.fill(high.z);
+    return fan;
+}
+
 // A bound that says too much would lose photons: every photon in a box is at least as far as the box.
 TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
     Stream stream(4, Purpose::test, 0, 0);
@@ -161,9 +169,7 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
         const float thin = std::pow(10.0F, -6 * stream.next());
         const V3f low = V3f(stream.next(), stream.next(), thin * stream.next()) * 4.0F - V3f(2, 2, 2 * thin);
         const V3f size = V3f(stream.next(), stream.next(), thin * stream.next());
-        BoxFan fan;
-        fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
-        fan.high_x.fill(low.x + size.x), fan.high_y.fill(low.y + size.y), fan.high_z.fill(low.z + size.z);
+        const BoxFan fan = fan_of(low, low + size);
         V3f n = square_to_sphere(stream.next2());
         if (stream.next() < 0.7F) n = V3f(0, 0, 1);
         const TangentMetric metric(V3f(0), n, MetricKind::projected, 1 + 3 * stream.next());
@@ -184,12 +190,6 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
 // that runs along the surface and is on its right side by rounding.
 TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
     Stream stream(6, Purpose::test, 0, 0);
-    const auto fan_of = [](const V3f& low, const V3f& high) {
-        BoxFan fan;
-        fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
-        fan.high_x.fill(high.x), fan.high_y.fill(high.y), fan.high_z.fill(high.z);
-        return fan;
-    };
     int kept_out = 0, slid_far = 0;
     for (int i = 0; i < 20'000; ++i) {
         const V3f n = square_to_sphere(stream.next2());

@@ -27,6 +27,16 @@ MethodCost rays(double sample, double variance) {
     return cost;
 }
 
+MethodCost maps(double prepare, double most_work) {
+    MethodCost cost = rays(0.5, 0.01);
+    cost.kind = Kind::maps;
+    cost.prepare = prepare;
+    cost.beyond = 0.04;
+    cost.power = 1;
+    cost.most_work = most_work;
+    return cost;
+}
+
 TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
     const MethodCost cost = rays(0.5, 4);
     EXPECT_DOUBLE_EQ(best_in(8, cost).error, std::sqrt(4.0 / 16));
@@ -36,12 +46,7 @@ TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
 }
 
 TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
-    MethodCost cost = rays(0.5, 0.01);
-    cost.kind = Kind::maps;
-    cost.prepare = 0.1;
-    cost.beyond = 0.04;
-    cost.power = 1;
-    cost.most_work = 1024;
+    const MethodCost cost = maps(0.1, 1024);
     double before = 0;
     for (const double seconds : {2.0, 20.0, 200.0}) {
         const Expectation best = best_in(seconds, cost);
@@ -59,12 +64,7 @@ TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
 
 // More samples do not mend what the photons of the trial cannot show.
 TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
-    MethodCost cost = rays(0.5, 0.01);
-    cost.kind = Kind::maps;
-    cost.prepare = 0.1;
-    cost.beyond = 0.04;
-    cost.power = 1;
-    cost.most_work = 1;
+    MethodCost cost = maps(0.1, 1);
     EXPECT_TRUE(std::isinf(soonest_below(0.1, cost).seconds));
     cost.most_work = 64;
     const Expectation enough = soonest_below(0.1, cost);
@@ -75,13 +75,8 @@ TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
 
 // A pilot takes as long before 4096 sets as before 16.
 TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
-    MethodCost cost = rays(0.5, 0.01);
-    cost.kind = Kind::maps;
+    MethodCost cost = maps(0.001, 1024);
     cost.once = 0.5;
-    cost.prepare = 0.001;
-    cost.beyond = 0.04;
-    cost.power = 1;
-    cost.most_work = 1024;
     const Expectation best = best_in(4, cost);
     EXPECT_GE(best.work, 256);
     EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / ((4 - 0.5 - 0.001 * best.work) / 0.5)));
