@@ -39,7 +39,10 @@ inline std::size_t place_of_cut(std::size_t n) {
     return children / 2 * child;
 }
 
-// Of two equally long sides, the first.
+// Of sides that are equally long but for rounding, the first: a cube is cut alike at any scale and on any
+// processor.
+inline constexpr float kAsLong = 0.9999F;
+
 template <std::size_t K>
 std::size_t longest_axis(Entries<K> range) {
     std::array<float, K> low = range[0].p, high = range[0].p;
@@ -49,11 +52,11 @@ std::size_t longest_axis(Entries<K> range) {
             high[a] = std::max(high[a], e.p[a]);
         }
     }
-    std::size_t longest = 0;
-    for (std::size_t a = 1; a < K; ++a) {
-        if (high[a] - low[a] > high[longest] - low[longest]) longest = a;
-    }
-    return longest;
+    float longest = 0;
+    for (std::size_t a = 0; a < K; ++a) longest = std::max(longest, high[a] - low[a]);
+    std::size_t axis = 0;
+    while (high[axis] - low[axis] < kAsLong * longest) ++axis;  // ends at the longest at the latest
+    return axis;
 }
 
 // A coordinate and, for ties, the old place, as one number of the same order: entries are told apart by one

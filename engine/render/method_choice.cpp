@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "engine/render/error_scale.h"
+#include "engine/render/method_cost.h"
 #include "engine/render/trial.h"
 
 namespace lucerna {
@@ -18,9 +19,6 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kTrialShare = 0.08;  // of all time
 constexpr double kLongestTrial = 12;  // seconds, all methods together
 constexpr double kJudgeShare = 0.35;  // of the trial, for the method that is unbiased
-constexpr double kMostPreparation = 0.5;
-// Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
-constexpr double kBeyondShare = 0.5;
 
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
@@ -165,50 +163,6 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     igi.pilot = 0;
     pilot.pilot = kPilotPaths;
     return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pilot, 0.4}, {guided, 0.4}, {progressive, 0.6}};
-}
-
-Expectation best_in(double seconds, const MethodCost& cost) {
-    Expectation best{kNever, seconds, cost.beyond, 1};
-    const auto offer = [&](double samples, double beyond, double work) {
-        const double error = std::sqrt(beyond + cost.variance / samples);
-        if (samples >= 1 && error < best.error) best = {error, seconds, beyond, work};
-    };
-    if (cost.kind == MethodCost::Kind::passes) {
-        const double passes = seconds / (cost.prepare + cost.sample);
-        if (passes >= 2) offer(passes, cost.beyond * std::pow(cost.passes / passes, cost.power), 1);
-        return best;
-    }
-    for (double work = 1; work <= cost.most_work; work *= 2) {
-        const double prepare = cost.once + cost.prepare * work;
-        if (prepare > kMostPreparation * seconds) break;
-        offer((seconds - prepare) / cost.sample, cost.beyond * std::pow(work, -cost.power), work);
-    }
-    return best;
-}
-
-Expectation soonest_below(double error, const MethodCost& cost) {
-    Expectation best{error, kNever, 0, 1};
-    const double square = sqr(error);
-    const auto offer = [&](double samples, double seconds, double beyond, double work) {
-        if (samples > 0 && seconds < best.seconds) best = {error, seconds, beyond, work};
-    };
-    if (cost.kind == MethodCost::Kind::passes) {
-        // Where both have become small enough; doubling finds it near enough.
-        for (double passes = 2; passes < 1e9; passes *= 2) {
-            const double beyond = cost.beyond * std::pow(cost.passes / passes, cost.power);
-            if (beyond > sqr(kBeyondShare) * square || beyond + cost.variance / passes > square) continue;
-            offer(passes, passes * (cost.prepare + cost.sample), beyond, 1);
-            break;
-        }
-        return best;
-    }
-    for (double work = 1; work <= cost.most_work; work *= 2) {
-        const double beyond = cost.beyond * std::pow(work, -cost.power);
-        if (beyond > sqr(kBeyondShare) * square) continue;
-        const double samples = std::max(1.0, cost.variance / (square - beyond));
-        offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
-    }
-    return best;
 }
 
 namespace {

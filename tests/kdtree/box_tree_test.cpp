@@ -166,6 +166,29 @@ TEST_P(BoxOrder, AnyCloud_EveryPointOnce_SameForAnyThreads_AndSettled) {
 
 INSTANTIATE_TEST_SUITE_P(All, BoxOrder, ::testing::ValuesIn(kClouds));
 
+// The walls of a cube are equally long but for rounding, and that is another at every scale.
+TEST(BoxOrder, WallsOfACube_AreInTheSameOrderAtAnyScale) {
+    constexpr std::size_t kPoints = 20'000;
+    const auto cube = [](float scale) {
+        Stream stream(11, Purpose::test, 0, 0);
+        std::vector<V3f> points(kPoints);
+        for (V3f& p : points) {
+            p = V3f(stream.next(), stream.next(), stream.next());
+            const auto wall = static_cast<int>(6 * stream.next());
+            p[wall / 2] = static_cast<float>(wall % 2);
+            p = (p + V3f(0.1F, 0.7F, 0.2F)) * scale;
+        }
+        return box_order(points, Workers{2});
+    };
+    const std::vector<std::uint32_t> order = cube(1);
+    for (const float scale : {1e-6F, 0.3F, 7.0F, 1e6F}) {
+        const std::vector<std::uint32_t> other = cube(scale);
+        std::size_t same = 0;
+        for (std::size_t i = 0; i < kPoints; ++i) same += order[i] == other[i];
+        EXPECT_GT(same, kPoints * 99 / 100) << scale;
+    }
+}
+
 // How many blocks a search for the 50 nearest looks at.
 double blocks_per_search(const Labelled& cloud) {
     const BoxTree tree =

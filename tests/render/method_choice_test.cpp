@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "engine/render/render.h"
 #include "engine/render/trial.h"
 #include "tests/support/scenes.h"
@@ -11,92 +9,9 @@
 namespace lucerna {
 namespace {
 
-using Kind = MethodCost::Kind;
-
 Job job_of(const IntegratorSettings& settings) {
     const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 32, 32, 30);
     return testing::make_job(testing::small_cornell(), camera, settings, 1);
-}
-
-// --- laws, by hand ---
-
-MethodCost rays(double sample, double variance) {
-    MethodCost cost;
-    cost.sample = sample;
-    cost.variance = variance;
-    return cost;
-}
-
-MethodCost maps(double prepare, double most_work) {
-    MethodCost cost = rays(0.5, 0.01);
-    cost.kind = Kind::maps;
-    cost.prepare = prepare;
-    cost.beyond = 0.04;
-    cost.power = 1;
-    cost.most_work = most_work;
-    return cost;
-}
-
-TEST(MethodCost, Rays_ErrorFallsByTheRootOfTime) {
-    const MethodCost cost = rays(0.5, 4);
-    EXPECT_DOUBLE_EQ(best_in(8, cost).error, std::sqrt(4.0 / 16));
-    EXPECT_DOUBLE_EQ(soonest_below(0.5, cost).seconds, 8);
-    EXPECT_TRUE(std::isinf(best_in(0.4, cost).error)) << "not one sample of every pixel";
-    EXPECT_DOUBLE_EQ(soonest_below(100, cost).seconds, 0.5) << "no less than one sample";
-}
-
-TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
-    const MethodCost cost = maps(0.1, 1024);
-    double before = 0;
-    for (const double seconds : {2.0, 20.0, 200.0}) {
-        const Expectation best = best_in(seconds, cost);
-        EXPECT_GT(best.work, before);
-        before = best.work;
-        EXPECT_LE(0.1 * best.work, 0.5 * seconds);
-        const double samples = (seconds - 0.1 * best.work) / 0.5;
-        EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / samples));
-        // No other power of two would do better.
-        for (double work = 1; 0.1 * work <= 0.5 * seconds; work *= 2) {
-            EXPECT_LE(best.error, std::sqrt(0.04 / work + 0.01 / ((seconds - 0.1 * work) / 0.5)) + 1e-12);
-        }
-    }
-}
-
-// More samples do not mend what the photons of the trial cannot show.
-TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
-    MethodCost cost = maps(0.1, 1);
-    EXPECT_TRUE(std::isinf(soonest_below(0.1, cost).seconds));
-    cost.most_work = 64;
-    const Expectation enough = soonest_below(0.1, cost);
-    EXPECT_LE(enough.beyond, 0.25 * 0.01) << "at most half of the error";
-    EXPECT_GE(enough.work, 16);
-    EXPECT_TRUE(std::isfinite(enough.seconds));
-}
-
-// A pilot takes as long before 4096 sets as before 16.
-TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
-    MethodCost cost = maps(0.001, 1024);
-    cost.once = 0.5;
-    const Expectation best = best_in(4, cost);
-    EXPECT_GE(best.work, 256);
-    EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / ((4 - 0.5 - 0.001 * best.work) / 0.5)));
-    const Expectation enough = soonest_below(0.05, cost);
-    EXPECT_DOUBLE_EQ(enough.seconds,
-                     0.5 + 0.001 * enough.work + 0.5 * std::max(1.0, 0.01 / (0.0025 - 0.04 / enough.work)));
-    EXPECT_TRUE(std::isinf(best_in(0.9, cost).error)) << "more than half of the time for what is made once";
-}
-
-TEST(MethodCost, Passes_BothPartsFall) {
-    MethodCost cost = rays(0.5, 0.5);
-    cost.kind = Kind::passes;
-    cost.prepare = 0.5;
-    cost.beyond = 0.01;
-    cost.power = 2.0 / 3;
-    cost.passes = 8;
-    EXPECT_DOUBLE_EQ(best_in(64, cost).error, std::sqrt(0.01 * std::pow(8.0 / 64, 2.0 / 3) + 0.5 / 64));
-    EXPECT_TRUE(std::isinf(best_in(1.5, cost).error)) << "one pass tells nothing of its noise";
-    const Expectation enough = soonest_below(0.05, cost);
-    EXPECT_LE(best_in(enough.seconds, cost).error, 0.05);
 }
 
 // --- what shows the same ---
