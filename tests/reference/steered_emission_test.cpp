@@ -21,12 +21,8 @@ RenderResult rendered(const std::filesystem::path& file, std::string pilot, std:
     SceneOverrides overrides;
     overrides.integrator = "photonmap";
     // Without probes: which photons they ask is a chance of its own, which no emission makes smaller.
-    overrides.set = {{"direct", "map"},
-                     {"indirect", "map"},
-                     {"boundary", "none"},
-                     {"quantity", "illuminance"},
-                     {"photons", photons},
-                     {"pilot", std::move(pilot)}};
+    overrides.set = {{"direct", "map"},           {"indirect", "map"},  {"boundary", "none"},
+                     {"quantity", "illuminance"}, {"photons", photons}, {"pilot", std::move(pilot)}};
     overrides.spp = 4;
     overrides.resolution = V2i(48, 32);
     return render(read_scene(file, overrides, Workers{}, silent), {seed, Workers{}}, silent);
