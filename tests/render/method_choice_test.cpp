@@ -74,7 +74,10 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         const Workers workers{2};
         const Image image = render(job, {1, workers}, silent).image;
         Trial trial(job, settings, 7, workers, silent);
-        ASSERT_TRUE(trial.look(0.1));
+        // However slow the machine: a variance of two or three passes is none to divide by.
+        do {
+            ASSERT_TRUE(trial.look(0.1));
+        } while (trial.in_passes() && trial.passes() < 32);
         EXPECT_GT(trial.sample_seconds(), 0);
         const std::vector<V2i> places = trial_blocks(job.film);
         double chi2 = 0;
