@@ -1,5 +1,6 @@
 #include "engine/render/method_cost.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
