@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 
 namespace lucerna {
 namespace {
@@ -69,6 +70,8 @@ CellTable::CellTable(const LightField& field) {
         throw InputError(fmt::format("light field: {} x {} x {} x {} cells; a cell table holds at most {}",
                                      size_[0], size_[1], size_[2], size_[3], kMaxCells));
     }
+    require_memory(bytes_for(rig), fmt::format("a cell table of {} cells", cells()),
+                   "a lamp of fewer coefficients is accepted");
     hash_ = content_hash(field);
     u_ = ConditionalTables(1, static_cast<int>(size_[0]));
     v_ = ConditionalTables(size_[0], static_cast<int>(size_[1]));

@@ -205,6 +205,8 @@ class CellTable {
 
 // The table of the lamp in `lamp` (lamp.exr), from lamp.cells beside it if that one is sound and of this
 // field; else built anew and saved there. A folder that cannot be written is a warning.
+// Where it is kept: "lamp.cells" beside "lamp.exr".
+std::filesystem::path cell_table_file(const std::filesystem::path& lamp);
 CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
                                    const Workers& workers, Monitor& monitor);
 

@@ -35,6 +35,18 @@ void for_each_array(std::span<ConditionalTables* const> tables, Action&& action)
     }
 }
 
+// Or something else that happens to have the name of one, which may be anything: a pipe, too.
+bool is_cell_table(const std::filesystem::path& file) {
+    try {
+        std::ifstream in = open_to_read(file);
+        char magic[sizeof kMagic] = {};
+        in.read(magic, sizeof magic);
+        return in && std::memcmp(magic, kMagic, sizeof kMagic) == 0;
+    } catch (const InputError&) {
+        return false;
+    }
+}
+
 }  // namespace
 
 void CellTable::save(const std::filesystem::path& file) const {
@@ -70,12 +82,13 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
         return std::nullopt;
     };
     std::error_code status;
+    if (!std::filesystem::exists(file, status)) return refuse("there is none");
     const std::uintmax_t bytes_there = std::filesystem::file_size(file, status);
-    if (status) return refuse("there is none");
-    std::ifstream in(file, std::ios::binary);
+    if (!is_cell_table(file)) return refuse("it is no cell table");
+    std::ifstream in = open_to_read(file);
     FileHeader header{};
     in.read(reinterpret_cast<char*>(&header), sizeof header);
-    if (!in || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return refuse("it is no cell table");
+    if (!in) return refuse("it is no cell table");
     if (header.version != kVersion || header.byte_order != kByteOrder)
         return refuse("it is of another version");
 
@@ -101,14 +114,24 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     return table;
 }
 
+std::filesystem::path cell_table_file(const std::filesystem::path& lamp) {
+    std::filesystem::path file = lamp;
+    return file.replace_extension(".cells");
+}
+
 CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
                                    const Workers& workers, Monitor& monitor) {
-    std::filesystem::path file = lamp;
-    file.replace_extension(".cells");
+    const std::filesystem::path file = cell_table_file(lamp);
     std::string reason;
     if (auto table = CellTable::load(file, field, reason)) return std::move(*table);
     monitor.info(fmt::format("{}: building the cell table ({})", file.string(), reason));
     CellTable table(field, workers, monitor);
+    std::error_code status;
+    if (std::filesystem::exists(std::filesystem::symlink_status(file, status)) && !is_cell_table(file)) {
+        monitor.warn(
+            fmt::format("{}: is no cell table; it stays, and the lamp's is not kept", file.string()));
+        return table;
+    }
     try {
         table.save(file);
     } catch (const InputError& error) {

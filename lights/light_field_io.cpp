@@ -17,10 +17,12 @@
 
 #include <cmath>
 #include <fstream>
+#include <new>
 
 #include "engine/base/error.h"
 #include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "lights/light_field.h"
 
 namespace lucerna {
@@ -179,6 +181,9 @@ LightField read_field(const std::filesystem::path& file) {
         throw InputError(fmt::format("damaged light field: scale {}; it must be finite and positive", scale));
     }
     check_window(header, rig, std::filesystem::file_size(file));
+    // The image, its coefficients in their order, and the field's own.
+    require_memory(bytes_of(rig.coefficients(), 3 * sizeof(float)),
+                   fmt::format("a light field of {} coefficients", rig.coefficients()), "fewer are accepted");
 
     const Atlas atlas{rig};
     const Imath::V2i origin = header.dataWindow().min;
@@ -230,6 +235,8 @@ LightField read_light_field(const std::filesystem::path& file) {
         return read_field(file);
     } catch (const InputError& error) {
         throw InputError({file.string()}, error.what());
+    } catch (const std::bad_alloc&) {
+        throw InputError({file.string()}, "not enough memory to read it; fewer coefficients are accepted");
     } catch (const std::exception& error) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR file: ") + one_line(error.what()));

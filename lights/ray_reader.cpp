@@ -4,12 +4,12 @@
 
 #include "engine/base/cie.h"
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 
 namespace lucerna {
 
-RaySource::RaySource(const std::filesystem::path& file) : at_{file.string()} {
-    require_readable(file);
-    in_.open(file, std::ios::binary | std::ios::ate);
+RaySource::RaySource(const std::filesystem::path& file) : at_{file.string()}, in_(open_to_read(file)) {
+    in_.seekg(0, std::ios::end);
     const std::streamoff size = in_.tellg();
     if (size < 0) throw InputError(at_, "its size cannot be told");
     left_ = static_cast<std::uint64_t>(size);
@@ -42,6 +42,8 @@ void RaySource::require_rows(std::uint64_t rays, std::size_t floats) const {
         input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
                     left_);
     }
+    require_memory(bytes_of(rays, sizeof(LampRay)), fmt::format("{}: {} rays", to_string(at_), rays),
+                   "fewer are accepted");
 }
 
 std::string ascii_text(std::span<const std::byte> bytes) {

@@ -24,9 +24,8 @@ constexpr Format kFormats[] = {
 }  // namespace
 
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
-    require_readable(file);
     std::array<char, 4> first{};
-    std::ifstream(file, std::ios::binary).read(first.data(), first.size());
+    open_to_read(file).read(first.data(), first.size());
     for (const Format& format : kFormats) {
         if (std::equal(first.begin(), first.end(), format.magic.begin(), format.magic.end()))
             return format.read(file, monitor);

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/base/stopped.h"
 #include "lights/gauss.h"
 #include "measure/acquire_part.h"
 #include "measure/point_integral.h"
@@ -111,13 +113,16 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
     if (!(emitter.setback >= 0) || !std::isfinite(emitter.setback)) {
         throw InputError(fmt::format("emitter: {} m behind the plane S; 0 or more", emitter.setback));
     }
+    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(float)),
+                   fmt::format("filter images of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
     FilterImages images{rig, std::vector<float>(rig.coefficients()), std::vector<float>(rig.coefficients()),
                         emitter.info, emitter.flux};
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
     // Each global pixel writes coefficients of its own, so columns may be done in any order.
     parallel_chunks(workers, columns.x, [&](std::int64_t chunk) {
-        if (monitor.stopped()) throw InputError("virtual acquisition: stopped");
+        if (monitor.stopped()) throw Stopped("virtual acquisition: stopped");
         const int p = static_cast<int>(chunk);
         ColumnValues values(images, p);
         if (!options.part || !values.taken_from(*options.part)) {

@@ -1,6 +1,10 @@
 #include "measure/acquire_part.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "engine/base/error.h"
+#include "engine/base/files.h"
 #include "engine/base/hash.h"
 
 namespace lucerna {
@@ -38,9 +42,20 @@ bool read_floats(std::istream& in, std::span<float> values) {
 
 }  // namespace
 
-AcquirePart::AcquirePart(const std::filesystem::path& file, std::uint64_t key) : file_(file) {
+void require_own_part(const std::filesystem::path& file) {
     std::error_code none;
-    if (std::filesystem::exists(file, none) && std::filesystem::file_size(file, none) > 0) {
+    const auto status = std::filesystem::symlink_status(file, none);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+        throw InputError({file.string()},
+                         "is no unfinished acquisition but a link, folder, pipe or device; remove it, or "
+                         "choose another output");
+}
+
+AcquirePart::AcquirePart(const std::filesystem::path& file, std::uint64_t key) : file_(file) {
+    require_own_part(file);
+    std::error_code none;
+    const std::uintmax_t size = std::filesystem::file_size(file, none);
+    if (!none && size > 0) {
         read_list(key);
     } else {
         begin(key);
@@ -49,7 +64,10 @@ AcquirePart::AcquirePart(const std::filesystem::path& file, std::uint64_t key) :
 
 void AcquirePart::begin(std::uint64_t key) {
     constexpr auto kMode = std::ios::binary | std::ios::in | std::ios::out | std::ios::trunc;
-    stream_.open(file_, kMode);
+    // Made here, or known to be a regular file: nothing is followed.
+    const int made = open(file_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+    if (made >= 0) close(made);
+    if (made >= 0) stream_.open(file_, kMode);
     write_one(stream_, Head{kMagic, key});
     if (!stream_.flush()) throw InputError({file_.string()}, "cannot be written");
 }
@@ -62,6 +80,10 @@ void AcquirePart::read_list(std::uint64_t key) {
     if (!read_one(stream_, head) || head.magic != kMagic) {
         throw InputError({file_.string()},
                          "is no unfinished acquisition; remove it, or choose another output");
+    }
+    if (head.key != key && size < sizeof(Head) + sizeof(Record)) {
+        stream_.close();
+        return begin(key);
     }
     if (head.key != key) {
         throw InputError({file_.string()},
@@ -102,7 +124,7 @@ void AcquirePart::keep(int column, std::span<const float> values) {
     write_one(stream_, record);
     stream_.write(reinterpret_cast<const char*>(values.data()),
                   static_cast<std::streamsize>(values.size_bytes()));
-    if (!stream_.flush()) throw InputError({file_.string()}, "cannot be written: is the disk full?");
+    if (!stream_.flush()) throw WriteError({file_.string()}, "cannot be written: is the disk full?");
 }
 
 }  // namespace lucerna

@@ -15,10 +15,14 @@
 
 namespace lucerna {
 
+// Throws InputError if there is something that is no regular file, or a link: unfinished work is never kept
+// in what somebody else put there.
+void require_own_part(const std::filesystem::path& file);
+
 class AcquirePart {
   public:
-    // Takes up the file if there is one, without what is damaged at its end; begins it if not. Throws
-    // InputError if it is of other work, none of ours, or cannot be written.
+    // Takes up the file if there is one, without what is damaged at its end; begins it if not, or if it holds
+    // no column. Throws InputError if it is of other work, none of ours, or cannot be written.
     AcquirePart(const std::filesystem::path& file, std::uint64_t key);
 
     std::size_t columns() const { return places_.size(); }  // found in the file at the start

@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/photograph.h"
+#include "engine/base/stopped.h"
 
 namespace lucerna {
 namespace {
@@ -244,6 +245,10 @@ void make_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+bool is_photographs_name(const std::string& file) {
+    return file == "manifest.toml" || file.starts_with("view_") || file.starts_with("dark_");
+}
+
 void check_photographs(const Rig& rig, const CameraModel& camera, const std::filesystem::path& folder) {
     camera_view(rig, camera);
     make_folder(folder);
@@ -266,7 +271,7 @@ void write_photographs(const FilterImages& images, const CameraModel& camera,
         phase.advance(1);
     });
     parallel_chunks(workers, views, [&](std::int64_t view) {
-        if (monitor.stopped()) throw InputError("photographs: stopped");
+        if (monitor.stopped()) throw Stopped("photographs: stopped");
         const int m = static_cast<int>(view / rig.views.y), n = static_cast<int>(view % rig.views.y);
         for (const FilterSign sign : kFilterSigns) {
             int number = 0;

@@ -24,6 +24,9 @@ namespace lucerna {
 void write_photographs(const FilterImages& images, const CameraModel& camera,
                        const std::filesystem::path& folder, const Workers& workers, Monitor& monitor);
 
+// Whether files that it writes may have this name.
+bool is_photographs_name(const std::string& file);
+
 // What can be known to be wrong with write_photographs before there are images: throws as it does. Makes the
 // folder.
 void check_photographs(const Rig& rig, const CameraModel& camera, const std::filesystem::path& folder);

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/stopped.h"
 #include "engine/base/stream.h"
 
 namespace lucerna {
@@ -87,7 +88,7 @@ class Batches {
     void next(std::vector<LampRay>& batch) {
         batch.clear();
         while (batch.empty() && left_ > 0) {
-            if (monitor_.stopped()) throw InputError("stopped; no ray file was written");
+            if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
             // Not more chunks than may be needed: a draw makes one ray at most.
             const std::uint64_t count = std::min(kBatch, (left_ + kGrain - 1) / kGrain);
             std::vector<std::vector<LampRay>> chunks(count);

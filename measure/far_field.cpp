@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/stopped.h"
 #include "lights/gauss.h"
 #include "lights/photometric_cell.h"
 #include "measure/bell_pixels.h"
@@ -202,7 +203,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
         Phase phase(monitor, "far field", nodes.size());
         parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
                         [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                            if (monitor.stopped()) throw InputError("far field: stopped");
+                            if (monitor.stopped()) throw Stopped("far field: stopped");
                             for (std::int64_t n = begin; n < end; ++n) {
                                 const Node& node = nodes[static_cast<std::size_t>(n)];
                                 const double slope = std::tan(node.theta);  // θ < 90° at every node

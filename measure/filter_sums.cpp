@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "measure/ray_passage.h"
 
 namespace lucerna {
@@ -95,6 +96,9 @@ double add_to_row(const LampRay& ray, int n, FilterSums& sums) {
 
 FilterSums::FilterSums(const Rig& of) : rig(of) {
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
+    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(double)),
+                   fmt::format("sums of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
     positive.resize(rig.coefficients());
     negative.resize(rig.coefficients());
 }

@@ -287,6 +287,19 @@ Manifest read_manifest(const TomlTable& table) {
     return manifest;
 }
 
+std::vector<std::filesystem::path> files_of(const Manifest& manifest) {
+    std::vector<std::filesystem::path> files;
+    const V2i views = manifest.rig.views;
+    for (int view = 0; view < views.x * views.y; ++view) {
+        for (const FilterSign sign : kFilterSigns) {
+            for (const Shot& shot : manifest.shots(view / views.y, view % views.y, sign))
+                files.push_back(shot.file);
+        }
+    }
+    for (const Shot& dark : manifest.darks) files.push_back(dark.file);
+    return files;
+}
+
 Manifest read_manifest(const std::filesystem::path& file) {
     return read_manifest(TomlTable::read(file));
 }

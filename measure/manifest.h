@@ -91,6 +91,9 @@ struct Manifest {
 
 std::string_view sign_name(FilterSign sign);
 
+// All photographs and dark frames that it names.
+std::vector<std::filesystem::path> files_of(const Manifest& manifest);
+
 // Throw InputError naming file, line and column.
 Manifest read_manifest(const std::filesystem::path& file);
 Manifest read_manifest(const TomlTable& table);

@@ -8,6 +8,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
+#include "engine/base/stopped.h"
 #include "measure/exposure.h"
 
 namespace lucerna {
@@ -297,6 +299,9 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
     assembly.images.rig = rig;
     assembly.images.info = manifest.info;
     assembly.images.flux = manifest.flux;
+    require_memory(bytes_of(rig.coefficients(), (options.deviations ? 3 : 2) * sizeof(float)),
+                   fmt::format("filter images of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
     assembly.images.positive.resize(rig.coefficients());
     assembly.images.negative.resize(rig.coefficients());
     if (options.deviations) assembly.deviations.resize(rig.coefficients());
@@ -315,7 +320,7 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
     std::vector<Findings> findings(static_cast<std::size_t>(views));
     Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views));
     parallel_chunks(workers, views, [&](std::int64_t view) {
-        if (monitor.stopped()) throw InputError("photographs: stopped");
+        if (monitor.stopped()) throw Stopped("photographs: stopped");
         Assembler assembler(manifest, bench, to_plane, assembly);
         const auto m = static_cast<int>(view / rig.views.y), n = static_cast<int>(view % rig.views.y);
         for (const FilterSign sign : kFilterSigns)

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/stopped.h"
 #include "measure/bell_pixels.h"
 
 namespace lucerna {
@@ -174,7 +175,7 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
     result.values.resize(width * rows.size());
     Phase phase(monitor, "projection", static_cast<std::uint64_t>(patch.pixels.x));
     parallel_chunks(workers, patch.pixels.x, [&](std::int64_t x) {
-        if (monitor.stopped()) throw InputError("projection: stopped");
+        if (monitor.stopped()) throw Stopped("projection: stopped");
         std::vector<double> rest(rest_size(rig));
         contract(field,
                  across.shares(edge(patch, 0, static_cast<int>(x)), edge(patch, 0, static_cast<int>(x) + 1)),

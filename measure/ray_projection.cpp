@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "measure/ray_passage.h"
 #include "measure/ray_resolution.h"
 
@@ -79,6 +80,9 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     Phase phase(monitor, "projecting rays", static_cast<std::uint64_t>(rig.views.y));
     const auto bins = rays_by_interval(set, rig);
+    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(double)),
+                   fmt::format("a light field of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
     std::vector<double> sums(rig.coefficients());
     const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
     // Each row of filters has coefficients of its own and sees its rays in their order: the same sum on any

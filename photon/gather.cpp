@@ -8,6 +8,11 @@
 
 namespace lucerna {
 
+bool irradiance_suffices(const Bsdf& bsdf) {
+    constexpr float kSame = 1e-3F;  // rad
+    return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
+}
+
 template <typename Carry>
 GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const {
     const TangentMetric metric(x, n, settings_.metric, settings_.ratio);
@@ -16,10 +21,10 @@ GatherResult Gather::estimate(const V3f& x, const V3f& n, float error, Carry&& c
     if (settings_.k == 0) {
         std::vector<Neighbour> found;
         map_.index().within(x, metric, most2, found);
-        return sum({x, n, most2}, found, carry);
+        return sum({x, n, most2, error}, found, carry);
     }
     const NearPhotons near(map_, x, metric, static_cast<std::size_t>(settings_.k), most2);
-    return sum({x, n, std::max(near.radius2(), sqr(error))}, near.found(), carry);
+    return sum({x, n, std::max(near.radius2(), sqr(error)), error}, near.found(), carry);
 }
 
 template <typename Carry>
@@ -104,8 +109,9 @@ Probed Gather::probed(const Disc& disc, std::span<const Neighbour> found) const 
             if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
             const ProbeChance turned{chance.next(), chance.next2()};
-            return probe(probing_->scene, {disc.x, disc.n, disc.r2, metric.ball2(disc.r2), settings_.kernel},
-                         metric, picked, turned);
+            const ProbedDisc asked{disc.x,           disc.n,    disc.r2, metric.ball2(disc.r2),
+                                   settings_.kernel, disc.error};
+            return probe(probing_->scene, asked, metric, picked, turned);
         }
     }
     return {1, 1};

@@ -50,6 +50,12 @@ struct GatherResult {
 // a bright spot with slope s, those just outside still reach into the spot, and photons in its middle count
 // 1 + 8s/15 times. Where each photon is given the radius instead (the sample-point estimator of density:
 // Silverman, "Density Estimation", 1986, 5.3), each is spread over its own disc and counts once exactly.
+// Whether irradiance says all there is to know about what arrives at a surface: it is exactly Lambertian, and
+// shaded by its own normal, but for how exactly files give normals (1 mrad). A bent normal, be it
+// interpolated or by a relief, weighs light from either side differently, and by how much no sum over
+// directions tells.
+bool irradiance_suffices(const Bsdf& bsdf);
+
 class Gather {
   public:
     Gather(const PhotonMap& map, const GatherSettings& settings, std::optional<Probing> probing = {})
@@ -67,7 +73,8 @@ class Gather {
   private:
     struct Disc {
         V3f x, n;
-        float r2;  // squared radius
+        float r2;     // squared radius
+        float error;  // of x
     };
     // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along
     // its way.

@@ -4,6 +4,7 @@
 #include "engine/base/warp.h"
 #include "kdtree/box_tree.h"
 #include "photon/deposit.h"
+#include "photon/resting_point.h"
 
 namespace lucerna {
 namespace {
@@ -28,9 +29,8 @@ float room_around(const Scene& scene, const SurfacePoint& at, float most) {
     for (int i = 0; i < kRays; ++i) {
         const float phi = 2 * kPi * static_cast<float>(i) / kRays;
         const V3f way = std::cos(phi) * frame.s + std::sin(phi) * frame.t;
-        if (const auto met = scene.meet(Ray{eye, way, room / kBetweenRays})) {
-            room = std::min(room, kBetweenRays * static_cast<float>(met->meeting.t));
-        }
+        const Ray ray{eye, way, room / kBetweenRays};
+        if (const auto met = scene.meet(ray)) room = std::min(room, kBetweenRays * scene.distance(ray, *met));
     }
     return room;
 }
@@ -51,7 +51,7 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, St
         const Bsdf bsdf = scene.bsdf(*hit);
         if (stores_photons(bsdf)) {
             const V3f& n = hit->at.n;
-            places.add(hit->at.p, PackedDirection(n.dot(d) > 0 ? -n : n), number);
+            places.add({hit->at.p, n.dot(d) > 0 ? -n : n, hit->at.error}, number);
             return;
         }
         const BsdfU u{stream.next(), stream.next2()};
@@ -66,16 +66,31 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, St
 // photons around them in the cache.
 SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
     SurfacePlaces ordered;
-    ordered.positions.reserve(places.size());
-    ordered.normals.reserve(places.size());
-    ordered.numbers.reserve(places.size());
+    ordered.reserve(places.size());
     for (const std::uint32_t i : box_order(places.positions, workers)) {
-        ordered.add(places.positions[i], places.normals[i], places.numbers[i]);
+        ordered.positions.push_back(places.positions[i]);
+        ordered.normals.push_back(places.normals[i]);
+        ordered.errors.push_back(places.errors[i]);
+        ordered.numbers.push_back(places.numbers[i]);
     }
     return ordered;
 }
 
 }  // namespace
+
+void SurfacePlaces::reserve(std::size_t n) {
+    positions.reserve(n);
+    normals.reserve(n);
+    errors.reserve(n);
+    numbers.reserve(n);
+}
+
+void SurfacePlaces::add(const SurfacePlaces& more) {
+    positions.insert(positions.end(), more.positions.begin(), more.positions.end());
+    normals.insert(normals.end(), more.normals.begin(), more.normals.end());
+    errors.insert(errors.end(), more.errors.begin(), more.errors.end());
+    numbers.insert(numbers.end(), more.numbers.begin(), more.numbers.end());
+}
 
 SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
                         const Workers& workers) {
@@ -89,18 +104,13 @@ SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePl
             const std::uint32_t number = number_of(map.photons()[i]);
             Stream stream(plan.seed, Purpose::gather, plan.pass, number);
             if (stream.next() >= share) continue;
-            const V3f& p = map.positions()[i];
             const V3f n = map.normals()[i].unpack();
             const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(stream.next2()));
-            land(scene, {p, n, surface_error(p, 0)}, d, number, stream, part);
+            land(scene, resting_point(scene, map.positions()[i], n), d, number, stream, part);
         }
     });
     SurfacePlaces all;
-    for (const SurfacePlaces& part : parts) {
-        all.positions.insert(all.positions.end(), part.positions.begin(), part.positions.end());
-        all.normals.insert(all.normals.end(), part.normals.begin(), part.normals.end());
-        all.numbers.insert(all.numbers.end(), part.numbers.begin(), part.numbers.end());
-    }
+    for (const SurfacePlaces& part : parts) all.add(part);
     return all;
 }
 
@@ -114,8 +124,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         if (monitor.stopped()) return;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const V3f& p = places_.positions[i];
-            const SurfacePoint at{p, places_.normals[i].unpack(), surface_error(p, 0)};
+            const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->chance = probing->chance.split(places_.numbers[i]);
             const GatherResult own = Gather(*sources.maps.front(), sources.how, probing).irradiance(at);

@@ -29,19 +29,25 @@
 
 namespace lucerna {
 
-// Points on surfaces with a diffuse part, and the normals on the side that is lit. Each has a number by which
-// its chance goes, whatever others there are.
+// Points on surfaces with a diffuse part, with the normals on the side that is lit and the bounds of how far
+// they may lie off their surfaces: rays leave from there. Each has a number by which its chance goes,
+// whatever others there are.
 struct SurfacePlaces {
     std::vector<V3f> positions;
     std::vector<PackedDirection> normals;
+    std::vector<float> errors;  // SurfacePoint's
     std::vector<std::uint32_t> numbers;
 
     std::size_t size() const { return positions.size(); }
-    void add(const V3f& position, const PackedDirection& normal, std::uint32_t number) {
-        positions.push_back(position);
-        normals.push_back(normal);
+    void reserve(std::size_t n);
+    void add(const SurfacePoint& at, std::uint32_t number) {
+        positions.push_back(at.p);
+        normals.emplace_back(at.n);
+        errors.push_back(at.error);
         numbers.push_back(number);
     }
+    void add(const SurfacePlaces& more);
+    SurfacePoint operator[](std::size_t i) const { return {positions[i], normals[i].unpack(), errors[i]}; }
 };
 
 struct BouncePlan {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "engine/base/stopped.h"
 #include "photon/walk.h"
 
 namespace lucerna {
@@ -90,7 +91,7 @@ RaySet trace_rays(const Scene& scene, const LuminairePlan& plan, FluxUnit unit, 
     LuminaireTally tally;
     Phase phase(monitor, "light paths", static_cast<std::uint64_t>(plan.paths));
     for (std::int64_t index = 0; index < plan.blocks(); ++index) {
-        if (monitor.stopped()) throw InputError("stopped before all light paths were traced");
+        if (monitor.stopped()) throw Stopped("stopped before all light paths were traced");
         const LuminaireBlock block = trace_luminaire(scene, plan, index, workers);
         set.rays.insert(set.rays.end(), block.rays.begin(), block.rays.end());
         tally.add(block.tally);

@@ -9,12 +9,14 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
+#include "engine/base/memory.h"
 #include "engine/base/stopwatch.h"
+#include "engine/world/arithmetic.h"
 
 namespace lucerna {
 namespace {
 
-constexpr char kMagic[8] = {'L', 'U', 'C', 'P', 'H', 'O', 'T', '1'};
+constexpr char kMagic[8] = {'L', 'U', 'C', 'P', 'H', 'O', 'T', '2'};
 constexpr std::uint64_t kByteOrder = 0x0102030405060708U;
 constexpr std::uint64_t kNotBuilt = ~std::uint64_t{0};
 
@@ -22,7 +24,8 @@ struct Head {
     char magic[8];
     std::uint64_t byte_order;
     std::uint64_t key;
-    std::uint64_t photons[kMapKinds];  // kNotBuilt where there is no map
+    char arithmetic[kArithmeticLength + 1];  // by which they were made; zeros to its end
+    std::uint64_t photons[kMapKinds];        // kNotBuilt where there is no map
     DepositCount counts[kMapKinds];
     Ledger ledger;
     std::uint64_t check;  // of all else
@@ -71,6 +74,11 @@ Head read_head(std::ifstream& in, const std::filesystem::path& file, std::uint64
     if (!in || std::memcmp(head.magic, kMagic, sizeof kMagic) != 0 || head.byte_order != kByteOrder) {
         input_error(at, "these are no photon maps of this version of lucerna");
     }
+    if (head.arithmetic[kArithmeticLength] != 0) input_error(at, "the file is damaged");
+    if (head.arithmetic != arithmetic()) {
+        input_error(at, "these maps were made by another build: \"{}\", this one is \"{}\"", head.arithmetic,
+                    arithmetic());
+    }
     if (head.key != key) {
         input_error(at, "these maps are of another scene, other lights, another seed or other settings");
     }
@@ -81,6 +89,9 @@ Head read_head(std::ifstream& in, const std::filesystem::path& file, std::uint64
         left -= count * kBytesOfPhoton;
     }
     if (left != 0) input_error(at, "the file is damaged: {} bytes too long", left);
+    // Read, then put into the index's order.
+    require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons",
+                   "fewer are accepted");
     return head;
 }
 
@@ -91,6 +102,7 @@ void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::u
     std::memcpy(head.magic, kMagic, sizeof kMagic);
     head.byte_order = kByteOrder;
     head.key = key;
+    arithmetic().copy(head.arithmetic, kArithmeticLength);
     head.ledger = maps.ledger;
     WordHash check;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
@@ -117,9 +129,8 @@ void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::u
 
 PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::size_t lights,
                      IndexKind index, const Workers& workers) {
-    require_readable(file);
     const Location at{file.string()};
-    std::ifstream in(file, std::ios::binary);
+    std::ifstream in = open_to_read(file);
     const Head head = read_head(in, file, key);
 
     PhotonMaps maps;

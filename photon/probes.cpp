@@ -45,7 +45,8 @@ class Prober {
           disc_(disc),
           metric_(metric),
           frame_(disc.n),
-          lift_(0.02F * std::sqrt(disc.r2)),
+          lift_(std::max(0.02F * std::sqrt(disc.r2), kErrors * disc.error)),
+          near2_(sqr(1.005F * std::sqrt(disc.r2) + kErrors * disc.error)),
           eye_(disc.x + lift_ * disc.n) {}
 
     // Where the kernel's own measure has the place u, from x.
@@ -63,8 +64,9 @@ class Prober {
         const float middle = -y.dot(d);
         const float half = std::sqrt(std::max(0.0F, sqr(middle) + disc_.ball2 - y.length2()));
         const V3f p = disc_.x + y;
-        return (open && rests_under({p - lift_ * d, d, lift_ + middle + half})) ||
-               rests_over({p + (middle - half) * d, d, half - middle});
+        const float back = back_along(d);
+        return (open && rests_under({p - back * d, d, 2 * back + middle + half})) ||
+               rests_over({p + (middle - half) * d, d, half - middle - rounding_along(d)});
     }
     // Whether x sees the surface go on at y, in the disc's plane: there any photon would have counted.
     bool goes_on(const V3f& y) const {
@@ -73,21 +75,23 @@ class Prober {
         const float distance = way.length();
         if (!(distance > 0)) return false;
         const auto hit = scene_.hit(Ray{eye_, way / distance, 1.2F * distance});
-        return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ &&
+        return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ + disc_.error &&
                stores_photons(scene_.bsdf(*hit));
     }
     // Whether a photon that was found counts.
     bool counts(const ProbedPhoton& photon) const {
-        const V3f landed = photon.p - lift_ * photon.d;
+        const V3f back = back_along(photon.d) * photon.d;
+        const V3f landed = photon.p - back;
         if (rises(photon.p)) return sees(landed);
-        const V3f crossed =
-            disc_.x + crossing(disc_.x, disc_.n, photon.p, photon.d, metric_.kind()) - lift_ * photon.d;
+        const V3f crossed = disc_.x + crossing(disc_.x, disc_.n, photon.p, photon.d, metric_.kind()) - back;
         if (!sees(crossed)) return false;
         return (landed - crossed).length2() < sqr(lift_) || is_clear(crossed, landed);
     }
 
   private:
     static constexpr int kMostSurfaces = 8;
+    // The surface's error, so many times: x is off by one, what a ray meets by another.
+    static constexpr float kErrors = 2;
 
     // Whether a photon comes to rest on this way within the disc. Glass, and whatever else lets light
     // through, is no edge: photons rest beyond it, if not by this way then by another that it bends.
@@ -102,22 +106,32 @@ class Prober {
         }
         return false;
     }
-    // Whether x sees a place where it may come to rest on this way, which ends at the plane.
+    // Whether x sees a place where it may come to rest on this way, which ends over the plane: whether a ray
+    // that ends on a surface meets it is a matter of rounding.
     bool rests_over(Ray way) const {
         for (int i = 0; i < kMostSurfaces && way.t_max > 0; ++i) {
             const auto hit = scene_.hit(way);
             if (!hit) return false;
             if (stores_photons(scene_.bsdf(*hit)) && is_near(*hit, way.d) &&
-                sees(hit->at.p - lift_ * way.d)) {
+                sees(hit->at.p - back_along(way.d) * way.d)) {
                 return true;
             }
             way = beyond(*hit, way);
         }
         return false;
     }
+    // How far back along d a ray begins that is to meet what lies at a place: so far that it is over the
+    // place by more than rounding, however flat d is.
+    float back_along(const V3f& d) const { return std::max(lift_, rounding_along(d)); }
+    // Nearer to a place than this, whether a ray along d meets what lies there is a matter of rounding.
+    float rounding_along(const V3f& d) const {
+        constexpr float kOfRadius = 1e-3F;
+        return std::max(kOfRadius * std::sqrt(disc_.r2),
+                        kErrors * disc_.error / std::max(-disc_.n.dot(d), kGrazing));
+    }
     // A hair more than the disc: on a flat surface every probe counts, however it is rounded.
     bool is_near(const Hit& hit, const V3f& d) const {
-        return metric_(hit.at.p, d, (hit.at.p - disc_.x).length2()) <= 1.01F * disc_.r2;
+        return metric_(hit.at.p, d, (hit.at.p - disc_.x).length2()) <= near2_;
     }
     static Ray beyond(const Hit& hit, const Ray& way) {
         return {hit.at.towards(way.d), way.d, way.t_max - hit.t};
@@ -136,7 +150,8 @@ class Prober {
     const ProbedDisc& disc_;
     const TangentMetric& metric_;
     Frame frame_;
-    float lift_;
+    float lift_;   // of the eye over x, scene units
+    float near2_;  // squared distance up to which what is met lies in the disc
     V3f eye_;
 };
 

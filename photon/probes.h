@@ -10,6 +10,9 @@
 //   a photon that rests over the plane counts if x sees where it rests (it would have gone on into the disc);
 //   one that rests under it, if x sees where it crossed the plane, and nothing lies from there to its rest.
 //
+// Rays begin a little over the surfaces they ask about: a share of the radius, and never less than what
+// rounding leaves open. A disc hardly wider than that is taken for flat as far as float32 can tell.
+//
 // A few photons, picked in proportion to what each brings, speak for all: their part is right in the mean.
 #pragma once
 
@@ -27,6 +30,7 @@ struct ProbedDisc {
     float r2;     // squared radius, scene units, > 0
     float ball2;  // TangentMetric::ball2 of it
     KernelShape kernel;
+    float error;  // how far x may lie off its surface, scene units
 };
 // Where it rests, and its direction of travel, unit, n·d < 0.
 struct ProbedPhoton {

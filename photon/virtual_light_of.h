@@ -1,40 +1,41 @@
-// What a hit makes of a light path: a virtual light, if it scatters light that a shadow ray could bring
+// What a hit makes of a light path: virtual lights, if it scatters light that a shadow ray could bring
 // [igi 2].
+//
+// A virtual light stands for what a surface makes of one arriving particle by its lobes that are no deltas.
+// Of power Φ from direction i and a Lambertian part of albedo ρ it sends Φ ρ/π cosθ per solid angle, which is
+// exact; for other lobes ρ is the albedo for i, and the shape is lost. What lets light through shines on both
+// sides, each with its own albedo. Delta lobes make no virtual light: their light goes on with the path, and
+// is a virtual light where it meets the next surface.
 #pragma once
-
-#include <optional>
 
 #include "photon/shading_normals.h"
 #include "photon/virtual_lights.h"
 
 namespace lucerna {
 
-// The surface is taken for a Lambertian one on the side on which the light arrives. Of one that lets light
-// through a single sample of its BSDF decides which side shines: curtains glow on the other side, too.
-inline std::optional<VirtualLight> virtual_light_of(const WalkHit& at, const Stream& stream) {
-    constexpr std::uint32_t kSideBranch = 0x51;
+// Calls take(VirtualLight) for each side of the surface that shines.
+template <typename Take>
+void virtual_lights_of(const WalkHit& at, VirtualLightGloss gloss, Take&& take) {
     // Mirrors and smooth glass scatter no light that a shadow ray could bring.
-    if (at.bsdf.is_delta() || at.bsdf.is_black()) return std::nullopt;
+    if (at.bsdf.is_delta() || at.bsdf.is_black()) return;
     // Bent normals: what arrives from below their horizon is absorbed, as it is on the path's way on; and a
     // path lands in proportion to the geometric cosine, but is reflected in proportion to the bent one.
     const float side = std::copysign(1.0F, at.bsdf.geometric_normal().dot(-at.d));
-    if (!(side * at.bsdf.shading_normal().dot(-at.d) > 0)) return std::nullopt;
-    Rgb scattered = at.power * shading_cosine_ratio(at.bsdf, -at.d);
+    if (!(side * at.bsdf.shading_normal().dot(-at.d) > 0)) return;
+    const Rgb arriving = at.power * (shading_cosine_ratio(at.bsdf, -at.d) * kInvPi);
 
+    const bool with_gloss =
+        gloss == VirtualLightGloss::all || (gloss == VirtualLightGloss::of_indirect && at.path.diffuse > 0);
+    const Bsdf::SidedAlbedo albedo =
+        with_gloss ? at.bsdf.blurred_albedo(-at.d) : at.bsdf.blurred_part(INFINITY).blurred_albedo(-at.d);
     SurfacePoint lit = at.hit.at;
     if (lit.n.dot(at.d) > 0) lit.n = -lit.n;
-    if (at.bsdf.transmits()) {
-        Stream draws = stream.split(kSideBranch);
-        const BsdfU u{draws.next(), draws.next2()};
-        const auto sample = at.bsdf.sample(-at.d, u, Transport::particles);
-        if (!sample) return std::nullopt;
-        if (sample->transmission) lit.n = -lit.n;
-        scattered *= sample->weight;
-    } else {
-        scattered *= at.bsdf.albedo(-at.d);
-    }
-    if (is_black(scattered)) return std::nullopt;
-    return VirtualLight{.at = lit, .contribution = scattered * kInvPi};
+    const auto shine = [&](const Rgb& contribution) {
+        if (!is_black(contribution)) take(VirtualLight{.at = lit, .contribution = contribution});
+    };
+    shine(arriving * albedo.reflected);
+    lit.n = -lit.n;
+    shine(arriving * albedo.transmitted);
 }
 
 }  // namespace lucerna

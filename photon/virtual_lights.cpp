@@ -15,10 +15,6 @@ struct Walked {
     Ledger ledger;
 };
 
-void store(const WalkHit& at, const Stream& stream, std::vector<VirtualLight>& lights) {
-    if (const auto light = virtual_light_of(at, stream)) lights.push_back(*light);
-}
-
 void store(const WalkScatter& at, std::vector<VirtualLight>& lights) {
     lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
 }
@@ -36,9 +32,12 @@ Walked walk_paths(const Scene& scene, const VirtualLightPlan& plan, std::uint64_
             return;
         }
         Stream stream = Stream::stratified(plan.seed, Purpose::virtual_light, plan.pass, path);
-        walk(
-            scene, *start, stream, result.ledger,
-            [&](const WalkHit& at) { store(at, stream, result.lights); },
+        walk_for_lights(
+            scene, *start, plan.gloss, stream, result.ledger,
+            [&](const WalkHit& at) {
+                virtual_lights_of(at, plan.gloss,
+                                  [&](const VirtualLight& light) { result.lights.push_back(light); });
+            },
             [&](const WalkScatter& at) { store(at, result.lights); });
     });
     return result;

@@ -25,12 +25,22 @@ struct VirtualLight {
     }
 };
 
+// Of which light virtual lights take gloss (lobes with a peak that are no deltas) for a Lambertian part of
+// its albedo.
+enum class VirtualLightGloss : std::uint8_t {
+    all,          // of all
+    of_indirect,  // of what some surface or medium has scattered; not of what lamps send, straight or over
+                  // mirrors and other gloss: photons bring what becomes of that
+    none,         // of none: rays find what comes by way of gloss
+};
+
 struct VirtualLightPlan {
     std::uint32_t sets = 1;   // a power of 2
     std::uint32_t paths = 1;  // light paths per set, a power of 2
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
     const EmissionPlan* emission = nullptr;  // by which all paths start; null: plainly, by power
+    VirtualLightGloss gloss = VirtualLightGloss::all;
 };
 
 // Independent sets of virtual lights; each set and all sets together start from a well-distributed sequence.
@@ -39,6 +49,17 @@ struct VirtualLightSets {
     std::vector<std::uint32_t> begins;  // set s is lights[begins[s]] … lights[begins[s + 1] - 1]
     Ledger ledger;                      // divided by the number of paths
 };
+
+// Walks a path as its virtual lights need it: `store` and `scatter` as walk() has them.
+template <typename Store, typename Scatter>
+void walk_for_lights(const Scene& scene, const LightPathStart& start, VirtualLightGloss gloss, Stream& stream,
+                     Ledger& ledger, Store&& store, Scatter&& scatter) {
+    // Where it matters what has been scattered before, gloss does not count as that.
+    const float specular_below = gloss == VirtualLightGloss::of_indirect ? INFINITY : 0;
+    walk(
+        scene, start, stream, ledger, std::forward<Store>(store), std::forward<Scatter>(scatter),
+        [](const WalkExit& /*exit*/) {}, specular_below);
+}
 
 VirtualLightSets build_virtual_lights(const Scene& scene, const VirtualLightPlan& plan,
                                       const Workers& workers, Monitor& monitor);

@@ -4,17 +4,23 @@
 #include <cmath>
 
 #include "engine/base/surface_point.h"
+#include "engine/base/warp.h"
 #include "engine/world/passage.h"
 
 namespace lucerna {
 namespace {
 
 // Directions in which the ball is looked through, times the eight signs of each: an edge or a corner of walls
-// along the axes is then told without chance.
+// along the axes is then told nearly without chance.
 constexpr std::uint32_t kLooks = 2;
+constexpr unsigned kSigns = 8;
 // However narrow the place, so much of the ball is taken to be open.
 constexpr float kLeastFilling = 1.0F / 64;
 constexpr std::uint32_t kBranch = 0xba;
+
+float unit_part(float x) {
+    return x - std::floor(x);
+}
 
 }  // namespace
 
@@ -43,30 +49,62 @@ double VolumeGather::scattered_along(const ScatteringPoint& at, const Ray& ray, 
     return sum;
 }
 
-VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float radius,
-                                            const Stream& stream) const {
+// Along the first direction and those that belong to it: a lattice of the octant that moves with it, so that
+// from each of its points the others are the same, and all signs of each.
+VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float radius, const V3f& first,
+                                            Stream stream) const {
+    // Where `first`, folded into the octant, lies on the unit square of equal areas.
+    const V2f place(std::fabs(first.z), std::atan2(std::fabs(first.y), std::fabs(first.x)) / (0.5F * kPi));
     double sum = 0;
     bool obstructed = false;
     for (std::uint32_t look = 0; look < kLooks; ++look) {
-        Stream own = stream.split(look);
-        const float z = (own.next() + static_cast<float>(look)) / kLooks;
-        const float phi = 0.5F * kPi * own.next();
-        const float s = std::sqrt(1 - z * z);  // z < 1
-        const V3f first(s * std::cos(phi), s * std::sin(phi), z);
-        for (unsigned signs = 0; signs < 8; ++signs) {
-            const V3f w((signs & 1U) != 0 ? -first.x : first.x, (signs & 2U) != 0 ? -first.y : first.y,
-                        (signs & 4U) != 0 ? -first.z : first.z);
-            Ray ray{at.p, w.normalized(), radius};
+        const float step = static_cast<float>(look) / kLooks;
+        const float z = unit_part(place.x + step), phi = 0.5F * kPi * unit_part(place.y + step);
+        const float s = std::sqrt(1 - z * z);
+        const V3f w(s * std::cos(phi), s * std::sin(phi), z);
+        for (unsigned signs = 0; signs < kSigns; ++signs) {
+            const V3f d((signs & 1U) != 0 ? -w.x : w.x, (signs & 2U) != 0 ? -w.y : w.y,
+                        (signs & 4U) != 0 ? -w.z : w.z);
+            Ray ray{at.p, d.normalized(), radius};
             if (const auto hit = scene_.hit(ray)) {
                 obstructed = true;
                 ray.t_max = hit->t;
             }
-            sum += scattered_along(at, ray, own);
+            sum += scattered_along(at, ray, stream);
         }
     }
     const auto r = static_cast<double>(radius);
-    const double open = 8.0 * kLooks * static_cast<double>(luminance(at.sigma_s)) * r * r * r / 3;
+    const double open = kSigns * kLooks * static_cast<double>(luminance(at.sigma_s)) * r * r * r / 3;
     return {std::max(static_cast<float>(sum / open), kLeastFilling), obstructed};
+}
+
+// One of the photons, in proportion to what it brings; the last where none brings anything.
+std::size_t VolumeGather::pick(std::span<const Brought> found, float u) {
+    float total = 0;
+    for (const Brought& photon : found) total += luminance(photon.value);
+    float sum = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        sum += luminance(found[i].value);
+        if (sum > u * total) return i;
+    }
+    return found.size() - 1;
+}
+
+VolumeGather::Filling VolumeGather::filling(const ScatteringPoint& at, float radius,
+                                            std::vector<Brought>& found, const Stream& stream) const {
+    Stream chance = stream;
+    const float u = chance.next();
+    const V3f anywhere = square_to_sphere(chance.next2());
+    const auto look = [&](const Brought& photon) {
+        const V3f way = photon.from - at.p;
+        return filling(at, radius, way.length() > 0 ? way.normalized() : anywhere, stream.split(1));
+    };
+    const V3f first = found[pick(found, u)].from;
+    const Filling seen = look({first, Rgb(0)});
+    if (!seen.obstructed) return seen;
+    std::erase_if(found, [&](const Brought& photon) { return !sees(at.p, photon.from); });
+    // One that does not count says nothing of those that do.
+    return found.empty() || sees(at.p, first) ? seen : look(found[pick(found, u)]);
 }
 
 VolumeGather::Result VolumeGather::in_scattered(const ScatteringPoint& at, const Stream& stream) const {
@@ -93,14 +131,16 @@ VolumeGather::Result VolumeGather::sum(const ScatteringPoint& at, std::span<cons
     if (!(r2 > 0) || found.empty()) return {};
     Result result;
     result.radius = std::sqrt(r2);
-    const Filling filled = filling(at, result.radius, stream.split(kBranch));
-    result.filled = filled.share;
+    std::vector<Brought> brought;
+    brought.reserve(found.size());
     for (const Neighbour& neighbour : found) {
-        if (filled.obstructed && !sees(at.p, map_.positions()[neighbour.index])) continue;
         const Photon& photon = map_.photons()[neighbour.index];
-        result.value += photon.power * at.phase.value(at.wo, -photon.direction.unpack());
-        ++result.photons;
+        brought.push_back({map_.positions()[neighbour.index],
+                           photon.power * at.phase.value(at.wo, -photon.direction.unpack())});
     }
+    result.filled = filling(at, result.radius, brought, stream.split(kBranch)).share;
+    result.photons = static_cast<int>(brought.size());
+    for (const Brought& photon : brought) result.value += photon.value;
     // By r² and by r, one after the other: r³ of a tiny scene would vanish.
     result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
     return result;

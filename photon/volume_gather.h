@@ -9,9 +9,18 @@
 // one in the open. The estimate is divided by the part of the ball that scatters and can be seen from its
 // middle, by what is scattered there over what is in the middle; and photons that cannot be seen from there
 // do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
+//
+// That part is not known, it is looked for along a few directions; and the mean of 1/X is more than 1 over
+// the mean of X, by as much as X scatters. So one of the directions is that in which a photon was found that
+// counts, as for the probes of surfaces (probes.h): parts that are small are found as seldom as they are
+// small. In symbols: let X_1 ... X_n be the parts along n directions, of mean m, and one of these drawn in
+// proportion to its part, as evenly lit photons draw it. Then all of them together are drawn with the density
+// X/m, X their mean, and the mean of 1/X is 1/m, exactly, but for the chance that n directions find nothing
+// at all.
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "engine/base/stream.h"
 #include "engine/world/phase.h"
@@ -53,11 +62,20 @@ class VolumeGather {
     Result in_scattered(const ScatteringPoint& at, const Stream& stream) const;
 
   private:
+    // A photon that was found, and what it brings towards the eye.
+    struct Brought {
+        V3f from;  // its place
+        Rgb value;
+    };
     struct Filling {
-        float share;
+        float share;      // of the ball
         bool obstructed;  // some surface stands in the ball
     };
-    Filling filling(const ScatteringPoint& at, float radius, const Stream& stream) const;
+    static std::size_t pick(std::span<const Brought> found, float u);
+    Filling filling(const ScatteringPoint& at, float radius, const V3f& first, Stream stream) const;
+    // Takes out those that are hidden.
+    Filling filling(const ScatteringPoint& at, float radius, std::vector<Brought>& found,
+                    const Stream& stream) const;
     double scattered_along(const ScatteringPoint& at, const Ray& ray, Stream& stream) const;
     Result sum(const ScatteringPoint& at, std::span<const Neighbour> found, float radius2,
                const Stream& stream) const;

@@ -28,7 +28,7 @@ run() {
     # 10 s for one input is a hang, 1 GiB at once a lying header.
     if ! ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}detect_leaks=$leaks "build/fuzz/tests/fuzz/fuzz_$fuzzer" \
         -max_total_time="$seconds" -timeout=10 -malloc_limit_mb=1024 -rss_limit_mb=3000 \
-        -max_len=8192 -print_final_stats=1 -artifact_prefix=build/fuzz/findings/ \
+        -max_len=65536 -print_final_stats=1 -artifact_prefix=build/fuzz/findings/ \
         "$learned" "tests/fuzz/corpus/$fuzzer" >"$log" 2>&1; then
         echo "--- $fuzzer: a finding"
         cat "$log"

@@ -6,8 +6,10 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
+#include "engine/base/stopped.h"
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/world/arithmetic.h"
 #include "measure/rig_file.h"
 
 namespace lucerna {
@@ -20,6 +22,7 @@ constexpr double kSecondsBetweenSaves = 60;
 std::uint64_t key_of(const SceneEmitter& emitter, const Rig& rig, const Scene& scene,
                      const LuminairePlan& plan, const Workers& workers) {
     WordHash key;
+    key.add(arithmetic());
     add(key, rig);
     key.add(static_cast<std::uint64_t>(plan.paths));
     key.add(static_cast<std::uint64_t>(plan.block));
@@ -46,11 +49,10 @@ void measure_blocks(const Scene& scene, const LuminairePlan& plan, const std::fi
     Stopwatch since_save;
     for (; state.blocks < plan.blocks(); ++state.blocks) {
         if (monitor.stopped()) {
-            if (part.empty()) throw InputError("stopped before all light paths were traced");
+            if (part.empty()) throw Stopped("stopped before all light paths were traced");
             save_state(part, state);
-            throw InputError(
-                fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
-                            state.tally.ledger.paths, plan.paths, part.string()));
+            throw Stopped(fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
+                                      state.tally.ledger.paths, plan.paths, part.string()));
         }
         if (!part.empty() && since_save.seconds() > kSecondsBetweenSaves) {
             save_state(part, state);
@@ -97,6 +99,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
                                const Workers& workers, Monitor& monitor) {
     FilterSums sums(rig);
     const Job job = read_scene(emitter.file, {}, workers, monitor);
+    if (emitter.when_read) emitter.when_read(job);
     LuminairePlan plan;
     plan.paths = emitter.rays;
     plan.seed = emitter.seed;
@@ -116,7 +119,14 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
         }
     }
     measure_blocks(job.scene, plan, part, workers, monitor, state);
-    return result_of(emitter, plan, state);
+    try {
+        return result_of(emitter, plan, state);
+    } catch (const InputError&) {  // a fault of the luminaire: its sums are of no use, and in the way of a
+                                   // better one's
+        std::error_code none;
+        if (!part.empty()) std::filesystem::remove(part, none);
+        throw;
+    }
 }
 
 }  // namespace lucerna

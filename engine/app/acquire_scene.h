@@ -6,10 +6,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/render/job.h"
 #include "measure/filter_sums.h"
 #include "measure/opacity.h"
 #include "photon/luminaire.h"
@@ -23,6 +25,8 @@ struct SceneEmitter {
     FluxUnit unit = FluxUnit::watt;  // what the powers of the scene's lights count
     double flux = 0;  // of all light that leaves the luminaire, in the unit; 0: as the scene has it
     std::int64_t block = std::int64_t{1} << 20;  // light paths between two chances to stop
+    // Called when the scene has been read, before any work. May be empty.
+    std::function<void(const Job& job)> when_read = {};
 };
 
 struct SceneAcquisition {

@@ -11,6 +11,7 @@
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
 #include "engine/base/units.h"
+#include "engine/world/arithmetic.h"
 
 namespace lucerna {
 namespace {
@@ -22,11 +23,12 @@ std::uint64_t hash_of_files(const std::vector<std::filesystem::path>& files) {
     std::vector<std::byte> block(std::size_t{1} << 20);  // a multiple of the hash's words
     for (const std::filesystem::path& file : files) {
         if (!seen.insert(file).second) continue;
-        std::ifstream in(file, std::ios::binary);
-        if (!in) {
+        std::error_code status;
+        if (!std::filesystem::exists(file, status)) {
             hash.add("missing");  // and left out, with the user's consent
             continue;
         }
+        std::ifstream in = open_to_read(file);
         std::uint64_t size = 0;
         while (in) {
             in.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
@@ -52,6 +54,7 @@ std::string film_text(const FilmSettings& film) {
 PictureFacts picture_facts(const Job& job, std::uint64_t seed) {
     const V2i size = job.film.rendered_size();
     PictureFacts facts{{"version of lucerna", std::string(program_version())},
+                       {"arithmetic", arithmetic()},
                        {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
                        {"image size", fmt::format("{} x {}", size.x, size.y)},
                        {"film", film_text(job.film)},
@@ -65,7 +68,8 @@ Checkpointing::Checkpointing(const CheckpointOptions& options, Monitor& monitor)
     : options_(options), monitor_(monitor) {
     if (options.resume.empty()) return;
     std::error_code status;
-    if (options.resume == options.save && !std::filesystem::exists(options.resume, status)) {
+    if (!options.save.empty() && same_file(options.resume, options.save) &&
+        !std::filesystem::exists(options.resume, status)) {
         monitor.info(fmt::format("no checkpoint {} yet: the render begins", options.resume.string()));
         return;
     }

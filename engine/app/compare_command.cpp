@@ -58,18 +58,21 @@ bool is_exr(const std::string& file) {
 }
 
 // What a map may be: colours or values.
-void require_picture(const std::string& file) {
+void declare_map(const std::string& file, std::string_view option, CommandFiles& files) {
+    if (file.empty()) return;
     if (!is_exr(file) && suffix_of(file) != ".png") {
         input_error({file}, "the map's name must end in .png (colours) or .exr (values)");
     }
-    require_writable(file, "");
+    files.writes(file, "", option);
 }
 
-void check_outputs(const CompareCommand& command) {
-    if (!command.json.empty() && command.json != "-") require_writable(command.json, "");
-    if (!command.html.empty()) require_writable(command.html, ".html");
-    if (!command.signed_error.empty()) require_picture(command.signed_error);
-    if (!command.flip.empty()) require_picture(command.flip);
+void declare_files(const CompareCommand& command) {
+    CommandFiles files;
+    for (const std::string& image : command.files) files.reads(image);
+    if (!command.json.empty() && command.json != "-") files.writes(command.json, "", "--json");
+    if (!command.html.empty()) files.writes(command.html, ".html", "--html");
+    declare_map(command.signed_error, "--signed", files);
+    declare_map(command.flip, "--flip", files);
     if (!command.flip.empty() && command.without_flip)
         throw InputError("--flip: asks for what --no-flip leaves out; only one of the two is accepted");
 }
@@ -109,7 +112,7 @@ void act(const CompareCommand& command, const CommandContext& context) {
     if (command.files.size() < 2)
         throw InputError(
             "REFERENCE is required: lucerna compare IMAGE ... REFERENCE; see lucerna compare --help");
-    check_outputs(command);
+    declare_files(command);
     // Progress only where it can be redrawn: the output is for the numbers.
     ConsoleMonitor monitor(context.err, context.err,
                            {context.around.terminal, !context.around.terminal, context.around.stop, {}});

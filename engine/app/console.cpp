@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "engine/base/files.h"
+#include "engine/base/plain_text.h"
 #include "engine/base/units.h"
 
 namespace lucerna {
@@ -44,7 +45,7 @@ void ConsoleMonitor::begin(std::string_view phase, std::uint64_t total) {
     if (!phases_.empty()) phases_.back().done = done_.load();
     done_ = 0;
     const double now = settings_.seconds();
-    phases_.push_back({std::string(phase), total, 0, now, 0});
+    phases_.push_back({plain_text(phase), total, 0, now, 0});
     if (settings_.quiet) return;
     if (settings_.terminal) {
         draw_bar(phases_.back(), now, 0);
@@ -93,7 +94,7 @@ void ConsoleMonitor::draw_bar(const PhaseState& phase, double now, std::uint64_t
         if (part > 0.005)
             line += fmt::format("  {} left", duration_text((now - phase.start) * (1 / part - 1)));
     }
-    if (settings_.stop && *settings_.stop) line += "  stopping …";
+    if (settings_.stop && *settings_.stop != 0) line += "  stopping …";
     fmt::print(err_, "\r{}\x1b[K", line);
     err_.flush();
     bar_shown_ = true;
@@ -136,7 +137,7 @@ void ConsoleMonitor::info(std::string_view line) {
 void ConsoleMonitor::warn(std::string_view line) {
     const std::lock_guard lock(mutex_);
     ++warnings_;
-    const std::string text = one_line(line);
+    const std::string text = plain_text(one_line(line));
     const auto known = said_.find(text);
     if (known != said_.end()) {
         ++known->second;
@@ -149,7 +150,7 @@ void ConsoleMonitor::warn(std::string_view line) {
 }
 
 bool ConsoleMonitor::stopped() const {
-    return settings_.stop && settings_.stop->load(std::memory_order_relaxed);
+    return settings_.stop && settings_.stop->load(std::memory_order_relaxed) != 0;
 }
 
 }  // namespace lucerna

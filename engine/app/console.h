@@ -19,10 +19,10 @@
 namespace lucerna {
 
 struct ConsoleSettings {
-    bool terminal = false;                    // `err` is a terminal
-    bool quiet = false;                       // warnings only
-    const std::atomic<bool>* stop = nullptr;  // set when the user asked to stop; may be null
-    std::function<double()> seconds;          // a clock; empty: the steady clock
+    bool terminal = false;                   // `err` is a terminal
+    bool quiet = false;                      // warnings only
+    const std::atomic<int>* stop = nullptr;  // not 0 once the user asked to stop; may be null
+    std::function<double()> seconds;         // a clock; empty: the steady clock
 };
 
 // advance() and stopped() may be called from any thread; the others from one at a time.

@@ -36,13 +36,15 @@ struct ImportCommand {
 };
 
 // What is there stays, unless the user says otherwise: a scene is text that people edit.
-void check(const ImportCommand& command) {
+void check(const ImportCommand& command, CommandFiles& files) {
     require_readable(command.model);
-    const std::string suffix = std::filesystem::path(command.model).extension().string();
+    const std::string suffix = suffix_of(command.model);
     if (suffix != ".gltf" && suffix != ".glb") {
         input_error({command.model}, "\"{}\" is not accepted; .gltf and .glb are", suffix);
     }
-    require_writable(command.output, ".pbrt");
+    files.reads(command.model);
+    files.writes(command.output, ".pbrt", "-o");
+    files.writes_into(parts_folder(command.output), "-o", is_part_name);
     if (command.overwrite) return;
     for (const std::filesystem::path& there :
          {std::filesystem::path(command.output), parts_folder(command.output)}) {
@@ -53,10 +55,12 @@ void check(const ImportCommand& command) {
 }
 
 void act(const ImportCommand& command, const CommandContext& context) {
-    check(command);
+    CommandFiles files;
+    check(command, files);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     const GltfModel model = read_gltf(command.model, monitor);
+    files.reads(model.files);
     const WrittenScene made =
         write_pbrt(model, command.output, std::filesystem::path(command.model).filename().string(), monitor);
     if (command.quiet) return;

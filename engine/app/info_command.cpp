@@ -32,6 +32,7 @@ struct InfoOptions {
     std::string file;
     bool integrators = false;
     bool skip_missing = false;
+    bool strict = false;
 };
 
 // --- integrators ---
@@ -53,7 +54,8 @@ std::string_view purpose(std::string_view integrator) {
     if (integrator == "direct") return "direct light only, through mirrors and glass";
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
     if (integrator == "progressive") return "photon maps in passes, with a radius that shrinks: consistent";
-    return "instant global illumination: virtual lights; smooth, caustics by compensate alone";
+    return "instant global illumination: virtual lights; smooth; caustics by photons; all light with "
+           "compensate";
 }
 
 void print_integrators(std::ostream& out) {
@@ -89,8 +91,16 @@ void print_scene_file(const InfoOptions& options, const CommandContext& context)
     NotingMonitor monitor(console);
     SceneOverrides overrides;
     overrides.skip_missing = options.skip_missing;
-    const Job job = read_scene(options.file, overrides, {}, monitor);
-    print_scene(context.out, job, monitor.warnings);
+    overrides.strict = options.strict;
+    const Workers workers;
+    SceneFrames frames(options.file, overrides, workers, monitor);
+    for (int frame = 1; frame == 1 || frames.more(); ++frame) {
+        const std::optional<Job> job = frames.next();
+        if (!job) return;
+        if (frame > 1 || frames.more()) fmt::print(context.out, "frame        {}\n", frame);
+        print_scene(context.out, *job, monitor.warnings);
+        monitor.warnings.clear();
+    }
 }
 
 // --- images ---
@@ -146,7 +156,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
         return;
     }
     require_readable(options.file);
-    const std::string suffix = std::filesystem::path(options.file).extension().string();
+    const std::string suffix = suffix_of(options.file);
     if (suffix == ".exr") return print_image(context.out, options.file);
     if (is_photometric(options.file)) {
         ConsoleMonitor monitor(context.out, context.err, {false, true, context.around.stop, {}});
@@ -171,6 +181,7 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
         "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)");
     app.add_flag("--skip-missing", options->skip_missing,
                  "leave out what lies in files that are not there, with a warning");
+    app.add_flag("--strict", options->strict, "refuse a scene that is not rendered as it says");
     app.add_flag("--integrators", options->integrators, "all integrators and their parameters");
     app.callback([options, &context] { act(*options, context); });
 }

@@ -4,15 +4,19 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <new>
+#include <optional>
 
 #include "engine/app/acquire_scene.h"
 #include "engine/app/light_commands.h"
+#include "engine/app/listening.h"
 #include "engine/app/outputs.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
+#include "engine/world/arithmetic.h"
 #include "engine/world/texture_image.h"
 #include "measure/acquire.h"
 #include "measure/acquire_part.h"
@@ -163,6 +167,7 @@ NamedEmitter emitter_of(const RigDescription& description) {
         emitter.model = flat_emitter(from);
     }
     key.add(program_version());
+    key.add(arithmetic());
     emitter.key = key.value();
     emitter.model.info.colour = from.colour;
     emitter.model.info.unit = from.unit;
@@ -171,9 +176,32 @@ NamedEmitter emitter_of(const RigDescription& description) {
     return emitter;
 }
 
-// What the sensor sees; work that was begun is taken up from `part`.
-FilterImages acquire_formula(const RigDescription& description, const std::filesystem::path& part_file,
-                             const Workers& workers, Monitor& monitor) {
+// Runs `work`. Where the description is at fault the same command would fail again, and the mended one must
+// not find its way blocked by what is unfinished; what a full disk or the user cut off stays.
+template <typename Work>
+auto giving_up_part(const std::filesystem::path& part, Work&& work) {
+    try {
+        return work();
+    } catch (const Stopped&) {
+        throw;
+    } catch (const WriteError&) {
+        throw;
+    } catch (const InputError&) {
+        std::error_code none;
+        std::filesystem::remove(part, none);
+        throw;
+    }
+}
+
+struct AcquireWork {
+    std::filesystem::path part;  // where what is unfinished is kept
+    Workers workers;
+    std::function<void(const Job& job)> when_read;  // of a scene
+};
+
+// What the sensor sees; work that was begun is taken up from the part.
+FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
+    const std::filesystem::path& part_file = work.part;
     const NamedEmitter emitter = emitter_of(description);
     AcquirePart part(part_file, emitter.key);
     if (part.columns() > 0)
@@ -181,24 +209,25 @@ FilterImages acquire_formula(const RigDescription& description, const std::files
     AcquireOptions options = description.quality;
     options.part = &part;
     try {
-        return acquire_filters(emitter.model, description.rig, workers, monitor, options);
+        return giving_up_part(part_file, [&] {
+            return acquire_filters(emitter.model, description.rig, work.workers, monitor, options);
+        });
     } catch (const std::bad_alloc&) {  // thrown before any work: nothing is worth keeping
         std::error_code none;
         if (part.columns() == 0) std::filesystem::remove(part_file, none);
         throw;
-    } catch (const InputError& error) {
-        if (!monitor.stopped()) throw;
-        throw InputError(
-            fmt::format("{}; the same command goes on from {}", error.what(), part_file.string()));
+    } catch (const Stopped& stopped) {
+        throw Stopped(
+            fmt::format("{}; the same command goes on from {}", stopped.what(), part_file.string()));
     }
 }
 
 // A luminaire traced by the engine; says where its light went.
-FilterImages acquire_luminaire(const RigDescription& description, const std::filesystem::path& part_file,
-                               const Workers& workers, Monitor& monitor) {
+FilterImages acquire_luminaire(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const EmitterDescription& from = description.emitter;
-    const SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
-    SceneAcquisition made = acquire_scene(emitter, description.rig, part_file, workers, monitor);
+    SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
+    emitter.when_read = work.when_read;
+    SceneAcquisition made = acquire_scene(emitter, description.rig, work.part, work.workers, monitor);
     const std::string_view unit = flux_unit_name(from.unit);
     const FluxAccount& account = made.account;
     monitor.info(
@@ -211,11 +240,10 @@ FilterImages acquire_luminaire(const RigDescription& description, const std::fil
     return std::move(made.images);
 }
 
-FilterImages acquire_images(const RigDescription& description, const std::filesystem::path& part_file,
-                            const Workers& workers, Monitor& monitor) {
+FilterImages acquire_images(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     if (description.emitter.kind == EmitterDescription::Kind::scene)
-        return acquire_luminaire(description, part_file, workers, monitor);
-    return acquire_formula(description, part_file, workers, monitor);
+        return acquire_luminaire(description, work, monitor);
+    return acquire_formula(description, work, monitor);
 }
 
 // What comes back from the camera of the description, if it has one; its photographs are written if they are
@@ -229,17 +257,38 @@ FilterImages through_camera(FilterImages images, const RigDescription& descripti
     return photographed(images, camera, command.lamp.workers, monitor).images;
 }
 
+void declare_files(const AcquireCommand& command, const RigDescription& description, CommandFiles& files) {
+    for (const std::filesystem::path& file :
+         {std::filesystem::path(command.rig), description.emitter.slide, description.emitter.scene}) {
+        if (!file.empty()) files.reads(file);
+    }
+    declare_lamp(command.lamp, files);
+    if (!command.photographs.empty())
+        files.writes_into(command.photographs, "--photographs", is_photographs_name);
+}
+
 void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
-    require_writable(command.lamp.file, ".exr");
+    const std::filesystem::path part_file = command.lamp.file + ".part";
+    CommandFiles files;
+    declare_files(command, description, files);
+    files.writes_beside(part_file, "-o");
     if (!command.photographs.empty())
         check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
-    const std::filesystem::path part_file = command.lamp.file + ".part";
-    const FilterImages images = through_camera(
-        acquire_images(description, part_file, command.lamp.workers, monitor), description, command, monitor);
-    finish_lamp(field_of(images), command.lamp, monitor, context);
+    std::optional<Listening> listening;
+    AcquireWork work{part_file, command.lamp.workers, [&](const Job& job) {
+                         files.reads(job.files);
+                         files.reads(job.caches);
+                         listening.emplace(context.around);
+                     }};
+    if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.around);
+    FilterImages seen = acquire_images(description, work, monitor);
+    giving_up_part(part_file, [&] {
+        const FilterImages images = through_camera(std::move(seen), description, command, monitor);
+        finish_lamp(field_of(images), command.lamp, monitor, context);
+    });
     std::error_code none;
     std::filesystem::remove(part_file, none);
 }

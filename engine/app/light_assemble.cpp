@@ -38,9 +38,12 @@ void print_assembly(std::ostream& out, const Assembly& assembly) {
 
 void act_assemble(const AssembleCommand& command, const CommandContext& context) {
     require_readable(command.manifest);
-    require_writable(command.lamp.file, ".exr");
+    CommandFiles files;
+    files.reads(command.manifest);
+    declare_lamp(command.lamp, files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     const Manifest manifest = read_manifest(std::filesystem::path(command.manifest));
+    files.reads(files_of(manifest));
     const Assembly assembly = assemble(manifest, command.lamp.workers, monitor);
     const LightField field = naming(command.manifest, [&] { return field_of(assembly.images); });
     finish_lamp(field, command.lamp, monitor, context);

@@ -29,6 +29,11 @@ void add_lamp_output(CLI::App& app, LampOutput& output) {
     app.add_flag("--quiet", output.quiet, "say nothing but warnings and errors");
 }
 
+void declare_lamp(const LampOutput& output, CommandFiles& files) {
+    files.writes(output.file, ".exr", "-o");
+    files.writes_beside(cell_table_file(output.file), "-o");
+}
+
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context) {
     return {context.around.terminal, output.quiet, context.around.stop, {}};
 }

@@ -3,10 +3,12 @@
 
 #include <string>
 
+#include "engine/app/command_files.h"
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
 #include "engine/app/options.h"
 #include "engine/base/error.h"
+#include "engine/base/stopped.h"
 #include "lights/light_field.h"
 
 namespace lucerna {
@@ -19,6 +21,8 @@ struct LampOutput {
 };
 
 void add_lamp_output(CLI::App& app, LampOutput& output);
+// The light field and the table beside it.
+void declare_lamp(const LampOutput& output, CommandFiles& files);
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context);
 
 // The three options that say how the planes are laid: --views, --pixels, --distance.
@@ -34,6 +38,8 @@ template <typename Work>
 auto naming(const std::string& file, Work&& work) {
     try {
         return work();
+    } catch (const Stopped&) {
+        throw;
     } catch (const InputError& error) {
         if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
         throw InputError({file}, error.what());

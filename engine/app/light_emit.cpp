@@ -4,8 +4,10 @@
 #include <memory>
 
 #include "engine/app/light_commands.h"
+#include "engine/app/listening.h"
 #include "engine/app/outputs.h"
 #include "engine/base/files.h"
+#include "lights/cell_table.h"
 #include "lights/ray_writer.h"
 #include "measure/emit_rays.h"
 
@@ -47,10 +49,14 @@ void act_emit(const EmitCommand& command, const CommandContext& context) {
     require_readable(command.lamp);
     if (!has_ray_suffix(command.output))
         input_error({command.output}, "rays cannot be written under this name; {} are known", kRaySuffixes);
-    require_writable(command.output, "");
+    CommandFiles files;
+    files.reads(command.lamp);
+    files.reads(cell_table_file(command.lamp));
+    files.writes(command.output, "", "-o");
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     const LampEmission lamp(command.lamp, mode, command.seed, command.workers, monitor);
+    const Listening listening(context.around);  // so that what is half written goes away
     const RayFileInfo info = lamp.write(command.output, static_cast<std::uint64_t>(command.rays), monitor);
     if (command.quiet) return;
     std::error_code unknown;

@@ -54,18 +54,20 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
     return {far_field(rays, options.grid), rays.unit};
 }
 
-void check_outputs(const std::vector<std::string>& outputs) {
-    for (const std::string& output : outputs) {
+void declare_files(const FarFieldOptions& options) {
+    CommandFiles files;
+    files.reads(options.lamp);
+    for (const std::string& output : options.outputs) {
         const std::string suffix = suffix_of(output);
         if (suffix != ".svg" && suffix != ".ies")
             throw InputError({output}, fmt::format("\"{}\" cannot be written; .svg and .ies can", suffix));
-        require_writable(output, suffix);
+        files.writes(output, suffix, "-o");
     }
 }
 
 void act(const FarFieldOptions& options, const CommandContext& context) {
     require_readable(options.lamp);
-    check_outputs(options.outputs);
+    declare_files(options);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, options.quiet, context.around.stop, {}});
     Lamp lamp = naming(options.lamp, [&] { return read_lamp(options, monitor); });

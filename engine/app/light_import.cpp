@@ -35,7 +35,9 @@ struct ImportOptions {
 
 void act_import(const ImportOptions& options, const CommandContext& context) {
     require_readable(options.rays);
-    require_writable(options.lamp.file, ".exr");
+    CommandFiles files;
+    files.reads(options.rays);
+    declare_lamp(options.lamp, files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(options.lamp, context));
     const RaySet rays = read_rays(options.rays, monitor);
     const Projection made = naming(

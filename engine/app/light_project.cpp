@@ -71,6 +71,10 @@ std::filesystem::path name_of(const ProjectCommand& command, double distance) {
         fmt::format("{}-{:g}mm{}", file.stem().string(), distance * 1e3, extension.string()));
 }
 
+std::filesystem::path sheet_of(const ProjectCommand& command) {
+    return std::filesystem::path(command.output).replace_extension(".png");
+}
+
 PlaneIrradiance project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
                            Monitor& monitor) {
     const V3d origin = origin_of(lamp);
@@ -134,7 +138,7 @@ void write_series_picture(const ProjectCommand& command, const std::vector<Image
                                       [&](int i, Image& target, int x, int y) {
                                           paint_exposed(small[static_cast<std::size_t>(i)], target, x, y);
                                       });
-    write_png(std::filesystem::path(command.output).replace_extension(".png"), sheet, 1);
+    write_png(sheet_of(command), sheet, 1);
 }
 
 void print_plane(std::ostream& out, const ProjectCommand& command, double distance,
@@ -163,7 +167,10 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     if (command.distances.empty())
         throw InputError({"--distance"}, "is missing; --distance 1m (or --height) is accepted");
     require_readable(command.lamp);
-    require_writable(command.output, ".exr");
+    CommandFiles files;
+    files.reads(command.lamp);
+    for (const double distance : command.distances) files.writes(name_of(command, distance), ".exr", "-o");
+    if (command.png) files.writes(sheet_of(command), ".png", "--png");
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, true, context.around.stop, {}});
     const LampFile lamp = read_lamp_file(command.lamp, monitor);

@@ -82,7 +82,9 @@ Image sheet_of(const LightField& field, const ViewCommand& command) {
 
 void act_view(const ViewCommand& command, const CommandContext& context) {
     require_readable(command.lamp);
-    require_writable(command.output, ".png");
+    CommandFiles files;
+    files.reads(command.lamp);
+    files.writes(command.output, ".png", "-o");
     const LightField field = read_light_field(command.lamp);
     const Image sheet = sheet_of(field, command);
     write_png(command.output, sheet, 1);

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "engine/app/checkpointing.h"
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
+#include "engine/app/listening.h"
 #include "engine/app/method_taking.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
@@ -18,6 +20,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/stopped.h"
 #include "engine/base/stopwatch.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/integrator.h"
@@ -26,7 +29,9 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kFooter = R"(Integrators and their parameters: lucerna info --integrators
-Ctrl-C ends a render early and keeps what is there; a second one ends at once.
+Ctrl-C (SIGINT), SIGTERM and SIGHUP end a render early and keep what is there; the exit code is then 128 and the
+signal's number, 130 for Ctrl-C. A second one ends at once, as the first does while the scene is read. No output may
+be a file that the scene is made of, or another output.
 
 A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
 time or an error, the scene's own number of samples no longer counts. The time is that of the whole command. The error
@@ -39,6 +44,10 @@ taken that promises the least error in the time, or the error soonest. It says w
 
 An image, photon maps or virtual lights that would not fit into memory are refused, with what they need and what there
 is; a part of an image ("cropwindow") needs memory for the part alone.
+
+A scene file may hold several frames, one WorldBegin and WorldEnd each. Every frame is an image of its own, by the name
+that its Film says; where that is taken, and under -o and for all other files, the second frame's names end in -2, and
+so on. Time and error are those of each frame.
 
 With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
 undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
@@ -84,24 +93,29 @@ std::filesystem::path png_beside(std::filesystem::path image) {
     return image.replace_extension(".png");
 }
 
-// Everything that will be written can be.
-void check_outputs(const RenderCommand& command, const std::filesystem::path& image) {
-    require_writable(image, ".exr");
-    if (command.png) require_writable(png_beside(image), ".png");
-    if (!command.stats.empty()) require_writable(command.stats, "");
+void declare_image(const RenderCommand& command, const std::filesystem::path& image, CommandFiles& files) {
+    files.writes(image, ".exr", "-o");
+    if (command.png) files.writes(png_beside(image), ".png", "--png");
+}
+
+// Those that the command line names, before the scene names more.
+void declare_files(const RenderCommand& command, CommandFiles& files) {
+    files.reads(command.scene);
+    if (!command.stats.empty()) files.writes(command.stats, "", "--stats");
     const MapFiles& maps = command.options.maps;
-    if (!maps.save.empty()) require_writable(maps.save, ".photons");
-    if (!maps.load.empty()) require_readable(maps.load);
-    const std::filesystem::path& checkpoint = command.checkpoint.kept();
-    if (checkpoint.empty()) return;
-    require_writable(checkpoint, "");
-    for (const std::filesystem::path& other :
-         {image, png_beside(image), std::filesystem::path(command.stats)}) {
-        if (checkpoint.lexically_normal() == other.lexically_normal()) {
-            throw InputError({checkpoint.string()},
-                             "is an output already; a checkpoint needs a file of its own");
-        }
+    if (!maps.save.empty()) files.writes(maps.save, ".photons", "--save-maps");
+    if (!maps.load.empty()) {
+        require_readable(maps.load);
+        files.reads(maps.load);
     }
+    const CheckpointOptions& checkpoint = command.checkpoint;
+    if (!checkpoint.kept().empty()) {
+        files.writes(checkpoint.kept(), "", checkpoint.save.empty() ? "--resume" : "--checkpoint");
+        // What is gone on from may be kept up to date.
+        if (!checkpoint.resume.empty() && !same_file(checkpoint.resume, checkpoint.kept()))
+            files.reads(checkpoint.resume);
+    }
+    if (!command.output.empty()) declare_image(command, command.output, files);
 }
 
 // Stopped before any tile was done: an empty image must not replace an earlier one.
@@ -196,25 +210,58 @@ std::string stopped_text(const RenderReport& report, int asked) {
                : fmt::format("stopped: {} of {} samples per pixel were done", report.samples_done, asked);
 }
 
-void act(const RenderCommand& command, const CommandContext& context) {
-    const Stopwatch clock;
-    require_readable(command.scene);
-    if (!command.output.empty()) check_outputs(command, command.output);
+// The file's name with the number of its frame; the first frame's is as it was given.
+std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
+    if (file.empty() || frame == 1) return file;
+    return file.parent_path() /
+           fmt::format("{}-{}{}", file.stem().string(), frame, file.extension().string());
+}
+
+// What a frame is rendered with: each writes files of its own.
+RenderCommand of_frame(const RenderCommand& command, int frame) {
+    RenderCommand own = command;
+    own.output = of_frame(command.output, frame).string();
+    own.stats = of_frame(command.stats, frame).string();
+    own.options.maps.save = of_frame(command.options.maps.save, frame);
+    own.options.maps.load = of_frame(command.options.maps.load, frame);
+    own.checkpoint.save = of_frame(command.checkpoint.save, frame);
+    own.checkpoint.resume = of_frame(command.checkpoint.resume, frame);
+    return own;
+}
+
+// What the frames of one scene file share.
+struct Frames {
+    SceneFrames scene;
+    CommandFiles files;                       // of all frames so far
+    std::set<std::filesystem::path> written;  // the images of those before
+    ConsoleMonitor& monitor;
+    const CommandContext& context;
+};
+
+// Reads and renders the next frame of the scene file, if one is left. `clock` runs since its time began.
+void render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
+    ConsoleMonitor& monitor = frames.monitor;
+    CommandFiles& files = frames.files;
 
     // Read.
-    ConsoleMonitor monitor(context.out, context.err,
-                           {context.around.terminal, command.quiet, context.around.stop, {}});
     Checkpointing checkpointing(command.checkpoint, monitor);
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
     const Stopwatch reading;
-    Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
+    std::optional<Job> next = frames.scene.next();
+    if (!next) return;
+    Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
     limit_samples(command, job);
-    const Pictures pictures(
-        command, command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output));
-    if (command.output.empty()) check_outputs(command, pictures.image());
+    std::filesystem::path image =
+        command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
+    while (!frames.written.insert(image).second) image = of_frame(image, frame);
+    const Pictures pictures(command, image);
+    if (command.output.empty()) declare_image(command, image, files);
+    files.reads(job.files);
+    files.reads(job.caches);
 
-    // Render, showing the image as it improves.
+    // Render, showing the image as it improves. From here on there is something to keep.
+    const Listening listening(frames.context.around);
     RenderOptions options = command.options;
     const double whole = command.options.limits.seconds - writing_seconds(job.film, command.png);
     options.limits.seconds = whole - clock.seconds();
@@ -255,7 +302,6 @@ void act(const RenderCommand& command, const CommandContext& context) {
     // Write.
     const bool keep = has_light_or_is_whole(result);
     std::vector<std::string> said;
-    if (!result.report.complete) said.push_back(stopped_text(result.report, job.spp));
     if (keep) {
         pictures.write(facts, job, result);
         for (std::string& line : pictures.said(facts, result)) said.push_back(std::move(line));
@@ -263,14 +309,36 @@ void act(const RenderCommand& command, const CommandContext& context) {
         said.push_back("no image written: there is nothing in it yet");
     }
     if (!command.stats.empty()) {
-        const auto image = keep ? pictures.image() : std::filesystem::path();
-        write_text(command.stats, statistics_json(facts, job, result.report, image));
+        const auto kept = keep ? pictures.image() : std::filesystem::path();
+        write_text(command.stats, statistics_json(facts, job, result.report, kept));
         said.push_back(fmt::format("numbers  {}", command.stats));
     }
     if (!command.checkpoint.kept().empty())
         said.push_back(fmt::format("go on    --resume {}", command.checkpoint.kept().string()));
     for (const std::string& line : said) monitor.info(line);
     checkpointing.finish();
+    if (!result.report.complete) throw Stopped(stopped_text(result.report, job.spp));
+}
+
+void act(const RenderCommand& command, const CommandContext& context) {
+    Stopwatch clock;
+    require_readable(command.scene);
+    CommandFiles files;
+    declare_files(command, files);
+    ConsoleMonitor monitor(context.out, context.err,
+                           {context.around.terminal, command.quiet, context.around.stop, {}});
+    Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, monitor),
+                  std::move(files),
+                  {},
+                  monitor,
+                  context};
+    render_frame(command, frames, 1, clock);
+    for (int frame = 2; frames.scene.more() && !monitor.stopped(); ++frame) {
+        clock = {};
+        const RenderCommand own = of_frame(command, frame);
+        declare_files(own, frames.files);
+        render_frame(own, frames, frame, clock);
+    }
 }
 
 void add_image_options(CLI::App& app, RenderCommand& command) {
@@ -290,6 +358,8 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              });
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
+    app.add_flag("--strict", command.overrides.strict,
+                 "refuse what is not rendered as the scene says, instead of a warning");
     app.add_option("--stats", command.stats, "write times, counts and settings as JSON")
         ->type_name("FILE.json");
     app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");

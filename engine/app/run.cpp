@@ -7,11 +7,17 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <string>
+#include <vector>
 
 #include "engine/app/commands.h"
+#include "engine/app/plain_stream.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/names.h"
+#include "engine/base/plain_text.h"
+#include "engine/base/stopped.h"
+#include "engine/world/arithmetic.h"
 
 namespace lucerna {
 namespace {
@@ -19,6 +25,7 @@ namespace {
 constexpr int kDone = 0;
 constexpr int kBadInput = 1;
 constexpr int kOurFault = 2;
+constexpr int kStopped = 128;  // and the signal's number, as shells count
 
 constexpr const char* kFooter = R"(Examples:
   lucerna render scenes/room/room.pbrt -o room.exr --png
@@ -31,16 +38,22 @@ constexpr const char* kFooter = R"(Examples:
 Every command says more with --help: lucerna render --help)";
 
 int fail(std::ostream& err, int code, std::string_view message) {
-    fmt::print(err, "lucerna: {}\n", one_line(message));
+    fmt::print(err, "lucerna: {}\n", plain_text(one_line(message)));
     return code;
+}
+
+std::vector<std::string> command_names(const CLI::App& program) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(command->get_name());
+    return names;
 }
 
 // A first word that is no command; CLI11 would only call it unexpected.
 bool is_unknown_command(const CLI::App& program, std::string_view word) {
     if (word.starts_with('-')) return false;
-    const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
-    return std::none_of(commands.begin(), commands.end(),
-                        [&](const CLI::App* command) { return command->get_name() == word; });
+    const std::vector<std::string> names = command_names(program);
+    return std::find(names.begin(), names.end(), word) == names.end();
 }
 
 // What CLI11 has to say in one line, with a hint at the command's help.
@@ -74,11 +87,13 @@ std::string_view program_version() {
     return LUCERNA_VERSION;
 }
 
-int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err, const Surroundings& around) {
+int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& err,
+        const Surroundings& around) {
+    PlainStream out(all_out);
     try {
         CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
         program.footer(kFooter);
-        program.set_version_flag("--version", fmt::format("lucerna {}", program_version()));
+        program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
         program.require_subcommand(0, 1);
         const CommandContext context{out, err, around};
         add_render_command(program, context);
@@ -90,15 +105,18 @@ int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
         if (argc < 2) {
             out << program.help();
             return fail(err, kBadInput,
-                        "a command is missing: render, light, import, compare, study or info");
+                        fmt::format("a command is missing: {}", fmt::join(command_names(program), ", ")));
         }
         if (is_unknown_command(program, argv[1])) {
-            constexpr std::string_view known[] = {"render", "light", "import", "compare", "info"};
+            const std::vector<std::string> names = command_names(program);
+            const std::vector<std::string_view> known(names.begin(), names.end());
             return fail(err, kBadInput,
                         fmt::format("unknown command \"{}\"; {}known are {}", argv[1],
                                     did_you_mean(argv[1], known), fmt::join(known, ", ")));
         }
         return parse_and_act(program, argc, argv, out, err);
+    } catch (const Stopped& stopped) {
+        return fail(err, kStopped + (around.stop ? around.stop->load() : 0), stopped.what());
     } catch (const InputError& error) {
         return fail(err, kBadInput, error.what());
     } catch (const std::filesystem::filesystem_error& error) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/app/run.h"
+#include "engine/world/arithmetic.h"
 
 namespace lucerna {
 namespace {
@@ -40,6 +41,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     Json json;
     json["program"] = "lucerna";
     json["version"] = program_version();
+    json["arithmetic"] = arithmetic();
     json["scene"] = facts.scene.string();
     json["integrator"] = integrator_name(job.integrator);
     json["settings"] = settings_json(job.integrator);
@@ -74,6 +76,7 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
                                                      const RenderReport& report) {
     std::map<std::string, std::string> attributes{
         {"lucerna.version", std::string(program_version())},
+        {"lucerna.arithmetic", arithmetic()},
         {"lucerna.scene", facts.scene.string()},
         {"lucerna.integrator", std::string(integrator_name(job.integrator))},
         {"lucerna.seed", fmt::format("{}", facts.seed)},

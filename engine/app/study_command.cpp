@@ -6,6 +6,7 @@
 
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
+#include "engine/app/listening.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
 #include "engine/app/study_measure.h"
@@ -16,6 +17,7 @@
 #include "engine/app/study_trade.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/stopped.h"
 
 namespace lucerna {
 namespace {
@@ -62,7 +64,7 @@ struct StudyCommand {
 
 class Study {
   public:
-    Study(const StudyPlan& plan, const StudyRuns& runs, Monitor& monitor)
+    Study(const StudyPlan& plan, StudyRuns& runs, Monitor& monitor)
         : plan_(plan), runs_(runs), monitor_(monitor) {}
 
     // Less than all where the monitor wished to stop.
@@ -128,7 +130,7 @@ class Study {
     }
 
     const StudyPlan& plan_;
-    const StudyRuns& runs_;
+    StudyRuns& runs_;
     Monitor& monitor_;
     std::size_t rendered_ = 0, found_ = 0;
     std::vector<std::filesystem::path> references_;
@@ -156,21 +158,23 @@ std::string repeated(const StudyCommand& command) {
 void act(const StudyCommand& command, const CommandContext& context) {
     const StudyPlan plan = read_study(command.file);
     const std::filesystem::path folder = command.folder;
-    const StudyRuns runs(folder / "runs", command.workers);
-    require_writable(folder / "results.csv", ".csv");
-    require_writable(folder / "results.json", ".json");
-    require_writable(folder / "study.html", ".html");
+    CommandFiles files;
+    files.reads(command.file);
+    for (const StudyScene& scene : plan.scenes) files.reads(scene.file);
+    StudyRuns runs(folder / "runs", {files, context.around, command.workers});
+    for (const char* name : {"results.csv", "results.json", "study.html"})
+        files.writes(folder / name, "", "study");
     const std::string plan_text = read_text(command.file);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
     Study study(plan, runs, monitor);
     std::vector<StudyResult> results = study.all();
+    const Listening listening(context.around);
     mark_best(results);
-    if (results.size() < plan.points.size() * plan.scenes.size()) {
-        monitor.info(fmt::format("stopped: {} of {} points are measured; the same command goes on",
-                                 results.size(), plan.points.size() * plan.scenes.size()));
-        if (results.empty()) return;
-    }
+    const std::size_t wanted = plan.points.size() * plan.scenes.size();
+    const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command goes on",
+                                      results.size(), wanted));
+    if (results.empty()) throw Stopped(stopped);
     const std::vector<ScenePictures> pictures =
         study_pictures(plan, study.references(), results, command.workers, monitor);
     write_text(folder / "results.csv", study_csv(results));
@@ -181,6 +185,7 @@ void act(const StudyCommand& command, const CommandContext& context) {
     for (const std::string& line : advice(results)) monitor.info(line);
     for (const std::string& line : doubts(results)) monitor.warn(line);
     monitor.info(fmt::format("results  {}", (folder / "study.html").string()));
+    if (results.size() < wanted) throw Stopped(stopped);
 }
 
 }  // namespace

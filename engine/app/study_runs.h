@@ -3,8 +3,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 
+#include "engine/app/command_files.h"
+#include "engine/app/run.h"
 #include "engine/app/study_plan.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
@@ -21,18 +24,25 @@ struct StudyRun {
 
 class StudyRuns {
   public:
+    // What a study's renders work under. Both outlive this.
+    struct Command {
+        CommandFiles& files;
+        const Surroundings& around;
+        Workers workers;
+    };
     // `folder` is made if it is not there. Throws InputError.
-    StudyRuns(std::filesystem::path folder, const Workers& workers);
+    StudyRuns(std::filesystem::path folder, const Command& command);
 
     // None if the monitor wished to stop; nothing is kept of that render then. A render is named by a hash of
     // the scene's files, every setting, the seed and the version: whatever changes one of them makes a new
     // one. Throws InputError.
     std::optional<StudyRun> run(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed,
-                                Monitor& monitor) const;
+                                Monitor& monitor);
 
   private:
     std::filesystem::path folder_;
-    Workers workers_;
+    Command command_;
+    std::set<std::filesystem::path> scenes_;  // whose files the command knows
 };
 
 }  // namespace lucerna

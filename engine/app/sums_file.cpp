@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
+#include "measure/acquire_part.h"
 
 namespace lucerna {
 namespace {
@@ -93,13 +94,14 @@ void save_state(const std::filesystem::path& file, const AcquisitionState& state
 std::optional<AcquisitionState> load_state(const std::filesystem::path& file, std::uint64_t key,
                                            const Rig& rig) {
     std::error_code status;
-    if (!std::filesystem::exists(file, status)) return std::nullopt;
-    require_readable(file);
-    std::ifstream in(file, std::ios::binary);
+    if (!std::filesystem::exists(std::filesystem::symlink_status(file, status))) return std::nullopt;
+    require_own_part(file);
+    std::ifstream in = open_to_read(file);
     Head head{};
     in.read(reinterpret_cast<char*>(&head), sizeof head);
     if (!in || std::memcmp(head.magic, kMagic, sizeof kMagic) != 0 || head.byte_order != kByteOrder)
         damaged(file);
+    if (head.blocks == 0) return std::nullopt;  // stopped before there was anything
     if (head.key != key || head.coefficients != rig.coefficients()) {
         throw InputError(
             {file.string()},

@@ -10,11 +10,13 @@
 
 #include <algorithm>
 #include <fstream>
+#include <new>
 
 #include "engine/base/error.h"
 #include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/memory.h"
 
 namespace lucerna {
 namespace {
@@ -63,6 +65,8 @@ Image read_exr(const std::filesystem::path& file) {
         std::stable_sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
             return channel_rank(a) < channel_rank(b);
         });
+        require_memory(bytes_of(static_cast<std::uint64_t>(width * height), names.size() * sizeof(float)),
+                       fmt::format("an image of {} x {} pixels", width, height), "fewer pixels are accepted");
         Image image(static_cast<int>(width), static_cast<int>(height), std::move(names));
         in.setFrameBuffer(frame_buffer(image, window.min));
         in.readPixels(window.min.y, window.max.y);
@@ -72,6 +76,8 @@ Image read_exr(const std::filesystem::path& file) {
             }
         }
         return image;
+    } catch (const std::bad_alloc&) {
+        throw InputError({file.string()}, "not enough memory to read it; fewer pixels are accepted");
     } catch (const std::exception& error) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR image: ") + one_line(error.what()));

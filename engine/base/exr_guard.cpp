@@ -13,6 +13,8 @@
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/memory.h"
 
 namespace lucerna {
 namespace {
@@ -101,7 +103,7 @@ void check_preview(const std::string& preview) {
 class Walker {
   public:
     explicit Walker(const std::filesystem::path& file)
-        : in_(file, std::ios::binary), left_(std::filesystem::file_size(file)), bytes_(left_) {}
+        : in_(open_to_read(file)), left_(std::filesystem::file_size(file)), bytes_(left_) {}
 
     void read(void* to, std::uint64_t bytes) {
         if (bytes > left_) throw InputError("damaged OpenEXR file: it ends in its header");
@@ -169,6 +171,11 @@ void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
         throw InputError(fmt::format("damaged OpenEXR file: an image of {} x {} pixels in {} bytes", width,
                                      height, file_bytes));
     }
+    // Of a block, the library holds the packed bytes and the unpacked ones, for every thread that it reads
+    // with.
+    const double lines = bytes_of(part, width, std::min(packing.lines, height));
+    require_memory(static_cast<std::uint64_t>(std::min(2 * lines, 1e18)),
+                   fmt::format("an OpenEXR image {} pixels wide", width), "a narrower one is accepted");
 }
 
 void read_attribute(Walker& walker, const std::string& name, const std::string& type, std::int32_t size,

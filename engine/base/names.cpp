@@ -6,6 +6,18 @@
 #include <vector>
 
 namespace lucerna {
+namespace {
+
+// Longer words are mistyped in no way that a hint would mend, and of more names only the first are looked at:
+// so a hint takes some hundredths of a second at the most, whatever the input.
+constexpr std::size_t kLongestName = 64, kMostNames = 4096;
+
+// Names that scenes make up may hold anything; a message is one line of plain text.
+bool is_plain(std::string_view name) {
+    return std::all_of(name.begin(), name.end(), [](char c) { return c >= 0x20 && c < 0x7f; });
+}
+
+}  // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
     // Three rows of the table of optimal string alignment.
@@ -26,12 +38,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string did_you_mean(std::string_view name, std::span<const std::string_view> known) {
+    if (name.size() > kLongestName) return {};
     std::string_view nearest;
     std::size_t least = std::max<std::size_t>(2, name.size() / 2);
-    for (const std::string_view candidate : known) {
-        // Names that scenes make up may hold anything; a message is one line of plain text.
-        const auto plain = [](char c) { return c >= 0x20 && c < 0x7f; };
-        if (!std::all_of(candidate.begin(), candidate.end(), plain)) continue;
+    for (const std::string_view candidate : known.first(std::min(known.size(), kMostNames))) {
+        // The lengths' difference is the least that the distance can be.
+        const std::size_t apart =
+            std::max(name.size(), candidate.size()) - std::min(name.size(), candidate.size());
+        if (candidate.size() > kLongestName || apart >= least || !is_plain(candidate)) continue;
         const std::size_t distance = edit_distance(name, candidate);
         if (distance < least) {
             least = distance;

@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/base/names.h"
 #include "engine/base/pictures.h"
 
@@ -152,6 +153,11 @@ Photograph read_photograph(const std::filesystem::path& file, std::string_view c
     photograph.most = most_of(file, header);
     const Channels channels = channels_of(file, header, channel);
     photograph.size = {header.width, header.height};
+    const auto read = static_cast<std::uint64_t>(channels.read.end - channels.read.first);
+    require_memory(
+        pixels_of(header) * (1 + read) * sizeof(float),
+        fmt::format("{}: a photograph of {} x {} pixels", file.string(), header.width, header.height),
+        "fewer pixels are accepted");
     photograph.counts.resize(pixels_of(header));
     if (photograph.most == 0) {
         read_counts<float>(*in, channels, file, photograph.counts);

@@ -61,8 +61,7 @@ constexpr std::int64_t kBestCompression = 1 << 16;
 
 void check_header(const std::filesystem::path& file) {
     std::array<unsigned char, 10> head{};
-    std::ifstream(file, std::ios::binary)
-        .read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+    open_to_read(file).read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
     const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };

@@ -166,7 +166,10 @@ Spectrum read_spd(const std::filesystem::path& file) {
     int line = 0;
     for (std::string content; std::getline(text, content);) {
         ++line;
-        std::istringstream words(content.substr(0, content.find('#')));
+        content.resize(std::min(content.find('#'), content.size()));
+        std::ranges::replace_if(
+            content, [](char c) { return c == ',' || c == ';'; }, ' ');
+        std::istringstream words(content);
         for (std::string word; words >> word;) {
             const Location at{file.string(), line, 1};
             numbers.push_back(number_at(word, at));

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 // toml++ takes for granted what a text may break ("[#": a table's name that does not begin as one), and lets
 // the compiler rely on it. Here its assertions stay on, as errors of the input.
@@ -25,6 +27,7 @@ struct TomlFault {};
 #include <toml++/toml.h>
 
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/base/names.h"
 #include "engine/base/units.h"
 
@@ -32,6 +35,85 @@ namespace lucerna {
 namespace {
 
 constexpr int kMostNested = 32;  // tables and arrays within each other
+// What toml++ and copy() take for a value, with the text of its place.
+constexpr std::uint64_t kBytesOfValue = 400;
+
+// A look at the text before toml++ believes it, which makes a table in a table for every dot of a key, and
+// takes them down again by recursion: what nests too deep is refused here, and the values are counted. Sees
+// strings and comments, brackets and dots, and nothing else of the grammar: where the text is no TOML, toml++
+// stops at the first fault, and what stands behind that does no harm.
+class TomlScan {
+  public:
+    TomlScan(std::string_view text, const std::string& file) : text_(text), file_(file) {}
+
+    void check() {
+        while (at_ < text_.size()) {
+            const char c = text_[at_];
+            if (c == '"' || c == '\'') {
+                skip_string(c);
+            } else if (c == '#') {
+                at_ = std::min(text_.find('\n', at_), text_.size());
+            } else {
+                take(c);
+                ++at_;
+            }
+        }
+        require_memory(values_ * kBytesOfValue, file_, "a shorter description is accepted");
+    }
+
+  private:
+    void take(char c) {
+        const bool opens = c == '[' || c == '{', closes = c == ']' || c == '}';
+        if (c == '.') ++dots_;
+        if (opens) {
+            within_.push_back(dots_ + 1);
+            depth_ += within_.back();
+        }
+        if (closes && !within_.empty()) {
+            depth_ -= within_.back();
+            within_.pop_back();
+        }
+        // "a.b = {…" nests by its dots, too, so they count beyond the sign; a number's dot does no harm.
+        if (opens || closes || c == ',' || c == '\n') dots_ = 0;
+        if (opens || c == '.' || c == '=' || c == ',' || c == '\n') ++values_;
+        if (depth_ + dots_ > kMostNested) fail_here();
+    }
+
+    // To behind its end: three quotes, or one; \" does not end a string in double quotes.
+    void skip_string(char quote) {
+        const std::string_view three = quote == '"' ? "\"\"\"" : "'''";
+        const bool long_one = text_.substr(at_).starts_with(three);
+        const std::string_view end = long_one ? three : three.substr(0, 1);
+        for (at_ += end.size(); at_ < text_.size(); ++at_) {
+            if (quote == '"' && text_[at_] == '\\') {
+                ++at_;
+            } else if (text_.substr(at_).starts_with(end)) {
+                at_ += end.size();
+                // Up to two more quotes belong to a long string.
+                while (long_one && at_ < text_.size() && text_[at_] == quote) ++at_;
+                return;
+            } else if (!long_one && text_[at_] == '\n') {
+                return;
+            }
+        }
+    }
+    [[noreturn]] void fail_here() const {
+        const std::string_view before = text_.substr(0, at_);
+        const std::size_t line = before.rfind('\n') == before.npos ? 0 : before.rfind('\n') + 1;
+        input_error({file_, static_cast<int>(std::count(before.begin(), before.end(), '\n')) + 1,
+                     static_cast<int>(at_ - line) + 1},
+                    "tables and arrays nested more than {} deep, each dot of a key being one of them",
+                    kMostNested);
+    }
+
+    std::string_view text_;
+    const std::string& file_;
+    std::size_t at_ = 0;
+    int dots_ = 0;             // of the key at hand
+    std::vector<int> within_;  // what each open bracket adds to the depth
+    int depth_ = 0;            // of all open brackets
+    std::uint64_t values_ = 0;
+};
 
 Location place_of_node(const toml::node& node, const std::string& file) {
     const toml::source_position at = node.source().begin;
@@ -83,6 +165,7 @@ TomlTable TomlTable::read(const std::filesystem::path& file) {
 }
 
 TomlTable TomlTable::parse(std::string_view text, const std::string& file) {
+    TomlScan(text, file).check();
     try {
         const toml::table table = toml::parse(text, file);
         TomlValue root = copy(table, file, 0);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
 
 namespace lucerna {
@@ -75,8 +76,13 @@ std::vector<double> GltfReader::numbers(int index, int components, std::string_v
         fail("{}: accessor {} has component type {}; 5120 to 5126 without 5124 are accepted", what, index,
              accessor.componentType);
     }
-    // Believed only as far as there are bytes: zeros need none, so their number is bounded by the file's.
+    // Believed only as far as there are bytes, and zeros, which need none, as far as there is memory for
+    // them.
     if (accessor.count > kMostCount) fail("{}: accessor {} claims {} elements", what, index, accessor.count);
+    require_memory(bytes_of(accessor.count, static_cast<std::uint64_t>(components) * sizeof(double)),
+                   fmt::format("{}: {}, accessor {} of {} elements", file_.string(), one_line(what), index,
+                               accessor.count),
+                   "fewer elements are accepted");
     std::vector<double> out;
     if (accessor.bufferView >= 0) {
         read_elements(out, accessor, components, fmt::format("{}, accessor {}", what, index));

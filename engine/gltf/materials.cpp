@@ -3,6 +3,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
 
 namespace lucerna {
@@ -35,6 +36,7 @@ void GltfReader::read_images() {
         GltfImage made;
         if (!image.uri.empty()) {
             made.file = file_.parent_path() / decoded_uri(image.uri);
+            out_.files.push_back(made.file);
         } else {
             const std::span<const unsigned char> bytes =
                 image.bufferView >= 0 ? view_bytes(image.bufferView) : std::span(image.image);
@@ -51,6 +53,14 @@ std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
     if (texture.image < 0) return std::nullopt;
     const GltfImage& image = out_.images[static_cast<std::size_t>(texture.image)];
     const std::vector<std::byte> bytes = image.file.empty() ? image.bytes : read_bytes(image.file);
+    if (const auto size = picture_size(bytes)) {
+        constexpr std::uint64_t kDecoding = 4 * 4;  // bytes for a pixel: rows, planes, RGBA and its copy
+        const auto [width, height] = *size;
+        require_memory(
+            std::uint64_t{width} * height * kDecoding,
+            fmt::format("{}: image {} of {} x {} pixels", file_.string(), texture.image, width, height),
+            "fewer pixels are accepted");
+    }
     tinygltf::Image decoded;
     std::string error, warning;
     const bool good = bytes.size() <= kMostCount &&
@@ -132,6 +142,10 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
     const std::optional<double> cutoff =
         from.alphaMode == "MASK" ? std::optional(from.alphaCutoff) : std::nullopt;
     if (const std::optional<Pixels> image = pixels(made.base_texture)) {
+        // Of each material, also where several share an image.
+        require_memory(image->rgba.size() / 4 * sizeof(float),
+                       fmt::format("{}: the cutout of material \"{}\"", file_.string(), one_line(from.name)),
+                       "fewer pixels are accepted");
         made.cutout = cutout_of(*image, made.alpha, cutoff);
         made.cutout_texture = made.base_texture;
         made.alpha = 1;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
 
 namespace lucerna {
@@ -76,7 +77,33 @@ GltfMesh GltfReader::primitive(const tinygltf::Primitive& from, const std::strin
     return made;
 }
 
+// Before anything is read: an accessor of zeros needs no bytes in the file, and many primitives may take one
+// accessor's. What is no accessor, or has a count that lies, is refused where it is read.
+void GltfReader::require_room_for_meshes() const {
+    double values = 0;  // more than there can be stays more
+    const auto count = [&](int accessor, int components) {
+        if (accessor < 0 || static_cast<std::size_t>(accessor) >= in_.accessors.size()) return;
+        values += components * static_cast<double>(in_.accessors[static_cast<std::size_t>(accessor)].count);
+    };
+    for (const tinygltf::Mesh& mesh : in_.meshes) {
+        for (const tinygltf::Primitive& primitive : mesh.primitives) {
+            const auto position = primitive.attributes.find("POSITION");
+            if (position == primitive.attributes.end()) continue;
+            for (const auto& [name, accessor] : primitive.attributes) {
+                if (name == "POSITION" || name == "NORMAL") count(accessor, 3);
+                if (name == "TEXCOORD_0") count(accessor, 2);
+            }
+            // Triangles of three corners; a strip has nearly as many as corners.
+            const bool strip = primitive.mode > TINYGLTF_MODE_TRIANGLES;
+            count(primitive.indices >= 0 ? primitive.indices : position->second, strip ? 3 : 1);
+        }
+    }
+    require_memory(static_cast<std::uint64_t>(std::min(values, 1e18)) * sizeof(float),
+                   file_.string() + ": its meshes", "fewer vertices are accepted");
+}
+
 void GltfReader::read_meshes() {
+    require_room_for_meshes();
     primitives_.resize(in_.meshes.size());
     for (std::size_t m = 0; m < in_.meshes.size(); ++m) {
         const tinygltf::Mesh& mesh = in_.meshes[m];

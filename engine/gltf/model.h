@@ -94,6 +94,7 @@ struct GltfModel {
     std::vector<GltfPlacement> placements;
     std::vector<GltfCamera> cameras;
     std::vector<GltfLight> lights;
+    std::vector<std::filesystem::path> files = {};  // that it refers to
 };
 
 // A .gltf or .glb file with what it refers to. What cannot be carried over (animations, skins, points and

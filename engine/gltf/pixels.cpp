@@ -44,4 +44,27 @@ std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::op
     return made;
 }
 
+// PNG: the first chunk holds both sides. JPEG: markers with their lengths, up to a frame's (SOF).
+std::optional<std::pair<std::uint32_t, std::uint32_t>> picture_size(std::span<const std::byte> bytes) {
+    const auto at = [&](std::size_t i) { return std::to_integer<std::uint32_t>(bytes[i]); };
+    const auto pair_at = [&](std::size_t i) { return at(i) << 8 | at(i + 1); };
+    if (bytes.size() >= 24 && at(0) == 0x89 && at(1) == 'P') {
+        return std::pair(pair_at(16) << 16 | pair_at(18), pair_at(20) << 16 | pair_at(22));
+    }
+    if (bytes.size() < 4 || at(0) != 0xFF || at(1) != 0xD8) return std::nullopt;
+    for (std::size_t i = 2; i + 9 <= bytes.size();) {
+        if (at(i) != 0xFF) {
+            ++i;  // as decoders do, that look for the next marker
+            continue;
+        }
+        const std::uint32_t marker = at(i + 1);
+        const bool frame =
+            marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+        if (frame) return std::pair(pair_at(i + 7), pair_at(i + 5));
+        const bool alone = marker == 0xFF || marker == 0 || (marker >= 0xD0 && marker <= 0xD8);
+        i += alone ? 1 : 2 + pair_at(i + 2);
+    }
+    return std::nullopt;
+}
+
 }  // namespace lucerna

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/base/memory.h"
 #include "engine/gltf/reader.h"
 
 namespace lucerna {
@@ -31,6 +32,36 @@ void check_glb(const std::string& file, const std::vector<std::byte>& bytes) {
     }
 }
 
+constexpr int kMostNested = 128;  // arrays and objects within each other
+// What the JSON library and tinygltf make of a value, be it a single digit.
+constexpr std::uint64_t kBytesOfValue = 250;
+
+// A look at the JSON before it is parsed: tinygltf takes it down by recursion, and keeps what nobody asks
+// for. Strings apart, brackets and commas tell all.
+void check_json(const std::string& file, std::span<const std::byte> text) {
+    std::uint64_t values = 1;
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = static_cast<char>(text[i]);
+        if (in_string) {
+            if (c == '\\') ++i;
+            in_string = c != '"';
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '[' || c == '{') {
+            ++values;
+            if (++depth > kMostNested)
+                input_error({file}, "its JSON is nested more than {} deep at byte {}", kMostNested, i);
+        } else if (c == ']' || c == '}') {
+            --depth;
+        } else if (c == ',') {
+            ++values;
+        }
+    }
+    require_memory(values * kBytesOfValue, file, "a model of fewer parts is accepted");
+}
+
 // Images are kept as they are. Those in a buffer are taken from it later, with its length known.
 bool keep_image(tinygltf::Image* image, const int, std::string*, std::string*, int, int,
                 const unsigned char* bytes, int size, void*) {
@@ -40,15 +71,18 @@ bool keep_image(tinygltf::Image* image, const int, std::string*, std::string*, i
 }
 
 // tinygltf asks for files by name; ours neither expands names nor throws.
-tinygltf::FsCallbacks file_access() {
+// The names of those that are read go to `files`.
+tinygltf::FsCallbacks file_access(std::vector<std::filesystem::path>& files) {
     tinygltf::FsCallbacks access{};
     access.FileExists = [](const std::string& name, void*) {
         std::error_code status;
         return std::filesystem::is_regular_file(name, status);
     };
     access.ExpandFilePath = [](const std::string& name, void*) { return name; };
+    access.user_data = &files;
     access.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* error, const std::string& name,
-                              void*) {
+                              void* read_files) {
+        static_cast<std::vector<std::filesystem::path>*>(read_files)->push_back(name);
         try {
             const std::vector<std::byte> bytes = read_bytes(name);
             const auto* first = reinterpret_cast<const unsigned char*>(bytes.data());
@@ -72,9 +106,11 @@ void GltfReader::parse() {
     if (bytes.size() > kMostCount) fail("is {} bytes long; at most 2 GiB are accepted", bytes.size());
     const bool binary = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
     if (binary) check_glb(file_.string(), bytes);
+    const std::span<const std::byte> all(bytes);
+    check_json(file_.string(), binary ? all.subspan(20, word_at(bytes, 12)) : all);
     tinygltf::TinyGLTF loader;
     loader.SetImageLoader(keep_image, nullptr);
-    loader.SetFsCallbacks(file_access());
+    loader.SetFsCallbacks(file_access(out_.files));
     const std::string folder = file_.has_parent_path() ? file_.parent_path().string() : ".";
     const auto size = static_cast<unsigned int>(bytes.size());
     std::string error, warning;
@@ -215,7 +251,20 @@ void GltfReader::visit(int index, const M44d& parent, int depth) {
     for (const int child : node.children) visit(child, world, depth + 1);
 }
 
+// Many nodes may show one mesh of many parts.
+void GltfReader::require_room_for_placements() const {
+    constexpr std::uint64_t kText = 512;  // of the scene, for each
+    std::uint64_t placements = 0;
+    for (const tinygltf::Node& node : in_.nodes) {
+        if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size();
+    }
+    require_memory(bytes_of(placements, sizeof(GltfPlacement) + kText),
+                   fmt::format("{}: {} placements of meshes", file_.string(), placements),
+                   "fewer nodes are accepted");
+}
+
 void GltfReader::walk() {
+    require_room_for_placements();
     visited_.assign(in_.nodes.size(), false);
     if (!in_.scenes.empty()) {
         const int scene = in_.defaultScene >= 0 ? in_.defaultScene : 0;

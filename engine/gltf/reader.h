@@ -72,10 +72,12 @@ class GltfReader {
     void read_alpha(GltfMaterial& made, const tinygltf::Material& from) const;
 
     void read_meshes();
+    void require_room_for_meshes() const;
     GltfMesh primitive(const tinygltf::Primitive& from, const std::string& name) const;
     std::vector<std::uint32_t> corners(const tinygltf::Primitive& from, std::size_t vertices,
                                        const std::string& name) const;
 
+    void require_room_for_placements() const;
     void walk();
     void visit(int node, const M44d& parent, int depth);
     void attach(const tinygltf::Node& node, const M44d& world);

@@ -200,6 +200,10 @@ fs::path parts_folder(const fs::path& scene) {
     return folder;
 }
 
+bool is_part_name(const std::string& file) {
+    return file.starts_with("mesh-") || file.starts_with("image-") || file.starts_with("cutout-");
+}
+
 WrittenScene write_pbrt(const GltfModel& model, const fs::path& scene, const std::string& source,
                         Monitor& monitor) {
     return Writer(model, scene).write(source, monitor);

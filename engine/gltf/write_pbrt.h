@@ -21,6 +21,9 @@ struct WrittenScene {
 // "room-parts" beside "room.pbrt": where the meshes and pictures go.
 std::filesystem::path parts_folder(const std::filesystem::path& scene);
 
+// Whether files in that folder may get this name.
+bool is_part_name(const std::string& file);
+
 // Writes `scene` and its parts folder, which is made if there is none; `source` names the model in the
 // header. Throws InputError if a file cannot be written.
 WrittenScene write_pbrt(const GltfModel& model, const std::filesystem::path& scene, const std::string& source,

@@ -14,6 +14,7 @@ namespace {
 
 // Squared distances must stay well within a float.
 constexpr double kLargestScene = 1e15;
+constexpr double kFarthestScene = 1e30;  // from the origin of world space
 
 struct PositionOf {
     V3d operator()(const PointSpec& s) const { return s.position; }
@@ -29,14 +30,24 @@ struct PositionOf {
     }
 };
 
+std::optional<V3d> position_of(const DraftLight& light) {
+    return std::visit([](const auto& s) { return std::optional<V3d>(PositionOf()(s)); }, light.spec);
+}
+
 Box3d light_bounds(const Draft& draft) {
     Box3d bounds;
     for (const DraftLight& light : draft.lights) {
-        const auto position =
-            std::visit([](const auto& s) { return std::optional<V3d>(PositionOf()(s)); }, light.spec);
-        if (position) bounds.extendBy(*position);
+        if (const auto position = position_of(light)) bounds.extendBy(*position);
     }
     return bounds;
+}
+
+// From farther away nothing would arrive, by overflow alone, and without a word.
+void require_near(const V3d& position, const V3d& origin, const Location& at, std::string_view what) {
+    const double distance = (position - origin).length();
+    if (distance <= kLargestScene) return;
+    input_error(at, "{} stands {:g} away from the middle of the scene; at most {:g} is accepted", what,
+                distance, kLargestScene);
 }
 
 V3f to_scene(const V3d& p, const V3d& origin) {
@@ -224,11 +235,19 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     parts.origin = bounds.isEmpty() ? V3d(0) : bounds.center();
     SceneSphere sphere;
     const double radius = bounds.isEmpty() ? 0 : bounds.size().length() / 2;
-    if (!(radius <= kLargestScene && parts.origin.length() <= 1e30)) {
-        throw InputError(
-            draft.sources.front()->location(0),
-            fmt::format("the scene's radius is {:g}; at most {:g} is accepted", radius, kLargestScene));
+    const Location at = draft.sources.front()->location(0);
+    if (!(radius <= kLargestScene)) {
+        input_error(at, "the scene's radius is {:g}; at most {:g} is accepted", radius, kLargestScene);
     }
+    if (!(parts.origin.length() <= kFarthestScene)) {
+        input_error(at, "the middle of the scene is {:g} away from the origin; at most {:g} is accepted",
+                    parts.origin.length(), kFarthestScene);
+    }
+    for (const DraftLight& light : draft.lights) {
+        if (const auto position = position_of(light))
+            require_near(*position, parts.origin, light.place.location(), "the light");
+    }
+    require_near(draft.camera.world_from_camera.translation(), parts.origin, at, "the camera");
     // A little more than the bounds, which the float32 vertices may exceed by their rounding.
     if (radius > 0) sphere.radius = static_cast<float>(radius * (1 + 1e-6)) * (1 + 1e-6F);
 

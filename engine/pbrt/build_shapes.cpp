@@ -5,14 +5,16 @@
 #include <optional>
 #include <tuple>
 
-#include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "engine/pbrt/transforms.h"
 #include "engine/world/quadric.h"
 
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kMostInstances = 100'000'000;
+// Of an instance, at the most at any one time: our record of it, the scene's, and what the index keeps
+// (measured).
+constexpr std::uint64_t kBytesOfInstance = 900;
 // A mesh of more triangles is worth a geometry of its own; one that has grown to more takes no others in.
 constexpr std::size_t kSmall = 2000;
 constexpr std::size_t kFull = 1U << 24;
@@ -104,7 +106,8 @@ Box3d carried(const Box3d& box, const M44d& m) {
     return out;
 }
 
-// Walks through instances of instances.
+// Walks through instances of instances; what shows nothing is passed over, so the work is no more than what
+// is shown times the depth.
 class Placer {
   public:
     explicit Placer(const Draft& draft) : draft_(draft), slot_(draft.objects.size()) {
@@ -113,6 +116,7 @@ class Placer {
     }
 
     void place(const DraftInstance& instance, const M44d& world_from_outer) {
+        if (draft_.objects[instance.object]->shown == 0) return;
         const M44d m = then(instance.world_from_world, world_from_outer);
         const Box3d& box = boxes_[instance.object];
         if (!box.isEmpty()) {
@@ -120,12 +124,6 @@ class Placer {
             if (!slot) {
                 slot = static_cast<std::uint32_t>(result.objects.size());
                 result.objects.push_back({instance.object, box.center()});
-            }
-            if (result.instances.size() >= kMostInstances) {
-                throw InputError(draft_.sources.front()->location(0),
-                                 fmt::format("instances within instances come to more than {}; no more are "
-                                             "accepted",
-                                             kMostInstances));
             }
             result.instances.push_back({*slot, m});
             result.bounds.extendBy(carried(box, m));
@@ -195,7 +193,13 @@ Shapes build_shapes(DraftShapes draft, const V3d& origin, std::vector<std::size_
 }
 
 Placements place_objects(const Draft& draft) {
+    std::uint64_t shown = 0;  // the reader made sure that this is a number
+    for (const DraftInstance& instance : draft.instances) shown += draft.objects[instance.object]->shown;
+    require_memory(bytes_of(shown, kBytesOfInstance),
+                   fmt::format("{}: {} instances", draft.sources.front()->name(), shown),
+                   "fewer are accepted");
     Placer placer(draft);
+    placer.result.instances.reserve(shown);
     for (const DraftInstance& instance : draft.instances) placer.place(instance, M44d());
     return std::move(placer.result);
 }

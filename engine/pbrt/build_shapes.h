@@ -25,7 +25,7 @@ struct Placements {
     std::vector<Instance> instances;  // of `objects`; from where the draft has the shapes to the world
     Box3d bounds;                     // in the world
 };
-// Throws InputError if instances of instances come to more than a hundred million.
+// Throws InputError if instances, with those within them, are more than memory holds.
 Placements place_objects(const Draft& draft);
 
 // Each object becomes a prototype around its own centre, so that float32 keeps its bits.

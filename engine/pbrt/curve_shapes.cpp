@@ -1,9 +1,12 @@
 // Curves, made cubic Bézier segments whatever their basis and degree.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "engine/base/frame.h"
+#include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
 
 namespace lucerna {
@@ -90,8 +93,10 @@ V3d on_great_circle(const V3d& a, const V3d& b, double t) {
 }
 
 // One that emits: a tube of 16 sides and 16 pieces to the segment.
+constexpr int kSides = 16, kPieces = 16;
+constexpr std::uint64_t kBytesOfTube =
+    kPieces * ((kSides + 1) * (sizeof(V3d) + sizeof(V2f)) + 2 * kSides * sizeof(V3i));
 ObjectMesh tube(const std::vector<Segment>& segments, const std::vector<double>& radii) {
-    constexpr int kSides = 16, kPieces = 16;
     const auto rings = static_cast<int>(segments.size()) * kPieces + 1;
     ObjectMesh mesh;
     V3f side(0.0F);
@@ -156,19 +161,23 @@ void add_curve(Reading& reading, Params& params) {
     }
     const std::optional<SurfaceTraits> traits = traits_here(reading, params);
     if (!traits) return;
-    if (reading.state.area_light && emits(reading, params)) {
+    const std::optional<M44d> back = inverse(reading.state.ctm);
+    if (!back || (reading.state.area_light && emits(reading, params))) {
+        require_memory(bytes_of(segments.size(), kBytesOfTube),
+                       fmt::format("{}: the triangles of {} segments", to_string(params.place().location()),
+                                   segments.size()),
+                       "fewer are accepted");
         return add_mesh(reading, params, *traits, tube(segments, radii));
     }
     curves.traits = *traits;
     const double scale = width_scale(reading.state.ctm);
-    const M44d back = inverse(reading.state.ctm).value();  // concatenate() saw to it
     for (std::size_t i = 0; i < segments.size(); ++i) {
         for (std::size_t k = 0; k < 4; ++k) {
             curves.p.push_back(transformed_point(reading, params, segments[i][k], 4 * i + k));
             curves.radius.push_back(static_cast<float>(radii[4 * i + k] * scale));
             if (normals.empty()) continue;
             const V3d n = on_great_circle(normals[i], normals[i + 1], static_cast<double>(k) / 3);
-            curves.n.emplace_back(V3f(transform_normal(back, n).normalized()));
+            curves.n.emplace_back(V3f(transform_normal(*back, n).normalized()));
         }
         curves.segments.push_back({static_cast<float>(static_cast<double>(i) / count),
                                    static_cast<float>((static_cast<double>(i) + 1) / count)});

@@ -2,12 +2,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/base/names.h"
 #include "engine/pbrt/directives.h"
 
 namespace lucerna {
 namespace {
+
+// Of one target. Each block that changes one has a list of its own.
+constexpr std::size_t kMostDefaults = 64;
+// Objects within each other: each is placed by way of all that hold it.
+constexpr int kDeepestObject = 64;
+constexpr std::uint64_t kMostInstances = 100'000'000;
+// Nodes that are asked for one value of a texture.
+constexpr std::uint32_t kMostEvaluations = 512;
+
+std::uint64_t saturated_sum(std::uint64_t a, std::uint64_t b) {
+    return a > std::numeric_limits<std::uint64_t>::max() - b ? std::numeric_limits<std::uint64_t>::max()
+                                                             : a + b;
+}
 
 std::string listed(const std::vector<double>& values) {
     return fmt::format("{:g}", fmt::join(values, " "));
@@ -17,6 +31,18 @@ V3d vector_at(const std::vector<double>& v, std::size_t first) {
 }
 
 }  // namespace
+
+template <typename Read>
+bool DirectiveReader::leniently(const Params& params, std::string_view instead, const Read& read) {
+    try {
+        read();
+        return true;
+    } catch (const TextError& error) {
+        if (params.ours() || reading_.leniency.strict()) throw;
+        reading_.depart(error.place(), error.message(), instead);
+        return false;
+    }
+}
 
 // ---- transformations
 
@@ -37,15 +63,22 @@ void DirectiveReader::scale() {
 void DirectiveReader::rotate() {
     const auto v = numbers(4, "degrees and the axis x y z");
     const V3d axis = vector_at(v, 1);
-    if (axis.length2() == 0) fail(place_, "Rotate {}: the axis has no length", listed(v));
+    if (axis.length2() == 0) {
+        return reading_.depart(place_, fmt::format("Rotate {}: the axis has no length", listed(v)),
+                               "nothing is turned");
+    }
     concatenate(rotation(v[0], axis), listed(v));
 }
 
 void DirectiveReader::look_at_directive() {
     const auto v = numbers(9, "eye, target and up, x y z each");
     const std::optional<M44d> view = look_at(vector_at(v, 0), vector_at(v, 3), vector_at(v, 6));
-    if (!view) fail(place_, "LookAt {}: eye and target coincide, or up points along the view", listed(v));
-    concatenate(view, listed(v));
+    if (!view) {
+        return reading_.depart(
+            place_, fmt::format("LookAt {}: eye and target coincide, or up points along the view", listed(v)),
+            "it is left out");
+    }
+    concatenate(*view, listed(v));
 }
 
 void DirectiveReader::active_transform() {
@@ -57,7 +90,8 @@ void DirectiveReader::active_transform() {
     }
     reading_.state.at_start = token.text != "EndTime";
     if (token.text != "All") {
-        reading_.warn(place_, "nothing moves here: the scene is shown as it stands at StartTime");
+        reading_.depart(place_, "nothing moves here", "the scene is shown as it stands at StartTime",
+                        "what movement blurs");
     }
 }
 
@@ -67,12 +101,14 @@ void DirectiveReader::transform_times() {
 
 void DirectiveReader::transform() {
     const auto v = numbers(16, "the columns of a matrix");
+    if (v.empty()) return;
     if (reading_.state.at_start) reading_.state.ctm = M44d();
     concatenate(matrix_of(v), listed(v));
 }
 
 void DirectiveReader::concat_transform() {
     const auto v = numbers(16, "the columns of a matrix");
+    if (v.empty()) return;
     concatenate(matrix_of(v), listed(v));
 }
 
@@ -86,8 +122,10 @@ void DirectiveReader::coord_sys_transform() {
     if (found == coordinate_systems_.end()) {
         std::vector<std::string_view> names;
         for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
-        fail(place_, "no coordinate system \"{}\" was named; there are {}", shown(name),
-             fmt::join(names, ", "));
+        return reading_.depart(place_,
+                               fmt::format("no coordinate system \"{}\" was named; {}there are {}",
+                                           shown(name), did_you_mean(name, names), names.size()),
+                               "the transformation stays");
     }
     if (reading_.state.at_start) reading_.state.ctm = found->second;
 }
@@ -118,17 +156,25 @@ void DirectiveReader::attribute() {
         fail(place_, "Attribute \"{}\" is unknown; shape, light, material, medium and texture are accepted",
              shown(target));
     }
-    const Params params = Params::read(tokens(), fmt::format("Attribute \"{}\"", target), place_);
+    const Params params =
+        Params::read(tokens(), fmt::format("Attribute \"{}\"", target), place_, reading_.leniency);
+    const auto& before = reading_.state.attributes;
+    const auto changed =
+        before ? std::make_shared<AttributeDefaults>(*before) : std::make_shared<AttributeDefaults>();
+    ParamDefaults& known = (*changed)[target];
     for (const Param& param : params.all()) {
-        auto& known = reading_.state.attributes[target];
-        std::erase_if(known, [&](const Param& p) { return p.name == param.name; });
-        known.push_back(param);
+        std::erase_if(known, [&](const auto& p) { return p->name == param.name; });
+        if (known.size() == kMostDefaults) {
+            fail(param.place, "Attribute \"{}\" gives more than {} defaults; fewer are accepted", target,
+                 kMostDefaults);
+        }
+        known.push_back(std::make_shared<const Param>(param));
     }
+    reading_.state.attributes = changed;
 }
 
 void DirectiveReader::world_begin() {
-    if (!saved_.empty())
-        fail(saved_.back().place, "this {} is not ended before WorldBegin", saved_.back().directive);
+    close_blocks("WorldBegin");
     stage_ = Stage::world;
     if (reading_.draft.occlusion) {
         reading_.state.material->material.model = DiffuseMaterial{RgbTexture::constant(Rgb(1))};
@@ -138,8 +184,7 @@ void DirectiveReader::world_begin() {
 }
 
 void DirectiveReader::world_end() {
-    if (!saved_.empty())
-        fail(saved_.back().place, "this {} is not ended before WorldEnd", saved_.back().directive);
+    close_blocks("WorldEnd");
     stage_ = Stage::ended;
 }
 
@@ -153,10 +198,11 @@ void DirectiveReader::import() {
 // ---- options
 
 void DirectiveReader::once() {
-    if (std::ranges::find(seen_once_, name_) != seen_once_.end()) {
+    if (std::ranges::find(seen_in_frame_, name_) != seen_in_frame_.end()) {
         reading_.warn(place_, fmt::format("a second {}: it takes the place of the first", name_));
     }
-    seen_once_.push_back(name_);
+    seen_.push_back(name_);
+    seen_in_frame_.push_back(name_);
 }
 
 void DirectiveReader::camera() {
@@ -167,13 +213,14 @@ void DirectiveReader::camera() {
     if (!world_from_camera)
         fail(place_, "Camera: its transformation cannot be undone");  // concatenate() saw to it
     reading_.draft.camera = {};
+    reading_.draft.lens.reset();
     reading_.draft.camera.world_from_camera = *world_from_camera;
     coordinate_systems_["camera"] = *world_from_camera;
     read_camera(reading_, kind, params);
     // What lies outside of things is where the camera stands.
     reading_.draft.camera_medium = reading_.state.media.outside;
     if (reading_.draft.camera_medium != kNoMedium) reading_.draft.uses_media = true;
-    params.warn_unused(reading_.monitor);
+    params.depart_unused();
 }
 
 void DirectiveReader::film() {
@@ -191,7 +238,7 @@ void DirectiveReader::option_of_kind(std::string_view what, OptionReader reader)
     const std::string kind = quoted(what);
     Params params = parameters(kind, "");
     reader(reading_, kind, params);
-    params.warn_unused(reading_.monitor);
+    params.depart_unused();
 }
 
 void DirectiveReader::integrator() {
@@ -207,7 +254,7 @@ void DirectiveReader::integrator() {
     const std::string kind = quoted("the name of an integrator");
     Params params = parameters(kind, "");
     reading_.draft.integrator = read_integrator(reading_, kind, params, overrides_.integrator);
-    params.warn_unused(reading_.monitor);
+    params.depart_unused();
 }
 
 // Version 2's Renderer "metropolis" is an integrator; its others are bench tools around one.
@@ -219,18 +266,21 @@ void DirectiveReader::renderer() {
         if (params.has("samplesperpixel")) read_sampler(reading_, kind, params);
         reading_.draft.integrator = read_integrator(reading_, kind, params, overrides_.integrator);
         name_ = "Integrator";
-        if (std::ranges::find(seen_once_, name_) == seen_once_.end()) once();
+        if (std::ranges::find(seen_in_frame_, name_) == seen_in_frame_.end()) once();
         ignores_integrator_ = true;
         params.accept({"bidirectional", "bootstrapsamples", "directsamples", "dodirectseparately",
                        "largestepprobability", "maxconsecutiverejects"});
     } else if (kind != "sampler") {
         if (kind != "aggregatetest" && kind != "createprobes" && kind != "surfacepoints") {
-            refuse_kind(place_, "Renderer", kind, {"sampler", "metropolis"}, {});
+            reading_.depart(
+                place_, fmt::format("unknown Renderer \"{}\"; known are sampler, metropolis", shown(kind)),
+                "sampler is taken");
+        } else {
+            reading_.depart(place_, fmt::format("Renderer \"{}\" makes no picture", kind), "one is rendered");
         }
-        reading_.warn(place_, fmt::format("Renderer \"{}\" makes no picture; one is rendered instead", kind));
         for (const Param& param : params.all()) params.accept({param.name});
     }
-    params.warn_unused(reading_.monitor);
+    params.depart_unused();
 }
 
 // Version 1's; plug-ins are not a thing here.
@@ -246,14 +296,15 @@ void DirectiveReader::accelerator() {
 
 void DirectiveReader::color_space() {
     const std::string name = quoted("a colour space");
-    if (name != "srgb")
-        refuse_kind(place_, "ColorSpace", name, {"srgb"}, {"aces2065-1", "rec2020", "dci-p3"});
+    if (name != "srgb") {
+        reading_.depart(place_, fmt::format("ColorSpace \"{}\" is not supported; srgb is", shown(name)),
+                        "colours are taken as sRGB's", "saturation");
+    }
 }
 
 void DirectiveReader::option() {
     const Place at = tokens().place();
-    const Params params = Params::read(tokens(), "Option", place_);
-    if (params.all().size() != 1) fail(at, "Option wants one parameter, {} are given", params.all().size());
+    const Params params = Params::read(tokens(), "Option", place_, reading_.leniency);
     constexpr std::string_view known[] = {"disablepixeljitter",
                                           "disabletexturefiltering",
                                           "disablewavelengthjitter",
@@ -265,11 +316,17 @@ void DirectiveReader::option() {
                                           "rendercoordsys",
                                           "seed",
                                           "wavefront"};
-    const std::string& name = params.all().front().name;
-    if (std::ranges::find(known, name) == std::ranges::end(known)) {
-        fail(at, "unknown Option \"{}\"; known are {}", shown(name), fmt::join(known, ", "));
+    for (const Param& param : params.all()) {
+        const bool is_known = std::ranges::find(known, param.name) != std::ranges::end(known);
+        if (is_known) {
+            reading_.warn(at, fmt::format("Option \"{}\" has no effect", param.name));
+        } else {
+            reading_.depart(
+                at,
+                fmt::format("unknown Option \"{}\"; known are {}", shown(param.name), fmt::join(known, ", ")),
+                "it is left out");
+        }
     }
-    reading_.warn(at, fmt::format("Option \"{}\" has no effect", name));
 }
 
 void DirectiveReader::medium_interface() {
@@ -281,8 +338,9 @@ void DirectiveReader::medium_interface() {
 void DirectiveReader::make_named_medium() {
     const std::string name = quoted("a name");
     Params params = parameters(name, "medium");
-    read_named_medium(reading_, name, params);
-    params.warn_unused(reading_.monitor);
+    const bool whole = leniently(params, "the medium is not made; clear space takes its place",
+                                 [&] { read_named_medium(reading_, name, params); });
+    if (whole) params.depart_unused();
 }
 
 // Which orders of scattering are looked for; here the surface integrator decides that.
@@ -292,10 +350,12 @@ void DirectiveReader::volume_integrator() {
     const std::string kind = quoted("a kind of volume integrator");
     Params params = parameters(kind, "");
     if (kind != "single" && kind != "emission") {
-        refuse_kind(place_, "VolumeIntegrator", kind, {"single", "emission"}, {});
+        reading_.depart(
+            place_, fmt::format("unknown VolumeIntegrator \"{}\"; known are single, emission", shown(kind)),
+            "media are rendered as the integrator renders them");
     }
     params.accept({"stepsize"});
-    params.warn_unused(reading_.monitor);
+    params.depart_unused();
     reading_.monitor.info(
         fmt::format("{}: VolumeIntegrator \"{}\": media are rendered without steps, and with all orders of "
                     "scattering unless the integrator is \"direct\"",
@@ -303,16 +363,16 @@ void DirectiveReader::volume_integrator() {
 }
 
 void DirectiveReader::integrate_media() {
-    require_media(reading_);
+    settle_media(reading_);
     Draft& draft = reading_.draft;
     if (draft.occlusion) draft.uses_media = false;
     if (!draft.uses_media || std::holds_alternative<PathSettings>(draft.integrator)) return;
     for (const DraftMedium& made : draft.media) {
         if (!made.medium || !made.medium->emits()) continue;
-        reading_.warn(made.place,
-                      fmt::format("medium \"{}\" emits light, which \"{}\" does not carry to surfaces; "
-                                  "the scene is rendered by \"path\"",
-                                  shown(made.name), integrator_name(draft.integrator)));
+        reading_.depart(made.place,
+                        fmt::format("medium \"{}\" emits light, which \"{}\" does not carry to surfaces",
+                                    shown(made.name), integrator_name(draft.integrator)),
+                        "the scene is rendered by \"path\"");
         draft.integrator = PathSettings{};
         return;
     }
@@ -321,7 +381,10 @@ void DirectiveReader::integrate_media() {
 // ---- the world
 
 Material DirectiveReader::read_made_of(const std::string& kind, Params& params) {
-    const Material material = read_material(reading_, kind, params);
+    Material material{kind, DiffuseMaterial{}};
+    const bool whole = leniently(params, "matte of reflectance 0.5 is taken",
+                                 [&] { material = read_material(reading_, kind, params); });
+    if (whole) params.depart_unused();
     const bool white = reading_.draft.occlusion && !is_interface(material);
     return white ? Material{kind, DiffuseMaterial{RgbTexture::constant(Rgb(1))}} : material;
 }
@@ -331,21 +394,23 @@ void DirectiveReader::material() {
     Params params = parameters(kind, "material");
     auto entry = std::make_shared<MaterialEntry>();
     entry->material = read_made_of(kind, params);
-    params.warn_unused(reading_.monitor);
     reading_.state.material = std::move(entry);
 }
 
 void DirectiveReader::make_named_material() {
     const std::string name = quoted("a name");
     Params params = parameters(name, "material");
-    const std::string kind = params.string("type", "");
+    std::string kind = params.string("type", "");
     if (!params.has("type")) {
-        fail(place_, "MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name));
+        reading_.depart(
+            place_,
+            fmt::format("MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name)),
+            "matte is taken");
+        kind = "matte";
     }
     auto entry = std::make_shared<MaterialEntry>();
     entry->material = read_made_of(kind, params);
     entry->material.name = name;
-    params.warn_unused(reading_.monitor);
     if (reading_.materials.contains(name)) {
         reading_.warn(
             place_, fmt::format("material \"{}\" was made before; the new one holds from here", shown(name)));
@@ -353,14 +418,25 @@ void DirectiveReader::make_named_material() {
     reading_.materials[name] = std::move(entry);
 }
 
+template <typename Made>
+const std::string& DirectiveReader::never_made(std::string_view kind, const std::string& name,
+                                               const Made& made) {
+    std::string& message = never_made_[fmt::format("{} {}", kind, name)];
+    if (!message.empty()) return message;
+    std::vector<std::string_view> names;
+    for (const auto& [known, entry] : made) names.push_back(known);
+    message = fmt::format("no {} \"{}\" was made before; {}there are {}", kind, shown(name),
+                          did_you_mean(name, names), names.size());
+    return message;
+}
+
 void DirectiveReader::named_material() {
     const std::string name = quoted("a name");
     const auto found = reading_.materials.find(name);
     if (found == reading_.materials.end()) {
-        std::vector<std::string_view> names;
-        for (const auto& [known, entry] : reading_.materials) names.push_back(known);
-        fail(place_, "no material \"{}\" was made before; {}there are {}", shown(name),
-             did_you_mean(name, names), names.size());
+        return reading_.depart(place_, never_made("material", name, reading_.materials),
+                               fmt::format("the material that holds here is kept (\"{}\")",
+                                           shown(reading_.state.material->material.name)));
     }
     reading_.state.material = found->second;
 }
@@ -370,28 +446,44 @@ void DirectiveReader::texture() {
     const std::string type = quoted("a type");
     const std::string kind = quoted("a kind of texture");
     const bool of_floats = type == "float";
-    if (!of_floats && type != "spectrum" && type != "color") {
-        fail(place_, "Texture \"{}\": unknown type \"{}\"; spectrum and float are accepted", shown(name),
-             shown(type));
-    }
     Params params = parameters(kind, "texture");
+    if (!of_floats && type != "spectrum" && type != "color") {
+        return reading_.depart(
+            place_,
+            fmt::format("Texture \"{}\": unknown type \"{}\"; spectrum and float are accepted", shown(name),
+                        shown(type)),
+            "it is left out");
+    }
     // Colours and floats have names of their own.
     if (of_floats ? reading_.float_textures.contains(name) : reading_.textures.contains(name)) {
         reading_.warn(
             place_, fmt::format("texture \"{}\" was made before; the new one holds from here", shown(name)));
     }
-    if (of_floats) {
-        reading_.float_textures[name] = read_float_texture(reading_, kind, params);
-    } else {
-        reading_.textures[name] = read_texture(reading_, kind, params);
+    std::uint32_t evaluations = 0;
+    const bool whole = leniently(params, "it is left out", [&] {
+        if (of_floats) {
+            FloatTexture& made = reading_.float_textures[name] = read_float_texture(reading_, kind, params);
+            evaluations = made.evaluations();
+        } else {
+            NamedTexture& made = reading_.textures[name] = read_texture(reading_, kind, params);
+            evaluations = made.texture.evaluations();
+        }
+    });
+    if (evaluations > kMostEvaluations) {
+        fail(place_, "Texture \"{}\" asks {} textures for one value; at most {} are accepted", shown(name),
+             evaluations, kMostEvaluations);
     }
-    params.warn_unused(reading_.monitor);
+    if (whole) params.depart_unused();
 }
 
 void DirectiveReader::object_begin() {
     if (reading_.object) {
-        fail(place_, "ObjectBegin within the ObjectBegin of \"{}\"; objects hold shapes and instances",
-             shown(object_name_));
+        reading_.depart(place_,
+                        fmt::format("ObjectBegin within the ObjectBegin of \"{}\"; objects hold shapes and "
+                                    "instances",
+                                    shown(object_name_)),
+                        "that one ends here");
+        complete_object();
     }
     object_name_ = quoted("a name");
     begin_block();
@@ -400,7 +492,12 @@ void DirectiveReader::object_begin() {
 }
 
 void DirectiveReader::object_end() {
-    end_block("ObjectBegin");
+    if (end_block("ObjectBegin") && reading_.object) complete_object();
+}
+
+void DirectiveReader::complete_object() {
+    DraftObject& object = *reading_.object;
+    if (!object.shapes.empty()) object.shown = saturated_sum(object.shown, 1);
     reading_.object = nullptr;
     if (objects_.contains(object_name_)) {
         reading_.warn(place_, fmt::format("object \"{}\" was made before; the new one holds from here",
@@ -413,45 +510,70 @@ void DirectiveReader::object_instance() {
     const std::string name = quoted("the name of an object");
     const auto found = objects_.find(name);
     if (found == objects_.end()) {
-        std::vector<std::string_view> names;
-        for (const auto& [known, index] : objects_) names.push_back(known);
-        fail(place_, "no object \"{}\" was made before; {}there are {}", shown(name),
-             did_you_mean(name, names), names.size());
+        return reading_.depart(place_, never_made("object", name, objects_), "it is left out");
+    }
+    if (!inverse(reading_.state.ctm)) {
+        return reading_.depart(
+            place_, fmt::format("ObjectInstance \"{}\": its transformation cannot be undone", shown(name)),
+            "it is left out");
     }
     const DraftInstance instance{found->second, reading_.state.ctm};
-    (reading_.object ? reading_.object->instances : reading_.draft.instances).push_back(instance);
+    const DraftObject& shown_object = *reading_.draft.objects[found->second];
+    if (reading_.object) {
+        DraftObject& outer = *reading_.object;
+        outer.instances.push_back(instance);
+        outer.shown = saturated_sum(outer.shown, shown_object.shown);
+        outer.depth = std::max(outer.depth, shown_object.depth + 1);
+        if (outer.depth > kDeepestObject) {
+            fail(place_,
+                 "ObjectInstance \"{}\": objects are nested more than {} deep; no deeper ones are accepted",
+                 shown(name), kDeepestObject);
+        }
+        return;
+    }
+    reading_.draft.instances.push_back(instance);
+    shown_ = saturated_sum(shown_, shown_object.shown);
+    if (shown_ > kMostInstances) {
+        fail(place_,
+             "ObjectInstance \"{}\": instances, with those within them, come to {}; at most {} are accepted",
+             shown(name), shown_, kMostInstances);
+    }
 }
 
 void DirectiveReader::shape() {
     const std::string kind = quoted("a kind of shape");
     Params params = parameters(kind, "shape");
-    read_shape(reading_, kind, params);
-    params.warn_unused(reading_.monitor);
+    if (leniently(params, "the shape is left out", [&] { read_shape(reading_, kind, params); }))
+        params.depart_unused();
 }
 
 void DirectiveReader::volume() {
     reading_.old_dialect = true;
     const std::string kind = quoted("a kind of volume");
     Params params = parameters(kind, "medium");
-    read_volume(reading_, kind, params);
-    params.warn_unused(reading_.monitor);
+    if (leniently(params, "it is left out", [&] { read_volume(reading_, kind, params); }))
+        params.depart_unused();
 }
 
 void DirectiveReader::light_source() {
     const std::string kind = quoted("a kind of light");
     Params params = parameters(kind, "light");
     const std::size_t before = reading_.draft.lights.size();
-    read_light(reading_, kind, params);
+    const bool whole =
+        leniently(params, "the light is left out", [&] { read_light(reading_, kind, params); });
     if (reading_.draft.occlusion) reading_.draft.lights.resize(before, DraftLight{place_, PointSpec{}});
-    params.warn_unused(reading_.monitor);
+    if (whole) params.depart_unused();
 }
 
 void DirectiveReader::area_light_source() {
     const std::string kind = quoted("a kind of light");
     Params params = parameters(kind, "light");
-    reading_.state.area_light = read_area_light(reading_, kind, params);
+    reading_.state.area_light = nullptr;
+    const bool whole = leniently(params, "the shapes emit nothing", [&] {
+        reading_.state.area_light = read_area_light(reading_, kind, params);
+    });
     if (reading_.draft.occlusion) reading_.state.area_light = nullptr;
-    params.warn_unused(reading_.monitor);
+    if (whole) params.depart_unused();
 }
 
 }  // namespace lucerna

@@ -3,15 +3,22 @@
 #include <algorithm>
 
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/base/names.h"
 
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kDeepestInclude = 64;
+// Files that include others may come to any number of them. A file that is read again costs no memory, but
+// time.
+constexpr std::size_t kDeepestInclude = 64, kMostIncludes = 65'536;
+constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 
-// Known to some version of pbrt, not to this reader.
-constexpr std::string_view kKnownElsewhere[] = {"VolumeRegion"};
+// Lights that pbrt does not have.
+bool is_ours(std::string_view kind) {
+    constexpr std::string_view kOurs[] = {"ies", "ldt", "lightfield", "rayfile"};
+    return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
+}
 
 }  // namespace
 
@@ -69,41 +76,91 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
     return entries;
 }
 
-DirectiveReader::DirectiveReader(Draft& draft, const std::filesystem::path& file,
+DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& file,
                                  const SceneOverrides& overrides, Monitor& monitor)
-    : reading_{.draft = draft,
+    : reading_{.draft = draft_,
                .monitor = monitor,
+               .leniency = Leniency(monitor, overrides.strict),
                .folder = file.parent_path(),
                .skip_missing = overrides.skip_missing},
       overrides_(overrides) {
+    draft_.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
+    files_.push_back({draft_.sources.front().get(), Tokens(*draft_.sources.front())});
+    begin_frame();
+}
+
+// A frame begins with the options of the one before; the world is empty, and nothing in it has a name.
+void DirectiveReader::begin_frame() {
+    reading_.state = {};
     auto matte = std::make_shared<MaterialEntry>();  // pbrt's default: diffuse, reflectance 0.5
     matte->material = {"default", DiffuseMaterial{}};
     reading_.state.material = std::move(matte);
+    reading_.textures.clear();
+    reading_.float_textures.clear();
+    reading_.materials.clear();
+    reading_.object = nullptr;
+    objects_.clear();
+    shown_ = 0;
+    never_made_.clear();
+    coordinate_systems_.clear();
     coordinate_systems_["world"] = M44d();
+    saved_.clear();
+    seen_in_frame_.clear();
+    stage_ = Stage::options;
 }
 
-void DirectiveReader::read(const Source& main) {
-    files_.push_back({&main, Tokens(main)});
-    Phase phase(reading_.monitor, "read scene", main.text().size());
-    std::size_t reported = 0;
-    for (;;) {
-        if (tokens().peek().kind != Token::Kind::end) {
-            directive();
-        } else if (files_.size() > 1) {
-            close_file();
-        } else {
-            break;
-        }
+bool DirectiveReader::more() {
+    while (tokens().peek().kind == Token::Kind::end && files_.size() > 1) close_file();
+    return tokens().peek().kind != Token::Kind::end;
+}
+
+void DirectiveReader::leave_rest() {
+    if (!more()) return;
+    reading_.depart(tokens().place(), "what stands after WorldEnd is another frame",
+                    "only the first one is taken");
+    reading_.leniency.sum_up();
+}
+
+std::optional<Draft> DirectiveReader::next() {
+    if (frames_ > 0) {
+        if (!more()) return std::nullopt;
+        draft_ = std::move(options_);
+        begin_frame();
+    }
+    const Source& main = *draft_.sources.front();
+    std::size_t reported = files_.front().tokens.peek().offset;
+    Phase phase(reading_.monitor, "read scene", main.text().size() - reported);
+    while (stage_ != Stage::ended && more()) {
+        directive();
         const std::size_t done = files_.front().tokens.peek().offset;
         phase.advance(done - reported);
         reported = done;
     }
-    place_ = tokens().place();
+    phase.advance(main.text().size() - reported);  // the rest is other frames'
+    if (stage_ != Stage::ended) place_ = tokens().place();
+    if (frames_ > 0 && stage_ == Stage::options) {
+        reading_.warn(place_, "what stands after the last WorldEnd begins no world: it makes no picture");
+        reading_.leniency.sum_up();
+        return std::nullopt;
+    }
     finish();
+    ++frames_;
+    reading_.leniency.sum_up();
+    return std::move(draft_);
+}
+
+// What is built of small pieces, be they shapes, lights or names, asks for no memory of its own.
+void DirectiveReader::require_room() {
+    constexpr std::uint64_t kEvery = 256, kRoom = std::uint64_t{64} << 20;
+    if (++directives_ % kEvery != 0) return;
+    require_memory(kRoom,
+                   to_string(place_.location()) + ": the scene so far leaves no room, and its next part",
+                   "a smaller scene is accepted");
 }
 
 void DirectiveReader::directive() {
     place_ = tokens().place();
+    require_room();
     const Token token = tokens().next();
     if (token.kind != Token::Kind::word) {
         const std::string_view hint =
@@ -114,33 +171,54 @@ void DirectiveReader::directive() {
     const auto entry =
         std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.name == token.text; });
     if (entry == entries.end()) {
-        if (std::ranges::find(kKnownElsewhere, token.text) != std::ranges::end(kKnownElsewhere)) {
-            fail(place_, "{} is not supported yet", token.text);
-        }
         std::vector<std::string_view> names;
         for (const Entry& known : entries) names.push_back(known.name);
         fail(place_, "unknown directive \"{}\"; {}pbrt's directives are accepted", shown(token.text),
              did_you_mean(token.text, names));
     }
-    if (stage_ == Stage::ended)
-        fail(place_, "{} stands after WorldEnd; one scene per file is accepted", entry->name);
-    if (entry->where == Where::world_only && stage_ == Stage::options) {
-        fail(place_, "{} stands before WorldBegin; it is accepted after it", entry->name);
-    }
-    if (entry->where == Where::options_only && stage_ == Stage::world) {
-        fail(place_, "{} stands after WorldBegin; it is accepted before it", entry->name);
-    }
     name_ = entry->name;
-    (this->*entry->action)();
+    reading_.place = place_;
+    if (stands_here(*entry)) (this->*entry->action)();
+    for (const Open& open : files_) depart_oddities(*open.source);
+}
+
+void DirectiveReader::depart_oddities(const Source& source) {
+    for (const Source::Oddity& oddity : source.take_oddities()) {
+        for (std::uint64_t i = 0; i < oddity.times; ++i)
+            reading_.depart({&source, oddity.offset}, oddity.what, oddity.instead);
+    }
+}
+
+bool DirectiveReader::stands_here(const Entry& entry) {
+    const bool early = entry.where == Where::world_only && stage_ == Stage::options;
+    const bool late = entry.where == Where::options_only && stage_ == Stage::world;
+    if (!early && !late) return true;
+    reading_.depart(place_,
+                    fmt::format("{} stands {} WorldBegin; it is accepted {} it", entry.name,
+                                early ? "before" : "after", early ? "after" : "before"),
+                    "it is left out");
+    skip_arguments();
+    return false;
+}
+
+// Up to the next directive.
+void DirectiveReader::skip_arguments() {
+    using Kind = Token::Kind;
+    for (bool list = false; tokens().peek().kind != Kind::end; tokens().next()) {
+        const Token& token = tokens().peek();
+        const bool truth = token.text == "true" || token.text == "false";
+        if (token.kind == Kind::word && !list && !truth) return;
+        if (token.kind == Kind::open) list = true;
+        if (token.kind == Kind::close) list = false;
+    }
 }
 
 void DirectiveReader::finish() {
     if (stage_ == Stage::options) fail(place_, "the file ends without WorldBegin");
-    if (!saved_.empty()) fail(saved_.back().place, "this {} is never ended", saved_.back().directive);
-    const auto seen = [&](std::string_view what) {
-        return std::ranges::find(seen_once_, what) != seen_once_.end();
-    };
+    close_blocks("the end of the file");
+    const auto seen = [&](std::string_view what) { return std::ranges::find(seen_, what) != seen_.end(); };
     Draft& draft = reading_.draft;
+    keep_options();
     if (!seen("Camera")) {
         reading_.warn(place_,
                       "no Camera: a perspective one at the origin is taken, fov 90, looking along +z");
@@ -163,6 +241,26 @@ void DirectiveReader::finish() {
     if (overrides_.spp > 0) draft.spp = overrides_.spp;
     if (!overrides_.output.empty()) draft.film.filename = overrides_.output;
     if (overrides_.resolution.x > 0) override_resolution();
+    settle_lens(draft);
+}
+
+void DirectiveReader::keep_options() {
+    options_ = {};
+    options_.sources = draft_.sources;
+    options_.camera = draft_.camera;
+    options_.frame_aspect_ratio = draft_.frame_aspect_ratio;
+    options_.lens = draft_.lens;
+    options_.film = draft_.film;
+    options_.film_diagonal = draft_.film_diagonal;
+    options_.film_of_version4 = draft_.film_of_version4;
+    options_.spp = draft_.spp;
+    options_.passes = draft_.passes;
+    options_.integrator = draft_.integrator;
+    options_.occlusion = draft_.occlusion;
+    if (!more()) return;
+    options_.media = draft_.media;
+    options_.camera_medium = draft_.camera_medium;
+    options_.uses_media = draft_.camera_medium != kNoMedium;
 }
 
 // The same part of a picture of another size.
@@ -195,23 +293,42 @@ void DirectiveReader::open_file(const std::string& name, bool import) {
         fail(place_, "{} \"{}\": included files are nested more than {} deep", name_, shown(name),
              kDeepestInclude);
     }
-    std::string text;
-    try {
-        std::error_code status;  // a pipe or device would block, or never end
-        if (std::filesystem::exists(file, status) && std::filesystem::is_other(file, status)) {
-            throw InputError({file.string()}, "is no regular file");
-        }
-        text = read_text(file);
-    } catch (const InputError& error) {
-        fail(place_, "{} \"{}\": {}", name_, shown(name), printable(error.what()));
+    if (++includes_ > kMostIncludes) {
+        fail(place_, "{} \"{}\": files are included more than {} times in all; no more are accepted", name_,
+             shown(name), kMostIncludes);
     }
-    reading_.draft.sources.push_back(std::make_unique<Source>(file.string(), std::move(text)));
     if (import) begin_block();
-    files_.push_back({reading_.draft.sources.back().get(), Tokens(*reading_.draft.sources.back()), import});
+    const Source& source = source_of(file, name);
+    files_.push_back({&source, Tokens(source), import});
+}
+
+// Read once, however often it is included.
+const Source& DirectiveReader::source_of(const std::filesystem::path& file, const std::string& name) {
+    if (const auto known = known_files_.find(file.string()); known != known_files_.end()) {
+        text_again_ += known->second->text().size();
+        if (text_again_ <= kMostTextAgain) return *known->second;
+        fail(
+            place_,
+            "{} \"{}\": files that are included again come to more than {} MiB of text; no more are accepted",
+            name_, shown(name), kMostTextAgain >> 20);
+    }
+    std::string text;
+    std::error_code status;
+    const bool empty =
+        std::filesystem::is_regular_file(file, status) && std::filesystem::is_empty(file, status);
+    if (empty) reading_.warn(place_, fmt::format("{} \"{}\": the file is empty", name_, shown(name)));
+    try {
+        if (!empty) text = read_text(file);
+    } catch (const InputError& error) {
+        fail_always(place_, "{} \"{}\": {}", name_, shown(name), printable(error.what()));
+    }
+    reading_.draft.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
+    return *(known_files_[file.string()] = reading_.draft.sources.back().get());
 }
 
 void DirectiveReader::close_file() {
     const bool closes_block = files_.back().closes_block;
+    depart_oddities(*files_.back().source);
     files_.pop_back();
     if (closes_block) {
         name_ = "Import";
@@ -240,6 +357,7 @@ std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view
         values.push_back(number_value(token.text, tokens().place(token)));
     }
     const Token& rest = tokens().peek();
+    if (bracket && count == 16 && pass_wrong_list(values)) return {};
     if (values.size() != count || (bracket && rest.kind != Token::Kind::close)) {
         fail(tokens().place(), "{} wants {} numbers, {}; \"{}\" stands after {}", name_, count, what,
              rest.kind == Token::Kind::end ? "the end of the file" : shown(rest.text), values.size());
@@ -248,11 +366,30 @@ std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view
     return values;
 }
 
+// Whether the list that is read so far has not the 16 numbers of a matrix; then it is passed over.
+bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
+    std::size_t count = values.size();
+    for (; tokens().peek().kind == Token::Kind::number; ++count) tokens().next();
+    if (count == 16 || tokens().peek().kind != Token::Kind::close) return false;
+    tokens().next();
+    reading_.depart(place_,
+                    fmt::format("{} has {} numbers; 16, a matrix by columns, are accepted", name_, count),
+                    "it is left out");
+    return true;
+}
+
 Params DirectiveReader::parameters(std::string_view kind, std::string_view target) {
-    Params params = Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_);
-    const auto& attributes = reading_.state.attributes;
-    const auto defaults = attributes.find(target);
-    if (defaults != attributes.end()) params.add_defaults(defaults->second);
+    Params params = Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_,
+                                 reading_.leniency, target == "light" && is_ours(kind));
+    // An included file may end within a list, which the including one goes on with.
+    while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
+        close_file();
+        params.read_more(tokens());
+    }
+    if (const auto& attributes = reading_.state.attributes) {
+        const auto defaults = attributes->find(target);
+        if (defaults != attributes->end()) params.add_defaults(defaults->second);
+    }
     return params;
 }
 
@@ -262,29 +399,75 @@ void DirectiveReader::begin_block() {
     saved_.push_back({name_, place_, reading_.state});
 }
 
-void DirectiveReader::end_block(std::string_view opening) {
-    if (saved_.empty()) fail(place_, "{} without {}", name_, opening);
-    Saved& last = saved_.back();
-    if (last.directive != opening) {
-        fail(place_, "{} meets the {} of {}; blocks must nest", name_, last.directive,
-             to_string(last.place.location()));
+bool DirectiveReader::end_block(std::string_view opening) {
+    const auto begun = std::find_if(saved_.rbegin(), saved_.rend(),
+                                    [&](const Saved& saved) { return saved.directive == opening; });
+    if (begun == saved_.rend()) {
+        reading_.depart(place_, fmt::format("{} without {}", name_, opening), "it is left out");
+        return false;
     }
+    while (saved_.back().directive != opening) {
+        const Saved& last = saved_.back();
+        const bool object_goes_on = last.directive == "ObjectBegin";
+        reading_.depart(place_,
+                        fmt::format("{} meets the {} of {}; blocks must nest", name_, last.directive,
+                                    to_string(last.place.location())),
+                        object_goes_on ? "the object goes on" : "both end here");
+        if (object_goes_on) return end_block_around_object(opening);
+        saved_.pop_back();
+    }
+    Saved& last = saved_.back();
     if (opening == "TransformBegin") {
         reading_.state.ctm = last.state.ctm;
     } else {
         reading_.state = std::move(last.state);
     }
     saved_.pop_back();
+    return true;
 }
 
-void DirectiveReader::concatenate(const std::optional<M44d>& m, std::string_view what) {
-    const std::optional<M44d> product =
-        m ? std::optional(then(*m, reading_.state.ctm)) : std::optional<M44d>();
-    if (!product || !inverse(*product)) {
-        fail(place_, "{} {}: this cannot be undone; an invertible, affine, finite transformation is accepted",
-             name_, what);
+// As versions 1 to 3 do it, which keep one stack for all blocks: the end takes back what the object changed,
+// and the end of the object will take back what the block changed.
+bool DirectiveReader::end_block_around_object(std::string_view opening) {
+    const auto block = std::find_if(saved_.rbegin(), saved_.rend(),
+                                    [&](const Saved& saved) { return saved.directive == opening; });
+    Saved& object = saved_.back();
+    std::swap(block->state, object.state);
+    if (opening == "TransformBegin") {
+        reading_.state.ctm = block->state.ctm;
+    } else {
+        reading_.state = block->state;
     }
-    if (reading_.state.at_start) reading_.state.ctm = *product;
+    saved_.erase(std::prev(block.base()));
+    return true;
+}
+
+void DirectiveReader::close_blocks(std::string_view before) {
+    while (!saved_.empty()) {
+        const Saved& last = saved_.back();
+        reading_.depart(last.place, fmt::format("this {} is not ended before {}", last.directive, before),
+                        "it ends there");
+        if (last.directive == "ObjectBegin") complete_object();
+        saved_.pop_back();
+    }
+}
+
+void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
+    const M44d product = then(m, reading_.state.ctm);
+    if (!is_finite(product)) {
+        return reading_.depart(place_, fmt::format("{} {}: a finite transformation is accepted", name_, what),
+                               "it is left out");
+    }
+    if (!reading_.state.at_start) return;
+    // Shapes are still there in their projection; what has to be undone is not (see what_cannot_be_undone).
+    if (inverse(reading_.state.ctm) && !inverse(product)) {
+        reading_.depart(place_,
+                        fmt::format("{} {}: this cannot be undone; an invertible, affine transformation is "
+                                    "accepted",
+                                    name_, what),
+                        "shapes become triangles and are flattened");
+    }
+    reading_.state.ctm = product;
 }
 
 }  // namespace lucerna

@@ -62,6 +62,8 @@ struct DraftShapes {
     std::vector<Quadric> quadrics;  // world_from_object in world space
     std::vector<DraftPatches> patches;
     std::vector<DraftCurves> curves;
+
+    bool empty() const { return meshes.empty() && quadrics.empty() && patches.empty() && curves.empty(); }
 };
 
 // What stands between ObjectBegin and ObjectEnd, and where it is put. As in pbrt, the transformations that
@@ -73,6 +75,10 @@ struct DraftInstance {
 struct DraftObject {
     DraftShapes shapes;
     std::vector<DraftInstance> instances;  // of objects that were complete before
+    // Objects with shapes that an instance of this one shows, itself and those within those within it; what
+    // is more than a number holds stays that.
+    std::uint64_t shown = 0;
+    int depth = 0;  // of objects within it
 };
 
 // Lights, before the origin is known. Positions in world space.
@@ -148,10 +154,18 @@ struct DraftMedium {
     M44d world_from_medium;
 };
 
+// A camera of real lenses, as a thin one; in metres, which its camera space has.
+struct RealisticLens {
+    double radius = 0, film_distance = 0, focus_distance = 0;
+    double film_diagonal = 0;  // 0: the film's own
+    bool weighted = false;     // the film counts what it receives, not radiance
+};
+
 struct Draft : DraftShapes {
-    // Places point into these.
-    std::vector<std::unique_ptr<Source>> sources;
-    std::vector<std::filesystem::path> files;  // that the text names, in order, some more than once
+    // Places point into these; the frames of one file share them.
+    std::vector<std::shared_ptr<const Source>> sources;
+    std::vector<std::filesystem::path> files;   // that the text names, in order, some more than once
+    std::vector<std::filesystem::path> caches;  // kept beside them
 
     std::vector<std::unique_ptr<DraftObject>> objects;
     std::vector<DraftInstance> instances;
@@ -164,6 +178,9 @@ struct Draft : DraftShapes {
 
     Camera::Settings camera;        // world_from_camera in world space; no size yet
     double frame_aspect_ratio = 0;  // 0: that of the film
+    std::optional<RealisticLens> lens;
+    double film_diagonal = 0.035;  // m
+    bool film_of_version4 = false;
     FilmSettings film;
     int spp = 16;
     int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
@@ -172,7 +189,7 @@ struct Draft : DraftShapes {
     bool occlusion = false;
 };
 
-// Reads the text and all it includes. Throws InputError.
+// Reads the first frame of the text, and all it includes. Throws InputError.
 Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
                  const SceneOverrides& overrides, Monitor& monitor);
 

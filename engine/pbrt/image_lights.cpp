@@ -35,7 +35,7 @@ NamedImage read_image(Reading& reading, Params& params) {
     try {
         return {read_texture_image(file), version4};
     } catch (const InputError& error) {
-        fail(params.place_of(parameter), "{}", printable(error.what()));
+        fail_always(params.place_of(parameter), "{}", printable(error.what()));
     }
 }
 
@@ -50,10 +50,11 @@ std::shared_ptr<const DirectionalImage> read_sphere(Reading& reading, Params& pa
             reading.warn(params.place_of("filename"),
                          fmt::format("{} × {} is no square: taken by latitude and longitude", width, height));
         } else {
-            fail(params.place_of("filename"),
-                 "the image is {} × {}; a square (equal-area) is accepted, or one twice as wide as high "
-                 "(latitude and longitude)",
-                 width, height);
+            params.depart(params.place_of("filename"),
+                          fmt::format("the image is {} × {}; a square (equal-area) is accepted, or one twice "
+                                      "as wide as high (latitude and longitude)",
+                                      width, height),
+                          "it is taken by latitude and longitude");
         }
     }
     return std::make_shared<DirectionalImage>(named.image, map);
@@ -67,15 +68,26 @@ V3d read_position(Reading& reading, Params& params) {
 
 LightAxes light_axes(const Reading& reading, const Params& params) {
     const M44d& m = reading.state.ctm;
-    if (!uniform_scale(m)) {
-        fail(params.place(),
-             "{} is stretched or sheared by its transformation; rotation, mirroring, translation and one "
-             "scale "
-             "for all directions are accepted",
-             params.owner());
+    const auto axis = [&m](int i) { return V3d(m[i][0], m[i][1], m[i][2]).normalized(); };
+    const V3d x = axis(0), y = axis(1), z = axis(2);
+    if (uniform_scale(m)) return {V3f(x), V3f(y), V3f(z)};
+    const V3d across = (x - x.dot(z) * z).normalized();
+    const V3d rest = z.cross(across);
+    constexpr std::string_view what =
+        "is stretched or sheared by its transformation; rotation, mirroring, translation and one scale for "
+        "all directions are accepted";
+    if (!(rest.length2() > 0.5)) fail(params.place(), "{} {}", params.owner(), what);
+    params.depart(params.place(), fmt::format("{} {}", params.owner(), what), "its frame is straightened");
+    return {V3f(across), V3f(rest.dot(y) < 0 ? -rest : rest), V3f(z)};
+}
+
+Rgb mean_of_image(Reading& reading, Params& params) {
+    const auto image = read_image(reading, params).image;
+    V3d sum(0);
+    for (int y = 0; y < image->height; ++y) {
+        for (int x = 0; x < image->width; ++x) sum += V3d(image->rgb_at(x, y));
     }
-    const auto axis = [&m](int i) { return V3f(V3d(m[i][0], m[i][1], m[i][2]).normalized()); };
-    return {axis(0), axis(1), axis(2)};
+    return Rgb(sum / (static_cast<double>(image->width) * image->height));
 }
 
 bool names_an_image(const Params& params) {

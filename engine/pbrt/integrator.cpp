@@ -44,6 +44,8 @@ constexpr Stranger kStrangers[] = {
     {"sppm", "progressive", ""},  // the same limit; passes that remember nothing of each other
     {"irradiancecache", "photonmap", "the same light, by final gather"},
     {"bdpt", "path", "the same light, unbiased"},
+    {"bidirectional", "path", "the same light, unbiased"},
+    {"function", "direct", "a picture instead of numbers"},
     {"mlt", "path", "the same light, unbiased"},
     {"metropolis", "path", "the same light, unbiased"},
     {"volpath", "path", ""},
@@ -62,16 +64,15 @@ bool is_ours(std::string_view name) {
 }
 
 // Ours by pbrt's name; says so where it is not the same method.
-std::string our_name(const Reading& reading, const std::string& kind, const Params& params) {
+std::string our_name(Reading& reading, const std::string& kind, const Params& params) {
     if (is_ours(kind)) return kind;
     const auto names = integrator_names();
     std::vector<std::string_view> known(names.begin(), names.end());
     for (const Stranger& stranger : kStrangers) {
         if (kind == stranger.pbrt) {
             if (!stranger.why.empty()) {
-                reading.warn(params.place(),
-                             fmt::format("Integrator \"{}\" is not here; {} takes its place: {}", kind,
-                                         stranger.ours, stranger.why));
+                reading.depart(params.place(), fmt::format("Integrator \"{}\" is not here", kind),
+                               fmt::format("{} takes its place: {}", stranger.ours, stranger.why));
             }
             return std::string(stranger.ours);
         }
@@ -161,12 +162,47 @@ bool read_translated(IntegratorSettings& settings, Params& params, const Param& 
 void read_passes(Reading& reading, Params& params) {
     for (const std::string_view name : {"numiterations", "iterations"}) {
         if (!params.has(name)) continue;
-        const int passes = params.integer(name, 1);
-        if (passes < 1 || passes > kMostPasses) {
-            fail(params.place_of(name), "\"{}\": {} is not accepted; 1 to {} is", name, passes, kMostPasses);
+        const int passes = params.integer(name, 1), held = std::clamp(passes, 1, kMostPasses);
+        if (held != passes) {
+            params.depart(params.place_of(name),
+                          fmt::format("\"{}\": {} is not accepted; 1 to {} is", name, passes, kMostPasses),
+                          fmt::format("{} is taken", held));
         }
-        reading.draft.passes = passes;
+        reading.draft.passes = held;
     }
+}
+
+// A value that ours cannot take leaves the default. `set`: returns what it returns, or throws.
+template <typename Set>
+bool or_default(const Params& params, const Param& param, const Set& set) {
+    std::string message;
+    try {
+        return set();
+    } catch (const TextError& error) {
+        message = error.message();
+    } catch (const InputError& error) {  // of set_parameter, which writes the place before it
+        const std::string place = to_string(param.place.location()) + ": ";
+        message = printable(error.what());
+        if (message.starts_with(place)) message.erase(0, place.size());
+    }
+    params.depart(param.place, message, "the default is taken");
+    return true;
+}
+
+// What pbrt knows and ours does not stays unused, and that is said.
+void set_leniently(IntegratorSettings& settings, Params& params, std::string_view target,
+                   const Param& param) {
+    const std::vector<Field> known = fields(settings);
+    if (std::ranges::none_of(known, [&](const Field& field) { return field.name == target; })) return;
+    params.accept({param.name});
+    or_default(params, param, [&] {
+        set_in_one_line(settings, target, value_of(param), param.place.location());
+        return true;
+    });
+}
+
+bool read_leniently_translated(IntegratorSettings& settings, Params& params, const Param& param) {
+    return or_default(params, param, [&] { return read_translated(settings, params, param); });
 }
 
 void read_parameters(IntegratorSettings& settings, Params& params) {
@@ -174,14 +210,13 @@ void read_parameters(IntegratorSettings& settings, Params& params) {
     for (const Field& field : fields(settings))
         params.accept({field.name});  // so that warnings can offer them
     for (const Param& param : params.all()) {
-        if (read_translated(settings, params, param)) continue;
+        if (read_leniently_translated(settings, params, param)) continue;
         std::string_view target = param.name;
         for (const Alias& alias : kAliases) {
             if (alias.integrator == name && alias.pbrt == param.name) target = alias.ours;
         }
         if (target.empty()) continue;  // left unused: a warning
-        params.accept({param.name});
-        set_in_one_line(settings, target, value_of(param), param.place.location());
+        set_leniently(settings, params, target, param);
     }
 }
 
@@ -190,12 +225,10 @@ void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     const std::string name(integrator_name(settings));
     std::vector<Field> known = fields(settings);
     for (const Param& param : params.all()) {
-        if (read_translated(settings, params, param)) continue;
+        if (read_leniently_translated(settings, params, param)) continue;
         const auto same = [&](const Field& field) { return field.name == param.name; };
-        if (param.name != "radius" && std::ranges::any_of(known, same)) {
-            params.accept({param.name});
-            set_in_one_line(settings, param.name, value_of(param), param.place.location());
-        }
+        if (param.name != "radius" && std::ranges::any_of(known, same))
+            set_leniently(settings, params, param.name, param);
     }
 }
 

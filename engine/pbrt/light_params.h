@@ -20,6 +20,7 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
 
 // Lights with an image.
 bool names_an_image(const Params& params);
+Rgb mean_of_image(Reading& reading, Params& params);
 void read_image_infinite(Reading& reading, Params& params);
 void read_goniometric(Reading& reading, Params& params);
 void read_projection(Reading& reading, Params& params);
@@ -27,8 +28,8 @@ void read_projection(Reading& reading, Params& params);
 // Lights from photometric files: "ies" and "ldt".
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params);
 
-// The current transformation's axes; it may rotate, mirror and scale alike in all directions. Fails for
-// others.
+// The current transformation's axes; it may rotate, mirror and scale alike in all directions. Others are
+// straightened, starting with z.
 LightAxes light_axes(const Reading& reading, const Params& params);
 // Lamps measured.
 void read_light_field(Reading& reading, Params& params);

@@ -4,6 +4,7 @@
 // Radiance and intensity are taken as pbrt's numbers stand, in W; "power" and "illuminance" set the luminance
 // of the light's flux or irradiance (pbrt calls them photometric; one unit of luminance is one unit of either
 // here).
+#include <algorithm>
 #include <cmath>
 
 #include "engine/pbrt/light_params.h"
@@ -19,7 +20,7 @@ Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
     if (!scale) return value;
     const Rgb factor = scale->type == Param::Type::real
                            ? Rgb(static_cast<float>(params.real_within("scale", 1, 0, 1e30)))
-                           : read_spectrum(reading, params, "scale", ColorUse::ratio).value();
+                           : read_spectrum(reading, params, "scale", ColorUse::ratio).value_or(Rgb(1));
     const Rgb result = value * factor;
     if (!is_finite(result))
         fail(scale->place, "\"scale\" {:g} makes the light infinite", max_component(factor));
@@ -29,11 +30,12 @@ Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
 double positive_or_none(Params& params, std::string_view name) {
     if (!params.has(name)) return 0;
     const double value = params.real(name, 0);
-    if (!(value > 0 && value <= 1e30)) {
-        fail(params.place_of(name), "\"{}\" of {}: {:g} is not accepted; more than 0, to 1e30 is", name,
-             params.owner(), value);
-    }
-    return value;
+    if (value > 0 && value <= 1e30) return value;
+    params.depart(params.place_of(name),
+                  fmt::format("\"{}\" of {}: {:g} is not accepted; more than 0, to 1e30 is", name,
+                              params.owner(), value),
+                  "it is left out");
+    return 0;
 }
 
 Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now) {
@@ -63,6 +65,17 @@ void read_point(Reading& reading, Params& params) {
         {params.place(), PointSpec{position, intensity}, positive_or_none(params, "power")});
 }
 
+void require_direction(const Params& params, const V3d& direction) {
+    if (!(direction.length2() > 0))
+        fail(params.place(), "{}: its transformation leaves no direction", params.owner());
+}
+
+// Also of a vector whose square is more than a double holds; 0 if `v` is.
+V3d unit(const V3d& v) {
+    const double largest = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+    return largest > 0 ? (v / largest).normalized() : V3d(0);
+}
+
 void read_spot(Reading& reading, Params& params) {
     const M44d& ctm = reading.state.ctm;
     SpotSpec spot;
@@ -70,14 +83,16 @@ void read_spot(Reading& reading, Params& params) {
     const V3d from = params.point("from", V3d(0)), to = params.point("to", V3d(0, 0, 1));
     if (from == to) fail(params.place(), "{}: \"from\" and \"to\" are the same point", params.owner());
     spot.position = transform_point(ctm, from);
-    spot.axis = transform_vector(ctm, to - from).normalized();
+    spot.axis = unit(transform_vector(ctm, to - from));
+    require_direction(params, spot.axis);
     spot.cone_degrees = params.real_within("coneangle", 30, 1e-3, 180);
     spot.delta_degrees = params.real_within("conedeltaangle", 5, 0, 180);
     if (spot.delta_degrees > spot.cone_degrees) {
         // The fall would begin beyond the axis: from the axis on is the most there is.
-        reading.warn(params.place_of("conedeltaangle"),
-                     fmt::format("conedeltaangle {:g} exceeds coneangle {:g}, which is taken for both",
-                                 spot.delta_degrees, spot.cone_degrees));
+        params.depart(
+            params.place_of("conedeltaangle"),
+            fmt::format("conedeltaangle {:g} exceeds coneangle {:g}", spot.delta_degrees, spot.cone_degrees),
+            "the latter is taken for both");
         spot.delta_degrees = spot.cone_degrees;
     }
     reading.draft.lights.push_back({params.place(), spot, positive_or_none(params, "power")});
@@ -86,7 +101,8 @@ void read_spot(Reading& reading, Params& params) {
 void read_distant(Reading& reading, Params& params) {
     const V3d from = params.point("from", V3d(0)), to = params.point("to", V3d(0, 0, 1));
     if (from == to) fail(params.place(), "{}: \"from\" and \"to\" are the same point", params.owner());
-    const V3d direction = transform_vector(reading.state.ctm, to - from).normalized();
+    const V3d direction = unit(transform_vector(reading.state.ctm, to - from));
+    require_direction(params, direction);
     const Rgb radiance = light_color(reading, params, "L");
     const Rgb color = with_illuminance(params, radiance, luminance_of(radiance));
     reading.draft.lights.push_back(
@@ -94,9 +110,10 @@ void read_distant(Reading& reading, Params& params) {
 }
 
 void read_infinite(Reading& reading, Params& params) {
-    if (params.has("portal")) {
-        fail(params.place_of("portal"), "\"portal\" of {} is not supported; without it the sky is the same",
-             params.owner());
+    if (params.find_any("portal")) {
+        params.depart(params.place_of("portal"),
+                      fmt::format("\"portal\" of {} is not supported", params.owner()),
+                      "the whole sky shines, as far as surfaces let it", "the shade beyond the portal");
     }
     if (names_an_image(params)) return read_image_infinite(reading, params);
     // A plane that sees half of a sky of radiance L receives π L.
@@ -143,13 +160,16 @@ std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::st
     if (kind != "diffuse" && kind != "area") {  // "area" is version 1's and 2's name
         refuse_kind(params.place(), "AreaLightSource", kind, {"diffuse", "lightfield"}, {});
     }
-    if (params.has("filename")) {
-        fail(params.place_of("filename"), "{} with \"filename\" is not supported yet", params.owner());
-    }
     accept_sampling(params);
     AreaLight light;
     light.place = params.place();
-    light.radiance = scaled_color(reading, params, light_color(reading, params, "L"));
+    Rgb radiance = light_color(reading, params, "L");
+    if (params.has("filename")) {
+        radiance = radiance * mean_of_image(reading, params);
+        params.depart(params.place_of("filename"), params.owner() + " with \"filename\" is not supported",
+                      "the shape emits the image's mean", "the image on it");
+    }
+    light.radiance = scaled_color(reading, params, radiance);
     light.power = positive_or_none(params, "power");
     light.two_sided = params.boolean("twosided", false);
     return std::make_shared<const AreaLight>(light);

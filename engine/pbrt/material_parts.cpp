@@ -19,16 +19,18 @@ std::string only_string(const Param& param) {
     return param.strings.size() == 1 ? param.strings.front() : std::string();
 }
 
-const NamedTexture& color_texture(Reading& reading, const Param& param) {
+// Null: there is none, which was said.
+const NamedTexture* color_texture(Reading& reading, const Params& params, const Param& param) {
     const std::string wanted = only_string(param);
     const auto found = reading.textures.find(wanted);
-    if (found == reading.textures.end()) {
-        std::vector<std::string_view> names;
-        for (const auto& [known, texture] : reading.textures) names.push_back(known);
-        fail(param.place, "\"{}\": no texture \"{}\" of colours was made before; {}there are {}", param.name,
-             shown(wanted), did_you_mean(wanted, names), names.size());
-    }
-    return found->second;
+    if (found != reading.textures.end()) return &found->second;
+    std::vector<std::string_view> names;
+    for (const auto& [known, texture] : reading.textures) names.push_back(known);
+    params.depart(param.place,
+                  fmt::format("\"{}\": no texture \"{}\" of colours was made before; {}there are {}",
+                              param.name, shown(wanted), did_you_mean(wanted, names), names.size()),
+                  "what holds where none is given is taken");
+    return nullptr;
 }
 
 }  // namespace
@@ -40,27 +42,38 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
     if (!value || !params.has(name)) return number;
     const auto x = static_cast<double>(*value);
     if (!(x >= least && x <= most)) {
-        fail(params.place_of(name), "\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name,
-             params.owner(), x, least, most);
+        const double held = std::clamp(x, least, most);
+        params.depart(params.place_of(name),
+                      fmt::format("\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
+                                  x, least, most),
+                      fmt::format("{:g} is taken", held));
+        return FloatTexture::constant(static_cast<float>(held));
     }
     return number;
 }
 
 RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
     const Param* param = params.find_any(name);
-    if (param && param->type == Type::texture) return color_texture(reading, *param).texture;
+    if (param && param->type == Type::texture) {
+        const NamedTexture* named = color_texture(reading, params, *param);
+        return named ? named->texture : RgbTexture::constant(fallback);
+    }
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
     if (max_component(value) <= 1) return RgbTexture::constant(value);
     const Rgb held(std::min(value.x, 1.0F), std::min(value.y, 1.0F), std::min(value.z, 1.0F));
-    reading.warn(params.place_of(name),
-                 fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1, which is taken", name,
-                             value.x, value.y, value.z));
+    params.depart(params.place_of(name),
+                  fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1", name, value.x,
+                              value.y, value.z),
+                  "1 is taken");
     return RgbTexture::constant(held);
 }
 
 RgbTexture read_index_spectrum(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
     const Param* param = params.find_any(name);
-    if (param && param->type == Type::texture) return color_texture(reading, *param).texture;
+    if (param && param->type == Type::texture) {
+        const NamedTexture* named = color_texture(reading, params, *param);
+        return named ? named->texture : RgbTexture::constant(fallback);
+    }
     return RgbTexture::constant(read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback));
 }
 
@@ -73,11 +86,16 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
     const bool grey = index.x == index.y && index.y == index.z;
     const float eta = grey ? index.x : luminance(index);
     if (!(eta >= static_cast<float>(kLeastEta) && eta <= static_cast<float>(kMostEta))) {
-        fail(params.place_of(name), "\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name,
-             params.owner(), eta, kLeastEta, kMostEta);
+        params.depart(params.place_of(name),
+                      fmt::format("\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
+                                  eta, kLeastEta, kMostEta),
+                      fmt::format("{:g} is taken", fallback));
+        return FloatTexture::constant(static_cast<float>(fallback));
     }
-    const std::string warning = fmt::format("\"{}\": no dispersion, {:g} is taken", name, eta);
-    if (only_string(*param).rfind("glass-", 0) != 0) reading.warn(params.place_of(name), warning);
+    if (only_string(*param).rfind("glass-", 0) != 0) {
+        params.depart(params.place_of(name), fmt::format("\"{}\": there is no dispersion", name),
+                      fmt::format("{:g} is taken", eta));
+    }
     return FloatTexture::constant(eta);
 }
 
@@ -86,17 +104,16 @@ namespace {
 // A roughness above 1 is no surface that any version describes; scenes hold some by mistake.
 FloatTexture read_rough_number(Reading& reading, Params& params, const std::string& name,
                                const FloatTexture& fallback) {
-    if (!params.has(name)) return fallback;
-    const FloatTexture number = read_float(reading, params, name, 0);
+    if (!params.find(name, {Type::real, Type::texture})) return fallback;
+    const FloatTexture number =
+        read_float(reading, params, name, static_cast<double>(fallback.constant_value().value_or(0)));
     const auto value = number.constant_value();
-    if (!value) return number;
-    if (!(*value >= 0)) {
-        fail(params.place_of(name), "\"{}\" of {}: {:g} is not accepted; 0 to 1 is", name, params.owner(),
-             *value);
-    }
-    if (*value <= 1) return number;
-    reading.warn(params.place_of(name), fmt::format("\"{}\" is {:g}; 1 is taken", name, *value));
-    return FloatTexture::constant(1);
+    if (!value || (*value >= 0 && *value <= 1)) return number;
+    const float held = *value > 1 ? 1 : 0;
+    params.depart(params.place_of(name),
+                  fmt::format("\"{}\" of {}: {:g} is not accepted; 0 to 1 is", name, params.owner(), *value),
+                  fmt::format("{:g} is taken", held));
+    return FloatTexture::constant(held);
 }
 
 }  // namespace
@@ -131,17 +148,20 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     Coat coat;
     const FloatTexture eta = read_glass_eta(reading, params, prefix + "eta", 1.5);
     if (!eta.constant_value()) {
-        fail(params.place_of(prefix + "eta"),
-             "\"{}eta\" of {}: a texture is not accepted; a float or spectrum is", prefix, params.owner());
+        params.depart(params.place_of(prefix + "eta"),
+                      fmt::format("\"{}eta\" of {}: a texture is not accepted; a float or spectrum is",
+                                  prefix, params.owner()),
+                      "1.5 is taken");
     }
-    coat.eta = *eta.constant_value();
+    coat.eta = eta.constant_value().value_or(1.5F);
     coat.roughness = read_roughness(reading, params, 0, Dialect::v4, prefix);
     coat.table = cover_of(reading, coat.eta, coat.roughness);
     // How pbrt walks between the layers, and what it finds there: nothing scatters within this varnish.
     params.accept({"maxdepth", "nsamples", "g", "thickness"});
     const auto within = read_color(reading, params, "albedo", Rgb(0.0F));
     if (params.has("albedo") && !is_black(within.at(V2f(0.5F, 0.5F)))) {
-        reading.warn(params.place_of("albedo"), "\"albedo\": the varnish is taken to be clear");
+        params.depart(params.place_of("albedo"), "\"albedo\" of a varnish is not supported",
+                      "the varnish is taken to be clear");
     }
     return coat;
 }
@@ -153,16 +173,19 @@ Relief read_relief(Reading& reading, Params& params) {
         const FloatTexture height = read_float(reading, params, name, 0);
         if (!height.constant_value()) relief.displacement = height;  // what is level bends nothing
     }
-    if (!params.has("normalmap")) return relief;
-    if (relief.displacement) {
-        fail(params.place_of("normalmap"), "\"normalmap\" and \"displacement\" exclude each other");
-    }
     const std::string name = params.string("normalmap", "");
+    if (name.empty()) return relief;
+    if (relief.displacement) {
+        params.accept({"normalmap"});
+        params.depart(params.place_of("normalmap"), "\"normalmap\" and \"displacement\" exclude each other",
+                      "the displacement is taken");
+        return relief;
+    }
     try {
         relief.normals =
             image_texture<Rgb>(reading.images->open(reading.resolve(name), {Encoding::Kind::linear}), {});
     } catch (const InputError& error) {
-        fail(params.place_of("normalmap"), "{}", printable(error.what()));
+        fail_always(params.place_of("normalmap"), "{}", printable(error.what()));
     }
     return relief;
 }

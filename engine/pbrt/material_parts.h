@@ -26,6 +26,10 @@ std::shared_ptr<const CoatTable> cover_of(Reading& reading, float eta, const Rou
 // Varnish, as pbrt-v4 has it, its parameters under `prefix`.
 Coat read_coat(Reading& reading, Params& params, const std::string& prefix);
 
+// The nearest of ours in the place of a material of pbrt's that is not here, which is said; nothing if the
+// kind is none of those.
+std::optional<MaterialModel> read_stand_in(Reading& reading, const std::string& kind, Params& params);
+
 // "bumpmap", "displacement", "normalmap".
 Relief read_relief(Reading& reading, Params& params);
 

@@ -53,8 +53,10 @@ ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::str
     const std::string eta = prefix + "eta", k = prefix + "k";
     if (params.has("reflectance")) {
         if (params.has(eta) || params.has(k)) {
-            fail(params.place_of("reflectance"), "\"reflectance\" and \"{}\" or \"{}\" exclude each other",
-                 eta, k);
+            params.accept({eta, k});
+            params.depart(params.place_of("reflectance"),
+                          fmt::format("\"reflectance\" and \"{}\" or \"{}\" exclude each other", eta, k),
+                          "the reflectance is taken");
         }
         metal.reflectance = read_color(reading, params, "reflectance", Rgb(0.5F));
         return metal;
@@ -155,13 +157,16 @@ MaterialModel read_shiny_metal(Reading& reading, Params& params) {
                               read_roughness(reading, params, 0.1, old_dialect(reading))};
 }
 
-std::shared_ptr<const Material> named_part(const Reading& reading, const Place& at, const std::string& name) {
+std::shared_ptr<const Material> named_part(Reading& reading, const Place& at, const std::string& name) {
     const auto found = reading.materials.find(name);
     if (found == reading.materials.end()) {
         std::vector<std::string_view> names;
         for (const auto& [known, entry] : reading.materials) names.push_back(known);
-        fail(at, "mix: no material \"{}\" was made before; {}there are {}", shown(name),
-             did_you_mean(name, names), names.size());
+        reading.depart(at,
+                       fmt::format("mix: no material \"{}\" was made before; {}there are {}", shown(name),
+                                   did_you_mean(name, names), names.size()),
+                       "matte of reflectance 0.5 is taken");
+        return std::make_shared<const Material>(Material{"default", DiffuseMaterial{}});
     }
     return std::make_shared<const Material>(found->second->material);
 }
@@ -177,7 +182,7 @@ MaterialModel read_mix(Reading& reading, Params& params) {
         mix.share = read_number(reading, params, "amount", 0.5, 0, 1);
     } else {
         for (const std::string_view name : {"namedmaterial1", "namedmaterial2"}) {
-            if (!params.has(name)) {
+            if (!params.find(name, {Param::Type::string})) {
                 fail(params.place(), "mix lacks \"string {}\" (or \"string materials\" of 2 names)", name);
             }
         }
@@ -194,11 +199,14 @@ MaterialModel read_mix(Reading& reading, Params& params) {
         }
     }
     const std::size_t lobes = most_lobes(*mix.first) + most_lobes(*mix.second);
-    if (lobes > Bsdf::kMaxLobes) {
-        fail(params.place(), "mix: {} lobes in all; at most {} are accepted: mix fewer materials", lobes,
-             Bsdf::kMaxLobes);
-    }
-    return mix;
+    if (lobes <= Bsdf::kMaxLobes) return mix;
+    const auto* number = std::get_if<FloatTexture>(&mix.share);
+    const bool second = number && number->constant_value().value_or(0) > 0.5F;
+    params.depart(params.place(),
+                  fmt::format("mix: {} lobes in all; at most {} are accepted: mix fewer materials", lobes,
+                              Bsdf::kMaxLobes),
+                  fmt::format("its {} part is taken alone", second ? "second" : "first"));
+    return (second ? mix.second : mix.first)->model;
 }
 
 MaterialModel read_model(Reading& reading, const std::string& kind, Params& params) {
@@ -220,19 +228,24 @@ MaterialModel read_model(Reading& reading, const std::string& kind, Params& para
     if (kind == "translucent") return read_translucent(reading, params);
     if (kind == "mix") return read_mix(reading, params);
     if (kind.empty() || kind == "none" || kind == "interface") return InterfaceMaterial{};
+    if (const auto nearest = read_stand_in(reading, kind, params)) return *nearest;
     refuse_kind(params.place(), "Material", kind,
                 {"diffuse", "coateddiffuse", "conductor", "coatedconductor", "dielectric", "thindielectric",
                  "diffusetransmission", "mix", "interface", "matte", "plastic", "uber", "glass", "metal",
                  "mirror", "shinymetal", "substrate", "translucent"},
-                {"bluepaint", "brushedmetal", "clay", "disney", "felt", "fourier", "hair", "kdsubsurface",
-                 "measured", "primer", "skin", "subsurface"});
+                {});
 }
 
 }  // namespace
 
 Material read_material(Reading& reading, const std::string& kind, Params& params) {
     Material material{kind, read_model(reading, kind, params)};
-    material.relief = read_relief(reading, params);
+    if (is_interface(material)) {
+        // pbrt takes no parameter of a surface that is not there.
+        for (const Param& param : params.all()) params.accept({param.name});
+    } else {
+        material.relief = read_relief(reading, params);
+    }
     return material;
 }
 

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "engine/pbrt/light_params.h"
+#include "lights/cell_table.h"
 
 namespace lucerna {
 namespace {
@@ -42,6 +43,7 @@ Settings read_lamp(Reading& reading, Params& params) {
 void read_light_field(Reading& reading, Params& params) {
     auto lamp = read_lamp<MeasuredSettings>(reading, params);
     lamp.mode = read_emission(params);
+    reading.draft.caches.push_back(cell_table_file(lamp.file));
     reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/names.h"
 #include "engine/pbrt/state.h"
@@ -21,11 +22,7 @@ constexpr double kLargestSigma = 1e15;  // per scene unit
 
 // Measured by Jensen, Marschner, Levoy and Hanrahan 2001, "A Practical Model for Subsurface Light Transport",
 // figure 5: reduced scattering and absorption in 1/mm. pbrt takes the former as sigma_s, with g = 0.
-struct Measured {
-    std::string_view name;
-    Rgb sigma_s, sigma_a;
-};
-const Measured kMeasured[] = {
+const MeasuredMedium kMeasured[] = {
     {"Apple", {2.29F, 2.39F, 1.97F}, {0.0030F, 0.0034F, 0.046F}},
     {"Chicken1", {0.15F, 0.21F, 0.38F}, {0.015F, 0.077F, 0.19F}},
     {"Chicken2", {0.19F, 0.25F, 0.32F}, {0.018F, 0.088F, 0.20F}},
@@ -40,15 +37,7 @@ const Measured kMeasured[] = {
     {"Wholemilk", {2.55F, 3.21F, 3.77F}, {0.0011F, 0.0024F, 0.014F}},
 };
 
-const Measured& measured(const Params& params, const std::string& name) {
-    std::vector<std::string_view> names;
-    for (const Measured& preset : kMeasured) {
-        if (preset.name == name) return preset;
-        names.push_back(preset.name);
-    }
-    fail(params.place_of("preset"), "preset \"{}\" is unknown; {}{} are accepted", shown(name),
-         did_you_mean(name, names), fmt::join(names, ", "));
-}
+const MeasuredMedium& kMilk = kMeasured[std::size(kMeasured) - 1];  // what pbrt begins with
 
 Rgb coefficient(Reading& reading, Params& params, std::string_view name, const Rgb& fallback, double scale) {
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
@@ -57,11 +46,12 @@ Rgb coefficient(Reading& reading, Params& params, std::string_view name, const R
         // A narrow spectrum may lie outside the colour triangle; less than nothing cannot be absorbed.
         const double scaled = std::max(0.0, static_cast<double>(value[k])) * scale;
         if (!(scaled <= kLargestSigma)) {
-            fail(params.place_of(params.has(name) ? name : "scale"),
-                 "\"{}\" of {} is {:g} in channel {}; 0 to {:g} is accepted", name, params.owner(), scaled, k,
-                 kLargestSigma);
+            params.depart(params.place_of(params.has(name) ? name : "scale"),
+                          fmt::format("\"{}\" of {} is {:g} in channel {}; 0 to {:g} is accepted", name,
+                                      params.owner(), scaled, k, kLargestSigma),
+                          fmt::format("{:g} is taken", kLargestSigma));
         }
-        result[k] = static_cast<float>(scaled);
+        result[k] = static_cast<float>(std::min(scaled, kLargestSigma));
     }
     return result;
 }
@@ -109,13 +99,17 @@ DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border bord
              density->numbers.size(), count);
     }
     std::vector<float> samples(density->numbers.size());
+    bool said = false;  // once: a place is found by a walk through the text
     for (std::size_t i = 0; i < samples.size(); ++i) {
         const double value = density->numbers[i];
-        if (!(value >= 0 && value <= kLargestSigma)) {
-            fail(density->place_of(i), "\"density\": {:g} is not accepted; 0 to {:g} is", value,
-                 kLargestSigma);
+        const double held = std::clamp(value, 0.0, kLargestSigma);
+        if (held != value && !std::exchange(said, true)) {
+            params.depart(
+                density->place_of(i),
+                fmt::format("\"density\": {:g} is not accepted; 0 to {:g} is", value, kLargestSigma),
+                fmt::format("{:g} is taken, and the like for others", held));
         }
-        samples[i] = static_cast<float>(value);
+        samples[i] = static_cast<float>(held);
     }
     return {size, std::move(samples), box, border};
 }
@@ -155,7 +149,75 @@ std::int32_t index_of_medium(Reading& reading, const Place& at, const std::strin
     return index;
 }
 
+// Version 4's grids of colours: their sums' mean colour, as dense as the sums. Its clouds: what they hold on
+// average, in the whole box.
+void read_other_grid(const std::string& kind, Params& params, Medium& medium) {
+    if (kind == "cloud") {
+        constexpr double kFilled = 0.5;  // of its noise, about
+        const double density = kFilled * params.real_within("density", 1, 0, kLargestSigma);
+        params.accept({"wispiness", "frequency"});
+        params.depart(params.place_of("type"), "a medium of type \"cloud\" is not supported",
+                      "its box is filled evenly", "the cloud's shape");
+        medium.density =
+            DensityGrid(V3i(1), {static_cast<float>(density)}, *medium.box, DensityGrid::Border::zero);
+        return;
+    }
+    V3i size(1);
+    double count = 3;
+    for (int k = 0; k < 3; ++k) {
+        constexpr std::string_view names[] = {"nx", "ny", "nz"};
+        size[k] = std::max(1, params.integer(names[k], 1));
+        count *= size[k];
+    }
+    V3d sums[2] = {V3d(0), V3d(0)};
+    std::vector<float> density;
+    constexpr std::string_view names[] = {"sigma_a", "sigma_s"};
+    for (int which = 0; which < 2; ++which) {
+        const Param* grid = params.find(names[which], {Type::rgb});
+        if (!grid) continue;
+        if (static_cast<double>(grid->numbers.size()) != count) {
+            fail(grid->place, "\"{}\" has {} numbers; 3·nx·ny·nz = {:.0f} are accepted", names[which],
+                 grid->numbers.size(), count);
+        }
+        density.resize(grid->numbers.size() / 3, 0.0F);
+        for (std::size_t i = 0; i < density.size(); ++i) {
+            for (std::size_t k = 0; k < 3; ++k) {
+                const double value = std::clamp(grid->numbers[3 * i + k], 0.0, kLargestSigma);
+                sums[which][static_cast<int>(k)] += value;
+                density[i] += static_cast<float>(value);
+            }
+        }
+    }
+    const double all = sums[0].x + sums[0].y + sums[0].z + sums[1].x + sums[1].y + sums[1].z;
+    if (!(all > 0)) fail(params.place(), "{} holds nothing", params.owner());
+    // The samples hold the sum of six numbers; what they multiply has that sum 1.
+    const auto scale = params.real_within("scale", 1, 0, kLargestSigma);
+    medium.sigma_a = Rgb(sums[0] * (scale / all));
+    medium.sigma_s = Rgb(sums[1] * (scale / all));
+    params.depart(params.place_of("type"), "a medium of type \"rgbgrid\" is not supported",
+                  "its density varies, its colour is the mean", "the colours' places");
+    medium.density = DensityGrid(size, std::move(density), *medium.box, DensityGrid::Border::zero);
+}
+
 }  // namespace
+
+const MeasuredMedium* measured_medium(std::string_view name) {
+    const auto lower = [](std::string_view text) {
+        std::string result(text);
+        for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+        return result;
+    };
+    for (const MeasuredMedium& preset : kMeasured) {
+        if (lower(preset.name) == lower(name)) return &preset;
+    }
+    return nullptr;
+}
+
+std::string accepted_measured_media(std::string_view instead_of) {
+    std::vector<std::string_view> names;
+    for (const MeasuredMedium& preset : kMeasured) names.push_back(preset.name);
+    return fmt::format("{}{} are accepted", did_you_mean(instead_of, names), fmt::join(names, ", "));
+}
 
 void read_named_medium(Reading& reading, const std::string& name, Params& params) {
     const std::string kind = params.string("type", "");
@@ -163,37 +225,52 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
         fail(params.place(), "MakeNamedMedium \"{}\" lacks \"string type\", the kind of medium", shown(name));
     }
     const bool grid = kind == "uniformgrid" || kind == "heterogeneous";
-    if (!grid && kind != "homogeneous") {
+    const bool other = kind == "cloud" || kind == "rgbgrid";
+    if (!grid && !other && kind != "homogeneous") {
         refuse_kind(params.place_of("type"), "type of medium", kind,
-                    {"homogeneous", "uniformgrid", "heterogeneous"}, {"cloud", "nanovdb", "rgbgrid"});
+                    {"homogeneous", "uniformgrid", "heterogeneous"}, {"nanovdb"});
     }
     Medium medium;
     medium.name = name;
     const double scale = params.real_within("scale", 1, 0, kLargestSigma);
     // Version 4's grids begin with coefficients of 1.
-    const Measured& milk = kMeasured[std::size(kMeasured) - 1];
-    Rgb sigma_a = kind == "uniformgrid" ? Rgb(1) : milk.sigma_a;
-    Rgb sigma_s = kind == "uniformgrid" ? Rgb(1) : milk.sigma_s;
+    const bool ones = kind == "uniformgrid" || kind == "cloud";
+    const Rgb sigma_a = ones ? Rgb(1) : kMilk.sigma_a;
+    const Rgb sigma_s = ones ? Rgb(1) : kMilk.sigma_s;
     const std::string preset = params.string("preset", "");
-    if (!preset.empty()) {
-        const Measured& found = measured(params, preset);
-        sigma_a = found.sigma_a;
-        sigma_s = found.sigma_s;
-        medium.sigma_a = sigma_a * static_cast<float>(scale);
-        medium.sigma_s = sigma_s * static_cast<float>(scale);
+    const MeasuredMedium* found = measured_medium(preset);
+    if (!preset.empty() && !found) {
+        params.depart(
+            params.place_of("preset"),
+            fmt::format("preset \"{}\" is unknown; {}", shown(preset), accepted_measured_media(preset)),
+            "the coefficients given, or whole milk's, are taken");
+    }
+    if (kind == "rgbgrid") {
+        // Its coefficients are the grids.
+    } else if (found) {
+        medium.sigma_a = found->sigma_a * static_cast<float>(scale);
+        medium.sigma_s = found->sigma_s * static_cast<float>(scale);
     } else {
         medium.sigma_a = coefficient(reading, params, "sigma_a", sigma_a, scale);
         medium.sigma_s = coefficient(reading, params, "sigma_s", sigma_s, scale);
     }
     medium.g = read_g(params);
-    for (const std::string_view other : {"temperature", "temperaturescale", "temperatureoffset"}) {
-        if (params.has(other)) fail(params.place_of(other), "\"{}\" is not supported yet", other);
+    for (const std::string_view heat : {"temperature", "temperaturescale", "temperatureoffset"}) {
+        if (!params.find_any(heat)) continue;
+        params.depart(params.place_of(heat), fmt::format("\"{}\" is not supported", heat), "it is left out",
+                      "the glow of the heat");
     }
     const auto emission_scale = static_cast<float>(params.real_within("Lescale", 1, 0, 1e30));
     medium.emission = medium.sigma_a * read_emission(reading, params) * emission_scale;
     if (grid) {
         medium.box = read_box(params);
         medium.density = read_grid(params, *medium.box, DensityGrid::Border::zero);
+    } else if (other) {
+        medium.box = read_box(params);
+        read_other_grid(kind, params, medium);
+    }
+    if (!inverse(reading.state.ctm)) {
+        fail(params.place(), "{}: its transformation cannot be undone", params.owner());
     }
     const auto known = reading.media.find(name);
     if (known != reading.media.end() && reading.draft.media[static_cast<std::size_t>(known->second)].medium) {
@@ -222,6 +299,9 @@ void read_volume(Reading& reading, const std::string& kind, Params& params) {
     } else if (kind == "exponential") {
         medium.density = read_exponential(params, *medium.box);
     }
+    if (!inverse(reading.state.ctm)) {
+        fail(params.place(), "{}: its transformation cannot be undone", params.owner());
+    }
     if (is_black(medium.sigma_t()) && !medium.emits()) {
         reading.warn(params.place(),
                      params.owner() + " neither absorbs, scatters nor emits: nothing is there");
@@ -242,16 +322,20 @@ MediumInterface read_medium_interface(Reading& reading, const Place& at, const s
     return media;
 }
 
-void require_media(const Reading& reading) {
-    for (const DraftMedium& medium : reading.draft.media) {
+void settle_media(Reading& reading) {
+    for (DraftMedium& medium : reading.draft.media) {
         if (medium.medium) continue;
         std::vector<std::string_view> names;
         for (const DraftMedium& other : reading.draft.media) {
             // A name that could not be printed on one line is not offered.
             if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
-        fail(medium.place, "no medium \"{}\" is made; {}there are {}", shown(medium.name),
-             did_you_mean(medium.name, names), names.size());
+        reading.depart(medium.place,
+                       fmt::format("no medium \"{}\" is made; {}there are {}", shown(medium.name),
+                                   did_you_mean(medium.name, names), names.size()),
+                       "clear space takes its place");
+        medium.medium.emplace();
+        medium.medium->name = medium.name;
     }
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/world/loop.h"
 #include "engine/world/ply.h"
@@ -39,13 +40,24 @@ ObjectMesh read_triangle_mesh(Params& params) {
     mesh.triangles = triangles_of(read_indices(params, mesh.p.size(), 3));
     if (const Param* n = params.find("N", {Type::normal3})) {
         mesh.n = triples(*n);
-        require_count(*n, mesh.n.size(), mesh.p.size());
+        if (mesh.n.size() != mesh.p.size()) {
+            params.depart(n->place,
+                          fmt::format("\"N\" has {} entries for {} vertices; one for each is accepted",
+                                      mesh.n.size(), mesh.p.size()),
+                          "it is left out", "smooth shading");
+            mesh.n.clear();
+        }
     }
+    if (const Param* s = params.find("S", {Type::vector3})) {
+        params.depart(s->place, "\"S\", the tangents of vertices, is not supported", "those of u are taken",
+                      "the direction of brushed gloss");
+    }
+    params.accept({"discarddegenerateUVs", "faceIndices"});  // what is degenerate is mended, not refused
     mesh.uv = read_uv(params, mesh.p.size());
     return mesh;
 }
 
-std::optional<ObjectMesh> read_ply_mesh(const Reading& reading, Params& params) {
+std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params) {
     if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
     const std::string name = params.string("filename", "");
     std::error_code status;
@@ -59,13 +71,14 @@ std::optional<ObjectMesh> read_ply_mesh(const Reading& reading, Params& params) 
         ply = read_ply(reading.resolve(name));
     } catch (const InputError& error) {
         const bool missing = !std::filesystem::exists(reading.resolve(name), status);
-        fail(params.place_of("filename"), "{}{}", printable(error.what()),
-             missing ? "; --skip-missing renders the rest without it" : "");
+        fail_always(params.place_of("filename"), "{}{}", printable(error.what()),
+                    missing ? "; --skip-missing renders the rest without it" : "");
     }
     for (std::size_t i = 0; i < ply.p.size(); ++i) {
         if (is_finite(ply.p[i])) continue;
-        fail(params.place_of("filename"), "\"{}\": vertex {} is ({:g} {:g} {:g}); finite ones are accepted",
-             shown(name), i, ply.p[i].x, ply.p[i].y, ply.p[i].z);
+        fail_always(params.place_of("filename"),
+                    "\"{}\": vertex {} is ({:g} {:g} {:g}); finite ones are accepted", shown(name), i,
+                    ply.p[i].x, ply.p[i].y, ply.p[i].z);
     }
     ObjectMesh mesh;
     mesh.p.assign(ply.p.begin(), ply.p.end());
@@ -80,10 +93,14 @@ ObjectMesh read_loop_mesh(Params& params) {
     const std::vector<V3d> p = read_vertices(params);
     const std::vector<int> indices = read_indices(params, p.size(), 3);
     const char* name = params.has("levels") ? "levels" : "nlevels";  // versions 4 and 3
-    const int levels = params.integer(name, 3);
+    int levels = params.integer(name, 3);
     constexpr int kMostLevels = 10;
     if (levels < 0 || levels > kMostLevels) {
-        fail(params.place_of(name), "{} {} is not accepted; 0 to {} is", name, levels, kMostLevels);
+        const int held = std::clamp(levels, 0, kMostLevels);
+        params.depart(params.place_of(name),
+                      fmt::format("{} {} is not accepted; 0 to {} is", name, levels, kMostLevels),
+                      fmt::format("{} is taken", held));
+        levels = held;
     }
     constexpr double kMostTriangles = 2e8;
     if (static_cast<double>(indices.size()) / 3 * std::pow(4.0, levels) > kMostTriangles) {
@@ -91,6 +108,12 @@ ObjectMesh read_loop_mesh(Params& params) {
              levels, kMostTriangles, indices.size() / 3);
     }
     params.accept({"scheme"});
+    // What the subdivision keeps of each level, and the mesh itself, per triangle of the last.
+    constexpr std::uint64_t kBytesOfTriangle = 250;
+    require_memory(bytes_of(indices.size() / 3, kBytesOfTriangle << 2 * levels),
+                   fmt::format("{}: {} {} of {} triangles", to_string(params.place().location()), name,
+                               levels, indices.size() / 3),
+                   "fewer levels are accepted");
     try {
         LoopMesh limit = subdivide_loop(p, triangles_of(indices), levels);
         mesh.p = std::move(limit.p);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/names.h"
 #include "engine/pbrt/state.h"
 
 namespace lucerna {
@@ -15,12 +16,16 @@ void read_screen_window(Reading& reading, Params& params) {
     const Param* window = params.find("screenwindow", {Type::real});
     if (!window) return;
     if (window->numbers.size() != 4) {
-        fail(window->place, "\"screenwindow\" has {} numbers; 4 are accepted (x0 x1 y0 y1)",
-             window->numbers.size());
+        return params.depart(window->place,
+                             fmt::format("\"screenwindow\" has {} numbers; 4 are accepted (x0 x1 y0 y1)",
+                                         window->numbers.size()),
+                             "it is left out");
     }
     if (!(window->numbers[0] < window->numbers[1] && window->numbers[2] < window->numbers[3])) {
-        fail(window->place, "\"screenwindow\" is {:g}; x0 < x1 and y0 < y1 are accepted",
-             fmt::join(window->numbers, " "));
+        return params.depart(window->place,
+                             fmt::format("\"screenwindow\" is {:g}; x0 < x1 and y0 < y1 are accepted",
+                                         fmt::join(window->numbers, " ")),
+                             "it is left out");
     }
     for (std::size_t i = 0; i < 4; ++i)
         reading.draft.camera.screen[i] = static_cast<float>(window->numbers[i]);
@@ -43,8 +48,10 @@ void read_crop(Params& params, FilmSettings& film) {
     const Param* window = shares ? shares : pixels;
     if (!window) return;
     if (window->numbers.size() != 4) {
-        fail(window->place, "\"{}\" has {} numbers; 4 are accepted (x0 x1 y0 y1)", window->name,
-             window->numbers.size());
+        return params.depart(window->place,
+                             fmt::format("\"{}\" has {} numbers; 4 are accepted (x0 x1 y0 y1)", window->name,
+                                         window->numbers.size()),
+                             "it is left out");
     }
     const double wide = film.width, high = film.height;
     const auto edge = [&](std::size_t i) {
@@ -52,8 +59,9 @@ void read_crop(Params& params, FilmSettings& film) {
         const double at = window->numbers[i];
         return static_cast<int>(std::clamp(shares ? std::ceil(most * at) : at, 0.0, most));
     };
-    film.crop_begin = V2i(edge(0), edge(2));
-    film.crop_end = V2i(edge(1), edge(3));
+    // As pbrt does, in either order.
+    film.crop_begin = V2i(std::min(edge(0), edge(1)), std::min(edge(2), edge(3)));
+    film.crop_end = V2i(std::max(edge(0), edge(1)), std::max(edge(2), edge(3)));
     if (film.crop_begin.x >= film.crop_end.x || film.crop_begin.y >= film.crop_end.y) {
         fail(window->place, "\"{}\" {:g} leaves no pixel of {} x {}", window->name,
              fmt::join(window->numbers, " "), film.width, film.height);
@@ -64,10 +72,13 @@ void read_crop(Params& params, FilmSettings& film) {
 double read_sensor(Params& params) {
     const std::string sensor = params.string("sensor", "cie1931");
     if (sensor != "cie1931") {
-        fail(params.place_of("sensor"), "sensor \"{}\" is not supported yet; cie1931 is", shown(sensor));
+        params.depart(params.place_of("sensor"),
+                      fmt::format("sensor \"{}\" is not supported; cie1931 is", shown(sensor)),
+                      "cie1931 is taken", "the sensor's own colours");
     }
     if (params.real("whitebalance", 0) != 0) {
-        fail(params.place_of("whitebalance"), "\"whitebalance\" is not supported yet; 0 is accepted");
+        params.depart(params.place_of("whitebalance"), "\"whitebalance\" is not supported; 0 is accepted",
+                      "colours are taken as they stand", "the balance of white");
     }
     const double iso = params.real_within("iso", 100, 1e-6, 1e9);
     const double seconds = params.real_within("exposuretime", 1, 1e-9, 1e9);
@@ -77,8 +88,10 @@ double read_sensor(Params& params) {
 float read_radius(Params& params, std::string_view v4_name, std::string_view v3_name, double fallback) {
     const std::string_view name = params.has(v3_name) ? v3_name : v4_name;
     if (params.has(v3_name) && params.has(v4_name)) {
-        fail(params.place_of(v3_name), "\"{}\" and \"{}\" are two names for one thing; one is accepted",
-             v3_name, v4_name);
+        params.depart(
+            params.place_of(v3_name),
+            fmt::format("\"{}\" and \"{}\" are two names for one thing; one is accepted", v3_name, v4_name),
+            fmt::format("\"{}\" is taken", v3_name));
     }
     // Read under both names, so that either is offered when a third is misspelt.
     params.accept({v3_name, v4_name});
@@ -101,8 +114,11 @@ Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
     const std::string mapping = environment ? "equirectangular" : params.string("mapping", "equalarea");
     if (mapping == "equirectangular") return Camera::Settings::Mapping::equirectangular;
     if (mapping == "equalarea") return Camera::Settings::Mapping::equal_area;
-    fail(params.place_of("mapping"), "mapping \"{}\" is not accepted; equalarea and equirectangular are",
-         shown(mapping));
+    params.depart(
+        params.place_of("mapping"),
+        fmt::format("mapping \"{}\" is not accepted; equalarea and equirectangular are", shown(mapping)),
+        "equalarea is taken");
+    return Camera::Settings::Mapping::equal_area;
 }
 
 }  // namespace
@@ -124,9 +140,11 @@ void read_camera(Reading& reading, const std::string& kind, Params& params) {
         camera.fov_degrees = static_cast<float>(fov);
     } else if (kind == "orthographic") {
         camera.kind = Camera::Settings::Kind::orthographic;
+    } else if (kind == "realistic") {
+        return read_realistic(reading, params);
     } else {
         refuse_kind(params.place(), "Camera", kind,
-                    {"perspective", "orthographic", "spherical", "environment"}, {"realistic"});
+                    {"perspective", "orthographic", "spherical", "environment", "realistic"}, {});
     }
     read_screen_window(reading, params);
     reading.draft.frame_aspect_ratio =
@@ -138,8 +156,8 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     FilmSettings& film = reading.draft.film;
     const bool version3 = kind == "image";
     if (kind == "gbuffer" || kind == "spectral") {
-        reading.warn(params.place(),
-                     fmt::format("Film \"{}\": red, green and blue are written, nothing else", kind));
+        reading.depart(params.place(), fmt::format("Film \"{}\" is not supported", kind),
+                       "red, green and blue are written", "its other channels");
         params.accept({"buckets", "coordsys", "lambdamax", "lambdamin", "nbuckets"});
     } else if (!version3 && kind != "rgb") {
         refuse_kind(params.place(), "Film", kind, {"rgb", "image", "gbuffer", "spectral"}, {});
@@ -148,15 +166,20 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     film.width = read_side(params, "xresolution", version3 ? 640 : 1280);
     film.height = read_side(params, "yresolution", version3 ? 480 : 720);
     film.filename = params.string("filename", FilmSettings{}.filename.string());
-    if (film.filename.empty())
-        fail(params.place_of("filename"), "\"filename\" is empty; the name of an image is accepted");
+    if (film.filename.empty()) {
+        film.filename = FilmSettings{}.filename;
+        params.depart(params.place_of("filename"), "\"filename\" is empty; the name of an image is accepted",
+                      fmt::format("\"{}\" is taken", film.filename.string()));
+    }
+    reading.draft.film_diagonal = params.real_within("diagonal", 35, 1e-3, 1e6) / 1000;
+    reading.draft.film_of_version4 = !version3;
     double scale = params.real_within("scale", 1, 1e-30, 1e30);
     if (!version3) scale *= read_sensor(params);
     film.scale = static_cast<float>(scale);
     read_crop(params, film);
-    // Half floats; the size of a film that only a real lens asks for; how older versions wrote files.
-    params.accept(
-        {"savefp16", "diagonal", "maxcomponentvalue", "premultiplyalpha", "writefrequency", "display"});
+    // Half floats; how older versions wrote files.
+    params.accept({"savefp16", "maxcomponentvalue", "maxsampleluminance", "premultiplyalpha",
+                   "writefrequency", "display"});
 }
 
 void read_filter(Reading& reading, const std::string& kind, Params& params) {
@@ -186,8 +209,13 @@ void read_filter(Reading& reading, const std::string& kind, Params& params) {
         radius = 4;
         filter.tau = static_cast<float>(params.real_within("tau", 3, 0.1, 100));
     } else {
-        refuse_kind(params.place(), "PixelFilter", kind, {"box", "triangle", "gaussian", "mitchell", "sinc"},
-                    {});
+        constexpr std::string_view known[] = {"box", "triangle", "gaussian", "mitchell", "sinc"};
+        params.depart(params.place(),
+                      fmt::format("unknown PixelFilter \"{}\"; {}known are {}", shown(kind),
+                                  did_you_mean(kind, known), fmt::join(known, ", ")),
+                      "box is taken");
+        filter.kind = FilterSettings::Kind::box;
+        radius = 0.5;
     }
     filter.radius = {read_radius(params, "xradius", "xwidth", radius),
                      read_radius(params, "yradius", "ywidth", radius)};
@@ -202,19 +230,25 @@ void read_sampler(Reading& reading, const std::string& kind, Params& params) {
             fmt::format("{}: Sampler \"{}\" is not one of pbrt's; only its number of samples is used",
                         to_string(params.place().location()), shown(kind)));
     }
-    params.accept({"dimensions", "jitter", "randomization", "seed"});
+    params.accept({"dimensions", "jitter", "randomization", "samplepixelcenter", "seed"});
     const auto count = [&](std::string_view name, int fallback) {
         const int value = params.integer(name, fallback);
-        if (value < 1 || value > 1 << 24) {
-            fail(params.place_of(name), "{}: {} is not accepted; 1 to {} is", name, value, 1 << 24);
+        const int held = std::clamp(value, 1, 1 << 24);
+        if (held != value) {
+            params.depart(params.place_of(name),
+                          fmt::format("{}: {} is not accepted; 1 to {} is", name, value, 1 << 24),
+                          fmt::format("{} is taken", held));
         }
-        return value;
+        return held;
     };
     if (params.has("xsamples") || params.has("ysamples")) {
         const auto product = static_cast<std::int64_t>(count("xsamples", 4)) * count("ysamples", 4);
-        if (product > 1 << 24)
-            fail(params.place(), "xsamples x ysamples is {}; at most {} is accepted", product, 1 << 24);
-        reading.draft.spp = static_cast<int>(product);
+        if (product > 1 << 24) {
+            params.depart(params.place(),
+                          fmt::format("xsamples x ysamples is {}; at most {} is accepted", product, 1 << 24),
+                          fmt::format("{} is taken", 1 << 24));
+        }
+        reading.draft.spp = static_cast<int>(std::min<std::int64_t>(product, 1 << 24));
     } else if (params.has("samplesperpixel")) {
         reading.draft.spp = count("samplesperpixel", 16);
     } else {

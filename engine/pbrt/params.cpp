@@ -13,6 +13,9 @@ namespace {
 
 using Type = Param::Type;
 
+// Of one directive; those that are known to any are some fifty. Each is looked for among the others.
+constexpr std::size_t kMostParams = 256;
+
 struct TypeWord {
     std::string_view word;
     Type type;
@@ -39,14 +42,11 @@ constexpr TypeWord kTypeWords[] = {
     {"color", Type::rgb},
 };
 
-Type type_of(std::string_view word, std::string_view declaration, const Place& at) {
+std::optional<Type> type_of(std::string_view word) {
     for (const TypeWord& known : kTypeWords) {
         if (known.word == word) return known.type;
     }
-    std::vector<std::string_view> words;
-    for (const TypeWord& known : kTypeWords) words.push_back(known.word);
-    fail(at, "\"{}\": unknown type \"{}\"; {}known are {}", shown(declaration), shown(word),
-         did_you_mean(word, words), fmt::join(words, ", "));
+    return std::nullopt;
 }
 
 // Numbers that make up one value of the type.
@@ -74,29 +74,48 @@ std::string declared(const Param& param) {
     return fmt::format("\"{} {}\"", type_name(param.type), shown(param.name));
 }
 
-// Takes one value that is not a number from the tokens.
-void read_word_value(Tokens& tokens, Param& param) {
+// What is wrong with a parameter's values, at the first that is.
+struct Problem {
+    Place at;
+    std::string what, instead;
+    bool drops = true;  // the parameter, as a whole
+};
+
+// Takes one value that is not a number from the tokens, whatever it is; an unquoted word ends the list in
+// every version and is an error of syntax.
+void read_word_value(Tokens& tokens, Param& param, std::optional<Problem>& problem) {
     const Place at = tokens.place();
     const Token token = tokens.next();
     const bool is_string = token.kind == Token::Kind::string;
     if (param.type == Type::boolean) {  // true; "true" in older versions
-        if ((is_string || token.kind == Token::Kind::word) &&
-            (token.text == "true" || token.text == "false")) {
-            param.flags.push_back(token.text == "true");
-            return;
-        }
-        fail(at, "{}: {} is no truth value; true or false is accepted", declared(param), shown(token.text));
+        const bool word = is_string || token.kind == Token::Kind::word;
+        const bool known = word && (token.text == "true" || token.text == "false");
+        const auto what = fmt::format("{}: {} is no truth value; true or false is accepted", declared(param),
+                                      shown(token.text));
+        if (!known && !is_string && token.kind != Token::Kind::number) fail(at, "{}", what);
+        param.flags.push_back(known && token.text == "true");
+        if (!known && !problem)
+            problem = {at, what, is_string ? "false is taken" : "the parameter is left out", !is_string};
+        return;
     }
     const bool names_a_spectrum = param.type == Type::spectrum && is_string;
-    if ((is_numeric(param.type) && !names_a_spectrum) || !is_string) {
-        fail(at, "{}: \"{}\" is not accepted; {} is", declared(param), shown(token.text),
-             is_numeric(param.type) ? "a number" : "a string in quotes");
+    if ((!is_numeric(param.type) || names_a_spectrum) && is_string) {
+        param.strings.push_back(string_value(token, at));
+        return;
     }
-    param.strings.push_back(string_value(token, at));
+    if (is_numeric(param.type) && !is_string && names_a_number(token.text)) {
+        param.numbers.push_back(number_value(token.text, at));
+        return;
+    }
+    const auto what = fmt::format("{}: \"{}\" is not accepted; {} is", declared(param), shown(token.text),
+                                  is_numeric(param.type) ? "a number" : "a string in quotes");
+    if (!is_string && token.kind != Token::Kind::number) fail(at, "{}", what);
+    if (!problem) problem = {at, what, "the parameter is left out", true};
 }
 
-void read_values(Tokens& tokens, Param& param) {
+std::optional<Problem> read_values(Tokens& tokens, Param& param) {
     using Kind = Token::Kind;
+    std::optional<Problem> problem;
     param.values = tokens.place();
     if (tokens.peek().kind == Kind::end) fail(param.values, "{} has no value", declared(param));
     if (tokens.peek().kind != Kind::open) {
@@ -104,9 +123,9 @@ void read_values(Tokens& tokens, Param& param) {
             param.numbers.push_back(number_value(tokens.peek().text, param.values));
             tokens.next();
         } else {
-            read_word_value(tokens, param);
+            read_word_value(tokens, param, problem);
         }
-        return;
+        return problem;
     }
     tokens.next();
     while (tokens.peek().kind != Kind::close) {
@@ -115,14 +134,15 @@ void read_values(Tokens& tokens, Param& param) {
         if (is_numeric(param.type) && tokens.peek().kind == Kind::number) {
             tokens.read_numbers(param.numbers);
         } else {
-            read_word_value(tokens, param);
+            read_word_value(tokens, param, problem);
         }
     }
     tokens.next();
+    return problem;
 }
 
-// "type name" taken apart; any number of blanks between.
-Param declare(const Token& token, const Place& at) {
+// "type name" taken apart; any number of blanks between. What is wrong with it otherwise.
+std::optional<Problem> declare(const Token& token, Param& param) {
     constexpr std::string_view blanks = " \t";
     const std::string_view text = token.text;
     const std::size_t type_begin = std::min(text.find_first_not_of(blanks), text.size());
@@ -130,14 +150,50 @@ Param declare(const Token& token, const Place& at) {
     const std::size_t name_begin = std::min(text.find_first_not_of(blanks, type_end), text.size());
     const std::size_t name_end = std::min(text.find_first_of(blanks, name_begin), text.size());
     const bool two_words = name_begin < name_end && text.find_first_not_of(blanks, name_end) == text.npos;
+    constexpr std::string_view instead = "it is left out";
     if (!two_words) {
-        fail(at, "\"{}\" declares no parameter; \"type name\" does, like \"float radius\"", shown(text));
+        return Problem{param.place,
+                       fmt::format("\"{}\" declares no parameter; \"type name\" does, like \"float radius\"",
+                                   shown(text)),
+                       std::string(instead), true};
     }
-    Param param;
-    param.place = at;
-    param.type = type_of(text.substr(type_begin, type_end - type_begin), text, at);
+    const std::string_view word = text.substr(type_begin, type_end - type_begin);
+    const std::optional<Type> type = type_of(word);
+    if (!type) {
+        std::vector<std::string_view> words;
+        for (const TypeWord& known : kTypeWords) words.push_back(known.word);
+        return Problem{param.place,
+                       fmt::format("\"{}\": unknown type \"{}\"; {}known are {}", shown(text), shown(word),
+                                   did_you_mean(word, words), fmt::join(words, ", ")),
+                       std::string(instead), true};
+    }
+    param.type = *type;
     param.name = text.substr(name_begin, name_end - name_begin);
-    return param;
+    return std::nullopt;
+}
+
+// The values of a parameter that cannot be told.
+void skip_values(Tokens& tokens) {
+    using Kind = Token::Kind;
+    const Place begin = tokens.place();
+    if (tokens.peek().kind != Kind::open) {
+        const Token& value = tokens.peek();
+        if (value.kind == Kind::number || value.kind == Kind::string || value.text == "true" ||
+            value.text == "false")
+            tokens.next();
+        return;
+    }
+    while (tokens.peek().kind != Kind::close) {
+        if (tokens.peek().kind == Kind::end) fail(begin, "this [ is never closed");
+        tokens.next();
+    }
+    tokens.next();
+}
+
+// pbrt keeps one list for each type, and one for all spellings of a colour.
+Type family_of(Type type) {
+    const bool colour = type == Type::spectrum || type == Type::blackbody || type == Type::xyz;
+    return colour ? Type::rgb : type;
 }
 
 }  // namespace
@@ -151,76 +207,152 @@ Place Param::place_of(std::size_t value) const {
     Tokens tokens(*values.source, values.offset);
     if (tokens.peek().kind == Token::Kind::open) tokens.next();
     for (; value > 0 && tokens.peek().kind != Token::Kind::close; --value) tokens.next();
+    values.source->take_oddities();  // they were said when the list was read
     return tokens.place();
 }
 
-Params Params::read(Tokens& tokens, std::string owner, const Place& place) {
+Params Params::read(Tokens& tokens, std::string owner, const Place& place, Leniency& leniency, bool ours) {
     Params result;
     result.owner_ = std::move(owner);
     result.place_ = place;
-    while (tokens.peek().kind == Token::Kind::string) {
-        const Place at = tokens.place();
-        Param param = declare(tokens.next(), at);
-        if (result.has(param.name)) {
-            fail(at, "parameter \"{}\" of {} is given twice", shown(param.name), result.owner_);
-        }
-        read_values(tokens, param);
-        const std::size_t width = width_of(param.type);
-        if (param.numbers.size() % width != 0) {
-            fail(at, "{} of {} has {} numbers; a multiple of {} is accepted", declared(param), result.owner_,
-                 param.numbers.size(), width);
-        }
-        result.params_.push_back(std::move(param));
-    }
+    result.leniency_ = &leniency;
+    result.ours_ = ours;
+    result.read_more(tokens);
     return result;
 }
 
-void Params::add_defaults(const std::vector<Param>& defaults) {
-    for (const Param& param : defaults) {
-        if (has(param.name)) continue;
-        params_.push_back(param);
-        params_.back().used = true;
+void Params::read_more(Tokens& tokens) {
+    while (tokens.peek().kind == Token::Kind::string) {
+        Param param;
+        param.place = tokens.place();
+        if (params_.size() == kMostParams)
+            fail(param.place, "{} has more than {} parameters; fewer are accepted", owner_, kMostParams);
+        if (const auto problem = declare(tokens.next(), param)) {
+            depart(problem->at, problem->what, problem->instead);
+            skip_values(tokens);
+            continue;
+        }
+        if (const auto problem = read_values(tokens, param)) {
+            depart(problem->at, problem->what, problem->instead);
+            if (problem->drops) continue;
+        }
+        const std::size_t width = width_of(param.type), count = param.numbers.size();
+        if (count % width != 0) {
+            depart(param.place,
+                   fmt::format("{} of {} has {} numbers; a multiple of {} is accepted", declared(param),
+                               owner_, count, width),
+                   fmt::format("the last {} are left out", count % width));
+            param.numbers.resize(count - count % width);
+        }
+        add(std::move(param));
+    }
+    depart_oddities(*tokens.place().source);
+}
+
+void Params::depart_oddities(const Source& source) const {
+    for (const Source::Oddity& oddity : source.take_oddities()) {
+        for (std::uint64_t i = 0; i < oddity.times; ++i)
+            depart({&source, oddity.offset}, oddity.what, oddity.instead);
     }
 }
 
-bool Params::has(std::string_view name) const {
-    return std::any_of(params_.begin(), params_.end(), [&](const Param& p) { return p.name == name; });
+void Params::add(Param param) {
+    const auto same = [&](const Param& other) {
+        return other.name == param.name && family_of(other.type) == family_of(param.type);
+    };
+    const auto earlier = std::find_if(params_.begin(), params_.end(), same);
+    if (earlier == params_.end()) return params_.push_back(std::move(param));
+    depart(param.place, fmt::format("parameter \"{}\" of {} is given twice", shown(param.name), owner_),
+           "the last one counts");
+    *earlier = std::move(param);
 }
 
-Place Params::place_of(std::string_view name) const {
-    const auto found =
-        std::find_if(params_.begin(), params_.end(), [&](const Param& p) { return p.name == name; });
-    return found == params_.end() ? place_ : found->place;
+void Params::depart(const Place& at, std::string_view what, std::string_view instead,
+                    std::string_view lost) const {
+    if (ours_) throw TextError(at, std::string(what));
+    leniency_->depart(at, what, instead, lost);
 }
 
-const Param* Params::find_any(std::string_view name) {
-    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
-    for (Param& param : params_) {
-        if (param.name != name) continue;
-        param.used = true;
-        return &param;
+void Params::depart_once(const Param& param, std::string_view what, std::string_view instead) {
+    // A default is shared by directives and bears no mark.
+    for (Param& mine : params_) {
+        if (&mine != &param) continue;
+        if (mine.said) return;
+        mine.said = true;
+    }
+    depart(param.place, what, instead);
+}
+
+const Param* Params::known(std::string_view name) const {
+    for (const Param& param : params_) {
+        if (param.name == name) return &param;
+    }
+    for (const auto& param : defaults_) {
+        if (param->name == name) return param.get();
     }
     return nullptr;
 }
 
+bool Params::has(std::string_view name) const {
+    return known(name) != nullptr;
+}
+
+Place Params::place_of(std::string_view name) const {
+    const Param* param = known(name);
+    return param ? param->place : place_;
+}
+
+const Param* Params::find_any(std::string_view name) {
+    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
+    Param* found = nullptr;
+    for (Param& param : params_) {
+        if (param.name == name && (!found || param.type == Type::texture)) found = &param;
+    }
+    if (found) found->used = true;
+    return found ? found : known(name);
+}
+
 const Param* Params::find(std::string_view name, std::initializer_list<Type> types) {
-    const Param* param = find_any(name);
-    if (param && std::find(types.begin(), types.end(), param->type) == types.end()) {
+    if (std::find(asked_.begin(), asked_.end(), name) == asked_.end()) asked_.emplace_back(name);
+    const auto is_accepted = [&](const Param& param) {
+        return std::find(types.begin(), types.end(), param.type) != types.end();
+    };
+    Param* found = nullptr;
+    Param* other = nullptr;
+    for (Param& param : params_) {
+        if (param.name != name) continue;
+        if (!is_accepted(param)) {
+            other = &param;
+        } else if (!found || param.type == Type::texture) {
+            found = &param;
+        }
+    }
+    if (found) {
+        found->used = true;
+        return found;
+    }
+    if (other) other->used = true;
+    const Param* not_taken = other ? other : known(name);
+    if (not_taken && is_accepted(*not_taken)) return not_taken;
+    if (not_taken) {
         std::vector<std::string_view> accepted;
         for (const Type type : types) accepted.push_back(type_name(type));
-        fail(param->place, "{} of {} has the wrong type; \"{} {}\" is accepted", declared(*param), owner_,
-             fmt::join(accepted, "|"), name);
+        depart_once(*not_taken,
+                    fmt::format("{} of {} has the wrong type; \"{} {}\" is accepted", declared(*not_taken),
+                                owner_, fmt::join(accepted, "|"), name),
+                    "it is left out");
     }
-    return param;
+    return nullptr;
 }
 
 const Param* Params::find_sized(std::string_view name, std::initializer_list<Type> types, std::size_t count) {
     const Param* param = find(name, types);
-    if (param && param->count() != count) {
-        fail(param->place, "{} of {} has {} values; {} {} accepted", declared(*param), owner_, param->count(),
-             count, count == 1 ? "is" : "are");
-    }
-    return param;
+    if (!param || param->count() == count) return param;
+    depart_once(*param,
+                fmt::format("{} of {} has {} values; {} {} accepted", declared(*param), owner_,
+                            param->count(), count, count == 1 ? "is" : "are"),
+                "it is left out");
+    return nullptr;
 }
 
 bool Params::boolean(std::string_view name, bool fallback) {
@@ -230,7 +362,16 @@ bool Params::boolean(std::string_view name, bool fallback) {
 
 int Params::integer(std::string_view name, int fallback) {
     const Param* param = find_sized(name, {Type::integer}, 1);
-    return param ? to_integer(*param, 0) : fallback;
+    if (!param) return fallback;
+    const double value = param->numbers.front(), most = std::numeric_limits<int>::max();
+    const double taken = std::clamp(std::trunc(value), -most, most);
+    if (taken != value) {
+        depart(param->place_of(0),
+               fmt::format("{}: {:.10g} is not accepted; a whole number below 2147483648 is",
+                           declared(*param), value),
+               fmt::format("{:.10g} is taken", taken));
+    }
+    return static_cast<int>(taken);
 }
 
 double Params::real(std::string_view name, double fallback) {
@@ -240,21 +381,17 @@ double Params::real(std::string_view name, double fallback) {
 
 double Params::real_within(std::string_view name, double fallback, double least, double most) {
     const double value = real(name, fallback);
-    if (value < least || value > most) {
-        fail(place_of(name), "{} of {}: {:g} is not accepted; {:g} to {:g} is", name, owner_, value, least,
-             most);
-    }
-    return value;
+    if (value >= least && value <= most) return value;
+    const double held = std::clamp(value, least, most);
+    depart(place_of(name),
+           fmt::format("{} of {}: {:g} is not accepted; {:g} to {:g} is", name, owner_, value, least, most),
+           fmt::format("{:g} is taken", held));
+    return held;
 }
 
 std::string Params::string(std::string_view name, std::string_view fallback) {
     const Param* param = find_sized(name, {Type::string}, 1);
     return param ? param->strings.front() : std::string(fallback);
-}
-
-Rgb Params::rgb(std::string_view name, const Rgb& fallback) {
-    const Param* param = find(name, {Type::rgb});
-    return param ? to_rgb(*param) : fallback;
 }
 
 V3d Params::point(std::string_view name, const V3d& fallback) {
@@ -266,38 +403,17 @@ void Params::accept(std::initializer_list<std::string_view> names) {
     for (const std::string_view name : names) find_any(name);
 }
 
-void Params::warn_unused(Monitor& monitor) const {
+void Params::depart_unused() const {
     for (const Param& param : params_) {
         if (param.used) continue;
         const std::vector<std::string_view> known(asked_.begin(), asked_.end());
         const std::string names =
             known.empty() ? "it takes none" : fmt::format("known are {}", fmt::join(known, ", "));
-        monitor.warn(fmt::format("{}: {} of {} has no effect; {}{}", to_string(param.place.location()),
-                                 declared(param), owner_, did_you_mean(param.name, known), names));
+        depart(param.place,
+               fmt::format("{} of {} has no effect; {}{}", declared(param), owner_,
+                           did_you_mean(param.name, known), names),
+               "it is left out");
     }
-}
-
-Rgb to_rgb(const Param& param) {
-    if (param.numbers.size() != 3) {
-        fail(param.place, "{} has {} numbers; 3 are accepted", declared(param), param.numbers.size());
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double value = param.numbers[i];
-        if (value < 0 || value > static_cast<double>(std::numeric_limits<float>::max())) {
-            fail(param.place_of(i), "{}: {:g} is not accepted; 0 to 3.4e38 is", declared(param), value);
-        }
-    }
-    return {static_cast<float>(param.numbers[0]), static_cast<float>(param.numbers[1]),
-            static_cast<float>(param.numbers[2])};
-}
-
-int to_integer(const Param& param, std::size_t index) {
-    const double value = param.numbers[index];
-    if (value != std::floor(value) || std::fabs(value) > std::numeric_limits<int>::max()) {
-        fail(param.place_of(index), "{}: {:.10g} is not accepted; a whole number below 2147483648 is",
-             declared(param), value);
-    }
-    return static_cast<int>(value);
 }
 
 void refuse_kind(const Place& at, std::string_view what, std::string_view kind,

@@ -1,10 +1,12 @@
 // The parameters of one directive: "type name" [values], typed, placed, and asked for by name.
 //
-// Whoever reads a directive asks for each parameter it knows; an ill-typed or wrongly sized one is an error
-// at its place, and what nobody asked for is a warning. So no parameter can be overlooked in silence.
+// Whoever reads a directive asks for each parameter it knows. As in pbrt, one that is ill-typed or wrongly
+// sized counts as not given, of two with one name the last one counts, and what nobody asked for has no
+// effect; each of these is said (leniency.h), so that no parameter can be overlooked in silence.
 #pragma once
 
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +14,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
+#include "engine/pbrt/leniency.h"
 #include "engine/pbrt/tokens.h"
 
 namespace lucerna {
@@ -42,22 +45,31 @@ struct Param {
     std::vector<std::string> strings;
     std::vector<bool> flags;
     bool used = false;
+    bool said = false;  // that it cannot be taken as it stands
 
     std::size_t count() const { return numbers.size() + strings.size() + flags.size(); }
     // Of the value with this index; walks through the text, so only for messages.
     Place place_of(std::size_t value) const;
 };
 
+// Shared by all directives that have them: they may be long lists, and blocks and directives many.
+using ParamDefaults = std::vector<std::shared_ptr<const Param>>;
+
 class Params {
   public:
     Params() = default;
-    // Reads declarations up to the first token that is no string. `owner` names the directive in messages.
-    static Params read(Tokens& tokens, std::string owner, const Place& place);
+    // Reads declarations up to the first token that is no string. `owner` names the directive in messages;
+    // `ours`: a directive that pbrt does not have, which is taken strictly. `leniency` must outlive them.
+    static Params read(Tokens& tokens, std::string owner, const Place& place, Leniency& leniency,
+                       bool ours = false);
+    // The list goes on.
+    void read_more(Tokens& tokens);
 
     // Adds those that are not given here, without a warning if they stay unused (pbrt's Attribute directive).
-    void add_defaults(const std::vector<Param>& defaults);
+    void add_defaults(const ParamDefaults& defaults) { defaults_ = defaults; }
 
-    // The parameter of that name, marked as used; null if absent. Throws InputError if its type is another.
+    // The parameter of that name and one of these types, marked as used; null if there is none. Of a texture
+    // and a value the texture is taken.
     const Param* find(std::string_view name, std::initializer_list<Param::Type> types);
     // Whatever its type; marked as used.
     const Param* find_any(std::string_view name);
@@ -70,35 +82,45 @@ class Params {
     int integer(std::string_view name, int fallback);
     double real(std::string_view name, double fallback);
     std::string string(std::string_view name, std::string_view fallback);
-    Rgb rgb(std::string_view name, const Rgb& fallback);
     V3d point(std::string_view name, const V3d& fallback);
-    // A number that must lie in [least, most].
+    // A number held in [least, most].
     double real_within(std::string_view name, double fallback, double least, double most);
 
     // Accepts these without a warning: they steer how pbrt works, not what it computes.
     void accept(std::initializer_list<std::string_view> names);
-    void warn_unused(Monitor& monitor) const;
+    void depart_unused() const;
+    // Leniency's depart(), or an error if the directive is ours.
+    void depart(const Place& at, std::string_view what, std::string_view instead,
+                std::string_view lost = {}) const;
+    // The same for a parameter that is asked for several times: said once.
+    void depart_once(const Param& param, std::string_view what, std::string_view instead);
 
     const std::vector<Param>& all() const { return params_; }
     const std::string& owner() const { return owner_; }
     const Place& place() const { return place_; }
+    bool ours() const { return ours_; }
 
   private:
+    void add(Param param);
+    void depart_oddities(const Source& source) const;
     const Param* find_sized(std::string_view name, std::initializer_list<Param::Type> types,
                             std::size_t count);
 
+    const Param* known(std::string_view name) const;  // null: neither given nor a default
+
     std::vector<Param> params_;
+    ParamDefaults defaults_;
     std::vector<std::string> asked_;  // every name that was looked for: what a warning offers
     std::string owner_;
     Place place_;
+    Leniency* leniency_ = nullptr;
+    bool ours_ = false;
 };
 
 // As scene text spells it: "float", "point3", ...
 std::string_view type_name(Param::Type type);
-Rgb to_rgb(const Param& param);  // of three numbers, none negative
-int to_integer(const Param& param, std::size_t index);
 
-// Throws InputError: `kind` of `what` is known to pbrt but not here yet, or not known at all.
+// Throws TextError: `kind` of `what` is known to pbrt but not here yet, or not known at all.
 [[noreturn]] void refuse_kind(const Place& at, std::string_view what, std::string_view kind,
                               std::initializer_list<std::string_view> supported,
                               std::initializer_list<std::string_view> known_elsewhere);

@@ -1,6 +1,9 @@
 // bilinearmesh: patches between four points.
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
 #include "engine/world/patch.h"
 
@@ -10,6 +13,8 @@ namespace {
 using Type = Param::Type;
 
 // One that emits: a grid of triangles over each patch, two for a parallelogram.
+constexpr std::uint64_t kBytesOfTessellated =
+    33 * 33 * (sizeof(V3d) + sizeof(V2f)) + 2 * 32 * 32 * sizeof(V3i);
 ObjectMesh tessellated(const BilinearMesh& mesh) {
     ObjectMesh out;
     for (std::size_t i = 0; i < mesh.patches.size(); ++i) {
@@ -46,20 +51,27 @@ void add_patches(Reading& reading, Params& params) {
         mesh.patches.push_back({indices[i], indices[i + 1], indices[i + 2], indices[i + 3]});
     }
     mesh.uv = read_uv(params, points.size());
-    const M44d back = inverse(reading.state.ctm).value();  // concatenate() saw to it
+    const std::optional<M44d> back = inverse(reading.state.ctm);  // none: flattened
     if (const Param* n = params.find("N", {Type::normal3})) {
         require_count(*n, n->numbers.size() / 3, points.size());
+        const M44d back_of_n = back.value_or(M44d());
         const double turn = reading.state.reverse_orientation ? -1 : 1;
         for (const V3d& normal : triples(*n)) {
-            mesh.n.emplace_back(V3f(turn * transform_normal(back, normal.normalized()).normalized()));
+            mesh.n.emplace_back(V3f(turn * transform_normal(back_of_n, normal.normalized()).normalized()));
         }
     }
     if (params.has("emissionfilename")) {
-        fail(params.place_of("emissionfilename"), "\"emissionfilename\" is not supported yet");
+        params.accept({"emissionfilename"});
+        params.depart(params.place_of("emissionfilename"), "\"emissionfilename\" is not supported",
+                      "the patch emits evenly", "the image on it");
     }
     const std::optional<SurfaceTraits> traits = traits_here(reading, params);
     if (!traits) return;
-    if (reading.state.area_light && emits(reading, params)) {
+    if (!back || (reading.state.area_light && emits(reading, params))) {
+        require_memory(bytes_of(mesh.patches.size(), kBytesOfTessellated),
+                       fmt::format("{}: the triangles of {} patches", to_string(params.place().location()),
+                                   mesh.patches.size()),
+                       "fewer are accepted");
         BilinearMesh object;
         object.p.assign(points.begin(), points.end());
         object.patches = mesh.patches;

@@ -13,11 +13,11 @@ namespace {
 // Warnings of a file's reader, with the place in the scene that asks for the file.
 class PlacedMonitor final : public Monitor {
   public:
-    PlacedMonitor(const Reading& reading, const Place& place) : reading_(reading), place_(place) {}
+    PlacedMonitor(Reading& reading, const Place& place) : reading_(reading), place_(place) {}
     void warn(std::string_view line) override { reading_.warn(place_, printable(std::string(line))); }
 
   private:
-    const Reading& reading_;
+    Reading& reading_;
     const Place& place_;
 };
 

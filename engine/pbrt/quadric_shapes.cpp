@@ -10,8 +10,20 @@ namespace {
 
 using Kind = Quadric::Kind;
 
+// pbrt squares them, or nearly so: a negative one is as good.
 float positive(Params& params, std::string_view name, double fallback) {
-    return static_cast<float>(params.real_within(name, fallback, 1e-30, 1e30));
+    const double given = params.real(name, fallback), size = std::fabs(given);
+    if (!(size >= 1e-30 && size <= 1e30)) {
+        fail(params.place_of(name), "{} of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
+             given, 1e-30, 1e30);
+    }
+    if (given < 0) {
+        params.depart(params.place_of(name),
+                      fmt::format("{} of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
+                                  given, 1e-30, 1e30),
+                      fmt::format("{:g} is taken", size));
+    }
+    return static_cast<float>(size);
 }
 
 float phi_max(Params& params) {
@@ -158,9 +170,10 @@ void add_quadric(Reading& reading, const std::string& kind, Params& params) {
     if (!traits) return;
     quadric.world_from_object = reading.state.ctm;
     quadric.traits = *traits;
-    if (!reading.state.area_light || !emits(reading, params)) {
+    const bool flattened = !inverse(reading.state.ctm);
+    if (!flattened && (!reading.state.area_light || !emits(reading, params))) {
         reading.shapes().quadrics.push_back(quadric);
-    } else if (emits_exactly(quadric)) {
+    } else if (!flattened && emits_exactly(quadric)) {
         std::vector<Quadric>& quadrics = reading.shapes().quadrics;
         quadric.traits.light = attach_light(reading, AreaSpec::Surface::quadric, quadrics.size());
         quadrics.push_back(quadric);

@@ -7,23 +7,13 @@
 #include "engine/pbrt/draft.h"
 
 namespace lucerna {
+namespace {
 
-Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
-                 const SceneOverrides& overrides, Monitor& monitor) {
-    Draft draft;
-    draft.sources.push_back(std::make_unique<Source>(pretended_file.string(), std::move(text)));
-    DirectiveReader reader(draft, pretended_file, overrides, monitor);
-    reader.read(*draft.sources.front());
-    return draft;
-}
-
-Job read_scene_text(std::string text, const std::filesystem::path& pretended_file,
-                    const SceneOverrides& overrides, const Workers& workers, Monitor& monitor) {
-    Draft draft = read_draft(std::move(text), pretended_file, overrides, monitor);
+Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
     const int spp = draft.spp;
-    std::vector<std::filesystem::path> files = std::move(draft.files);
+    std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     const Phase phase(monitor, "build scene", 0);
     return {Scene(std::move(assembled.parts), workers),
@@ -31,13 +21,62 @@ Job read_scene_text(std::string text, const std::filesystem::path& pretended_fil
             film,
             integrator,
             spp,
-            std::move(files)};
+            std::move(files),
+            std::move(caches)};
+}
+
+}  // namespace
+
+struct SceneFrames::State {
+    const Workers& workers;
+    Monitor& monitor;
+    std::optional<std::filesystem::path> file;  // none: text in memory
+    std::optional<DirectiveReader> reader;      // none: the text is read to its end
+};
+
+SceneFrames::SceneFrames(const std::filesystem::path& file, const SceneOverrides& overrides,
+                         const Workers& workers, Monitor& monitor)
+    : state_(new State{workers, monitor, file, {}}) {
+    state_->reader.emplace(read_text(file), file, overrides, monitor);
+}
+
+SceneFrames::SceneFrames(std::string text, const std::filesystem::path& pretended_file,
+                         const SceneOverrides& overrides, const Workers& workers, Monitor& monitor)
+    : state_(new State{workers, monitor, {}, {}}) {
+    state_->reader.emplace(std::move(text), pretended_file, overrides, monitor);
+}
+
+SceneFrames::~SceneFrames() = default;
+
+std::optional<Job> SceneFrames::next() {
+    if (!state_->reader) return std::nullopt;
+    std::optional<Draft> draft = state_->reader->next();
+    if (!state_->reader->more()) state_->reader.reset();  // and with it the text, which may be long
+    if (!draft) return std::nullopt;
+    Job job = job_of(std::move(*draft), state_->workers, state_->monitor);
+    if (state_->file) job.files.insert(job.files.begin(), *state_->file);
+    return job;
+}
+
+bool SceneFrames::more() const {
+    return state_->reader.has_value();
+}
+
+Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
+                 const SceneOverrides& overrides, Monitor& monitor) {
+    DirectiveReader reader(std::move(text), pretended_file, overrides, monitor);
+    Draft draft = reader.next().value();
+    reader.leave_rest();
+    return draft;
+}
+
+Job read_scene_text(std::string text, const std::filesystem::path& pretended_file,
+                    const SceneOverrides& overrides, const Workers& workers, Monitor& monitor) {
+    return job_of(read_draft(std::move(text), pretended_file, overrides, monitor), workers, monitor);
 }
 
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
                Monitor& monitor) {
-    std::error_code status;  // asked first: opening a pipe would wait for its writer
-    if (std::filesystem::is_other(file, status)) throw InputError({file.string()}, "is no regular file");
     Job job = read_scene_text(read_text(file), file, overrides, workers, monitor);
     job.files.insert(job.files.begin(), file);
     return job;

@@ -1,10 +1,13 @@
 // Scene files: pbrt's text, version 4's syntax and version 3's names, into a Job that can be rendered.
 //
-// What the reader knows it does exactly as pbrt; what it does not know it refuses, by file, line and column.
-// A parameter without effect is a warning. docs/scene-files.md lists directives and parameters.
+// What the reader knows it does exactly as pbrt. What pbrt renders and the reader does not know is rendered
+// with something in its place, and a warning by file, line and column; under `strict` it is refused
+// (leniency.h). docs/scene-files.md lists directives and parameters.
 #pragma once
 
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,10 +27,33 @@ struct SceneOverrides {
     std::string output;                                    // image file; empty: as the scene says
     V2i resolution{0, 0};                                  // pixels; 0: as the scene says
     bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
+    bool strict = false;        // what the reader would replace or leave out with a warning is an error
 };
 
-// Throws InputError, whose message is one line. Relative names within the scene (Include, meshes, textures,
-// lamps) start from the folder of `file`, also in included files.
+// The frames of a scene file, one after the other: what stands after a WorldEnd is another picture, whose
+// camera, film and methods are the last one's until it names its own. Only one is in memory at a time.
+class SceneFrames {
+  public:
+    // Arguments as of read_scene; they must outlive this.
+    SceneFrames(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
+                Monitor& monitor);
+    SceneFrames(std::string text, const std::filesystem::path& pretended_file,
+                const SceneOverrides& overrides, const Workers& workers, Monitor& monitor);
+    ~SceneFrames();
+
+    // None after the last one. Throws InputError, whose message is one line.
+    std::optional<Job> next();
+    // False after the last one; where text is left that makes no frame, true.
+    bool more() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+// The first frame; that there are others is a warning. Throws InputError, whose message is one line.
+// Relative names within the scene (Include, meshes, textures, lamps) start from the folder of `file`, also in
+// included files.
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,
                Monitor& monitor);
 

@@ -37,8 +37,8 @@ std::shared_ptr<const FloatTexture> read_cut_out(Reading& reading, Params& param
 
 // World-space vertex normals. Where the input has none (zero, or not finite), the triangles' own normal
 // stands in.
-void transform_normals(const Reading& reading, const Params& params, const ObjectMesh& object,
-                       const M44d& back, DraftMesh& mesh) {
+void transform_normals(Reading& reading, const Params& params, const ObjectMesh& object, const M44d& back,
+                       DraftMesh& mesh) {
     const double turn = reading.state.reverse_orientation ? -1.0 : 1.0;
     mesh.n.resize(object.n.size());
     std::size_t missing = 0;
@@ -88,8 +88,9 @@ void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& trait
     for (std::size_t i = 0; i < mesh.p.size(); ++i) {
         mesh.p[i] = transformed_point(reading, params, mesh.p[i], i);
     }
-    if (!object.n.empty()) {
-        transform_normals(reading, params, object, inverse(reading.state.ctm).value(), mesh);
+    const std::optional<M44d> back = inverse(reading.state.ctm);
+    if (!object.n.empty() && back) {  // what is flattened shows its triangles' own normals
+        transform_normals(reading, params, object, *back, mesh);
         turn_to_normals(mesh);
     }
     std::vector<DraftMesh>& meshes = reading.shapes().meshes;
@@ -119,13 +120,17 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     const bool nothing =
         traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
     if (!nothing) return traits;
-    if (reading.state.area_light) {
-        reading.warn(params.place(), params.owner() + " is cut out (alpha 0): it emits nothing");
-    }
-    return std::nullopt;
+    const bool lamp =
+        reading.state.area_light && !reading.object && !is_interface(reading.state.material->material);
+    if (!lamp) return std::nullopt;
+    // Version 4's light that is not seen.
+    params.depart(params.place(), params.owner() + " is cut out (alpha 0) and emits",
+                  "it is shown with its light", "that rays pass through it");
+    traits.alpha = nullptr;
+    return traits;
 }
 
-bool emits(const Reading& reading, const Params& params) {
+bool emits(Reading& reading, const Params& params) {
     if (!reading.state.area_light) return false;
     const char* reason = nullptr;
     if (is_interface(reading.state.material->material)) {
@@ -142,9 +147,10 @@ std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size
     for (const DraftLight& light : reading.draft.lights) {
         const auto* other = std::get_if<AreaSpec>(&light.spec);
         if (area.lamp && other && other->lamp == area.lamp) {
-            fail(area.place,
-                 "a measured lamp is seen on one shape, and this is given two; end its AttributeBegin after "
-                 "the first");
+            fail_always(
+                area.place,
+                "a measured lamp is seen on one shape, and this is given two; end its AttributeBegin after "
+                "the first");
         }
     }
     reading.draft.lights.push_back(
@@ -170,11 +176,13 @@ std::vector<V2f> read_uv(Params& params, std::size_t vertices) {
     for (const std::string_view name : {"uv", "st"}) {
         const Param* uv = params.find(name, {Type::point2, Type::real, Type::vector2});
         if (!uv) continue;
-        if (uv->numbers.size() % 2 != 0) {
-            fail(uv->place, "\"{}\" has {} numbers; two for each vertex are accepted", uv->name,
-                 uv->numbers.size());
+        if (uv->numbers.size() != 2 * vertices) {
+            params.depart(uv->place,
+                          fmt::format("\"{}\" has {} numbers for {} vertices; two for each are accepted",
+                                      uv->name, uv->numbers.size(), vertices),
+                          "it is left out", "the texture's place on the shape");
+            return {};
         }
-        require_count(*uv, uv->numbers.size() / 2, vertices);
         std::vector<V2f> result(vertices);
         for (std::size_t i = 0; i < vertices; ++i) {
             result[i] = {static_cast<float>(uv->numbers[2 * i]), static_cast<float>(uv->numbers[2 * i + 1])};
@@ -195,10 +203,15 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
         for (std::size_t i = 0; i < corners; ++i) all[i] = static_cast<int>(i);
         return all;
     }
-    const std::size_t count = param->numbers.size();
-    if (count == 0 || count % corners != 0) {
-        fail(param->place, "\"indices\" has {} entries; a multiple of {} is accepted, at least {}", count,
-             corners, corners);
+    std::size_t count = param->numbers.size();
+    const auto what = [&] {
+        return fmt::format("\"indices\" has {} entries; a multiple of {} is accepted, at least {}", count,
+                           corners, corners);
+    };
+    if (count < corners) fail(param->place, "{}", what());
+    if (const std::size_t over = count % corners; over != 0) {
+        params.depart(param->place, what(), fmt::format("the last {} are left out", over));
+        count -= over;
     }
     std::vector<int> indices(count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -213,8 +226,10 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
 }
 
 void read_shape(Reading& reading, const std::string& kind, Params& params) {
-    if (params.has("displacement")) {
-        fail(params.place_of("displacement"), "\"displacement\" is not supported yet");
+    for (const std::string_view name : {"displacement", "displacement.uvscale", "edgelength"}) {
+        if (!params.find_any(name)) continue;
+        params.depart(params.place_of(name), fmt::format("\"{}\" of a shape is not supported", name),
+                      "the shape stays smooth", "its relief");
     }
     for (const std::string_view quadric :
          {"sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"}) {
@@ -232,11 +247,13 @@ void read_shape(Reading& reading, const std::string& kind, Params& params) {
         mesh = read_loop_mesh(params);
     } else if (kind == "heightfield") {
         mesh = read_height_field(params);
+    } else if (kind == "nurbs") {
+        mesh = read_nurbs(params);
     } else {
         refuse_kind(params.place(), "Shape", kind,
                     {"bilinearmesh", "cone", "curve", "cylinder", "disk", "heightfield", "hyperboloid",
-                     "loopsubdiv", "paraboloid", "plymesh", "sphere", "trianglemesh"},
-                    {"nurbs"});
+                     "loopsubdiv", "nurbs", "paraboloid", "plymesh", "sphere", "trianglemesh"},
+                    {});
     }
     const std::optional<SurfaceTraits> traits = traits_here(reading, params);
     if (mesh && traits) add_mesh(reading, params, *traits, std::move(*mesh));

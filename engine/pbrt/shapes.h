@@ -16,12 +16,13 @@ struct ObjectMesh {
     std::vector<V3i> triangles;
 };
 
-// Each in the file of its kind: mesh_shapes, quadric_shapes, patch_shapes, curve_shapes. None: the shape is
-// left out, which has been said.
+// Each in the file of its kind: mesh_shapes, nurbs_shape, quadric_shapes, patch_shapes, curve_shapes. None:
+// the shape is left out, which has been said.
 ObjectMesh read_triangle_mesh(Params& params);
-std::optional<ObjectMesh> read_ply_mesh(const Reading& reading, Params& params);
+std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params);
 ObjectMesh read_loop_mesh(Params& params);
 ObjectMesh read_height_field(Params& params);
+ObjectMesh read_nurbs(Params& params);
 void add_quadric(Reading& reading, const std::string& kind, Params& params);
 void add_patches(Reading& reading, Params& params);
 void add_curve(Reading& reading, Params& params);
@@ -29,7 +30,7 @@ void add_curve(Reading& reading, Params& params);
 // Material, side, media and cut-outs that hold here. Nothing: the shape is wholly cut out.
 std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params);
 // Whether an area light holds here and can be on a surface; warns if one holds and cannot.
-bool emits(const Reading& reading, const Params& params);
+bool emits(Reading& reading, const Params& params);
 // The area light that holds here becomes a light of that surface of the draft.
 std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size_t index);
 // Moved to world space; with the light that holds here.

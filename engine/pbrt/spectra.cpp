@@ -83,7 +83,8 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
         return illuminant_rgb(std::string_view(name).substr(kIlluminant.size()));
     for (const Glass& glass : kGlasses) {
         if (name != glass.name) continue;
-        reading.warn(param.place, fmt::format("{}: no dispersion, {} at 587.6 nm is taken", name, glass.eta));
+        reading.depart(param.place, fmt::format("{}: there is no dispersion", name),
+                       fmt::format("{} at 587.6 nm is taken", glass.eta));
         return Rgb(glass.eta);
     }
     return named_metal(name);
@@ -118,55 +119,88 @@ Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
         }
         return color_of(spectrum, use);
     } catch (const InputError& error) {
-        fail(param.place, "{}", printable(error.what()));
+        fail_always(param.place, "{}", printable(error.what()));
     }
 }
 
-Rgb spectrum_of_samples(const Param& param, ColorUse use) {
-    if (param.numbers.empty() || param.numbers.size() % 2 != 0 || !param.strings.empty()) {
-        fail(param.place, "\"{}\" has {} numbers; pairs of wavelength (nm) and value are accepted",
-             shown(param.name), param.numbers.size());
+// A number of a colour, held in [least, most].
+double held(const Params& params, const Param& param, std::size_t index, double least, double most) {
+    const double value = param.numbers[index];
+    if (value >= least && value <= most) return value;
+    const double taken = std::clamp(value, least, most);
+    params.depart(
+        param.place_of(index),
+        fmt::format("\"{}\": {:g} is not accepted; {:g} to {:g} is", shown(param.name), value, least, most),
+        fmt::format("{:g} is taken", taken));
+    return taken;
+}
+
+std::optional<Rgb> color_of_count(Params& params, const Param& param, std::string_view accepted) {
+    params.depart_once(param,
+                       fmt::format("\"{}\" has {} numbers; {}", shown(param.name), param.count(), accepted),
+                       "it is left out");
+    return std::nullopt;
+}
+
+std::optional<Rgb> spectrum_of_samples(Params& params, const Param& param, ColorUse use) {
+    const std::size_t count = param.numbers.size();
+    constexpr std::string_view accepted = "pairs of wavelength (nm) and value are accepted";
+    if (count < 2 || !param.strings.empty()) return color_of_count(params, param, accepted);
+    if (count % 2 != 0) {
+        params.depart_once(param,
+                           fmt::format("\"{}\" has {} numbers; {}", shown(param.name), count, accepted),
+                           "the last one is left out");
     }
     Spectrum spectrum;
-    for (std::size_t i = 0; i < param.numbers.size(); i += 2) {
-        const double nm = param.numbers[i], value = param.numbers[i + 1];
-        if (!spectrum.empty() && !(nm > spectrum.back().nanometres)) {
-            fail(param.place_of(i), "wavelength {:g} does not follow {:g}; rising ones are accepted", nm,
-                 spectrum.back().nanometres);
+    bool rises = true, fits = true;  // a place is found by a walk through the text: said once
+    for (std::size_t i = 0; i + 1 < count; i += 2) {
+        const double nm = param.numbers[i];
+        if (rises && !spectrum.empty() && !(nm > spectrum.back().nanometres)) {
+            params.depart(param.place_of(i),
+                          fmt::format("wavelength {:g} does not follow {:g}; rising ones are accepted", nm,
+                                      spectrum.back().nanometres),
+                          "they are put in order");
+            rises = false;
         }
-        if (!(value >= 0 && value <= 1e30)) {
-            fail(param.place_of(i + 1), "{:g} at {:g} nm is not accepted; 0 to 1e30 is", value, nm);
+        const double value = std::clamp(param.numbers[i + 1], 0.0, 1e30);
+        if (fits && value != param.numbers[i + 1]) {
+            fits = false;
+            held(params, param, i + 1, 0, 1e30);
         }
         spectrum.push_back({nm, value});
+    }
+    if (!rises) {
+        std::stable_sort(spectrum.begin(), spectrum.end(), [](const auto& one, const auto& other) {
+            return one.nanometres < other.nanometres;
+        });
+        const auto same = [](const auto& one, const auto& other) {
+            return one.nanometres == other.nanometres;
+        };
+        spectrum.erase(std::unique(spectrum.begin(), spectrum.end(), same), spectrum.end());
     }
     return color_of(spectrum, use);
 }
 
-Rgb color_of_blackbody(const Param& param, ColorUse use) {
-    const std::vector<double>& n = param.numbers;
-    if (n.empty() || n.size() > 2) {
-        fail(param.place, "\"{}\" has {} numbers; kelvins are accepted, or kelvins and a scale",
-             shown(param.name), n.size());
-    }
-    if (!(n[0] >= 300 && n[0] <= 1e6)) {
-        fail(param.place_of(0), "{:g} K is not accepted; 300 to 1e6 is", n[0]);
-    }
-    if (n.size() == 2 && !(n[1] >= 0 && n[1] <= 1e30)) {
-        fail(param.place_of(1), "{:g} is not accepted; 0 to 1e30 is", n[1]);
-    }
-    const Rgb color = color_of(blackbody_spectrum(n[0]), use);
-    if (n.size() == 2) return color * static_cast<float>(n[1]);
+std::optional<Rgb> color_of_blackbody(Params& params, const Param& param, ColorUse use) {
+    const std::size_t count = param.numbers.size();
+    if (count < 1 || count > 2)
+        return color_of_count(params, param, "kelvins are accepted, or kelvins and a scale");
+    const Rgb color = color_of(blackbody_spectrum(held(params, param, 0, 300, 1e6)), use);
+    if (count == 2) return color * static_cast<float>(held(params, param, 1, 0, 1e30));
     return colour_of_luminance_one(color);
 }
 
-Rgb color_of_xyz(const Param& param) {
-    const std::vector<double>& n = param.numbers;
-    if (n.size() != 3)
-        fail(param.place, "\"{}\" has {} numbers; 3 are accepted", shown(param.name), n.size());
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (!(n[i] >= 0 && n[i] <= 1e30)) fail(param.place_of(i), "{:g} is not accepted; 0 to 1e30 is", n[i]);
-    }
-    return xyz_colour({n[0], n[1], n[2]});
+std::optional<Rgb> color_of_xyz(Params& params, const Param& param) {
+    if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
+    return xyz_colour(
+        {held(params, param, 0, 0, 1e30), held(params, param, 1, 0, 1e30), held(params, param, 2, 0, 1e30)});
+}
+
+std::optional<Rgb> color_of_rgb(Params& params, const Param& param) {
+    if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
+    constexpr double kMost = 3.4e38;
+    return Rgb(V3d(held(params, param, 0, 0, kMost), held(params, param, 1, 0, kMost),
+                   held(params, param, 2, 0, kMost)));
 }
 
 }  // namespace
@@ -176,14 +210,14 @@ std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_v
     if (!param) return std::nullopt;
     switch (param->type) {
         case Type::spectrum:
-            return param->strings.empty() ? spectrum_of_samples(*param, use)
+            return param->strings.empty() ? spectrum_of_samples(params, *param, use)
                                           : spectrum_of_name(reading, *param, use);
         case Type::blackbody:
-            return color_of_blackbody(*param, use);
+            return color_of_blackbody(params, *param, use);
         case Type::xyz:
-            return color_of_xyz(*param);
+            return color_of_xyz(params, *param);
         default:
-            return to_rgb(*param);
+            return color_of_rgb(params, *param);
     }
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/pbrt/draft.h"
+#include "engine/pbrt/leniency.h"
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/transforms.h"
 #include "engine/world/texture_image.h"
@@ -38,6 +39,9 @@ struct NamedTexture {
     float largest = 0;  // of all channels, everywhere
 };
 
+// Defaults that the Attribute directive gave, by target.
+using AttributeDefaults = std::map<std::string, ParamDefaults, std::less<>>;
+
 // Saved by AttributeBegin.
 struct GraphicsState {
     M44d ctm;  // world from object
@@ -46,13 +50,14 @@ struct GraphicsState {
     std::shared_ptr<MaterialEntry> material;
     std::shared_ptr<const AreaLight> area_light;
     MediumInterface media;  // indices into Draft::media
-    // Defaults that the Attribute directive gave, by target.
-    std::map<std::string, std::vector<Param>, std::less<>> attributes;
+    // Shared by all that have the same, as blocks may be many. Null: none.
+    std::shared_ptr<const AttributeDefaults> attributes;
 };
 
 struct Reading {
     Draft& draft;
     Monitor& monitor;
+    Leniency leniency;
     std::filesystem::path folder;  // of the main scene file: what relative names start from
 
     std::map<std::string, NamedTexture, std::less<>> textures = {};  // of colours
@@ -67,18 +72,28 @@ struct Reading {
     bool skip_missing = false;  // a mesh whose file is missing is left out, a texture grey, with a warning
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;
+    Place place = {};  // of the directive at hand
 
     // The file that the scene's text names. All of them come this way.
-    std::filesystem::path resolve(const std::string& name) const {
-        const std::filesystem::path file(name);
-        draft.files.push_back(file.is_absolute() ? file : folder / file);
-        return draft.files.back();
-    }
+    std::filesystem::path resolve(const std::string& name);
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
-    void warn(const Place& at, std::string_view message) const {
-        monitor.warn(fmt::format("{}: {}", to_string(at.location()), message));
+    // What pbrt does as well, and what departs from the text; see leniency.h.
+    void warn(const Place& at, std::string_view message) { leniency.warn(at, message); }
+    void depart(const Place& at, std::string_view what, std::string_view instead,
+                std::string_view lost = {}) {
+        leniency.depart(at, what, instead, lost);
     }
 };
+
+// A medium that somebody has measured: reduced scattering and absorption, 1/mm.
+struct MeasuredMedium {
+    std::string_view name;
+    Rgb sigma_s, sigma_a;
+};
+// By name, whatever its case; null if unknown.
+const MeasuredMedium* measured_medium(std::string_view name);
+// "did you mean ...? ... are accepted", for messages.
+std::string accepted_measured_media(std::string_view instead_of);
 
 // One reader per kind of directive; each in the file of its name. `kind` is the quoted word after the
 // directive.
@@ -90,14 +105,17 @@ FloatTexture read_float_texture(Reading& reading, const std::string& kind, Param
 void read_light(Reading& reading, const std::string& kind, Params& params);
 std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params);
 void read_camera(Reading& reading, const std::string& kind, Params& params);
+// The camera "realistic", and what it is once the film is known.
+void read_realistic(Reading& reading, Params& params);
+void settle_lens(Draft& draft);
 // MakeNamedMedium, whatever its kind.
 void read_named_medium(Reading& reading, const std::string& name, Params& params);
 // Versions 1 and 2's Volume: a medium in a box.
 void read_volume(Reading& reading, const std::string& kind, Params& params);
 MediumInterface read_medium_interface(Reading& reading, const Place& at, const std::string& inside,
                                       const std::string& outside);
-// Refuses names of media that were used and never made.
-void require_media(const Reading& reading);
+// A medium whose name was used and never made is clear space.
+void settle_media(Reading& reading);
 void read_film(Reading& reading, const std::string& kind, Params& params);
 void read_filter(Reading& reading, const std::string& kind, Params& params);
 void read_sampler(Reading& reading, const std::string& kind, Params& params);

@@ -23,15 +23,21 @@ std::string name_in(const Param& param) {
     return param.strings.size() == 1 ? param.strings.front() : std::string();
 }
 
+// Null: there is none, which was said.
 template <typename Textures>
-const auto& made_before(const Textures& textures, const Param& param, std::string_view of) {
+auto made_before(const Textures& textures, const Params& params, const Param& param, std::string_view of)
+    -> const typename Textures::mapped_type* {
     const std::string wanted = name_in(param);
     const auto found = textures.find(wanted);
-    if (found != textures.end()) return found->second;
+    if (found != textures.end()) return &found->second;
     std::vector<std::string_view> names;
     for (const auto& [name, texture] : textures) names.push_back(name);
-    fail(param.place, "\"{}\": no texture \"{}\" of {} was made before; {}there are {}", shown(param.name),
-         shown(wanted), of, did_you_mean(wanted, names), names.size());
+    params.depart(
+        param.place,
+        fmt::format("\"{}\": no texture \"{}\" of {} was made before; {}there are {}", shown(param.name),
+                    shown(wanted), of, did_you_mean(wanted, names), names.size()),
+        "what holds where none is given is taken");
+    return nullptr;
 }
 
 // A parameter that may vary: a value, or the name of a texture of the same type.
@@ -42,11 +48,15 @@ Texture<Value> read_value(Reading& reading, Params& params, std::string_view nam
     } else {
         const Param* param = params.find_any(name);
         if (!param) return RgbTexture::constant(Rgb(fallback));
-        if (param->type == Type::texture) return made_before(reading.textures, *param, "colours").texture;
+        if (param->type == Type::texture) {
+            const NamedTexture* named = made_before(reading.textures, params, *param, "colours");
+            return named ? named->texture : RgbTexture::constant(Rgb(fallback));
+        }
         if (param->type == Type::real) {
             return RgbTexture::constant(Rgb(static_cast<float>(params.real_within(name, 1, 0, 1e30))));
         }
-        return RgbTexture::constant(read_spectrum(reading, params, name, ColorUse::ratio).value());
+        return RgbTexture::constant(
+            read_spectrum(reading, params, name, ColorUse::ratio).value_or(Rgb(fallback)));
     }
 }
 
@@ -54,14 +64,19 @@ Texture<Value> read_value(Reading& reading, Params& params, std::string_view nam
 template <typename Value>
 Value read_constant(Reading& reading, Params& params, std::string_view name, float fallback) {
     const auto value = read_value<Value>(reading, params, name, fallback).constant_value();
-    if (!value) fail(params.place_of(name), "\"{}\" of {}: a constant is accepted", name, params.owner());
-    return *value;
+    if (value) return *value;
+    params.depart(params.place_of(name),
+                  fmt::format("\"{}\" of {}: a constant is accepted", name, params.owner()),
+                  fmt::format("{:g} is taken", fallback));
+    return Value(fallback);
 }
 
 M44d texture_from_world(const Reading& reading, const Params& params) {
     const std::optional<M44d> result = inverse(reading.state.ctm);
-    if (!result) fail(params.place(), "{}: its transformation cannot be undone", params.owner());
-    return *result;
+    if (result) return *result;
+    params.depart(params.place(), params.owner() + ": its transformation cannot be undone",
+                  "the texture stands as the world does");
+    return M44d();
 }
 
 V3d read_vector(Params& params, std::string_view name, const V3d& fallback) {
@@ -91,9 +106,11 @@ Mapping2 read_mapping(Reading& reading, Params& params) {
                              {number("udelta", 0), number("vdelta", 0)}};
     }
     constexpr std::string_view known[] = {"uv", "spherical", "cylindrical", "planar"};
-    fail(params.place_of("mapping"),
-         "mapping \"{}\" is unknown; {}accepted are uv, spherical, cylindrical, planar", shown(mapping),
-         did_you_mean(mapping, known));
+    params.depart(params.place_of("mapping"),
+                  fmt::format("mapping \"{}\" is unknown; {}accepted are uv, spherical, cylindrical, planar",
+                              shown(mapping), did_you_mean(mapping, known)),
+                  "uv is taken");
+    return UvMapping{V2f(1, 1), V2f(0, 0)};
 }
 
 Mapping3 read_mapping_in_space(const Reading& reading, const Params& params) {
@@ -105,7 +122,11 @@ Octaves read_octaves(Params& params) {
     Octaves octaves;
     octaves.count = params.integer("octaves", octaves.count);
     if (octaves.count < 0 || octaves.count > 64) {
-        fail(params.place_of("octaves"), "octaves {} is not accepted; 0 to 64 is", octaves.count);
+        const int held = std::clamp(octaves.count, 0, 64);
+        params.depart(params.place_of("octaves"),
+                      fmt::format("octaves {} is not accepted; 0 to 64 is", octaves.count),
+                      fmt::format("{} is taken", held));
+        octaves.count = held;
     }
     octaves.omega = params.real_within("roughness", octaves.omega, 0, 4);
     return octaves;
@@ -185,10 +206,12 @@ Encoding read_encoding(Params& params) {
         const double exponent = number_value(std::string_view(name).substr(6), params.place_of("encoding"));
         if (exponent >= 0.01 && exponent <= 100) return {Encoding::Kind::power, static_cast<float>(exponent)};
     }
-    fail(params.place_of("encoding"),
-         "encoding \"{}\" is unknown; sRGB, linear and \"gamma x\" (0.01 to 100) are "
-         "accepted",
-         shown(name));
+    params.depart(
+        params.place_of("encoding"),
+        fmt::format("encoding \"{}\" is unknown; sRGB, linear and \"gamma x\" (0.01 to 100) are accepted",
+                    shown(name)),
+        "sRGB is taken");
+    return {};
 }
 
 Wrap read_wrap(Reading& reading, Params& params) {
@@ -197,11 +220,15 @@ Wrap read_wrap(Reading& reading, Params& params) {
     if (name == "clamp") return Wrap::clamp;
     if (name == "black") return Wrap::black;
     if (name == "octahedralsphere") {
-        reading.warn(params.place_of("wrap"), "wrap octahedralsphere: clamp is taken");
+        reading.depart(params.place_of("wrap"), "wrap octahedralsphere is not supported", "clamp is taken");
         return Wrap::clamp;
     }
-    fail(params.place_of("wrap"),
-         "wrap \"{}\" is unknown; repeat, clamp, black and octahedralsphere are accepted", shown(name));
+    params.depart(
+        params.place_of("wrap"),
+        fmt::format("wrap \"{}\" is unknown; repeat, clamp, black and octahedralsphere are accepted",
+                    shown(name)),
+        "repeat is taken");
+    return Wrap::repeat;
 }
 
 template <typename Value>
@@ -225,7 +252,7 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
     try {
         return image_texture<Value>(reading.images->open(file, encoding), lookup);
     } catch (const InputError& error) {
-        fail(params.place_of("filename"), "{}", printable(error.what()));
+        fail_always(params.place_of("filename"), "{}", printable(error.what()));
     }
 }
 
@@ -255,11 +282,20 @@ RgbTexture read_marble(Reading& reading, Params& params) {
     return marble_texture(marble, read_mapping_in_space(reading, params));
 }
 
+// One texel array per face: a format that nothing here reads.
+template <typename Value>
+Texture<Value> read_ptex(Params& params) {
+    params.accept({"filename", "gamma", "encoding", "scale"});
+    params.depart(params.place(), params.owner() + " is not supported", "grey of 0.5 is taken",
+                  "the image on the surface");
+    return Texture<Value>::constant(Value(0.5F));
+}
+
 [[noreturn]] void refuse_texture(const std::string& kind, const Params& params) {
     refuse_kind(params.place(), "Texture", kind,
                 {"bilerp", "checkerboard", "constant", "directionmix", "dots", "fbm", "imagemap", "marble",
-                 "mix", "scale", "uv", "windy", "wrinkled"},
-                {"ptex"});
+                 "mix", "ptex", "scale", "uv", "windy", "wrinkled"},
+                {});
 }
 
 template <typename Value>
@@ -274,6 +310,7 @@ Texture<Value> read_any(Reading& reading, const std::string& kind, Params& param
     if (kind == "dots") return read_dots<Value>(reading, params);
     if (kind == "uv") return from_color<Value>(uv_texture(read_mapping(reading, params)));
     if (kind == "marble") return from_color<Value>(read_marble(reading, params));
+    if (kind == "ptex") return read_ptex<Value>(params);
     const bool noise = kind == "fbm" || kind == "wrinkled" || kind == "windy";
     if (!noise) refuse_texture(kind, params);
     const Octaves octaves = kind == "windy" ? Octaves{} : read_octaves(params);
@@ -297,7 +334,10 @@ FloatTexture read_float_texture(Reading& reading, const std::string& kind, Param
 FloatTexture read_float(Reading& reading, Params& params, std::string_view name, double fallback) {
     const Param* param = params.find(name, {Type::real, Type::texture});
     if (!param) return FloatTexture::constant(static_cast<float>(fallback));
-    if (param->type == Type::texture) return made_before(reading.float_textures, *param, "floats");
+    if (param->type == Type::texture) {
+        const FloatTexture* named = made_before(reading.float_textures, params, *param, "floats");
+        return named ? *named : FloatTexture::constant(static_cast<float>(fallback));
+    }
     return FloatTexture::constant(static_cast<float>(params.real_within(name, fallback, -1e30, 1e30)));
 }
 

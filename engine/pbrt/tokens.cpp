@@ -5,8 +5,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "engine/base/float_traps.h"
+#include "engine/base/memory.h"
 
 namespace lucerna {
 namespace {
@@ -25,18 +27,35 @@ bool starts_number(char c) {
 }
 // What may stand next to a number or word without a blank.
 bool ends_token(char c) {
-    return is_space(c) || c == '[' || c == ']' || c == '"' || c == '#';
+    return is_space(c) || c == '[' || c == ']' || c == '"' || c == '#' || c == ',' || c == ';';
+}
+bool starts_token(char c) {
+    return c == '[' || c == ']' || c == '"' || c == '#' || starts_number(c) || is_letter(c);
 }
 
-const char* token_end(const char* at, const char* end) {
-    while (at != end && !ends_token(*at)) ++at;
+const char* word_end(const char* at, const char* end) {
+    while (at != end && (is_letter(*at) || is_digit(*at))) ++at;
+    return at;
+}
+
+// 1.#QNAN, -1.#IND, 1.#INF and their like, as some compilers print them: not a comment.
+bool is_special_number(const char* hash, const char* end) {
+    const std::string_view rest(hash, static_cast<std::size_t>(end - hash));
+    for (const std::string_view name : {"#QNAN", "#SNAN", "#IND", "#INF"}) {
+        if (rest.starts_with(name)) return true;
+    }
+    return false;
+}
+
+const char* number_end(const char* at, const char* end) {
+    while (at != end && (!ends_token(*at) || (*at == '#' && is_special_number(at, end)))) ++at;
     return at;
 }
 
 // The common case of number_value: no leading '+', in range. Null: look closer.
 const char* parse_plain(const char* at, const char* end, double& value) {
     const auto [rest, error] = std::from_chars(at, end, value);
-    const bool whole = error == std::errc() && (rest == end || ends_token(*rest));
+    const bool whole = error == std::errc() && (rest == end || (ends_token(*rest) && *rest != '#'));
     return whole && std::isfinite(value) ? rest : nullptr;
 }
 
@@ -49,12 +68,24 @@ Location Source::location(std::size_t offset) const {
         known_line_ = 1;
     }
     for (; known_offset_ < offset; ++known_offset_) {
-        if (text_[known_offset_] == '\n') {
+        const bool lone_return = text_[known_offset_] == '\r' &&
+                                 (known_offset_ + 1 == text_.size() || text_[known_offset_ + 1] != '\n');
+        if (text_[known_offset_] == '\n' || lone_return) {
             ++known_line_;
             known_line_start_ = known_offset_ + 1;
         }
     }
     return {name_, known_line_, static_cast<int>(offset - known_line_start_) + 1};
+}
+
+void Source::note(std::size_t offset, std::string what, std::string_view instead) const {
+    const auto same = [&](const Oddity& oddity) { return oddity.what == what && oddity.instead == instead; };
+    const auto known = std::ranges::find_if(oddities_, same);
+    if (known != oddities_.end()) {
+        ++known->times;
+    } else if (oddities_.size() < kMostOddities) {
+        oddities_.push_back({offset, std::move(what), std::string(instead)});
+    }
 }
 
 Tokens::Tokens(const Source& source, std::size_t offset)
@@ -72,16 +103,30 @@ void Tokens::skip_space() {
         if (is_space(*at_)) {
             ++at_;
         } else if (*at_ == '#') {
-            const void* newline = std::memchr(at_, '\n', static_cast<std::size_t>(end_ - at_));
-            at_ = newline ? static_cast<const char*>(newline) : end_;
+            while (at_ != end_ && *at_ != '\n' && *at_ != '\r') ++at_;
         } else {
             return;
         }
     }
 }
 
-void Tokens::advance() {
+// Characters that begin no token: versions 1 and 2 say so and go on.
+void Tokens::skip_stray() {
     skip_space();
+    while (at_ != end_ && !starts_token(*at_)) {
+        const char* const first = at_;
+        while (at_ != end_ && !starts_token(*at_) && !is_space(*at_)) ++at_;
+        source_->note(
+            static_cast<std::size_t>(first - begin_),
+            fmt::format("unexpected character '{}'; a directive, string, number or bracket is expected",
+                        shown({first, 1})),
+            "it is left out");
+        skip_space();
+    }
+}
+
+void Tokens::advance() {
+    skip_stray();
     const auto offset = static_cast<std::size_t>(at_ - begin_);
     if (at_ == end_) {
         token_ = {Token::Kind::end, {}, offset};
@@ -90,15 +135,17 @@ void Tokens::advance() {
     } else if (*at_ == '[' || *at_ == ']') {
         token_ = {*at_ == '[' ? Token::Kind::open : Token::Kind::close, {at_, 1}, offset};
         ++at_;
-    } else if (starts_number(*at_) || is_letter(*at_)) {
-        const char* rest = token_end(at_, end_);
-        const auto kind = is_letter(*at_) ? Token::Kind::word : Token::Kind::number;
-        token_ = {kind, {at_, static_cast<std::size_t>(rest - at_)}, offset};
-        at_ = rest;
     } else {
-        fail({source_, offset},
-             "unexpected character '{}'; a directive, string, number or bracket is expected",
-             shown({at_, 1}));
+        const bool word = is_letter(*at_);
+        const char* rest = word ? word_end(at_, end_) : number_end(at_, end_);
+        // nan(ind), as some compilers print it.
+        const bool names = word && rest != end_ && *rest == '(';
+        if (names && names_a_number({at_, static_cast<std::size_t>(rest - at_)}))
+            rest = number_end(rest, end_);
+        token_ = {word ? Token::Kind::word : Token::Kind::number,
+                  {at_, static_cast<std::size_t>(rest - at_)},
+                  offset};
+        at_ = rest;
     }
 }
 
@@ -127,7 +174,11 @@ void Tokens::reserve_rest(std::vector<double>& out, std::size_t bytes) const {
     // bytes > 0: it spans kSample numbers.
     const double guess =
         1.05 * static_cast<double>(kSample) / static_cast<double>(bytes) * static_cast<double>(rest);
-    out.reserve(out.size() + std::min(rest / 2 + 1, static_cast<std::size_t>(guess)));
+    const std::size_t more = std::min(rest / 2 + 1, static_cast<std::size_t>(guess));
+    require_memory(bytes_of(more, sizeof(double)),
+                   fmt::format("{}: a list of some {} numbers", to_string(place().location()), more),
+                   "a shorter one is accepted");
+    out.reserve(out.size() + more);
 }
 
 void Tokens::read_numbers(std::vector<double>& out) {
@@ -151,21 +202,49 @@ void Tokens::read_numbers(std::vector<double>& out) {
     }
 }
 
+namespace {
+
+// As version 3 reads what is not a plain number: as far as it goes.
+double odd_number_value(std::string_view text, const Place& at) {
+    constexpr double kLargest = std::numeric_limits<double>::max();
+    const std::string whole(text);
+    char* rest = nullptr;
+    const FloatTraps none(kNoFaults);  // strtod tells by its overflow
+    double value = std::strtod(whole.c_str(), &rest);
+    if (rest == whole.c_str()) fail(at, "{} is not a number", shown(text));
+    const std::string_view behind(rest);
+    if (behind.starts_with("#INF")) {
+        value = whole.starts_with('-') ? -HUGE_VAL : HUGE_VAL;
+    } else if (behind.starts_with('#')) {
+        value = NAN;
+    } else if (!behind.empty() && !std::isnan(value)) {
+        at.source->note(at.offset, fmt::format("{} is not a number", shown(text)),
+                        fmt::format("{:g} is taken", value));
+        return std::clamp(value, -kLargest, kLargest);
+    }
+    if (std::isfinite(value)) return value;  // too small for a double, at most: the nearest one, be it 0
+    const double taken = std::isnan(value) ? 0 : std::copysign(kLargest, value);
+    at.source->note(at.offset, fmt::format("{} is not a finite number", shown(text)),
+                    fmt::format("{:.2g} is taken", taken));
+    return taken;
+}
+
+}  // namespace
+
 double number_value(std::string_view text, const Place& at) {
     double value = 0;
     const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
     const char* end = digits.data() + digits.size();
     const auto [rest, error] = std::from_chars(digits.data(), end, value);
-    if (error == std::errc::result_out_of_range && rest == end) {
-        const FloatTraps none(kNoFaults);  // strtod tells by its overflow
-        value = std::strtod(std::string(digits).c_str(), nullptr);
-        if (std::fabs(value) < 1) return value;  // too small for a double: the nearest one, be it 0
-        fail(at, "the number {} is too large; at most 1.8e308 is accepted", shown(text));
-    }
     const bool two_signs = digits.size() < text.size() && digits.starts_with('-');  // from_chars knows no '+'
-    if (error != std::errc() || rest != end || two_signs) fail(at, "{} is not a number", shown(text));
-    if (!std::isfinite(value)) fail(at, "{} is not a finite number", shown(text));
-    return value;
+    if (error == std::errc() && rest == end && !two_signs && std::isfinite(value)) return value;
+    return odd_number_value(text, at);
+}
+
+bool names_a_number(std::string_view word) {
+    word = word.substr(0, word.find('('));
+    return word == "nan" || word == "NaN" || word == "NAN" || word == "inf" || word == "Inf" ||
+           word == "INF" || word == "infinity" || word == "Infinity";
 }
 
 std::string string_value(const Token& token, const Place& at) {
@@ -176,14 +255,18 @@ std::string string_value(const Token& token, const Place& at) {
             value += token.text[i];
             continue;
         }
-        constexpr std::string_view from = "\"\\ntr", to = "\"\\\n\t\r";
+        constexpr std::string_view from = "\"\\'ntrbf", to = "\"\\'\n\t\r\b\f";
         ++i;  // in range: the scanner takes a backslash only together with what follows it
         const std::size_t which = i < token.text.size() ? from.find(token.text[i]) : from.npos;
-        if (which == from.npos) {
-            fail({at.source, at.offset + i}, "\\{} is no escape; known are \\\" \\\\ \\n \\t \\r",
-                 shown(token.text.substr(i, 1)));
+        if (which != from.npos) {
+            value += to[which];
+            continue;
         }
-        value += to[which];
+        at.source->note(at.offset + i,
+                        fmt::format("\\{} is no escape; known are \\\" \\\\ \\' \\n \\t \\r \\b \\f",
+                                    shown(token.text.substr(i, 1))),
+                        "it is taken as it stands");
+        value += token.text.substr(i - 1, 2);
     }
     return value;
 }

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -27,11 +28,25 @@ class Source {
     std::string_view text() const { return text_; }
     Location location(std::size_t offset) const;
 
+    // What pbrt takes although it is not well formed, as it was met: the reader says it (leniency.h).
+    struct Oddity {
+        std::size_t offset;
+        std::string what, instead;
+        std::uint64_t times = 1;
+    };
+    void note(std::size_t offset, std::string what, std::string_view instead) const;
+    // Those since the last question.
+    std::vector<Oddity> take_oddities() const { return std::exchange(oddities_, {}); }
+
   private:
+    // Different ones between two questions; others are passed over in silence.
+    static constexpr std::size_t kMostOddities = 64;
+
     std::string name_, text_;
     // Where the last question ended, so that many warnings in a large file cost one walk through it.
     mutable std::size_t known_offset_ = 0, known_line_start_ = 0;
     mutable int known_line_ = 1;
+    mutable std::vector<Oddity> oddities_;
 };
 
 // A place in scene text, or none (for what does not come from a file).
@@ -71,6 +86,7 @@ class Tokens {
     static constexpr std::size_t kSample = 256;  // numbers after which the rest of a list is guessed
 
     void skip_space();
+    void skip_stray();
     void advance();
     void reserve_rest(std::vector<double>& out, std::size_t bytes) const;
     Token scan_string();
@@ -82,18 +98,41 @@ class Tokens {
     Token token_;
 };
 
-// The value of a number token; throws InputError for one that is malformed or too large for a double.
+// The value of a number token; throws InputError for what does not begin with one. What stands behind the
+// number is left out, and what is not finite becomes so, each with a note in the source.
 double number_value(std::string_view text, const Place& at);
-// A string token's text with \" \\ \n \t and \r resolved.
+// Whether the word is one of those that stand for what is no finite number: nan, inf, infinity.
+bool names_a_number(std::string_view word);
+// A string token's text with \" \\ \' \n \t \r \b and \f resolved; any other \ stays, with a note.
 std::string string_value(const Token& token, const Place& at);
 // Text fit for a message: in one line, printable, no longer than some forty characters.
 std::string shown(std::string_view text);
 // At full length, without control characters: for messages that quote a file's name.
 std::string printable(std::string_view text);
 
+// What the scene's text says cannot be taken. Where pbrt renders the rest of the scene, so does the reader
+// (leniency.h), which catches these around single directives.
+class TextError : public InputError {
+  public:
+    TextError(const Place& at, const std::string& message)
+        : InputError(at.location(), message), place_(at), message_(message) {}
+    const Place& place() const { return place_; }
+    const std::string& message() const { return message_; }  // without the place
+
+  private:
+    Place place_;
+    std::string message_;
+};
+
 // "file:line:column: message".
 template <typename... Args>
 [[noreturn]] void fail(const Place& at, fmt::format_string<Args...> format, Args&&... args) {
+    throw TextError(at, fmt::format(format, std::forward<Args>(args)...));
+}
+
+// The same for what no leniency mends: a file that is missing or broken, and what is none of pbrt's.
+template <typename... Args>
+[[noreturn]] void fail_always(const Place& at, fmt::format_string<Args...> format, Args&&... args) {
     throw InputError(at.location(), fmt::format(format, std::forward<Args>(args)...));
 }
 

@@ -13,11 +13,11 @@ V3d row(const M44d& m, int i) {
     return {m[i][0], m[i][1], m[i][2]};
 }
 
+}  // namespace
+
 bool is_finite(const M44d& m) {
     return std::all_of(&m[0][0], &m[0][0] + 16, [](double x) { return std::isfinite(x); });
 }
-
-}  // namespace
 
 M44d translation(const V3d& by) {
     M44d m;
@@ -85,10 +85,10 @@ std::optional<double> uniform_scale(const M44d& m) {
     constexpr double kTolerance = 1e-4;
     const V3d a = row(m, 0), b = row(m, 1), c = row(m, 2);
     const double s = (a.length() + b.length() + c.length()) / 3;
+    if (!(s > 0)) return std::nullopt;
     for (const V3d& axis : {a, b, c}) {
         if (!(std::fabs(axis.length() - s) <= kTolerance * s)) return std::nullopt;
     }
-    // s > 0: the axes of a CTM never vanish (inverse() was asked before).
     const double skew = std::max({std::fabs(a.dot(b)), std::fabs(b.dot(c)), std::fabs(c.dot(a))}) / (s * s);
     return skew <= kTolerance ? std::optional(s) : std::nullopt;
 }

@@ -27,6 +27,7 @@ std::optional<M44d> look_at(const V3d& eye, const V3d& target, const V3d& up);
 // pbrt's list of sixteen.
 M44d matrix_of(std::span<const double> sixteen);
 
+bool is_finite(const M44d& m);
 // None if there is no inverse in double precision or m is not affine.
 std::optional<M44d> inverse(const M44d& m);
 bool swaps_handedness(const M44d& m);

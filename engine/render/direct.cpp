@@ -18,7 +18,7 @@ class DirectEstimator final : public Estimator {
         };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return sigma_s * direct_light(scene_, vertex, stream);
+            return sigma_s * direct_light(scene_, vertex, stream, lights_.at(vertex.p));
         };
         return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade, source);
     }

@@ -56,8 +56,8 @@ void meet_lamps(const Scene& scene, const Ray& ray, const std::optional<Hit>& hi
 Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice) {
     return ask_light(scene, vertex, stream, choice);
 }
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream) {
-    return ask_light(scene, vertex, stream, {});
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice) {
+    return ask_light(scene, vertex, stream, choice);
 }
 
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
@@ -120,11 +120,11 @@ DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& strea
     return {asked + sample->weight * found, {}};
 }
 
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream) {
-    const Rgb asked = next_event(scene, vertex, stream);
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice) {
+    const Rgb asked = next_event(scene, vertex, stream, choice);
     const V3f wi = vertex.phase.sample(vertex.wo, stream.next2());
     const Ray ray{vertex.p, wi};
-    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi));
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
     return asked + emission(scene, ray, scene.hit(ray), rule, vertex.medium, stream);  // phase / pdf is 1
 }
 

@@ -5,6 +5,9 @@
 // heuristic, the two are unbiased and neither small nor large lights are noisy. A place where a medium
 // scatters is lit in the same two ways, its phase function in the BSDF's place.
 //
+// Which light is asked, and which part of it, is the caller's to choose (light_choice.h): nothing is chosen
+// by default, so that no place forgets what the settings say.
+//
 // Media take their share of every ray, here as everywhere between vertices. The weights of the two strategies
 // go by the densities of directions alone: both are weakened alike, so it need not be in them.
 #pragma once
@@ -37,9 +40,7 @@ struct EmissionRule {
 
     static EmissionRule all() { return {}; }
     static EmissionRule none() { return {Kind::none, 0, {}}; }
-    static EmissionRule mis(float pdf_w, const LightChoice& choice = {}) {
-        return {Kind::mis, pdf_w, choice};
-    }
+    static EmissionRule mis(float pdf_w, const LightChoice& choice) { return {Kind::mis, pdf_w, choice}; }
     // The share of what was seen of a light that counts.
     float share(const Scene& scene, std::uint32_t light, const Seen& seen) const {
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
@@ -93,8 +94,8 @@ struct MediumVertex {
 };
 
 // Radiance towards wo from one light, chosen and asked for a direction.
-Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice = {});
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream);
+Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice);
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice);
 
 // What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
@@ -122,9 +123,8 @@ struct DirectLight {
     // still to be found.
     std::optional<BsdfSample> specular;
 };
-DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream,
-                         const LightChoice& choice = {});
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice);
 // In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream);
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice);
 
 }  // namespace lucerna

@@ -25,6 +25,7 @@ class IgiIntegrator final : public Integrator {
         plan.paths = paths();
         plan.seed = context.seed;
         plan.pass = context.pass;
+        plan.gloss = virtual_light_gloss(settings);
         if (pilot) plan.emission = &pilot->pilot.plan;
         const std::uint32_t factor = pilot && thins() ? thinning(plan) : 1;
         plan.paths *= factor;
@@ -43,15 +44,20 @@ class IgiIntegrator final : public Integrator {
         IgiLights ordered(lights, plan.paths, settings, context.workers);
         phase.advance(1);
         context.report.numbers["virtual_lights.bytes"] = static_cast<double>(ordered.bytes());
-        return make_igi_estimator(context.scene, settings, std::move(ordered),
+        IgiCaustics caustics(settings, context, plan.emission);
+        if (context.monitor.stopped()) return nullptr;
+        return make_igi_estimator(context.scene, settings, std::move(ordered), std::move(caustics),
                                   pilot ? std::move(pilot->guides) : std::nullopt);
     }
 
-    std::vector<std::string> plan(const Scene& /*scene*/) const override {
+    std::vector<std::string> plan(const Scene& scene) const override {
         std::vector<std::string> lines;
         if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
         lines.push_back(fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths()));
         if (thins()) lines.push_back("of those of more paths, the virtual lights that the picture needs");
+        if (settings_.caustics == CausticMethod::map && throws_caustics(scene)) {
+            lines.push_back(fmt::format("a Caustic map of {} light paths", settings_.caustic_paths));
+        }
         return lines;
     }
 

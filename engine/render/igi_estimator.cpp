@@ -24,40 +24,34 @@ struct Onward {
     // False after a mirror or smooth glass: what is met then no virtual light has brought.
     bool lit = true;
     float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
+    // Of the light of lamps that arrives over specular surfaces where the way last left a place that is none:
+    // the share that is still to be found. And whether the way has come over such surfaces since.
+    Rgb caustic{0.0F};
+    bool specular = false;
+
+    Rgb of_lamps() const { return specular ? caustic : Rgb(1.0F); }
 };
 
-// `choice`: by which the place asked the lights.
-Onward onward(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
-              const Onward& before = {}) {
-    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
-    return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
-            vertex.hit.at,
-            cosine_at(vertex, sample.wi),
-            before.worth * sample.weight,
-            rule,
-            vertex.medium_towards(sample.wi),
-            !sample.delta,
-            before.eta_scale * sample.eta_scale};
-}
-Onward onward(const MediumVertex& vertex, const V2f& u, const Onward& before = {}) {
-    const V3f wi = vertex.phase.sample(vertex.wo, u);
-    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi));
-    // The phase function over its own density is 1.
-    return {Ray{vertex.p, wi}, vertex.from(), 1, before.worth, rule, vertex.medium, true, before.eta_scale};
-}
+// A part of a surface over which a way goes on, and what the way is worth there.
+struct WayOn {
+    Bsdf bsdf;
+    Rgb worth;
+    bool specular;  // it turns light as mirrors do, as far as caustics go
+};
 
 class IgiEstimator final : public Estimator {
   public:
-    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiLights lights,
+    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiLights lights, IgiCaustics caustics,
                  std::optional<GuideMap> guides)
         : scene_(scene),
           settings_(settings),
           lights_(std::move(lights)),
+          caustics_(std::move(caustics)),
           guides_(std::move(guides)),
           chooser_(scene, settings.lights),
           guided_{settings.pilot_floor, candidates_that_pay(scene)},
           shading_(scene, settings, lights_.paths()),
-          has_specular_(scene.has_specular()) {}
+          only_diffuse_(!throws_caustics(scene)) {}
 
     Rgb radiance(const Ray& ray, Stream& stream) const override {
         // One well-distributed number chooses the set.
@@ -75,6 +69,11 @@ class IgiEstimator final : public Estimator {
     DirectLight seen(const Vertex& vertex, std::size_t set, Stream& stream) const;
     Rgb seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const;
     Rgb follow(Onward way, std::size_t set, Stream& stream) const;
+    std::optional<WayOn> way_on(const Bsdf& bsdf, const Onward& way, const Rgb& left, Stream& stream) const;
+    Onward onward(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
+                  const Onward& before = {}) const;
+    Onward onward(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
+                  const Onward& before = {}) const;
     Rgb uncut(const Onward& way, const SurfacePoint& y, float cosine) const;
     static bool survives(Onward& way, Stream& stream);
 
@@ -107,11 +106,12 @@ class IgiEstimator final : public Estimator {
     const Scene& scene_;
     IgiSettings settings_;
     IgiLights lights_;
+    IgiCaustics caustics_;
     std::optional<GuideMap> guides_;
     LightChooser chooser_;
     GuidedLightSettings guided_;
     VirtualLightShading shading_;
-    bool has_specular_;
+    bool only_diffuse_;
 };
 
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
@@ -126,6 +126,7 @@ DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& st
     }
     if (vertex.bsdf.is_black()) return shaded;
     shaded.radiance += indirect(vertex, set, Rgb(settings_.indirect_scale), stream);
+    shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex);
     if (!settings_.compensate) return shaded;
 
     const float share = 1 / static_cast<float>(settings_.gather_samples);
@@ -143,16 +144,17 @@ DirectLight IgiEstimator::seen(const Vertex& vertex, std::size_t set, Stream& st
 }
 
 Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stream) const {
+    const LightChoice choice = chooser_.at(vertex.p);
     const Rgb scale(settings_.indirect_scale);
     if (!settings_.compensate) {
-        const Rgb direct = direct_light(scene_, vertex, stream);
+        const Rgb direct = direct_light(scene_, vertex, stream, choice);
         return direct + indirect(vertex, set, scale, stream);
     }
-    Rgb result = next_event(scene_, vertex, stream);
+    Rgb result = next_event(scene_, vertex, stream, choice);
     result += indirect(vertex, set, scale, stream);
     const float share = 1 / static_cast<float>(settings_.gather_samples);
     for (int i = 0; i < settings_.gather_samples; ++i) {
-        result += share * follow(onward(vertex, stream.next2()), set, stream);
+        result += share * follow(onward(vertex, stream.next2(), choice), set, stream);
     }
     return result;
 }
@@ -164,14 +166,15 @@ Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stre
 // to all there is, the nearer the image to the path tracer's. The set stays the same: every term of the sum
 // is linear in one set's lights, so its mean is that over all sets.
 //
-// Light that a mirror or smooth glass turned before it came to the last place is no virtual light's: of that
-// nothing is taken off. A lamp that is met behind them makes a caustic, which counts where it is asked for.
+// Virtual lights stand for what scatters diffusely (virtual_light_gloss()): of light that a mirror, glass or
+// gloss turned where the ray lands nothing is taken off. Of lamps that are met over such surfaces counts what
+// the Caustic map has not brought to the place before them.
 Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
     Rgb near(0), beyond(0);  // up to the first place that is met, and from there
     for (std::uint32_t bounce = 0; bounce < kMaxBounces && !is_black(way.worth); ++bounce) {
         const auto hit = scene_.hit(way.ray);
         (bounce == 0 ? near : beyond) +=
-            way.worth * emission(scene_, way.ray, hit, way.rule, way.medium, stream);
+            way.worth * way.of_lamps() * emission(scene_, way.ray, hit, way.rule, way.medium, stream);
 
         const Crossing crossing = cross_media(scene_, way.ray, hit, way.medium, way.worth, stream);
         way.worth = crossing.power;
@@ -181,34 +184,79 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
                                       -way.ray.d, way.medium};
             way.worth = uncut(way, vertex.from(), 1);
             if (!survives(way, stream)) break;
-            beyond += way.worth * next_event(scene_, vertex, stream);
+            const LightChoice choice = chooser_.at(vertex.p);
+            beyond += way.worth * next_event(scene_, vertex, stream, choice);
             beyond += indirect(vertex, set, way.worth, stream);
-            way = onward(vertex, stream.next2(), way);
+            way = onward(vertex, stream.next2(), choice, way);
             continue;
         }
         if (!hit) break;
         const Rgb left = uncut(way, hit->at, std::fabs(way.ray.d.dot(hit->at.n)));
         // Most ways end here, before anything is worked out about the surface.
-        if (is_black(left) && !has_specular_) break;
-        const Bsdf bsdf = scene_.bsdf(*hit);
-        const Vertex vertex{*hit, bsdf, -way.ray.d, way.medium};
+        if (is_black(left) && only_diffuse_) break;
+        const auto on = way_on(scene_.bsdf(*hit), way, left, stream);
+        if (!on) break;
+        way.worth = on->worth;
+        way.specular = on->specular;
+        const Vertex vertex{*hit, on->bsdf, -way.ray.d, way.medium};
         LightChoice choice;
-        if (!bsdf.is_delta()) {
-            way.worth = left;
+        if (!on->bsdf.is_delta()) {
             if (!survives(way, stream)) break;
             choice = choice_at(vertex);
-            beyond += way.worth * next_event(scene_, vertex, stream, choice);
-            beyond += indirect(vertex, set, way.worth, stream);
+            Rgb lamps = way.of_lamps() * next_event(scene_, vertex, stream, choice);
+            if (!way.specular) lamps += caustics_.radiance(vertex);
+            beyond += way.worth * lamps + indirect(vertex, set, way.worth, stream);
         } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
             break;
         }
         const BsdfU u{stream.next(), stream.next2()};
-        const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance);
+        const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
         way = onward(vertex, *sample, choice, way);
-        if (sample->delta && !settings_.caustics) way.rule = EmissionRule::none();
     }
     return near + beyond * settings_.indirect_scale;
+}
+
+// By chance one of the two parts of a surface: that for which virtual lights stand, whose share of the way's
+// worth is what they left; and that which turns light as mirrors do. None if neither is worth anything.
+std::optional<WayOn> IgiEstimator::way_on(const Bsdf& bsdf, const Onward& way, const Rgb& left,
+                                          Stream& stream) const {
+    const float below = caustics_.specular_below();
+    const Bsdf blurred = bsdf.blurred_part(below);
+    const float diffuse = blurred.is_black() ? 0.0F : max_component(left);
+    if (only_diffuse_) return diffuse > 0 ? std::optional(WayOn{blurred, left, false}) : std::nullopt;
+    const Bsdf sharp = bsdf.sharp_part(below);
+    const float specular = sharp.is_black() ? 0.0F : max_component(way.worth);
+    if (!(diffuse + specular > 0)) return std::nullopt;
+    const float chance = specular / (diffuse + specular);
+    // Never where the chance is 0, always where it is 1.
+    if (stream.next() < chance) return WayOn{sharp, way.worth / chance, true};
+    return WayOn{blurred, left / (1 - chance), false};
+}
+
+// `choice`: by which the place asked the lights.
+Onward IgiEstimator::onward(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
+                            const Onward& before) const {
+    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
+    return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
+            vertex.hit.at,
+            cosine_at(vertex, sample.wi),
+            before.worth * sample.weight,
+            rule,
+            vertex.medium_towards(sample.wi),
+            !sample.delta,
+            before.eta_scale * sample.eta_scale,
+            before.specular ? before.caustic : caustics_.left_to_rays(vertex, sample.wi),
+            before.specular};
+}
+Onward IgiEstimator::onward(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
+                            const Onward& before) const {
+    const V3f wi = vertex.phase.sample(vertex.wo, u);
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
+    // The phase function over its own density is 1.
+    return {
+        Ray{vertex.p, wi},        vertex.from(), 1, before.worth, rule, vertex.medium, true, before.eta_scale,
+        caustics_.left_to_rays(), false};
 }
 
 // What is left of a way's worth after virtual lights at y have brought theirs to where it began.
@@ -234,8 +282,10 @@ IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
 }
 
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    IgiLights lights, std::optional<GuideMap> guides) {
-    return std::make_unique<IgiEstimator>(scene, settings, std::move(lights), std::move(guides));
+                                                    IgiLights lights, IgiCaustics caustics,
+                                                    std::optional<GuideMap> guides) {
+    return std::make_unique<IgiEstimator>(scene, settings, std::move(lights), std::move(caustics),
+                                          std::move(guides));
 }
 
 }  // namespace lucerna

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "engine/render/igi_caustics.h"
 #include "engine/render/igi_lights.h"
 #include "engine/render/integrator.h"
 #include "photon/guide.h"
@@ -17,6 +18,7 @@ IgiSettings with_distance(const Scene& scene, IgiSettings settings);
 // `settings` are those of the lights. `guides`: by which surfaces ask lights; none: as the settings say. The
 // scene outlives the estimator.
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    IgiLights lights, std::optional<GuideMap> guides = {});
+                                                    IgiLights lights, IgiCaustics caustics,
+                                                    std::optional<GuideMap> guides = {});
 
 }  // namespace lucerna

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/stopwatch.h"
+#include "engine/render/igi_caustics.h"
 #include "engine/render/light_choice.h"
 #include "photon/virtual_light_of.h"
 
@@ -38,21 +39,28 @@ Tried draw_places(std::size_t places, Stream stream) {
     return tried;
 }
 
-void try_path(const Scene& scene, const LightPathStart& start, const PlaceShading& shading,
-              std::span<const SeenPlace> places, Stream& stream, Tried& tried) {
-    Stream roulette = stream.split(1);
-    Ledger ledger;
-    walk(scene, start, stream, ledger, [&](const WalkHit& at) {
-        const auto light = virtual_light_of(at, stream);
-        if (!light) return;
-        for (std::size_t i = 0; i < kTries; ++i) {
-            tried.radiance[i] += shading.radiance(places[tried.place[i]], *light, roulette);
-        }
-    });
-}
+// Lights up places by the paths' virtual lights.
+struct Trying {
+    const Scene& scene;
+    VirtualLightGloss gloss;
+    PlaceShading shading;
+    std::span<const SeenPlace> places;
 
-std::vector<Tried> try_paths(const PassContext& context, std::int64_t paths, const PlaceShading& shading,
-                             std::span<const SeenPlace> places) {
+    void try_path(const LightPathStart& start, Stream& stream, Tried& tried) const {
+        Stream roulette = stream.split(1);
+        Ledger ledger;
+        const auto light_up = [&](const VirtualLight& light) {
+            for (std::size_t i = 0; i < kTries; ++i) {
+                tried.radiance[i] += shading.radiance(places[tried.place[i]], light, roulette);
+            }
+        };
+        walk_for_lights(
+            scene, start, gloss, stream, ledger,
+            [&](const WalkHit& at) { virtual_lights_of(at, gloss, light_up); }, [](const WalkScatter&) {});
+    }
+};
+
+std::vector<Tried> try_paths(const PassContext& context, std::int64_t paths, const Trying& trying) {
     constexpr std::int64_t kGrain = 2048;  // fixed, so that results do not depend on threads
     std::vector<Tried> all(static_cast<std::size_t>(paths));
     Phase phase(context.monitor, "pilot", static_cast<std::uint64_t>(paths));
@@ -64,9 +72,8 @@ std::vector<Tried> try_paths(const PassContext& context, std::int64_t paths, con
                               [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                                   Stream stream = Stream::stratified(context.seed, Purpose::emission,
                                                                      kEmissionPilotPass, path);
-                                  all[path] = draw_places(places.size(), stream.split(2));
-                                  if (start)
-                                      try_path(context.scene, *start, shading, places, stream, all[path]);
+                                  all[path] = draw_places(trying.places.size(), stream.split(2));
+                                  if (start) trying.try_path(*start, stream, all[path]);
                               });
             phase.advance(static_cast<std::uint64_t>(end - begin));
         });
@@ -125,7 +132,8 @@ std::optional<IgiPilot> fly_igi_pilot(const IgiSettings& settings, const PassCon
     if (seen.places.empty()) return std::nullopt;
 
     // What light paths bring there.
-    const auto tried = try_paths(context, settings.pilot, PlaceShading(scene, settings), seen.places);
+    const Trying trying{scene, virtual_light_gloss(settings), PlaceShading(scene, settings), seen.places};
+    const auto tried = try_paths(context, settings.pilot, trying);
     if (context.monitor.stopped()) return std::nullopt;
     seen.shown = radiances(seen, tried);
     const std::vector<float> worth = scores(seen, tried);

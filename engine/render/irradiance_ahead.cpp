@@ -1,12 +1,14 @@
 #include "engine/render/irradiance_ahead.h"
 
 #include "engine/render/direct_light.h"
+#include "engine/render/light_choice.h"
 
 namespace lucerna {
 namespace {
 
 // The irradiance E of direct light at a point: π times what a white surface shows of it.
-Rgb sampled_irradiance(const Scene& scene, const SurfacePoint& at, const Stream& point, int samples) {
+Rgb sampled_irradiance(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
+                       const Stream& point, int samples) {
     Hit hit;
     hit.at = at;
     hit.ns = at.n;
@@ -14,10 +16,11 @@ Rgb sampled_irradiance(const Scene& scene, const SurfacePoint& at, const Stream&
     hit.dpdu = Frame(at.n).s;
     hit.dpdv = Frame(at.n).t;
     const Bsdf white = white_receiver(hit);
+    const LightChoice choice = lights.at(at, white, hit.wo);
     Rgb sum(0.0F);
     for (int i = 0; i < samples; ++i) {
         Stream stream = point.split_stratified(1, static_cast<std::uint32_t>(i));
-        sum += direct_light(scene, Vertex{hit, white, at.n}, stream).radiance;
+        sum += direct_light(scene, Vertex{hit, white, hit.wo}, stream, choice).radiance;
     }
     return sum * (kPi / static_cast<float>(samples));
 }
@@ -35,9 +38,10 @@ IrradiancePoints irradiance_ahead(const PassContext& context, const PhotonMaps& 
     const Stream chance(context.seed, Purpose::gather, context.pass, kNoPlace);
     IrradianceSources sources{read, how, Probing{context.scene, chance}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
-        sources.more = [&](std::uint32_t number, const SurfacePoint& at) {
+        sources.more = [&, lights = LightChooser(context.scene, settings.lights)](std::uint32_t number,
+                                                                                  const SurfacePoint& at) {
             const Stream point(context.seed, Purpose::gather, context.pass, number);
-            return sampled_irradiance(context.scene, at, point, settings.precompute_lights);
+            return sampled_irradiance(context.scene, lights, at, point, settings.precompute_lights);
         };
     }
     const BouncePlan bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};

@@ -39,6 +39,8 @@ struct Job {
     int spp = 16;  // camera samples per pixel
     // What the scene was read from, the scene file first; empty for one made in memory.
     std::vector<std::filesystem::path> files = {};
+    // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.
+    std::vector<std::filesystem::path> caches = {};
 };
 
 }  // namespace lucerna

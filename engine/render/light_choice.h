@@ -67,7 +67,8 @@ bool nothing_to_choose(const Scene& scene);
 // Whether any light has parts to choose among.
 bool has_parts(const Scene& scene);
 
-// Makes the plain choices of a scene, which it refers to. Constant, safe to share between threads.
+// Makes the plain choices of a scene, which it refers to, at surfaces and in media. Constant, safe to share
+// between threads.
 class LightChooser {
   public:
     LightChooser(const Scene& scene, LightSelection selection)
@@ -79,6 +80,8 @@ class LightChooser {
         const V3f n = !bsdf.is_diffuse() ? V3f(0.0F) : x.n.dot(wo) < 0 ? -x.n : x.n;
         return {*tree_, x.p, n};
     }
+    // Where a medium scatters: lit from all around.
+    LightChoice at(const V3f& x) const { return tree_ ? LightChoice(*tree_, x, V3f(0.0F)) : LightChoice(); }
 
   private:
     const LightTree* tree_;  // null: by power

@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/stopwatch.h"
 #include "engine/render/error_scale.h"
+#include "engine/render/igi_caustics.h"
 #include "engine/render/method_cost.h"
 #include "engine/render/trial.h"
 
@@ -40,7 +41,10 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
     if (const auto* own = std::get_if<IgiSettings>(&asked)) settings = *own;
     settings.quantity = quantity_of(asked);
     settings.nsets = kTrialSets;
-    settings.compensate = true;  // without it no number of lights gives the whole picture
+    settings.caustic_paths = kTrialPhotons;
+    // Without these no number of lights gives the whole picture.
+    settings.compensate = true;
+    if (settings.caustics == CausticMethod::none) settings.caustics = CausticMethod::map;
     return settings;
 }
 
@@ -57,7 +61,10 @@ bool is_its_own(const IntegratorSettings& asked) {
 IntegratorSettings with_work(IntegratorSettings settings, double work) {
     if (auto* maps = std::get_if<PhotonMapSettings>(&settings))
         maps->photons = static_cast<std::int64_t>(static_cast<double>(maps->photons) * work);
-    if (auto* igi = std::get_if<IgiSettings>(&settings)) igi->nsets = static_cast<int>(igi->nsets * work);
+    if (auto* igi = std::get_if<IgiSettings>(&settings)) {
+        igi->nsets = static_cast<int>(igi->nsets * work);
+        igi->caustic_paths = static_cast<std::int64_t>(static_cast<double>(igi->caustic_paths) * work);
+    }
     return settings;
 }
 
@@ -118,8 +125,15 @@ double beyond_noise(const Trial& trial, const Trial& judge, const Scales& scales
     return std::max(0.0, shares.mean()) + shares.standard_error();
 }
 
-MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales, const FilmSettings& film) {
-    const V2i size = film.rendered_size();
+// Whether photons make a part of the picture, whose number alone mends what they blur.
+bool estimates_from_photons(const IntegratorSettings& settings, const Scene& scene) {
+    if (std::holds_alternative<PhotonMapSettings>(settings)) return true;
+    const auto* igi = std::get_if<IgiSettings>(&settings);
+    return igi && igi->caustics == CausticMethod::map && throws_caustics(scene);
+}
+
+MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales, const Job& job) {
+    const V2i size = job.film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
     MethodCost cost;
     cost.once = trial.once_seconds();
@@ -141,7 +155,7 @@ MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales,
     // Of virtual lights it is noise. Of photons, with a fixed number in an estimate, it falls by the
     // estimates' area; the studies give somewhat less.
     const bool photons = std::holds_alternative<PhotonMapSettings>(trial.settings());
-    cost.power = photons ? 2.0 / 3 : 1;
+    cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;
     cost.most_work = photons ? static_cast<double>(kMostPhotons) / kTrialPhotons : kMostSets / kTrialSets;
     return cost;
 }
@@ -227,7 +241,7 @@ class Choosing {
         const Scales scales(level);
         std::vector<Expectation> result;
         for (const Trial* trial : trials) {
-            const MethodCost cost = cost_of(*trial, *trials.front(), scales, job_.film);
+            const MethodCost cost = cost_of(*trial, *trials.front(), scales, job_);
             const double left = limits_.seconds - clock_.seconds();
             result.push_back(by_error() ? soonest_below(limits_.error, cost)
                                         : best_in(std::max(left, 1e-3), cost));

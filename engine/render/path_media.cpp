@@ -16,7 +16,7 @@ constexpr std::uint32_t kLampBranch = 0x1a;
 class MediaPathEstimator final : public Estimator {
   public:
     MediaPathEstimator(const Scene& scene, const PathSettings& settings)
-        : scene_(scene), media_(scene.media()), settings_(settings) {}
+        : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb radiance(const Ray& camera_ray, Stream& stream) const override;
 
@@ -44,6 +44,7 @@ class MediaPathEstimator final : public Estimator {
     const Scene& scene_;
     const SceneMedia& media_;
     PathSettings settings_;
+    LightChooser lights_;
 };
 
 Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Stream& stream) const {
@@ -126,7 +127,7 @@ void MediaPathEstimator::meet_lamps(Path& path, const Ray& rest, float travelled
         const auto seen = scene_.lights()[light]->seen(path.ray);
         if (!seen || seen->distance < travelled) continue;
         if (!(seen->distance < end) && !(!hit && std::isinf(seen->distance))) continue;
-        const float share = path.rule.share(seen->pdf_w * scene_.picker().probability(light));
+        const float share = path.rule.share(scene_, light, *seen);
         const double distance = static_cast<double>(seen->distance - travelled);
         const Rgb passing = transmittance(MediaAlong(media_, path.medium, rest, distance), more);
         path.result += path.throughput * passing * seen->radiance * share;
@@ -136,24 +137,28 @@ void MediaPathEstimator::meet_lamps(Path& path, const Ray& rest, float travelled
 // Asks the lights, and chooses where the path goes on. False: it ends.
 bool MediaPathEstimator::leave(Path& path, const Leg& leg, bool metered, Stream& stream) const {
     if (leg.scattered) {
-        path.result += path.throughput * next_event(scene_, *leg.scattered, stream);
+        const LightChoice choice = lights_.at(leg.scattered->p);
+        path.result += path.throughput * next_event(scene_, *leg.scattered, stream, choice);
         const V3f wi = leg.scattered->phase.sample(leg.scattered->wo, stream.next2());
-        path.rule = EmissionRule::mis(leg.scattered->pdf_w(wi));
+        path.rule = EmissionRule::mis(leg.scattered->pdf_w(wi), choice);
         path.ray = Ray{leg.scattered->p, wi};
         return true;
     }
     const Hit& hit = *leg.hit;
     const Bsdf bsdf = metered ? white_receiver(hit) : scene_.bsdf(hit);
     const V3f wo = -path.ray.d;
-    if (!bsdf.is_delta()) {
-        path.result += path.throughput * next_event(scene_, Vertex{hit, bsdf, wo, path.medium}, stream);
+    const bool specular = bsdf.is_delta();
+    const LightChoice choice = specular ? LightChoice() : lights_.at(hit.at, bsdf, wo);
+    if (!specular) {
+        const Vertex vertex{hit, bsdf, wo, path.medium};
+        path.result += path.throughput * next_event(scene_, vertex, stream, choice);
     }
     const BsdfU u{stream.next(), stream.next2()};
     const auto sample = bsdf.sample(wo, u, Transport::radiance);
     if (!sample) return false;
     path.throughput *= sample->weight;
     path.eta_scale *= sample->eta_scale;
-    path.rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w);
+    path.rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
     path.medium = medium_towards(hit.media, hit.at.n, sample->wi, path.medium);
     path.ray = Ray{hit.at.towards(sample->wi), sample->wi};
     return true;

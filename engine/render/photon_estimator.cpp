@@ -136,7 +136,9 @@ class PhotonMapEstimator final : public Estimator {
     // What media scatter into a ray at a place: radiance per unit of length.
     Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, Stream& stream) const {
         Rgb result(0);
-        if (settings_.direct != DirectMethod::map) result += sigma_s * direct_light(scene_, vertex, stream);
+        if (settings_.direct != DirectMethod::map) {
+            result += sigma_s * direct_light(scene_, vertex, stream, lights_.at(vertex.p));
+        }
         if (const PhotonMap* map = maps_.find(MapKind::volume)) {
             const GatherSettings& how = stage == Stage::eye ? gather_.seen : gather_.landed;
             VolumeGatherSettings volume{how.k, gather_.volume_radius};
@@ -236,11 +238,11 @@ class PhotonMapEstimator final : public Estimator {
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
-    // What the maps say where a gather ray landed: looked up if it was computed ahead of time, else
-    // estimated. Irradiance says all there is to know for Lambertian surfaces only: a base under varnish that
-    // a lamp shines on from one side would be off by percents.
+    // What the maps say where a gather ray landed: looked up if it was computed ahead of time and says all
+    // there is to know, else estimated. A base under varnish that a lamp shines on from one side would be off
+    // by percents, and a wall whose relief leans towards the light by as much as the cosine is.
     Looked look(const Vertex& vertex, const Stream& stream) const {
-        if (irradiance_ && vertex.bsdf.is_lambertian()) {
+        if (irradiance_ && irradiance_suffices(vertex.bsdf)) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
             if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {

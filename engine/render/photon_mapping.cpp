@@ -9,6 +9,7 @@
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_estimator.h"
 #include "engine/render/steering.h"
+#include "photon/resting_point.h"
 
 namespace lucerna {
 namespace {
@@ -39,7 +40,7 @@ class PhotonMapIntegrator final : public Integrator {
             if (context.pass == 0) warn_of_endless_light(parts.maps.ledger, context.monitor);
         }
         const PhotonMap* caustics = parts.maps.find(MapKind::caustic);
-        if (parts.radii && caustics) parts.caustic_radii = radii_of(*caustics, *parts.radii, context.workers);
+        if (parts.radii && caustics) parts.caustic_radii = radii_of(*caustics, *parts.radii, context);
         const GatherPair how = gather(context.scene);
         parts.guides = guide(context, how.seen.radius);
         if (context.monitor.stopped()) return nullptr;
@@ -103,19 +104,19 @@ class PhotonMapIntegrator final : public Integrator {
 
     // The radius at each of the Caustic map's photons.
     static std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii,
-                                       const Workers& workers) {
+                                       const PassContext& context) {
         constexpr std::int64_t kGrain = 1024;
         std::vector<float> result(caustics.size());
-        parallel_ranges(workers, static_cast<std::int64_t>(caustics.size()), kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                                 ++i) {
-                                const V3f& p = caustics.positions()[i];
-                                const float error = surface_error(p, 0);  // never less: as for an estimate
-                                const V3f n = caustics.normals()[i].unpack();
-                                result[i] = std::max(radii.radius(MapKind::caustic, p, n), error);
-                            }
-                        });
+        const auto count = static_cast<std::int64_t>(caustics.size());
+        parallel_ranges(
+            context.workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                    const V3f n = caustics.normals()[i].unpack();
+                    // Never less than the surface's error: as for an estimate.
+                    const SurfacePoint at = resting_point(context.scene, caustics.positions()[i], n);
+                    result[i] = std::max(radii.radius(MapKind::caustic, at.p, n), at.error);
+                }
+            });
         return result;
     }
 

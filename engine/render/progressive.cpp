@@ -178,6 +178,7 @@ class ProgressiveIntegrator final : public Integrator {
         PhotonMapSettings settings;
         settings.photons = settings_.photons;
         settings.direct = settings_.direct;
+        settings.lights = settings_.lights;
         settings.indirect = IndirectMethod::map;
         settings.ratio = settings_.ratio;
         settings.kernel = settings_.kernel;

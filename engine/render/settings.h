@@ -25,8 +25,8 @@ enum class LightSelection : std::uint8_t { power, tree };
 
 // The unbiased reference.
 struct PathSettings {
-    int max_depth = 0;                             // bounces; 0: no limit, roulette ends every path
-    LightSelection lights = LightSelection::tree;  // in scenes without media
+    int max_depth = 0;  // bounces; 0: no limit, roulette ends every path
+    LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
 };
 
@@ -82,16 +82,21 @@ struct PhotonMapSettings {
 // Which virtual lights a place asks: it looks at all of a set, or draws some from a tree over all sets.
 enum class VirtualLightChoice : std::uint8_t { loop, tree };
 
+// How light comes that mirrors, glass and gloss turned on its way from a lamp to a surface: from photons, by
+// compensating rays, or not at all.
+enum class CausticMethod : std::uint8_t { map, rays, none };
+
 struct IgiSettings {
     int nlights = 64;    // light paths per set, rounded up to a power of 2
     int nsets = 16;      // independent sets, rounded up to a power of 2
     float mindist = -1;  // scene units; negative: 2 % of the scene's diagonal
     float glimit = 0;    // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
-    // Rays put back what these two cut off, and what mirrors and glass turn: unbiased then, and noisier near
-    // lamps. The note's method is without.
+    // Rays put back what these two cut off, and what mirrors, glass and gloss turn: the whole picture, and
+    // noisier near lamps. The note's method is without.
     bool compensate = false;
     int gather_samples = 1;  // such rays per camera sample
-    bool caustics = false;   // whether they count lamps seen by way of mirrors and glass
+    CausticMethod caustics = CausticMethod::map;
+    std::int64_t caustic_paths = 1'000'000;  // light paths of the map
     VirtualLightChoice choice = VirtualLightChoice::loop;
     int tree_samples = 16;  // lights that a place draws from the tree
     // Luminance below which shadow rays play roulette, with the chance rr_continue of going on, as the note
@@ -100,7 +105,7 @@ struct IgiSettings {
     float rr_continue = 0.1F;
     int shadow_rays = 4;  // 0: one for every light
     float indirect_scale = 1;
-    LightSelection lights = LightSelection::tree;  // that surfaces ask for direct light
+    LightSelection lights = LightSelection::tree;  // that are asked for direct light
     // Light paths of a pilot (igi_pilot.h): it learns where paths start, which virtual lights stay and which
     // lights surfaces ask; 0: none. And the least share of what is done without it.
     std::int64_t pilot = 0;
@@ -116,6 +121,7 @@ struct ProgressiveSettings {
     int samples = 1;                 // camera samples per pixel in a pass
     float alpha = 2.0F / 3;          // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
     DirectMethod direct = DirectMethod::mc;
+    LightSelection lights = LightSelection::tree;
     int k = 60;        // photons of one pass that the first radius holds
     float radius = 0;  // the first radius everywhere, scene units; 0: by k and the local density
     float ratio = 2;   // Euclidean ball over projected disc, >= 1

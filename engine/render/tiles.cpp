@@ -47,7 +47,9 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
 // A sample that is not a number is left out of the image and named.
 void TileRenderer::report_bad(const V2i& at, int sample, const Rgb& value) {
     const std::lock_guard lock(mutex_);
-    if (bad_samples_++ == 0) {
+    const std::array<int, 3> here{sample, at.y, at.x};
+    if (bad_samples_++ == 0 || here < first_bad_at_) {
+        first_bad_at_ = here;
         first_bad_ = fmt::format("pixel ({}, {}) sample {} seed {}: {} {} {}", at.x, at.y, sample, seed_,
                                  value.x, value.y, value.z);
     }

@@ -1,6 +1,7 @@
 // A picture's samples, tile by tile: the unit of work and of progress.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <mutex>
 #include <string>
@@ -37,13 +38,15 @@ class TileRenderer {
     // The samples [first, end) of every pixel of a tile.
     void render(const Estimator& estimator, int tile, int first, int end);
 
-    // Samples that were not finite and left out; the first of them, to find it again.
+    // Samples that were not finite and left out; the first of them, to find it again: of the first such
+    // sample number the first pixel in reading order, whichever thread found what when.
     std::uint64_t bad_samples() const { return bad_samples_; }
     const std::string& first_bad() const { return first_bad_; }
-    // Those of the render that this one goes on with.
+    // Those of the render that this one goes on with: its samples came before.
     void take_up_bad(std::uint64_t count, std::string first) {
         bad_samples_ = count;
         first_bad_ = std::move(first);
+        first_bad_at_ = {};
     }
 
   private:
@@ -60,6 +63,7 @@ class TileRenderer {
     std::mutex mutex_;
     std::uint64_t bad_samples_ = 0;
     std::string first_bad_;
+    std::array<int, 3> first_bad_at_{};  // sample, y, x; all 0: before any of this render's own
 };
 
 }  // namespace lucerna

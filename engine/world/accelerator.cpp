@@ -22,7 +22,9 @@
 #include <stdexcept>
 #include <string>
 
+#include "engine/base/error.h"
 #include "engine/base/float_traps.h"
+#include "engine/world/arithmetic.h"
 
 namespace lucerna {
 namespace {
@@ -187,7 +189,7 @@ void cut_out(const RTCFilterFunctionNArguments* args) {
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
     const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
-    const Meeting meeting{user.geometry,
+    const Meeting embrees{user.geometry,
                           hit.primID,
                           static_cast<double>(ray.tfar),
                           static_cast<double>(hit.u),
@@ -195,6 +197,7 @@ void cut_out(const RTCFilterFunctionNArguments* args) {
                           {hit.Ng_x, hit.Ng_y, hit.Ng_z}};
     const RayContext& context = RayContext::of(args->context);
     const FloatTraps ours(context.traps);
+    const Meeting meeting = user.set->exact(embrees, context.local(hit.instID[0]));
     if (passes(context, hit.instID[0], *user.set, meeting)) args->valid[0] = 0;
 }
 
@@ -282,8 +285,14 @@ Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_pro
 }
 
 void Accelerator::Impl::open_device(int threads) {
-    device.reset(rtcNewDevice(fmt::format("threads={}", std::max(1, threads)).c_str()));
-    if (!device) throw std::runtime_error("Embree: no device can be made on this machine");
+    device.reset(rtcNewDevice(fmt::format("threads={},isa={}", std::max(1, threads), embree_isa()).c_str()));
+    if (!device) {
+        // Its threads' stacks are the first large pieces that it asks for.
+        throw InputError(fmt::format(
+            "Embree makes no device with {} threads (its error {}): memory or threads may be limited; more "
+            "memory or a smaller --threads is needed",
+            std::max(1, threads), static_cast<int>(rtcGetDeviceError(nullptr))));
+    }
     rtcSetDeviceErrorFunction(device.get(), &Complaint::note, &complaint);
     if (rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {
         throw std::runtime_error("Embree: this build of the library knows no ray masks");

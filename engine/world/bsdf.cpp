@@ -58,6 +58,15 @@ float blur_of(const Lobe& lobe) {
 bool is_black_lobe(const Lobe& lobe) {
     return std::holds_alternative<BlackLobe>(lobe);
 }
+// What it reflects alone, or what it transmits alone.
+Lobe one_side_of(const Lobe& lobe, bool transmission) {
+    if (const auto* glass = std::get_if<DielectricLobe>(&lobe)) {
+        DielectricLobe half = *glass;
+        (transmission ? half.reflect : half.transmit) = Rgb(0.0F);
+        return half;
+    }
+    return std::holds_alternative<DiffuseTransmitLobe>(lobe) == transmission ? lobe : Lobe(BlackLobe{});
+}
 [[maybe_unused]] bool is_sound_lobe(const Lobe& lobe) {
     return std::visit([](const auto& l) { return is_sound(l); }, lobe);
 }
@@ -200,6 +209,25 @@ Rgb Bsdf::albedo(const V3f& wo) const {
         sum += std::visit([&](const auto& l) { return albedo_of(l, at); }, lobe);
     }
     return {std::min(sum.x, 1.0F), std::min(sum.y, 1.0F), std::min(sum.z, 1.0F)};
+}
+
+Bsdf::SidedAlbedo Bsdf::blurred_albedo(const V3f& wo) const {
+    const float side = side_of(ng_, wo);
+    const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
+    SidedAlbedo sum;
+    for (const Lobe& lobe : lobes()) {
+        if (is_delta_of(lobe)) continue;
+        for (const bool transmission : {false, true}) {
+            const Lobe half = one_side_of(lobe, transmission);
+            Rgb& to = transmission ? sum.transmitted : sum.reflected;
+            to += std::visit([&](const auto& l) { return albedo_of(l, at); }, half);
+        }
+    }
+    for (int c = 0; c < 3; ++c) {
+        sum.reflected[c] = std::min(sum.reflected[c], 1.0F);
+        sum.transmitted[c] = std::min(sum.transmitted[c], 1.0F);
+    }
+    return sum;
 }
 
 bool Bsdf::is_delta() const {

@@ -74,6 +74,12 @@ class Bsdf {
     // 1, any angle); some 10 microseconds.
     Rgb albedo(const V3f& wo) const;
 
+    // The same without delta parts, by the side of the surface on which it leaves.
+    struct SidedAlbedo {
+        Rgb reflected{0.0F}, transmitted{0.0F};
+    };
+    SidedAlbedo blurred_albedo(const V3f& wo) const;
+
     // True if all it does is delta: no direct light, no photon stored.
     bool is_delta() const;
     // True if it is exactly Lambertian: then f = albedo/π, whatever the directions on one side.

@@ -77,6 +77,31 @@ struct MayBeDelta {
     }
 };
 
+struct MayHavePeak {
+    bool operator()(const DiffuseMaterial&) const { return false; }
+    bool operator()(const DiffuseTransmissionMaterial&) const { return false; }
+    bool operator()(const InterfaceMaterial&) const { return false; }
+    bool operator()(const UberMaterial& m) const {
+        const auto gloss = m.gloss.constant_value();
+        return m.reflect || m.transmit || m.opacity || !gloss || !is_black(*gloss);
+    }
+    bool operator()(const TranslucentMaterial& m) const {
+        const auto gloss = m.gloss.constant_value();
+        return !gloss || !is_black(*gloss);
+    }
+    bool operator()(const MixMaterial& m) const {
+        // As a part of a mix an interface lets light straight through.
+        const auto part = [](const Material& material) {
+            return is_interface(material) || has_peak(material);
+        };
+        return part(*m.first) || part(*m.second);
+    }
+    template <typename Shiny>
+    bool operator()(const Shiny&) const {
+        return true;
+    }
+};
+
 struct MostLobes {
     std::size_t operator()(const DiffuseTransmissionMaterial&) const { return 2; }
     std::size_t operator()(const CoatedDiffuseMaterial&) const { return 2; }
@@ -125,6 +150,10 @@ Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin) {
 
 bool is_specular(const Material& material) {
     return std::visit(MayBeDelta{}, material.model);
+}
+
+bool has_peak(const Material& material) {
+    return std::visit(MayHavePeak{}, material.model);
 }
 
 bool is_interface(const Material& material) {

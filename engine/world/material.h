@@ -168,6 +168,8 @@ V3f bent_normal(const Relief& relief, const Hit& hit, const TexturePoint& point)
 // True if the material has a delta lobe anywhere (whether there are caustics to trace); also where only a
 // look at every point of a texture could tell.
 bool is_specular(const Material& material);
+// True if a lobe of it may have a peak, delta or gloss; false if it scatters diffusely alone.
+bool has_peak(const Material& material);
 bool is_interface(const Material& material);
 // How many lobes a Bsdf of it has at most; more than Bsdf::kMaxLobes must not be made.
 std::size_t most_lobes(const Material& material);

@@ -146,17 +146,17 @@ struct AddLobes {
         gloss *= down, reflect *= down, transmit *= down;
         const V2f alpha = covered_alpha(m.roughness, m.table.get(), point);
 
-        const Rgb diffuse = share_of(m.diffuse, point);
+        // Where opacity leaves nothing of a part, the surface must not be taken for one that scatters.
+        const Rgb diffuse = share_of(m.diffuse, point), base = diffuse * opacity;
         if (largest(diffuse + gloss, larger(reflect, transmit)) <= 1) {
-            if (!is_black(diffuse)) list.add(DiffuseLobe{diffuse * opacity});
-        } else {
+            if (!is_black(base)) list.add(DiffuseLobe{base});
+        } else if (!is_black(base)) {
             list.add(CoveredDiffuseLobe{
-                diffuse * opacity, {m.table.get(), std::min(alpha.x, alpha.y), gloss, reflect, transmit}});
+                base, {m.table.get(), std::min(alpha.x, alpha.y), gloss, reflect, transmit}});
         }
-        if (!is_black(gloss)) list.add(GlossLobe{eta, gloss * opacity, alpha.x, alpha.y});
-        if (!is_black(reflect) || !is_black(transmit)) {
-            list.add(DielectricLobe{eta, reflect * opacity, transmit * opacity});
-        }
+        gloss *= opacity, reflect *= opacity, transmit *= opacity;
+        if (!is_black(gloss)) list.add(GlossLobe{eta, gloss, alpha.x, alpha.y});
+        if (!is_black(reflect) || !is_black(transmit)) list.add(DielectricLobe{eta, reflect, transmit});
         if (opacity != Rgb(1.0F)) list.add(DielectricLobe{1, Rgb(0.0F), Rgb(1.0F) - opacity});
     }
 

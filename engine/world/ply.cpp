@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/world/ply_cursor.h"
 
 namespace lucerna {
@@ -126,6 +127,10 @@ void read_fixed_vertices(PlyCursor& in, const PlyElement& vertex, const Slots& s
 void read_vertices(PlyCursor& in, const PlyElement& vertex, PlyMesh& mesh) {
     const Slots slots = find_slots(in, vertex);
     require_room(in, vertex);
+    // Positions are needed in double precision, too.
+    require_memory(bytes_of(vertex.rows, sizeof(V3f) + sizeof(V3d) + (slots.n ? sizeof(V3f) : 0) +
+                                             (slots.uv ? sizeof(V2f) : 0)),
+                   fmt::format("{}: {} vertices", in.file(), vertex.rows), "fewer are accepted");
     mesh.p.reserve(vertex.rows);
     if (slots.n) mesh.n.reserve(vertex.rows);
     if (slots.uv) mesh.uv.reserve(vertex.rows);
@@ -183,6 +188,8 @@ void read_faces(PlyCursor& in, const PlyElement& face, PlyMesh& mesh) {
         in.fail("its faces have no list vertex_indices of whole numbers");
     }
     require_room(in, face);
+    require_memory(bytes_of(face.rows, sizeof(V3i)), fmt::format("{}: {} faces", in.file(), face.rows),
+                   "fewer are accepted");
     mesh.triangles.reserve(face.rows);
     const std::uint64_t taken = read_plain_triangles(in, face, mesh);
     for (std::uint64_t row = taken; row < face.rows; ++row) {

@@ -63,6 +63,8 @@ class PlyCursor {
     PlyCursor(const std::filesystem::path& file, const std::vector<std::byte>& bytes)
         : file_(file.string()), text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
 
+    const std::string& file() const { return file_; }
+
     PlyEncoding encoding = PlyEncoding::ascii;
 
     std::size_t left() const { return text_.size() - at_; }

@@ -111,6 +111,11 @@ struct Scene::Impl {
     const ShapeSet& set_of(const Met& met) const {
         return met.instance == kNoInstance ? *world : prototypes[instances[met.instance].prototype];
     }
+    // The ray in the frame of what it met.
+    LocalRay local(const Ray& ray, const Met& met) const {
+        if (met.instance != kNoInstance) return instances[met.instance].placement.local(ray);
+        return {V3d(ray.o), V3d(ray.d)};
+    }
 
     Impl(SceneParts given, const Workers& workers);
     void take_shapes();
@@ -235,18 +240,19 @@ std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
     return hit(ray, *met);
 }
 
+float Scene::distance(const Ray& ray, const Met& met) const {
+    const auto t = static_cast<float>(impl_->set_of(met).exact(met.meeting, impl_->local(ray, met)).t);
+    return std::min(t, ray.t_max);  // beyond it by rounding
+}
+
 Hit Scene::hit(const Ray& ray, const Met& met) const {
     const Meeting& meeting = met.meeting;
     const ShapeSet& set = impl_->set_of(met);
-    Hit hit;
-    if (met.instance == kNoInstance) {
-        hit = set.hit(meeting, {V3d(ray.o), V3d(ray.d)});
-    } else {
-        const InstancePlacement& placement = impl_->instances[met.instance].placement;
-        hit = placement.world(set.hit(meeting, placement.local(ray)));
-    }
+    const LocalRay there = impl_->local(ray, met);
+    Hit hit = set.hit(set.exact(meeting, there), there);
+    if (met.instance != kNoInstance) hit = impl_->instances[met.instance].placement.world(hit);
     const SurfaceTraits& traits = set.traits(meeting.geometry, meeting.primitive);
-    hit.t = static_cast<float>(meeting.t);
+    hit.t = std::min(hit.t, ray.t_max);  // beyond it by rounding
     hit.wo = -ray.d;
     hit.material = traits.material;
     hit.light = traits.light;

@@ -85,6 +85,8 @@ class Scene {
     void prefetch_corners(const Met& met) const;
     void prefetch_vertices(const Met& met) const;
     Hit hit(const Ray& ray, const Met& met) const;
+    // The t of that hit, and nothing else of it.
+    float distance(const Ray& ray, const Met& met) const;
     // As hit(), but an interface that is a border between media is met, too: is_border() tells.
     std::optional<Hit> hit_or_border(const Ray& ray) const;
     // The nearest interface that is a border between media, whatever surfaces stand before it.

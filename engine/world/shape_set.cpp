@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 namespace lucerna {
 namespace {
@@ -173,6 +174,18 @@ Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive
     return box;
 }
 
+Meeting ShapeSet::exact(const Meeting& m, const LocalRay& ray) const {
+    if (m.geometry >= curves_begin()) return m;
+    const auto point = triangle_point(shapes_.meshes[m.geometry], m.primitive, ray);
+    if (!point) return m;
+    Meeting out = m;
+    // A ray may begin within rounding of the plane, and behind it.
+    out.t = std::max(point->t, double{std::numeric_limits<float>::min()});
+    out.u = point->b1;
+    out.v = point->b2;
+    return out;
+}
+
 V2f ShapeSet::uv(const Meeting& m, const LocalRay& ray) const {
     const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
     if (m.geometry < curves_begin()) return triangle_uv(shapes_.meshes[m.geometry], m.primitive, u, v);
@@ -196,7 +209,7 @@ void ShapeSet::prefetch_vertices(const Meeting& m) const {
     }
 }
 
-Hit ShapeSet::hit(const Meeting& m, const LocalRay& ray) const {
+Hit ShapeSet::surface(const Meeting& m, const LocalRay& ray) const {
     const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
     if (m.geometry < curves_begin()) return triangle_hit(shapes_.meshes[m.geometry], m.primitive, u, v);
     if (m.geometry < quadrics_id()) {
@@ -206,6 +219,12 @@ Hit ShapeSet::hit(const Meeting& m, const LocalRay& ray) const {
     if (m.geometry == quadrics_id()) return quadric_hit(quadrics_[m.primitive], ray, m.t);
     const PatchAddress& at = patches_[m.primitive];
     return patch_hit(shapes_.patches[at.mesh], at.patch, m.u, m.v);
+}
+
+Hit ShapeSet::hit(const Meeting& m, const LocalRay& ray) const {
+    Hit hit = surface(m, ray);
+    hit.t = static_cast<float>(m.t);
+    return hit;
 }
 
 }  // namespace lucerna

@@ -51,8 +51,12 @@ class ShapeSet {
                                  double t_min, double t_max) const;
     Box3f primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const;
 
-    V2f uv(const Meeting& meeting, const LocalRay& ray) const;
-    Hit hit(const Meeting& meeting, const LocalRay& ray) const;
+    // The same meeting with all digits of double, worked out from the primitive. Embree's own t, u and v rest
+    // on approximate reciprocals, whose last digits are not the same on every processor. Curves keep them.
+    Meeting exact(const Meeting& meeting, const LocalRay& ray) const;
+    V2f uv(const Meeting& exact, const LocalRay& ray) const;
+    // With its t.
+    Hit hit(const Meeting& exact, const LocalRay& ray) const;
     // Begins to fetch what hit() will read of a triangle: its corners' numbers, then, once these are there,
     // what stands at them.
     void prefetch_corners(const Meeting& meeting) const {
@@ -84,6 +88,7 @@ class ShapeSet {
     void take_patches();
     // Notes what stands there; the layer.
     unsigned note(const SurfaceTraits& traits);
+    Hit surface(const Meeting& exact, const LocalRay& ray) const;
 
     Shapes shapes_;
     std::span<const Material> materials_;

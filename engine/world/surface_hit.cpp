@@ -61,6 +61,23 @@ V3f tangent_or(const V3d& tangent, const V3f& fallback) {
 
 // ---- triangles
 
+// Möller and Trumbore 1997, in double.
+std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray) {
+    const V3i& corners = mesh.triangles[triangle];
+    const V3d p0(mesh.p[corner(corners, 0)]);
+    const V3d e1 = V3d(mesh.p[corner(corners, 1)]) - p0;
+    const V3d e2 = V3d(mesh.p[corner(corners, 2)]) - p0;
+    const V3d across = ray.d.cross(e2);
+    const double determinant = e1.dot(across);
+    const V3d from = ray.o - p0;
+    const V3d turned = from.cross(e1);
+    const double t = e2.dot(turned) / determinant;
+    if (determinant == 0 || !std::isfinite(t)) return std::nullopt;
+    const double b1 = std::clamp(from.dot(across) / determinant, 0.0, 1.0);
+    const double b2 = std::clamp(ray.d.dot(turned) / determinant, 0.0, 1 - b1);
+    return TrianglePoint{t, b1, b2};
+}
+
 V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
     const V3i& t = mesh.triangles[triangle];
     return (1 - b1 - b2) * uv_of(mesh, t, 0) + b1 * uv_of(mesh, t, 1) + b2 * uv_of(mesh, t, 2);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "engine/base/vec.h"
 #include "engine/world/patch.h"
@@ -16,6 +17,13 @@ struct LocalRay {
     V3d o, d;
     V3d at(double t) const { return o + t * d; }
 };
+
+// Where a ray meets the plane of a triangle: the weights of its second and third corner, those of the nearest
+// place on the triangle if it passes by the rim. Nothing for a ray along the plane.
+struct TrianglePoint {
+    double t, b1, b2;
+};
+std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray);
 
 V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
 Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);

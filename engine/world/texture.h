@@ -1,12 +1,14 @@
 // Values that vary over a surface: colours and plain numbers.
 //
 // A texture is a handle, cheap to copy. A constant lies in the handle itself; any other kind is an immutable
-// node that handles share, and nodes refer to other textures, so they nest to any depth. Every texture knows
-// bounds of its values, so that a reader can refuse a reflectance above 1 before anything is rendered.
+// node that handles share, and nodes refer to other textures. Every texture knows bounds of its values, so
+// that a reader can refuse a reflectance above 1 before anything is rendered, and how many nodes a look at it
+// asks, so that it can refuse what would never end.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -59,9 +61,10 @@ class Texture {
     static Texture constant(const Value& value) { return Texture(value); }
     // Squares of side 1 in (u scale.x, v scale.y); the one that starts at (0,0) is even.
     static Texture checkerboard(const Value& even, const Value& odd, const V2f& scale);
-    // `range` bounds whatever the node answers.
-    Texture(std::shared_ptr<const TextureNode<Value>> node, const ValueRange& range)
-        : range_(range), node_(std::move(node)) {}
+    // `range` bounds whatever the node answers; see evaluations().
+    Texture(std::shared_ptr<const TextureNode<Value>> node, const ValueRange& range,
+            std::uint32_t evaluations = 1)
+        : range_(range), evaluations_(evaluations), node_(std::move(node)) {}
 
     Value at(const TexturePoint& point) const { return node_ ? node_->at(point) : value_; }
 
@@ -83,6 +86,10 @@ class Texture {
         return value_;
     }
     const ValueRange& range() const { return range_; }
+    // Nodes that one look asks at the most: its own, and those of the textures that it refers to, each as
+    // often as it is asked. 0 for a constant. Bounds the depth, too; what is more than a number holds stays
+    // that.
+    std::uint32_t evaluations() const { return evaluations_; }
     float least() const { return range_.least; }
     float largest() const { return range_.most; }
 
@@ -91,6 +98,7 @@ class Texture {
 
     Value value_{0.0F};
     ValueRange range_;
+    std::uint32_t evaluations_ = 0;
     std::shared_ptr<const TextureNode<Value>> node_;
 };
 

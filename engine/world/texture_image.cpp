@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/base/pictures.h"
 
 namespace lucerna {
@@ -58,8 +59,15 @@ std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
     });
 }
 
+// `copies`: floats of RGB for each pixel that are made of the values.
 template <typename Stored>
-std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file) {
+std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file,
+                                int copies = 0) {
+    const std::uint64_t pixels = header.values() / static_cast<std::uint64_t>(header.channels);
+    require_memory(
+        header.values() * sizeof(Stored) + pixels * 3 * sizeof(float) * static_cast<unsigned>(copies),
+        fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
+        "fewer pixels are accepted");
     std::vector<Stored> values(header.values());
     complaints_of(file, [&] { in.read({0, header.channels}, std::span(values)); });
     return values;
@@ -291,7 +299,7 @@ std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
 std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file) {
     const auto in = open_input(file);
     const Header header = header_of(file, in->header());
-    const std::vector<float> stored = read_values<float>(*in, header, file);
+    const std::vector<float> stored = read_values<float>(*in, header, file, 2);  // its distribution
     auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
     RangeFinder finder(file, header.width, header.channels);
     const auto channels = static_cast<std::size_t>(header.channels);

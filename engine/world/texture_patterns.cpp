@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <limits>
 #include <type_traits>
 
 namespace lucerna {
@@ -20,9 +21,18 @@ class FunctionNode final : public TextureNode<Value> {
     Function function_;
 };
 
-template <typename Value, typename Function>
-Texture<Value> pattern(const ValueRange& range, Function function) {
-    return {std::make_shared<FunctionNode<Value, Function>>(std::move(function)), range};
+// Of a node that asks each of these once.
+template <typename... Textures>
+std::uint32_t evaluations_of(const Textures&... asked) {
+    const std::uint64_t sum = (std::uint64_t{1} + ... + asked.evaluations());
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(sum, std::numeric_limits<std::uint32_t>::max()));
+}
+
+template <typename Value, typename Function, typename... Textures>
+Texture<Value> pattern(const ValueRange& range, Function function, const Textures&... asked) {
+    return {std::make_shared<FunctionNode<Value, Function>>(std::move(function)), range,
+            evaluations_of(asked...)};
 }
 
 // A product of two, the second of which may be a number.
@@ -132,7 +142,8 @@ template <typename Value>
 Texture<Value> product_texture(const Texture<Value>& a, const Texture<Value>& b) {
     const auto x = a.constant_value(), y = b.constant_value();
     if (x && y) return Texture<Value>::constant(*x * *y);
-    return {std::make_shared<ProductNode<Value, Value>>(a, b), times(a.range(), b.range())};
+    return {std::make_shared<ProductNode<Value, Value>>(a, b), times(a.range(), b.range()),
+            evaluations_of(a, b)};
 }
 
 template <typename Value>
@@ -140,7 +151,8 @@ Texture<Value> scaled_texture(const Texture<Value>& a, const FloatTexture& by) {
     const auto x = a.constant_value();
     const auto y = by.constant_value();
     if (x && y) return Texture<Value>::constant(*x * *y);
-    return {std::make_shared<ProductNode<Value, float>>(a, by), times(a.range(), by.range())};
+    return {std::make_shared<ProductNode<Value, float>>(a, by), times(a.range(), by.range()),
+            evaluations_of(a, by)};
 }
 
 template <typename Value>
@@ -152,35 +164,45 @@ Texture<Value> mix_texture(const Texture<Value>& a, const Texture<Value>& b, con
     const ValueRange range =
         joined(mixed(a.range(), b.range(), amount.least()), mixed(a.range(), b.range(), amount.largest()));
     return pattern<Value>(
-        range, [a, b, amount](const TexturePoint& p) { return between(a.at(p), b.at(p), amount.at(p)); });
+        range, [a, b, amount](const TexturePoint& p) { return between(a.at(p), b.at(p), amount.at(p)); }, a,
+        b, amount);
 }
 
 template <typename Value>
 Texture<Value> direction_mix_texture(const Texture<Value>& a, const Texture<Value>& b, const V3d& direction) {
-    return pattern<Value>(joined(a.range(), b.range()), [a, b, d = V3f(direction)](const TexturePoint& p) {
-        const bool known = p.n != V3f(0.0F);
-        const float share = known ? std::min(1.0F, std::fabs(p.n.dot(d))) : 0.5F;
-        return between(b.at(p), a.at(p), share);
-    });
+    return pattern<Value>(
+        joined(a.range(), b.range()),
+        [a, b, d = V3f(direction)](const TexturePoint& p) {
+            const bool known = p.n != V3f(0.0F);
+            const float share = known ? std::min(1.0F, std::fabs(p.n.dot(d))) : 0.5F;
+            return between(b.at(p), a.at(p), share);
+        },
+        a, b);
 }
 
 template <typename Value>
 Texture<Value> checkerboard_texture(const Texture<Value>& even, const Texture<Value>& odd,
                                     const Mapping2& mapping) {
-    return pattern<Value>(joined(even.range(), odd.range()), [even, odd, mapping](const TexturePoint& p) {
-        const V2d st = texture_st(mapping, p);
-        return is_odd(st.x) == is_odd(st.y) ? even.at(p) : odd.at(p);
-    });
+    return pattern<Value>(
+        joined(even.range(), odd.range()),
+        [even, odd, mapping](const TexturePoint& p) {
+            const V2d st = texture_st(mapping, p);
+            return is_odd(st.x) == is_odd(st.y) ? even.at(p) : odd.at(p);
+        },
+        even, odd);
 }
 
 template <typename Value>
 Texture<Value> checkerboard_texture(const Texture<Value>& even, const Texture<Value>& odd,
                                     const Mapping3& mapping) {
-    return pattern<Value>(joined(even.range(), odd.range()), [even, odd, mapping](const TexturePoint& p) {
-        const V3d q = texture_position(mapping, p);
-        const bool is_even = (is_odd(q.x) != is_odd(q.y)) == is_odd(q.z);
-        return is_even ? even.at(p) : odd.at(p);
-    });
+    return pattern<Value>(
+        joined(even.range(), odd.range()),
+        [even, odd, mapping](const TexturePoint& p) {
+            const V3d q = texture_position(mapping, p);
+            const bool is_even = (is_odd(q.x) != is_odd(q.y)) == is_odd(q.z);
+            return is_even ? even.at(p) : odd.at(p);
+        },
+        even, odd);
 }
 
 template <typename Value>
@@ -199,7 +221,8 @@ template <typename Value>
 Texture<Value> dots_texture(const Texture<Value>& inside, const Texture<Value>& outside,
                             const Mapping2& mapping) {
     return pattern<Value>(
-        joined(inside.range(), outside.range()), [inside, outside, mapping](const TexturePoint& p) {
+        joined(inside.range(), outside.range()),
+        [inside, outside, mapping](const TexturePoint& p) {
             constexpr double kRadius = 0.35, kShift = 0.5 - kRadius;
             const V2d st = texture_st(mapping, p);
             const double s = std::floor(st.x + 0.5), t = std::floor(st.y + 0.5);
@@ -207,7 +230,8 @@ Texture<Value> dots_texture(const Texture<Value>& inside, const Texture<Value>& 
             // Where pbrt asks the noise, so that the dots lie where its dots lie.
             const V2d centre(s + kShift * noise2(s + 1.5, t + 2.8), t + kShift * noise2(s + 4.5, t + 9.8));
             return (st - centre).length2() < kRadius * kRadius ? inside.at(p) : outside.at(p);
-        });
+        },
+        inside, outside);
 }
 
 RgbTexture uv_texture(const Mapping2& mapping) {
@@ -271,13 +295,15 @@ RgbTexture marble_texture(const Marble& marble, const Mapping3& mapping) {
 
 RgbTexture grey_texture(const FloatTexture& of) {
     if (const auto value = of.constant_value()) return RgbTexture::constant(Rgb(std::max(0.0F, *value)));
-    return pattern<Rgb>({std::max(0.0F, of.least()), std::max(0.0F, of.largest())},
-                        [of](const TexturePoint& p) { return Rgb(std::max(0.0F, of.at(p))); });
+    return pattern<Rgb>(
+        {std::max(0.0F, of.least()), std::max(0.0F, of.largest())},
+        [of](const TexturePoint& p) { return Rgb(std::max(0.0F, of.at(p))); }, of);
 }
 
 FloatTexture luminance_texture(const RgbTexture& of) {
     if (const auto value = of.constant_value()) return FloatTexture::constant(luminance(*value));
-    return pattern<float>(of.range(), [of](const TexturePoint& p) { return luminance(of.at(p)); });
+    return pattern<float>(
+        of.range(), [of](const TexturePoint& p) { return luminance(of.at(p)); }, of);
 }
 
 template <typename Value>
@@ -293,8 +319,9 @@ Texture<Value> clamped_texture(const Texture<Value>& of, float least, float most
     };
     if (of.least() >= least && of.largest() <= most) return of;
     if (const auto value = of.constant_value()) return Texture<Value>::constant(held(*value));
-    return pattern<Value>({std::clamp(of.least(), least, most), std::clamp(of.largest(), least, most)},
-                          [of, held](const TexturePoint& p) { return held(of.at(p)); });
+    return pattern<Value>(
+        {std::clamp(of.least(), least, most), std::clamp(of.largest(), least, most)},
+        [of, held](const TexturePoint& p) { return held(of.at(p)); }, of);
 }
 
 #define LUCERNA_TEXTURES_OF(Value)                                                                           \

@@ -1,8 +1,10 @@
 // lucerna light acquire with a rig file: one way inside, resumable, strict.
 #include <atomic>
+#include <csignal>
 
 #include "engine/base/files.h"
 #include "lights/light_field.h"
+#include "measure/acquire_part.h"
 #include "tests/app/run_support.h"
 
 namespace lucerna {
@@ -38,12 +40,12 @@ TEST_F(RunAcquire, RigFile_IsMeasured) {
 
 TEST_F(RunAcquire, Stopped_GoesOnToTheSameBytes) {
     ASSERT_EQ(lucerna_run({"light", "acquire", "rig.toml", "-o", "whole.exr", "--quiet"}).code, 0);
-    const std::atomic<bool> stop{true};
+    const std::atomic<int> stop{SIGINT};
     Surroundings around;
     around.stop = &stop;
     const std::vector<std::string> words = {"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"};
     const Outcome stopped = lucerna_run(words, around);
-    EXPECT_EQ(stopped.code, 1);
+    EXPECT_EQ(stopped.code, 128 + SIGINT);
     EXPECT_THAT(stopped.err, AllOf(HasSubstr("stopped"), HasSubstr("goes on from lamp.exr.part")));
     EXPECT_TRUE(std::filesystem::exists("lamp.exr.part"));
     EXPECT_FALSE(std::filesystem::exists("lamp.exr"));
@@ -54,14 +56,43 @@ TEST_F(RunAcquire, Stopped_GoesOnToTheSameBytes) {
 }
 
 TEST_F(RunAcquire, UnfinishedWorkOnAnotherRig_IsRefused) {
-    const std::atomic<bool> stop{true};
+    AcquirePart("lamp.exr.part", 1).keep(0, std::array<float, 3>{1, 2, 3});
+    expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"},
+                   {"lamp.exr.part", "another description", "remove"});
+}
+
+// Stopped before its first column, or killed: nothing is in the way of another description.
+TEST_F(RunAcquire, BegunWorkOnAnotherRigWithNothingDone_IsNoHindrance) {
+    const std::atomic<int> stop{SIGINT};
     Surroundings around;
     around.stop = &stop;
-    lucerna_run({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"}, around);
     std::string other = kRig;
     write("other.toml", other.replace(other.find("flux = 7"), 8, "flux = 8"));
-    expect_refused({"light", "acquire", "other.toml", "-o", "lamp.exr", "--quiet"},
-                   {"lamp.exr.part", "another description", "remove"});
+    lucerna_run({"light", "acquire", "other.toml", "-o", "lamp.exr", "--quiet"}, around);
+    ASSERT_TRUE(std::filesystem::exists("lamp.exr.part"));
+    const Outcome outcome = lucerna_run({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists("lamp.exr.part"));
+}
+
+// A lamp that is too bright for a light field, which is found out at the end; and the mended description.
+TEST_F(RunAcquire, FailedWork_LeavesNothingThatBlocksTheMendedOne) {
+    std::string bad = kRig;
+    write("bad.toml", bad.replace(bad.find("flux = 7"), 8, "flux = 1e36"));
+    expect_refused({"light", "acquire", "bad.toml", "-o", "lamp.exr", "--quiet"}, {"lucerna: "});
+    const Outcome outcome = lucerna_run({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST_F(RunAcquire, PlantedPart_IsNeitherFollowedNorWritten) {
+    for (const char* target : {"precious", "missing"}) {
+        write("precious", "");
+        std::filesystem::create_symlink(target, "lamp.exr.part");
+        expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"},
+                       {"lamp.exr.part", "remove it"});
+        EXPECT_EQ(std::filesystem::file_size("precious"), 0U);
+        std::filesystem::remove("lamp.exr.part");
+    }
 }
 
 TEST_F(RunAcquire, OptionsBesideARigFile_AreRefused) {

@@ -1,9 +1,14 @@
 // --checkpoint and --resume on the command line.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <csignal>
+
+#include <algorithm>
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/render/checkpoint.h"
+#include "engine/world/arithmetic.h"
 #include "tests/app/run_support.h"
 
 namespace lucerna {
@@ -90,12 +95,26 @@ TEST_F(CheckpointCommand, UnusableFiles_AreRefusedBeforeTheSceneIsRead) {
                    {"--checkpoint-every", "\"5\""});
 }
 
+// The sums of another build are not, to the bit, those that this one would have made.
+TEST_F(CheckpointCommand, OfAnotherBuild_IsRefusedAndBothAreNamed) {
+    render({"--spp", "2", "-o", "a.exr", "--checkpoint", "c"});
+    Checkpoint checkpoint = load_checkpoint("c");
+    const auto fact = std::find_if(checkpoint.facts.begin(), checkpoint.facts.end(),
+                                   [](const auto& f) { return f.first == "arithmetic"; });
+    ASSERT_NE(fact, checkpoint.facts.end());
+    EXPECT_EQ(fact->second, arithmetic());
+    fact->second = "native, x86-64-v4, Embree avx512, g++ 1";
+    save_checkpoint("c", checkpoint);
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--spp", "4", "--resume", "c"},
+                   {"arithmetic", fact->second, arithmetic()});
+}
+
 // A wish to stop before anything is there: no image, but the file from which to begin.
 TEST_F(CheckpointCommand, StoppedByTheUser_GoesOn) {
-    const std::atomic<bool> stop{true};
+    const std::atomic<int> stop{SIGINT};
     const Outcome stopped = lucerna_run(
         {"render", "scene.pbrt", "--spp", "4", "-o", "a.exr", "--checkpoint", "c"}, {false, &stop});
-    EXPECT_EQ(stopped.code, 0);
+    EXPECT_EQ(stopped.code, 128 + SIGINT);
     EXPECT_FALSE(std::filesystem::exists("a.exr"));
     render({"--spp", "4", "-o", "a.exr", "--resume", "c"});
     render({"--spp", "4", "-o", "b.exr"});

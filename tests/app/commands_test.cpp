@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <csignal>
 
 #include <algorithm>
 #include <fstream>
@@ -213,11 +214,11 @@ TEST_F(RunRender, Quiet_SaysNothing) {
 
 TEST_F(RunRender, StoppedBeforeTheFirstSample_KeepsTheOldImage) {
     write("a.exr", "the image of yesterday");
-    const std::atomic<bool> stop{true};
+    const std::atomic<int> stop{SIGINT};
     const Outcome outcome =
         lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--stats", "a.json"}, {false, &stop});
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_THAT(outcome.out, HasSubstr("stopped: 0 of 2 samples per pixel were done"));
+    EXPECT_EQ(outcome.code, 128 + SIGINT);
+    EXPECT_EQ(outcome.err, "lucerna: stopped: 0 of 2 samples per pixel were done\n");
     EXPECT_THAT(outcome.out, HasSubstr("no image written"));
     EXPECT_EQ(read_text("a.exr"), "the image of yesterday");
     const auto stats = nlohmann::json::parse(read_text("a.json"));

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <csignal>
 
 #include <sstream>
 
@@ -22,7 +23,7 @@ struct Console {
     }
     std::ostringstream out, err;
     double now = 100;
-    std::atomic<bool> stop{false};
+    std::atomic<int> stop{0};
     ConsoleSettings settings;
 };
 
@@ -145,7 +146,7 @@ TEST(Console, StopFlag_IsSeen) {
     Console c;
     const ConsoleMonitor monitor(c.out, c.err, c.settings);
     EXPECT_FALSE(monitor.stopped());
-    c.stop = true;
+    c.stop = SIGINT;
     EXPECT_TRUE(monitor.stopped());
     EXPECT_FALSE(ConsoleMonitor(c.out, c.err, {}).stopped());
 }

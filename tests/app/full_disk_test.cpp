@@ -22,6 +22,7 @@
 #include "photon/map_file.h"
 #include "tests/app/run_support.h"
 #include "tests/lights/field_fixtures.h"
+#include "tests/support/cannot_run.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"
@@ -166,7 +167,7 @@ TEST(FullDisk, EveryWriter_NamesFileAndCauseAndLeavesTheOldFile) {
 
 // The device that is always full, where there is one.
 TEST(FullDisk, NoRoomOnTheDevice_IsSaidInTheSystemsWords) {
-    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    if (!std::filesystem::exists("/dev/full")) LUCERNA_CANNOT_RUN() << "there is no /dev/full";
     const testing::TemporaryFolder folder;
     const std::string error = error_of([&] {
         replace_file(folder / "a", [](const std::filesystem::path&) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <streambuf>
 
+#include "engine/world/arithmetic.h"
 #include "tests/app/run_support.h"
 
 namespace lucerna {
@@ -61,7 +62,7 @@ TEST_F(RunHelp, NoCommand_PrintsHelpAndExitsOne) {
 TEST_F(RunHelp, Version_IsSaid) {
     const Outcome outcome = lucerna_run({"--version"});
     EXPECT_EQ(outcome.code, 0);
-    EXPECT_EQ(outcome.out, "lucerna " + std::string(program_version()) + "\n");
+    EXPECT_EQ(outcome.out, "lucerna " + std::string(program_version()) + "\n" + arithmetic() + "\n");
 }
 
 // Files are missing or the wrong kind, so nothing is made; but no word of an example may be refused.

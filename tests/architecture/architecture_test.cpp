@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -41,13 +42,17 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<OpenImageIO/", {"engine/pictures/open_image_io.cpp"}},
-    {"<dlfcn.h>", {"engine/base/pictures.cpp"}},
+    {"<dlfcn.h>", {"engine/base/pictures.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/world/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/base/toml.cpp"}},
 };
+
+// Who may open a stream to read by itself: the one way for all readers, and what asks the system.
+const std::set<std::string> kOpeners{"engine/base/files.h", "engine/base/files.cpp", "engine/base/memory.cpp",
+                                     "engine/app/machine.cpp"};
 
 // The room whose folder holds the path; empty for what belongs to none (tests, bench).
 std::string room_of(const std::string& path) {
@@ -119,6 +124,10 @@ class Checker {
         if (code.starts_with("#pragma omp") && path != "engine/base/parallel.h") {
             report(path, number, "only engine/base/parallel.h writes #pragma omp");
         }
+        static const std::regex opens_to_read("std::ifstream(\\s+\\w+)?[({]");
+        if (in_room && !kOpeners.contains(path) && std::regex_search(line, opens_to_read)) {
+            report(path, number, "files are opened to read by open_to_read()");
+        }
         const std::string header = included(line);
         if (header.starts_with('"')) check_room(path, number, header.substr(1, header.size() - 2));
         if (in_room) check_package(path, number, header);
@@ -161,7 +170,7 @@ TEST(Architecture, Sources_OfTheRepository_KeepTheirRooms) {
     Checker checker;
     std::map<std::string, int> files;
     for (const char* top : {"engine", "kdtree", "lights", "measure", "photon", "tests", "bench"}) {
-        if (!std::filesystem::exists(root / top)) continue;
+        ASSERT_TRUE(std::filesystem::exists(root / top)) << top;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
             if (!entry.is_regular_file() || !is_source(entry.path())) continue;
             const std::string path = std::filesystem::relative(entry.path(), root).generic_string();
@@ -229,6 +238,18 @@ TEST(ArchitectureChecker, PackagesOutsideTheirFile_AreReported) {
     EXPECT_THAT(complaints_about("tests/a.cpp", "#pragma omp parallel"), ::testing::SizeIs(1));
     EXPECT_THAT(complaints_about("engine/world/scene.h", "// x\n#pragma once\n#include <embree3/rtcore.h>"),
                 ::testing::SizeIs(1));
+}
+
+TEST(ArchitectureChecker, FilesOpenedInAnotherWay_AreReported) {
+    for (const char* line : {"std::ifstream in(file, std::ios::binary);", "  std::ifstream(file).read(x, 2);",
+                             "const auto text = read(std::ifstream{file});"}) {
+        EXPECT_THAT(complaints_about("lights/a.cpp", line), ::testing::SizeIs(1)) << line;
+        EXPECT_THAT(complaints_about("engine/base/files.cpp", line), IsEmpty()) << line;
+        EXPECT_THAT(complaints_about("tests/a.cpp", line), IsEmpty()) << line;
+    }
+    for (const char* line : {"std::ifstream in = open_to_read(file);", "std::ofstream out(temporary);",
+                             "Head read_head(std::ifstream& in);", "    std::ifstream in_;"})
+        EXPECT_THAT(complaints_about("lights/a.cpp", line), IsEmpty()) << line;
 }
 
 TEST(ArchitectureChecker, HeadersWithoutTheirHabits_AreReported) {

@@ -105,7 +105,7 @@ TEST(Spd, Silver_IsTheOneOfTheTables) {
 
 TEST(Spd, Text_MayHaveCommentsAndAnyLayout) {
     const testing::TemporaryFolder folder;
-    std::ofstream(folder / "a.spd") << "# silver\n400 1 # here\n\n 500\n2 600 3\n";
+    std::ofstream(folder / "a.spd") << "# silver\n400, 1 # here\n\n 500\n2; 600 3\n";
     const Spectrum spectrum = read_spd(folder / "a.spd");
     ASSERT_EQ(spectrum.size(), 3U);
     EXPECT_EQ(spectrum[1].nanometres, 500);

@@ -84,5 +84,34 @@ TEST(Toml, Nesting_Abysmal_IsRefused) {
     EXPECT_THAT(error_of([&] { table_of(deep); }), StartsWith("rig.toml:1:"));
 }
 
+std::string many(std::string_view text, int times) {
+    std::string all;
+    for (int i = 0; i < times; ++i) all += text;
+    return all;
+}
+
+TEST(Toml, NestedAsDeepAsAccepted_IsRead) {
+    EXPECT_NO_THROW(table_of(many("a.", 30) + "a = 1.5\n"));
+    EXPECT_NO_THROW(table_of("[" + many("a . ", 30) + "a]\n"));
+    EXPECT_NO_THROW(table_of("a = " + many("[", 31) + "1.5" + many("]", 31) + "\n"));
+    EXPECT_NO_THROW(table_of("a = [" + many("'.', 1.5, ", 1000) + "]\n"));  // dots of no key
+    EXPECT_NO_THROW(table_of("a = '''\n" + many(".[{'\"", 1000) + "'''\nb = \"\"\"\\\"\"\"" +
+                             many(".{[", 1000) + "\"\"\"\n# " + many(".[", 1000)));
+}
+
+// By dots, by brackets and by both; strings are parts of keys, and their dots are none.
+TEST(Toml, NestedTooDeep_IsRefusedWithItsPlace) {
+    const auto refusal = [](const std::string& text) { return error_of([&] { table_of(text); }); };
+    EXPECT_THAT(refusal("x = 1\n" + many("a.", 40) + "a = 1\n"),
+                StartsWith("rig.toml:2:66: tables and arrays nested"));
+    for (const std::string& text :
+         {"[" + many("a.", 100'000) + "a]\n", "[[" + many("a.", 100'000) + "a]]\n",
+          many("'a.b' . ", 100'000) + "a = 1\n", "a = " + many("[", 100'000), "a = " + many("{a=", 100'000),
+          "a = " + many("{a.a.a.a.a.a.a.a=", 200) + "1" + many("}", 200) + "\n",
+          "a = " + many("[{a.a=", 20) + "1" + many("}]", 20) + "\n"}) {
+        EXPECT_THAT(refusal(text), HasSubstr("nested more than 32 deep")) << text.substr(0, 40);
+    }
+}
+
 }  // namespace
 }  // namespace lucerna

@@ -113,6 +113,8 @@ TEST(Units, Text_AllSizes_ReadWell) {
     EXPECT_EQ(duration_text(7500), "2 h 5 min");
     EXPECT_EQ(bytes_text(999), "999 bytes");
     EXPECT_EQ(bytes_text(12.34e6), "12.3 MB");
+    EXPECT_EQ(bytes_text(999e9), "999 GB");
+    EXPECT_EQ(bytes_text(4.4e12), "4.4 TB");
 }
 
 }  // namespace

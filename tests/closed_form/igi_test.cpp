@@ -40,10 +40,12 @@ Scene room_with_mirror_and_glass() {
 TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     const RegionMeans path = means(room_with_mirror_and_glass(), PathSettings{}, 2048);
     IgiSettings igi = few_lights(0.05F, kSets);
-    igi.caustics = true;
-    expect_agrees(means(room_with_mirror_and_glass(), igi, 512), path, "all", 0.006);
+    igi.caustics = CausticMethod::rays;
+    expect_agrees(means(room_with_mirror_and_glass(), igi, 512), path, "all, by rays", 0.006);
+    igi.caustics = CausticMethod::map;
+    expect_agrees(means(room_with_mirror_and_glass(), igi, 64), path, "all, by photons", 0.006);
     // Each of the two has a share of it.
-    igi.caustics = false;
+    igi.caustics = CausticMethod::none;
     const auto without_caustics = means(room_with_mirror_and_glass(), igi, 64);
     EXPECT_LT(compare_means(without_caustics.part, path.part).ratio, 0.98);
     igi.compensate = false;
@@ -51,9 +53,8 @@ TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     EXPECT_LT(compare_means(bare.part, without_caustics.part).ratio, 0.99);
 }
 
-// A virtual light takes a glossy surface for a Lambertian one; what compensation brings takes it as it is. So
-// with gloss the image comes the nearer to the path tracer's the more is left to compensation.
-TEST(IgiCompensation, OnGloss_WithoutAnyVirtualLight_IsThePathTracer) {
+// Where rays compensate, no virtual light stands for gloss: it is the path tracer's at any least distance.
+TEST(IgiCompensation, OnGloss_AtAnyLeastDistance_AgreesWithPath) {
     const auto glossy = [] {
         return testing::small_cornell_with([](SceneMaker& make) {
             ConductorMaterial metal;
@@ -62,10 +63,12 @@ TEST(IgiCompensation, OnGloss_WithoutAnyVirtualLight_IsThePathTracer) {
         });
     };
     const RegionMeans path = means(glossy(), PathSettings{}, 1024);
-    expect_agrees(means(glossy(), few_lights(10, kSets), 512), path, "all compensated", 0.006);
-    const auto usual = compare_means(means(glossy(), few_lights(0.05F, kSets), 64).whole, path.whole);
-    RecordProperty("ratio at mindist 0.05", fmt::format("{:.4f}", usual.ratio));
-    EXPECT_NEAR(usual.ratio, 1, 0.03);
+    IgiSettings igi = few_lights(0.05F, kSets);
+    expect_agrees(means(glossy(), igi, 64), path, "by photons", 0.006);
+    igi.caustics = CausticMethod::rays;
+    expect_agrees(means(glossy(), igi, 512), path, "by rays", 0.006);
+    igi.mindist = 10;
+    expect_agrees(means(glossy(), igi, 512), path, "by rays, all compensated", 0.006);
 }
 
 // A lamp behind a curtain: all light in the room comes through it.

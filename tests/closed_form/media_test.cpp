@@ -72,7 +72,8 @@ IntegratorSettings bounded(IntegratorSettings settings) {
     if (auto* igi = std::get_if<IgiSettings>(&settings)) {
         igi->mindist = 0.3F;
         igi->nsets = 4096;
-        igi->compensate = igi->caustics = true;
+        igi->compensate = true;
+        igi->caustics = CausticMethod::rays;
     }
     return settings;
 }

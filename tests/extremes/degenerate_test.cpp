@@ -18,6 +18,10 @@ const LightCase& light_named(std::string_view name) {
     return *std::find_if(all.begin(), all.end(), [&](const LightCase& light) { return light.name == name; });
 }
 
+double mean_of(const Image& image) {
+    return difference(image, image).light;
+}
+
 class Degenerate : public ::testing::TestWithParam<Method> {
   protected:
     Image look(const std::string& text, int spp = kSpp) const {
@@ -25,7 +29,7 @@ class Degenerate : public ::testing::TestWithParam<Method> {
         EXPECT_TRUE(is_finite(image));
         return image;
     }
-    static double mean(const Image& image) { return difference(image, image).light; }
+    static double mean(const Image& image) { return mean_of(image); }
 };
 
 TEST_P(Degenerate, NothingButALight_OnlyWhatTheCameraSeesOfIt) {
@@ -113,16 +117,30 @@ TEST_P(Degenerate, LightAlongTheFloor_GivesAFiniteImage) {
     const std::string floor = R"(Material "diffuse" "rgb reflectance" [0.5 0.5 0.5]
         Shape "trianglemesh" "point3 P" [-1 -0.5 -1  1 -0.5 -1  1 -0.5 1  -1 -0.5 1]
         "integer indices" [0 2 1 0 3 2])";
-    for (const double slope : {1e-2, 1e-5, 1e-8, 0.0, -1e-8}) {
-        const LightCase grazing{
-            "grazing",
-            fmt::format("LightSource \"distant\" \"point3 from\" [-1 {:.9g} -3] \"point3 to\" [0 0 0] "
+    const auto from = [](double x, double y, double z) {
+        return LightCase{
+            "distant",
+            fmt::format("LightSource \"distant\" \"point3 from\" [{} {:.9g} {}] \"point3 to\" [0 0 0] "
                         "\"rgb L\" [1 1 1] \"float scale\" {{}}",
-                        slope),
+                        x, y, z),
             false, false};
-        look(lights().scene(grazing));
-        // Of the cosine's size, and no brighter than the light itself.
-        EXPECT_LE(mean(look(lights().scene(grazing, {}, 1, floor), 16)), std::max(slope, 1e-6)) << slope;
+    };
+    // As much of the picture as the floor takes, lit at a right angle by an irradiance of 1.
+    const double upright = mean(look(lights().scene(from(0, 1, 0), {}, 1, floor), 64));
+    EXPECT_NEAR(upright, 0.226 * 0.5 / kPiD, 0.01 * 0.5 / kPiD);
+    for (const double slope : {1e-2, 1e-5, 1e-8, 0.0, -1e-8}) {
+        const LightCase grazing = from(-1, slope, -3);
+        EXPECT_GT(mean(look(lights().scene(grazing))), 0) << "the room's other walls, " << slope;
+        const double lit = mean(look(lights().scene(grazing, {}, 1, floor), 16));
+        const double expected = upright * std::max(0.0, slope) / std::hypot(1, 3, slope);
+        if (GetParam().name != "map") {
+            EXPECT_NEAR(lit, expected, 0.02 * expected) << slope;
+        } else {  // by some forty photons at the first slope, by none or one at the others
+            EXPECT_LE(lit, std::max(slope, 1e-6)) << slope;
+            if (slope == 1e-2) {
+                EXPECT_NEAR(lit, expected, 4 * expected / std::sqrt(40)) << slope;
+            }
+        }
     }
 }
 
@@ -168,6 +186,8 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
                                          {{{"k", "0"}, {"radius", "1e-9"}}, "a radius of nothing"},
                                          {{{"k", "0"}, {"radius", "1e9"}}, "a radius of the world"}};
     for (const FewPhotons& few : all) {
+        const std::string_view what = few.name;
+        const bool has_bounces = what == "one neighbour" || what == "everything";
         for (const char* indirect : {"map", "gather"}) {
             Method method{few.name, "photonmap", {{"photons", "3000"}, {"indirect", indirect}}};
             if (std::string_view(indirect) == "gather") method.set.emplace_back("gatherrays", "2");
@@ -175,6 +195,13 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
             for (const char* name : {"point", "area of triangles", "measured light field"}) {
                 const Image image = lights().image(lights().scene(light_named(name)), method, kSpp);
                 EXPECT_TRUE(is_finite(image)) << few.name << " " << indirect << " " << name;
+                // Direct light is there in any case; what photons add, where a disc has a size to speak of
+                // (by the point light, whose own part is without noise).
+                const double direct =
+                    mean_of(lights().image(lights().scene(light_named(name)), {"direct", "direct", {}}, 64));
+                const bool all_of_it = has_bounces && std::string_view(name) == "point";
+                EXPECT_GT(mean_of(image), (all_of_it ? 1.5 : 0.8) * direct)
+                    << few.name << " " << indirect << " " << name;
             }
         }
     }
@@ -193,6 +220,10 @@ TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
     for (const Method& method : every_method()) {
         const Image image = lights().image(lights().scene(beam("0.1 -1 0.2")), method, kSpp);
         EXPECT_TRUE(is_finite(image)) << method.name;
+        // Paths from the eye do not find so small a place; what starts at the lamp lights the room from it.
+        if (method.integrator != "path" && method.integrator != "direct") {
+            EXPECT_GT(mean_of(image), 3e-13) << method.name << ", of 1e-9 W";
+        }
     }
 }
 
@@ -204,12 +235,21 @@ TEST(VirtualLightExtremes, AtNoDistance_GiveAFiniteImage) {
     text.replace(at, end - at, "LookAt 0 -0.99999 0.00001  0 -1 0  0 1 0");
     for (const char* choice : {"loop", "tree"}) {
         for (const char* mindist : {"0", "1e-30"}) {
-            const Method method{
-                "igi", "igi", {{"nlights", "64"}, {"nsets", "4"}, {"choice", choice}, {"mindist", mindist}}};
-            EXPECT_TRUE(is_finite(lights().image(text, method, 16))) << choice << " " << mindist;
+            const Method method{"igi",
+                                "igi",
+                                {{"nlights", "64"},
+                                 {"nsets", "4"},
+                                 {"causticpaths", "20000"},
+                                 {"choice", choice},
+                                 {"mindist", mindist}}};
+            const Image image = lights().image(text, method, 16);
+            EXPECT_TRUE(is_finite(image)) << choice << " " << mindist;
+            EXPECT_GT(mean_of(image), 0.01) << choice << " " << mindist;
             Method compensated = method;
             compensated.set.emplace_back("compensate", "true");
-            EXPECT_TRUE(is_finite(lights().image(text, compensated, 16))) << choice << " " << mindist;
+            const Image whole = lights().image(text, compensated, 16);
+            EXPECT_TRUE(is_finite(whole)) << choice << " " << mindist;
+            EXPECT_GT(mean_of(whole), 0.01) << choice << " " << mindist;
         }
     }
 }

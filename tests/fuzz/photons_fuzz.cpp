@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/hash.h"
+#include "engine/world/arithmetic.h"
 #include "photon/map_file.h"
 #include "tests/fuzz/input.h"
 
@@ -22,7 +23,8 @@ constexpr std::uint64_t kKey = 0x6b6579;
 constexpr std::size_t kLights = 2;
 
 // The file's head, as map_file.cpp has it.
-constexpr std::size_t kAtKey = 16, kAtPhotons = 24;
+constexpr std::size_t kAtKey = 16, kAtArithmetic = 24;
+constexpr std::size_t kAtPhotons = kAtArithmetic + lucerna::kArithmeticLength + 1;
 constexpr std::size_t kAtCheck =
     kAtPhotons + kMapKinds * (8 + sizeof(lucerna::DepositCount)) + sizeof(lucerna::Ledger);
 constexpr std::size_t kHead = kAtCheck + 8;
@@ -30,6 +32,9 @@ constexpr std::size_t kHead = kAtCheck + 8;
 void repair(std::vector<std::byte>& bytes) {
     if (bytes.size() < kHead) return;
     std::memcpy(&bytes[kAtKey], &kKey, 8);
+    const std::string own = lucerna::arithmetic();
+    std::memset(&bytes[kAtArithmetic], 0, lucerna::kArithmeticLength + 1);
+    std::memcpy(&bytes[kAtArithmetic], own.data(), own.size());
     std::memset(&bytes[kAtCheck], 0, 8);
     std::uint64_t counts[kMapKinds];
     std::memcpy(counts, &bytes[kAtPhotons], sizeof counts);

@@ -42,6 +42,32 @@ struct Passed {
     }
 };
 
+// The transform places the frame of the lamp's file, not its plane S, which stands before the lamp there.
+TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
+    const LightField field = random_field(rig_b(), 0, 1, 3);
+    const V3d centre = field.rig().centre;
+    ASSERT_GT(std::fabs(centre.z), 1e-3);
+    MeasuredSettings settings;
+    settings.world_from_light = M44d(2, 0, 0, 0, 0, 0, 2, 0, 0, -2, 0, 0, 5, 6, 7, 1);
+    const auto light = make(field, settings);
+    // The file's z goes to -2 y of the world.
+    const double height = 6 - 2 * centre.z;
+    int emitted = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const auto e = light->emit(emit_numbers(4, i));
+        if (!e) continue;
+        ++emitted;
+        EXPECT_NEAR(double{e->from.p.y}, height, 1e-5);
+        EXPECT_LT(e->d.y, 0);
+    }
+    EXPECT_GT(emitted, 100);
+    const V3f below(static_cast<float>(5 + 2 * centre.x), static_cast<float>(height - 0.1),
+                    static_cast<float>(7 + 2 * centre.y));
+    const auto seen = light->seen({below, V3f(0, 1, 0)});
+    ASSERT_TRUE(seen);
+    EXPECT_NEAR(double{seen->distance}, 0.1, 1e-4);
+}
+
 // Test functions of the four coordinates, none of them even.
 double probe(int i, const Rig& rig, const V2d& s, const V2d& m) {
     const double u = s.x / rig.spacing.x;

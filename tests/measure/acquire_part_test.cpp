@@ -89,8 +89,12 @@ TEST_F(AcquirePartTest, EndCutOffOrDamaged_IsDoneAnew) {
 }
 
 TEST_F(AcquirePartTest, OtherWorkOrOtherFile_IsRefused) {
-    { AcquirePart part(file_, 5); }
+    {
+        AcquirePart part(file_, 5);
+        part.keep(0, std::vector<float>{1, 2, 3});
+    }
     EXPECT_THAT(error_of([&] { AcquirePart(file_, 6); }), HasSubstr("another description"));
+    EXPECT_EQ(AcquirePart(file_, 5).columns(), 1U);
     std::ofstream(file_) << "my diary, long enough to be a header";
     EXPECT_THAT(error_of([&] { AcquirePart(file_, 5); }), HasSubstr("no unfinished acquisition"));
     EXPECT_THAT(error_of([&] { AcquirePart(folder_.path() / "none" / "x.part", 5); }), HasSubstr("x.part"));

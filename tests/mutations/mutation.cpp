@@ -84,6 +84,9 @@ void overwrite_word(Random& random, std::string& text) {
     std::copy_n(raw.begin(), bytes, text.begin() + static_cast<std::ptrdiff_t>(at));
 }
 
+constexpr std::size_t kDeepest =
+    50'000;  // levels, of which each takes some hundred bytes of a stack of 8 MiB
+
 bool in_number(char c) {
     return std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '+';
 }
@@ -129,8 +132,25 @@ void repeat_line(Random& random, std::string& text) {
     const std::size_t begin = before == std::string::npos ? 0 : before + 1;
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     std::string line = text.substr(begin, std::min<std::size_t>(end - begin, 512)) + "\n";
+    // Some so often that whoever recurses once a line runs out of its stack.
+    const std::size_t most = below(random, 8) == 0 ? kDeepest : 200;
     std::string more;
-    for (std::size_t i = 0, times = 1 + below(random, 200); i < times; ++i) more += line;
+    for (std::size_t i = 0, times = 1 + below(random, most); i < times; ++i) more += line;
+    text.insert(begin, more);
+}
+
+// What opens something, again and again, and sometimes what closes it, too: deeper than any stack.
+void nest(Random& random, std::string& text) {
+    constexpr std::string_view kOpening = "[{(.\"'";
+    std::size_t at = below(random, text.size() + 1);
+    at = text.find_first_of(kOpening, at);
+    if (at == std::string::npos) at = text.find_first_of(kOpening);
+    if (at == std::string::npos) return;
+    // From a letter or two before it to a few behind: "a.", "[", "{\"a\":".
+    const std::size_t begin = at - std::min(at, below(random, 3));
+    const std::string piece = text.substr(begin, at - begin + 1 + below(random, 6));
+    std::string more;
+    for (std::size_t i = 0, times = 1 + below(random, kDeepest); i < times; ++i) more += piece;
     text.insert(begin, more);
 }
 
@@ -144,7 +164,7 @@ struct Kind {
     const char* name;
     void (*mutate)(Random&, std::string&);
 };
-constexpr std::array<Kind, 10> kKinds{{{"bits flipped", flip_bits},
+constexpr std::array<Kind, 11> kKinds{{{"bits flipped", flip_bits},
                                        {"bytes overwritten", overwrite_bytes},
                                        {"cut off", cut_off},
                                        {"bytes put in", insert_bytes},
@@ -153,7 +173,8 @@ constexpr std::array<Kind, 10> kKinds{{{"bits flipped", flip_bits},
                                        {"a word overwritten", overwrite_word},
                                        {"a number replaced", substitute_number},
                                        {"a line repeated", repeat_line},
-                                       {"stretches swapped", swap_stretches}}};
+                                       {"stretches swapped", swap_stretches},
+                                       {"nested deep", nest}}};
 constexpr std::size_t kSplice = kKinds.size();       // the head of one file, the tail of another
 constexpr std::size_t kSeveral = kKinds.size() + 1;  // of the above
 constexpr std::size_t kAll = kKinds.size() + 2;

@@ -113,7 +113,15 @@ TEST(Mutations, SameNumber_SameInput_AndNextToNoneIsWhole) {
 // --- the trial itself: readers with faults that it must find ---
 
 // What such readers do wrong.
-enum class Fault : std::uint8_t { none, believes_the_count, overruns, never_ends, throws_another, talks };
+enum class Fault : std::uint8_t {
+    none,
+    believes_the_count,
+    overruns,
+    never_ends,
+    throws_another,
+    talks,
+    recurses
+};
 
 // Reads "a count, then so many bytes".
 class FaultyReader {
@@ -136,10 +144,18 @@ class FaultyReader {
         volatile bool waits = fault_ == Fault::never_ends && count == 0;
         while (waits) continue;
         if (fault_ == Fault::throws_another && lies) throw std::out_of_range("no such byte");
+        if (fault_ == Fault::recurses) require(depth_of(input, 0) <= input.size(), "?");
         if (fault_ == Fault::talks && lies) require_one_line(InputError("a count\nthat lies"));
     }
 
   private:
+    // How many brackets are open, by a call for each.
+    static std::size_t depth_of(const std::string& input, std::size_t at) {
+        volatile char frame[256] = {};
+        at = input.find('[', at);
+        return at == input.npos ? 0 : 1 + depth_of(input, at + 1) + static_cast<std::size_t>(frame[at % 256]);
+    }
+
     Fault fault_;
     const char* nowhere_ = nullptr;
 };
@@ -147,6 +163,7 @@ class FaultyReader {
 TrialOutcome trial_of(Fault fault) {
     const TemporaryFolder folder;
     std::string whole(20, 'x');
+    whole += "[1]";
     whole.replace(0, 4, std::string("\x10\0\0\0", 4));
     const Mutation mutation({whole});
     TrialLimits limits;
@@ -173,6 +190,10 @@ TEST(Trial, ReaderThatBelievesACount_IsFound) {
 
 TEST(Trial, ReaderThatHangs_IsFound) {
     EXPECT_EQ(trial_of(Fault::never_ends).finding, "hangs");
+}
+
+TEST(Trial, ReaderThatRecursesOncePerBracket_IsFound) {
+    EXPECT_THAT(trial_of(Fault::recurses).finding, HasSubstr(kSanitized ? "left with" : "ended by"));
 }
 
 TEST(Trial, ReaderWithAnotherException_IsFound) {

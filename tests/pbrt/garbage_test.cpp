@@ -7,6 +7,7 @@
 #include <iterator>
 #include <random>
 
+#include "tests/support/sanitized.h"
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
@@ -112,8 +113,10 @@ TEST(Garbage, LargeMesh_IsReadFast) {
     const double rate = static_cast<double>(text.size()) / 1e6 / seconds.count();
     RecordProperty("MB_per_second", std::to_string(rate));
     EXPECT_EQ(read.draft.meshes.at(0).p.size(), static_cast<std::size_t>(vertices));
-#ifdef NDEBUG
-    EXPECT_GT(rate, 10) << "the aim is 50 MB/s on an idle core";
+#if defined(__OPTIMIZE__) && !defined(LUCERNA_TRAPS)
+    if (!testing::kSanitized) {
+        EXPECT_GT(rate, 10) << "the aim is 50 MB/s on an idle core";
+    }
 #endif
 }
 

@@ -129,8 +129,7 @@ TEST(Materials, Interface_HasThreeNames) {
 }
 
 TEST(Materials, OtherNames_AreToldFromUnknownOnes) {
-    EXPECT_THAT(refusal_of_world("Material \"disney\""),
-                HasSubstr("Material \"disney\" is not supported yet"));
+    EXPECT_THAT(refusal_of_world("Material \"disney\""), HasSubstr("material \"disney\" is not supported"));
     EXPECT_THAT(refusal_of_world("Material \"difuse\""),
                 HasSubstr("unknown Material \"difuse\"; did you mean \"diffuse\"?"));
 }

@@ -31,7 +31,8 @@ TEST(Options, Camera_TakesPbrtsParameters) {
     EXPECT_EQ(options("Camera \"perspective\"").camera.fov_degrees, 90);
     EXPECT_EQ(options("Camera \"perspective\" \"float halffov\" 20").camera.fov_degrees, 40);
     EXPECT_EQ(options("Camera \"orthographic\"").camera.kind, Camera::Settings::Kind::orthographic);
-    EXPECT_THAT(refused("Camera \"realistic\""), HasSubstr("Camera \"realistic\" is not supported yet"));
+    EXPECT_THAT(refused("Camera \"realistic\""), HasSubstr("lacks \"string lensfile\""));
+    EXPECT_THAT(refused("Camera \"perspectiv\""), HasSubstr("did you mean \"perspective\"?"));
     EXPECT_THAT(refused("Camera \"perspective\" \"float fov\" 180"),
                 HasSubstr("fov of Camera \"perspective\": 180"));
     EXPECT_THAT(refused("Camera \"perspective\" \"float lensradius\" -1"), HasSubstr("-1 is not accepted"));
@@ -129,7 +130,8 @@ TEST(Options, Integrator_TakesItsParametersByTable) {
     EXPECT_TRUE(std::holds_alternative<DirectSettings>(options("Integrator \"directlighting\"").integrator));
     EXPECT_THAT(
         refused("Integrator \"photonmap\" \"integer photnos\" 1"),
-        HasSubstr("scene.pbrt:1:24: photonmap has no parameter \"photnos\"; did you mean \"photons\"?"));
+        HasSubstr("scene.pbrt:1:24: \"integer photnos\" of Integrator \"photonmap\" has no effect; did you "
+                  "mean \"photons\"?"));
     EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" -1"), HasSubstr("-1 is not accepted"));
     EXPECT_THAT(refused("Integrator \"photonmap\" \"integer photons\" [1 2]"), HasSubstr("has 2 values"));
     EXPECT_THAT(refused("Integrator \"photomap\""), HasSubstr("did you mean \"photonmap\"?"));
@@ -259,7 +261,7 @@ TEST(Options, OtherOptions_AreKnownOrRefused) {
     EXPECT_THAT(read_file_text("Option \"bool disablepixeljitter\" true WorldBegin").warnings,
                 ::testing::Contains(HasSubstr("Option \"disablepixeljitter\" has no effect")));
     EXPECT_THAT(refused("Option \"integer nonsense\" 1"), HasSubstr("unknown Option \"nonsense\""));
-    EXPECT_THAT(refused("ColorSpace \"rec2020\""), HasSubstr("ColorSpace \"rec2020\" is not supported yet"));
+    EXPECT_THAT(refused("ColorSpace \"rec2020\""), HasSubstr("ColorSpace \"rec2020\" is not supported"));
     EXPECT_EQ(refused("Accelerator \"bvh\" \"string splitmethod\" \"sah\""), "");
 }
 

@@ -206,7 +206,7 @@ TEST(Textures, WhatTheyCannotDo_IsRefused) {
     const auto refused = [](const std::string& text) {
         return refusal_of_world("Texture \"t\" \"spectrum\" " + text);
     };
-    EXPECT_THAT(refused("\"ptex\""), HasSubstr("Texture \"ptex\" is not supported yet"));
+    EXPECT_THAT(refused("\"ptex\""), HasSubstr("Texture \"ptex\" is not supported"));
     EXPECT_THAT(refused("\"marbel\""), HasSubstr("did you mean \"marble\"?"));
     EXPECT_THAT(refused("\"imagemap\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refused("\"imagemap\" \"string filename\" \"a\" \"string wrap\" \"mirror\""),

@@ -80,9 +80,9 @@ TEST(Transforms, CoordinateSystems_AreRemembered) {
         "\"camera\" "
         "LightSource \"point\"");
     expect_near(std::get<PointSpec>(read.draft.lights.at(0).spec).position, {1, 2, 3});
-    EXPECT_THAT(
-        refusal_of_world("CoordSysTransform \"kamera\""),
-        HasSubstr("scene.pbrt:2:1: no coordinate system \"kamera\" was named; there are camera, world"));
+    EXPECT_THAT(refusal_of_world("CoordSysTransform \"kamera\""),
+                HasSubstr("scene.pbrt:2:1: no coordinate system \"kamera\" was named; did you mean "
+                          "\"camera\"? there are 2"));
 }
 
 TEST(Transforms, WhatCannotBeUndone_IsRefusedWithItsNumbers) {

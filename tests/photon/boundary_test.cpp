@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/frame.h"
 #include "photon/gather.h"
 #include "photon/probes.h"
 #include "tests/support/photons.h"
@@ -150,7 +151,7 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
         d.x = -std::fabs(d.x);  // from the half of the sky that the wall leaves
         const ProbedPhoton photon{x, d};
         const ProbeChance chance{stream.next(), stream.next2()};
-        const ProbedDisc disc{x, kUp, kRadius2, metric.ball2(kRadius2), KernelShape::epanechnikov};
+        const ProbedDisc disc{x, kUp, kRadius2, metric.ball2(kRadius2), KernelShape::epanechnikov, 0};
         found.add(static_cast<double>(probe(scene, disc, metric, {&photon, 1}, chance).share));
         exact.add(corner_share(x, d, metric, kRadius2));
     }
@@ -195,6 +196,47 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
     for (const V3f& x : {V3f(-2, 0, 0.1F), V3f(2, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
         EXPECT_NEAR(Gather(map, settings, probing).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
+    }
+}
+
+// A narrow spot on a wide, tilted plane: the disc is hardly wider than float32 knows the plane, or no wider.
+// The plane goes on everywhere, so probes have nothing to mend.
+TEST(Probes, DiscNearTheSurfacesError_OnATiltedPlane_ChangesNothing) {
+    const V3f n = V3f(1, 2, 3).normalized();
+    const Frame frame(n);
+    SceneMaker make;
+    make.quad(-100.0F * frame.s - 100.0F * frame.t, 200.0F * frame.s, 200.0F * frame.t,
+              make.diffuse(Rgb(0.5F)));
+    const Scene scene = make.build();
+    const V3f middle = 31.0F * frame.s - 17.0F * frame.t;
+    const auto hit = scene.hit({middle + n, -n});
+    ASSERT_TRUE(hit);
+    for (const float flat : {0.0F, 0.95F}) {  // light from all around, and along the plane
+        for (const float errors : {1.0F, 2.0F, 5.0F, 20.0F, 100.0F, 1000.0F}) {
+            const float radius = errors * hit->at.error;
+            Stream stream(1, Purpose::test, 8, 0);
+            Photons landed;
+            while (landed.size() < 4000) {
+                const V2f u = 3 * radius * square_to_disc(stream.next2());
+                V3f d = -square_to_cosine_hemisphere(stream.next2());
+                d = frame.to_world(V3f(d.x + 20 * flat, d.y, d.z)).normalized();
+                const auto found = scene.hit({middle + u.x * frame.s + u.y * frame.t - d, d});
+                if (found) landed.add(found->at.p, PackedDirection(n), photon(d, 1));
+            }
+            const PhotonMap map(landed);
+            RunningStats ratio;
+            for (std::uint64_t i = 0; i < 100; ++i) {
+                const Probing probing{scene, Stream(2, Purpose::test, 8, i)};
+                GatherSettings settings{
+                    0, radius, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+                const SurfacePoint at{hit->at.p, n, hit->at.error};
+                const float none = Gather(map, settings, probing).irradiance(at).value.x;
+                settings.boundary = Boundary::probes;
+                ASSERT_GT(none, 0);
+                ratio.add(static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x / none));
+            }
+            EXPECT_NEAR(ratio.mean(), 1, 0.03) << errors << " errors, flat " << flat;
+        }
     }
 }
 

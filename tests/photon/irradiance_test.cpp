@@ -30,7 +30,7 @@ SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
     SurfacePlaces places;
     for (std::size_t i = 0; i < n; ++i) {
         const V2f at = stream.next2();
-        places.add({at.x, at.y, 0}, PackedDirection(kUp), static_cast<std::uint32_t>(i));
+        places.add({V3f(at.x, at.y, 0), kUp, 0}, static_cast<std::uint32_t>(i));
     }
     return places;
 }
@@ -38,7 +38,7 @@ SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
 SurfacePlaces every_nth_photon(const PhotonMap& map) {
     SurfacePlaces places;
     for (std::size_t i = 0; i < map.size(); i += kStride) {
-        places.add(map.positions()[i], PackedDirection(kUp), static_cast<std::uint32_t>(i));
+        places.add({map.positions()[i], kUp, 0}, static_cast<std::uint32_t>(i));
     }
     return places;
 }
@@ -155,7 +155,7 @@ TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     const SurfacePlaces places = random_places(200, 5);
     SurfacePlaces fewer;
     for (std::size_t i = 0; i < places.size(); ++i) {
-        if (i != 17) fewer.add(places.positions[i], places.normals[i], places.numbers[i]);
+        if (i != 17) fewer.add(places[i], places.numbers[i]);
     }
     const IrradiancePoints all(places, sources, Workers{2}, silent);
     const IrradiancePoints rest(fewer, sources, Workers{2}, silent);

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "engine/base/files.h"
+#include "engine/world/arithmetic.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"
@@ -14,6 +15,7 @@
 namespace lucerna {
 namespace {
 
+using ::testing::AllOf;
 using testing::error_of;
 using ::testing::HasSubstr;
 using testing::SceneMaker;
@@ -26,6 +28,8 @@ Scene box(float wall) {
     make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(1, 2, 3)));
     return make.build();
 }
+
+constexpr std::size_t kAtArithmetic = 24;  // in the file
 
 class MapFile : public ::testing::Test {
   protected:
@@ -102,15 +106,32 @@ TEST_F(MapFile, Damaged_IsRefused) {
     EXPECT_THAT(with("no maps"), HasSubstr("no photon maps"));
     EXPECT_THAT(with(whole.substr(0, whole.size() - 1)), HasSubstr("cut off"));
     EXPECT_THAT(with(whole + "x"), HasSubstr("1 bytes too long"));
-    for (const std::size_t place : {std::size_t{150}, whole.size() / 2, whole.size() - 3}) {
+    for (const std::size_t place : {std::size_t{250}, whole.size() / 2, whole.size() - 3}) {
         std::string flipped = whole;
         flipped[place] = static_cast<char>(flipped[place] ^ 0x40);
         EXPECT_THAT(with(flipped), HasSubstr("damaged")) << place;
     }
     // A head that lies about how many photons follow must not make room for them.
     std::string lying = whole;
-    lying[24 + 7] = 0x7f;
+    lying[kAtArithmetic + kArithmeticLength + 1 + 7] = 0x7f;
     EXPECT_THAT(with(lying), HasSubstr("damaged"));
+}
+
+// Their photons are not, to the bit, those that this program would have made.
+TEST_F(MapFile, OfAnotherBuild_IsRefusedAndBothAreNamed) {
+    const std::uint64_t key = saved(box(0.7F));
+    std::string bytes = read_text(file_);
+    ASSERT_EQ(bytes.substr(kAtArithmetic, arithmetic().size()), arithmetic());
+    const std::string other = "native, x86-64-v4, Embree avx512, g++ 1";
+    std::string name = other;
+    name.resize(kArithmeticLength + 1);
+    bytes.replace(kAtArithmetic, name.size(), name);
+    std::ofstream(file_, std::ios::binary) << bytes;
+    EXPECT_THAT(error_of([&] { loaded(key); }),
+                AllOf(HasSubstr("another build"), HasSubstr(other), HasSubstr(arithmetic())));
+    bytes.replace(kAtArithmetic, name.size(), std::string(name.size(), 'x'));  // without an end
+    std::ofstream(file_, std::ios::binary) << bytes;
+    EXPECT_THAT(error_of([&] { loaded(key); }), HasSubstr("damaged"));
 }
 
 }  // namespace

@@ -244,6 +244,55 @@ TEST(VolumeGather, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
     }
 }
 
+// Turned, so that no symmetry of the looks tells where walls are: the part of the ball that is open scatters
+// from look to look, and what is divided by it must be right in the mean all the same. All within a radius
+// count, so that there is nothing else to be wrong.
+TEST(VolumeGather, BoxTurnedBy30Degrees_IsRightInTheMean) {
+    M44d turn;
+    turn.setAxisAngle(V3d(1, 2, 3).normalized(), M_PI / 6);
+    const auto turned = [&](const V3f& p) {
+        V3d out;
+        turn.multVecMatrix(V3d(p - V3f(0.5F)), out);
+        return V3f(out);
+    };
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.5F)), turned);
+    make.region(testing::in_box(homogeneous(Rgb(0), Rgb(2)), V3d(-2), V3d(2)));
+    const Scene scene = make.build();
+    constexpr int kMaps = 1000, kPhotons = 2000, kEach = 4;
+    const V3f places[] = {{0.5F, 0.5F, 1e-3F}, {1e-3F, 0.5F, 1e-3F}, V3f(2e-3F),
+                          {0.5F, 0.05F, 0.5F}, {0.06F, 0.03F, 0.5F}, {0.5F, 0.5F, 0.13F}};
+    RunningStats stats[std::size(places)];
+    for (std::uint64_t seed = 0; seed < kMaps; ++seed) {
+        const PhotonMap cube = even_cloud(kPhotons, seed);
+        Photons photons;
+        for (std::size_t i = 0; i < cube.size(); ++i) {
+            photons.add(turned(cube.positions()[i]), PackedDirection(), cube.photons()[i]);
+        }
+        const PhotonMap map(photons, IndexKind::tree, Workers{1});
+        const VolumeGather gather(scene, map, {0, 0.15F});
+        for (std::size_t p = 0; p < std::size(places); ++p) {
+            double sum = 0;
+            for (std::uint32_t i = 0; i < kEach; ++i) {
+                const Stream stream(9, Purpose::test, i, seed);
+                const ScatteringPoint at{turned(places[p]), HenyeyGreenstein(0), V3f(0, 1, 0), kNoMedium,
+                                         Rgb(2)};
+                sum += static_cast<double>(gather.in_scattered(at, stream).value.x);
+            }
+            stats[p].add(sum / kEach / (kPhotons / (4 * M_PI)));
+        }
+    }
+    for (std::size_t p = 0; p < std::size(places); ++p) {
+        const RunningStats& one = stats[p];
+        EXPECT_TRUE(testing::agrees(one, 1))
+            << places[p] << ' ' << one.mean() << " ± " << one.standard_error();
+        EXPECT_LT(one.standard_error(), 0.025) << places[p];
+        RecordProperty(fmt::format("place{}", p),
+                       fmt::format("{:.4f} ± {:.4f}, scatter {:.3f}", one.mean(), one.standard_error(),
+                                   std::sqrt(one.variance())));
+    }
+}
+
 TEST(VolumeGather, BehindAWall_DoesNotCount) {
     SceneMaker make;
     make.region(homogeneous(Rgb(0), Rgb(2)));

@@ -77,5 +77,27 @@ TEST_F(ImageInMemory, MoreThanTheProcessMayHave_IsOneLineAndTheOldImageStays) {
     EXPECT_EQ(read_text(folder_ / "sky.exr"), "old");
 }
 
+// Libraries set up threads, devices and tables with the first memory they get: wherever the limit falls, it
+// is the machine's, and said in one line.
+TEST_F(ImageInMemory, AnyLimit_IsNoFaultOfOurs) {
+    int refused = 0, done = 0;
+    for (std::uint64_t limit = std::uint64_t{64} << 20; limit < std::uint64_t{1} << 30;
+         limit += std::uint64_t{24} << 20) {
+        const Ran ran = render("16x16", limit);
+        const std::string said =
+            std::filesystem::file_size(folder_ / "errors") > 0 ? read_text(folder_ / "errors") : "";
+        if (ran.code == 127) continue;  // the loader itself has no room for the program
+        EXPECT_TRUE(ran.code == 0 || ran.code == 1)
+            << ran.code << " with " << (limit >> 20) << " MB: " << said;
+        EXPECT_EQ(said.find("fault"), said.npos) << said;
+        if (ran.code == 1) {
+            EXPECT_EQ(said.find('\n'), said.size() - 1) << said;
+        }
+        ran.code == 0 ? ++done : ++refused;
+    }
+    EXPECT_GT(done, 0);
+    EXPECT_GT(refused, 0);
+}
+
 }  // namespace
 }  // namespace lucerna

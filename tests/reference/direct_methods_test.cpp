@@ -11,6 +11,7 @@
 #include "engine/render/integrator.h"
 #include "engine/render/specular_chain.h"
 #include "photon/guide.h"
+#include "tests/support/made_scenes.h"
 
 namespace lucerna {
 namespace {
@@ -20,24 +21,13 @@ using Parameters = std::vector<std::pair<std::string, std::string>>;
 struct Case {
     const char* name;
     const char* file;
-    const char* needs;  // a made file without which the test skips
 };
 constexpr Case kCases[] = {
-    {"flashlight", "cloister/by-flashlight.pbrt", "lamps/flashlight/flashlight.exr"},
-    {"projector", "cloister/by-projector.pbrt", "lamps/projector/projector.exr"},
-    {"many lights", "many-lights/many-lights.pbrt", ""},
-    {"one large light", "cornell/cornell.pbrt", ""},
+    {"flashlight", "cloister/by-flashlight.pbrt"},
+    {"projector", "cloister/by-projector.pbrt"},
+    {"many lights", "many-lights/many-lights.pbrt"},
+    {"one large light", "cornell/cornell.pbrt"},
 };
-
-std::filesystem::path scenes() {
-    return std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
-}
-
-bool made(const Case& c) {
-    const bool cloister = std::string_view(c.file).starts_with("cloister");
-    return std::filesystem::exists(scenes() / c.needs) &&
-           (!cloister || std::filesystem::exists(scenes() / "cloister/mesh"));
-}
 
 Job read(const Case& c, const std::string& integrator, Parameters parameters) {
     Monitor silent;
@@ -46,7 +36,7 @@ Job read(const Case& c, const std::string& integrator, Parameters parameters) {
     // What is lit, not the lamps themselves: a few of them in a picture are most of its noise.
     parameters.emplace_back("quantity", "illuminance");
     overrides.set = parameters;
-    return read_scene(scenes() / c.file, overrides, Workers{}, silent);
+    return read_scene(testing::made_scenes() / c.file, overrides, Workers{}, silent);
 }
 
 // Luminances of a picture's six parts, three beside each other in two rows.
@@ -101,18 +91,10 @@ Parts truth(const Case& c, int samples) {
     return measured_by_integrator(c, "path", {{"maxdepth", "1"}, {"lights", "tree"}}, samples, 1);
 }
 
-bool left_out(const Case& c) {
-    if (made(c)) return false;
-    std::cout << c.name << " left out: bench/figures/direct_methods.sh makes what it needs\n";
-    return true;
-}
-
 // 4 sigma, 6e-5, for each of 6 parts of a picture, 4 scenes, 2 numbers of photons: 3e-3 for all of them
 // together that a correct program fails with another seed.
 TEST(DirectMethods, Guided_IsUnbiasedAgainstPathOnWholeScenes) {
-    int tested = 0;
     for (const Case& c : kCases) {
-        if (left_out(c)) continue;
         const Parts reference = truth(c, 200'000);
         for (const char* photons : {"200000", "100"}) {
             Parts tried = measured_by_integrator(
@@ -125,9 +107,7 @@ TEST(DirectMethods, Guided_IsUnbiasedAgainstPathOnWholeScenes) {
             }
             EXPECT_NEAR(lit / all, 1, 0.02) << c.name << ", " << photons;
         }
-        ++tested;
     }
-    EXPECT_GE(tested, 2);
 }
 
 // Lights asked by the mixture of guide and plain choice, one at a time, `weighed` by a density of its own.
@@ -161,7 +141,6 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
 TEST(DirectMethods, AWeightWithoutTheFloor_IsRefused) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Case& c = kCases[i];
-        if (left_out(c)) continue;
         const Parts reference = truth(c, 200'000);
         const Job job = read(c, "direct", {});
         const Parts right = measured_by_choice(
@@ -191,7 +170,7 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
         RunningStats e;
         for (std::uint32_t sample = 0; sample < 512; ++sample) {
             Stream branch = stream.split_stratified(0, sample);
-            const auto found = direct_light(job.scene, Vertex{*hit, white, -ray.d}, branch);
+            const auto found = direct_light(job.scene, Vertex{*hit, white, -ray.d}, branch, {});
             e.add(double{luminance(meter_reading(found.radiance))});
         }
         const V3f& n = hit->at.n;
@@ -205,7 +184,6 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
 TEST(DirectMethods, Gated_LacksWhatIsPredictedOnWholeScenes) {
     for (const std::size_t which : {0U, 3U}) {
         const Case& c = kCases[which];
-        if (left_out(c)) continue;
         const Job job = read(c, "direct", {});
         const std::vector<LitPlace> places = lit_places(job, 400);
         double all = 0;
@@ -252,7 +230,8 @@ TEST(DirectMethods, LightTree_IsUnbiasedWhereThereAreManyLights) {
 
 TEST(ManyLights, Flux_IsTheSumOverTheBalls) {
     Monitor silent;
-    const Job job = read_scene(scenes() / "many-lights/many-lights.pbrt", {}, Workers{}, silent);
+    const Job job =
+        read_scene(testing::made_scenes() / "many-lights/many-lights.pbrt", {}, Workers{}, silent);
     ASSERT_EQ(job.scene.lights().size(), 384U);
     double flux = 0;
     for (const auto& light : job.scene.lights()) flux += light->power();

@@ -7,6 +7,7 @@
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/compare.h"
 #include "engine/render/render.h"
+#include "tests/support/made_scenes.h"
 
 namespace lucerna {
 namespace {
@@ -48,12 +49,7 @@ TEST(SteeredEmission, OfRoomsThatAreNotSeen_IsLeftToTheFloor) {
 }
 
 TEST(SteeredEmission, OfAMeasuredLamp_PicksTheCellsThatTheCameraSees) {
-    if (!std::filesystem::exists(scenes() / "lamps/flashlight/flashlight.exr") ||
-        !std::filesystem::exists(scenes() / "cloister/mesh")) {
-        GTEST_SKIP()
-            << "the flashlight or the cloister is not made: bench/figures/steered_emission.sh makes them";
-    }
-    EXPECT_GT(gain(scenes() / "cloister/beam.pbrt"), 2.5);
+    EXPECT_GT(gain(testing::made_scenes() / "cloister/beam.pbrt"), 2.5);
 }
 
 TEST(Rooms, Flux_IsTheSumOverTheLamps) {

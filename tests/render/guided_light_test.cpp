@@ -124,10 +124,10 @@ void expect_unbiased(const Scene& scene, const char* name) {
             const GuidedLightSettings settings{floor, candidates};
             for (const V3f& x : places()) {
                 const auto plain = measure(scene, x, 30'000, 7, [&](const Vertex& vertex, Stream& stream) {
-                    return direct_light(scene, vertex, stream).radiance;
+                    return direct_light(scene, vertex, stream, {}).radiance;
                 });
                 const auto guided = measure(scene, x, 15'000, 8, [&](const Vertex& vertex, Stream& stream) {
-                    return GuidedLight(scene, guides, settings)(vertex, stream).radiance;
+                    return GuidedLight(scene, guides, settings)(vertex, stream, {}).radiance;
                 });
                 EXPECT_TRUE(same(plain, guided))
                     << name << ", " << photons << " photons, floor " << floor << ", at " << x << ": "
@@ -264,7 +264,7 @@ TEST(GatedLight, OnAFlatSurface_LacksWhatWasPredicted) {
             const GuideMap guides = build_guides(scene, {kPaths, 11, map, how}, Workers{1}, silent);
             open += guides.any_near({0, 0, 0}, {0, 1, 0});
             const auto stats = measure(scene, {0, 0, 0}, 1, map, [&](const Vertex& vertex, Stream& stream) {
-                return gated_light(scene, guides, vertex, stream).radiance;
+                return gated_light(scene, guides, vertex, stream, {}).radiance;
             });
             lit += stats.mean();
         }

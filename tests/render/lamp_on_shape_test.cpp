@@ -167,7 +167,7 @@ Glare glare(Glass glass) {
             by_bsdf = sample->weight * emission(scene, on, scene.hit(on), EmissionRule::all());
         }
         result.bsdf.add(double{luminance(by_bsdf)});
-        result.both.add(double{luminance(direct_light(scene, vertex, stream).radiance)});
+        result.both.add(double{luminance(direct_light(scene, vertex, stream, {}).radiance)});
     }
     return result;
 }

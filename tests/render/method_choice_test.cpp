@@ -39,6 +39,23 @@ TEST(MethodsLike, Quantity_IsTheSameForAll) {
     EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
 }
 
+// Whatever is asked: without compensation or without caustics a part of the light is missing.
+TEST(MethodsLike, VirtualLights_AreOfferedWholeOrNotAtAll) {
+    IgiSettings bare;
+    bare.caustics = CausticMethod::none;
+    for (const IntegratorSettings& asked : {IntegratorSettings(PathSettings{}), IntegratorSettings(bare)}) {
+        int offered = 0;
+        for (const Method& method : methods_like(asked)) {
+            const auto* igi = std::get_if<IgiSettings>(&method.settings);
+            if (!igi) continue;
+            ++offered;
+            EXPECT_TRUE(igi->compensate);
+            EXPECT_NE(igi->caustics, CausticMethod::none);
+        }
+        EXPECT_GT(offered, 0);
+    }
+}
+
 // --- the trial ---
 
 TEST(TrialBlocks, AreSpreadOverTheImageAndInsideOfIt) {

@@ -40,10 +40,12 @@ inline Read read_world(std::string_view world) {
     return read_file_text(std::string(kHead) + std::string(world));
 }
 
-// The message with which the text is refused, or "" if it is read.
+// The message with which the text is refused by a strict reader, or "" if it is read.
 inline std::string refusal_of_file(std::string text, const SceneOverrides& overrides = {}) {
+    SceneOverrides strict = overrides;
+    strict.strict = true;
     try {
-        read_file_text(std::move(text), overrides);
+        read_file_text(std::move(text), strict);
     } catch (const InputError& error) {
         return error.what();
     }

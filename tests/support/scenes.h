@@ -56,6 +56,16 @@ class SceneMaker {
         quad(y, x, z, material);
     }
 
+    // The same, every corner moved to where `moved` says.
+    template <typename Moved>
+    void room(const V3f& size, std::uint32_t material, Moved&& moved) {
+        const std::size_t first = parts_.meshes.size();
+        room(size, material);
+        for (std::size_t i = first; i < parts_.meshes.size(); ++i) {
+            for (V3f& p : parts_.meshes[i].p) p = moved(p);
+        }
+    }
+
     Quadric& sphere(const V3f& centre, float radius, std::uint32_t material) {
         Quadric sphere;
         sphere.radius = radius;

@@ -1,10 +1,10 @@
-// Measured lamps and reference images are not part of the project; tests that read them skip where they are
-// absent.
+// Measured lamps and reference images are not part of the project; tests that read them cannot run where they
+// are absent (cannot_run.h).
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <filesystem>
+
+#include "tests/support/cannot_run.h"
 
 namespace lucerna::testing {
 
@@ -14,7 +14,7 @@ inline std::filesystem::path shared_data() {
 
 }  // namespace lucerna::testing
 
-// Ends the test as skipped, with a message, unless the file is there. Defines `variable`.
+// Ends the test unless the file is there. Defines `variable`.
 #define LUCERNA_NEED_DATA(variable, name)                                            \
     const std::filesystem::path variable = lucerna::testing::shared_data() / (name); \
-    if (!std::filesystem::exists(variable)) GTEST_SKIP() << variable << " is not here"
+    if (!std::filesystem::exists(variable)) LUCERNA_CANNOT_RUN() << variable << " is not there"

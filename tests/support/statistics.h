@@ -5,6 +5,7 @@
 #pragma once
 
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -57,6 +58,18 @@ inline ChiSquare chi_square(std::span<const std::uint64_t> observed, std::span<c
 // Is the mean of the samples within `sigmas` standard errors of `truth`? (4 sigma: 6e-5 two-sided.)
 inline bool agrees(const RunningStats& stats, double truth, double sigmas = 4) {
     return std::fabs(stats.mean() - truth) <= sigmas * stats.standard_error() + 1e-12 * std::fabs(truth);
+}
+
+// Student's t: how often the mean of so many normal values would be as far from `truth` as this one is, or
+// farther. For few values, whose scatter is known by themselves alone; normal is what each is nearly if it is
+// itself a sum over many.
+inline double t_test(const RunningStats& stats, double truth) {
+    if (stats.count() < 2) return 1;
+    const double off = std::fabs(stats.mean() - truth);
+    if (off <= 0) return 1;
+    if (!(stats.standard_error() > 0)) return 0;
+    const boost::math::students_t distribution(static_cast<double>(stats.count() - 1));
+    return 2 * boost::math::cdf(boost::math::complement(distribution, off / stats.standard_error()));
 }
 
 }  // namespace lucerna::testing

@@ -167,7 +167,6 @@ TEST_P(BsdfSampling, Value_DirectionsSwapped_IsTheAdjoint) {
 
 TEST_P(BsdfSampling, Albedo_AnyAngle_IsTheMeanWeight) {
     const Case& c = GetParam();
-    if (c.ns != kUp) return;  // with bent normals albedo() is a bound, not a mean
     const Bsdf bsdf = c.bsdf();
     Stream stream(14, Purpose::test, 0, 0);
     for (const float theta : kAngles) {
@@ -179,8 +178,12 @@ TEST_P(BsdfSampling, Albedo_AnyAngle_IsTheMeanWeight) {
         }
         const Rgb albedo = bsdf.albedo(wo);
         for (int k = 0; k < 3; ++k) {
-            EXPECT_NEAR(static_cast<double>(albedo[k]), mean[k].mean(), 4 * mean[k].standard_error() + 0.01)
-                << theta;
+            const double slack = 4 * mean[k].standard_error() + 0.01;
+            EXPECT_LE(mean[k].mean(), static_cast<double>(albedo[k]) + slack) << theta;
+            // With bent normals it is a bound, not a mean.
+            if (c.ns == kUp) {
+                EXPECT_GE(mean[k].mean(), static_cast<double>(albedo[k]) - slack) << theta;
+            }
         }
     }
 }

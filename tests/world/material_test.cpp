@@ -106,6 +106,40 @@ TEST(Material, Opacity_LetsTheRestStraightThrough) {
     EXPECT_EQ(bsdf.diffuse_part().albedo(wo), Rgb(0.25F));
 }
 
+// What opacity leaves nothing of must not make the surface one that scatters.
+TEST(Material, OpacityZero_IsADelta_AndNothingElse) {
+    for (const float kd : {0.5F, 0.9F}) {  // the second beside gloss: a base under a cover
+        UberMaterial uber = testing::uber(testing::grey(kd), testing::grey(0.5F), 0.1F, 0.1F);
+        uber.reflect = testing::grey(0.3F);
+        uber.opacity = testing::grey(0);
+        const Material material{"", uber};
+        Hit hit{};
+        hit.at.n = hit.ns = V3f(0, 0, 1);
+        hit.dpdu = V3f(1, 0, 0);
+        const Bsdf bsdf = make_bsdf(material, hit);
+        EXPECT_TRUE(bsdf.is_delta());
+        EXPECT_FALSE(bsdf.has_diffuse());
+        const auto sample = bsdf.sample(V3f(0.6F, 0, 0.8F), {0.3F, V2f(0.2F, 0.7F)}, Transport::radiance);
+        ASSERT_TRUE(sample);
+        EXPECT_EQ(sample->weight, Rgb(1.0F));
+        EXPECT_EQ(sample->wi, V3f(-0.6F, 0, -0.8F));
+    }
+}
+
+TEST(Material, HasPeak_DeltasAndGloss_NotWhatIsDiffuseAlone) {
+    const auto told = [](MaterialModel model) { return has_peak({"", std::move(model)}); };
+    EXPECT_FALSE(told(DiffuseMaterial{}));
+    EXPECT_FALSE(told(DiffuseTransmissionMaterial{}));
+    EXPECT_FALSE(told(testing::uber(testing::grey(0.5F), testing::grey(0), 0.1F, 0.1F)));
+    EXPECT_FALSE(told(testing::mix(DiffuseMaterial{}, DiffuseMaterial{}, 0.5F)));
+    EXPECT_TRUE(told(MirrorMaterial{}));
+    EXPECT_TRUE(told(testing::rough_copper(0.5F)));
+    EXPECT_TRUE(told(TranslucentMaterial{}));
+    EXPECT_TRUE(told(testing::uber(testing::grey(0.5F), testing::grey(0.1F), 0.1F, 0.1F)));
+    EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, InterfaceMaterial{}, 0.5F)));
+    EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)));
+}
+
 TEST(Material, Mix_OfAnInterface_LetsItsShareThrough) {
     const Material material{"", mix(DiffuseMaterial{grey(0.5F)}, InterfaceMaterial{}, 0.75F)};
     const Bsdf bsdf = make_bsdf(material, flat_hit());
@@ -170,9 +204,7 @@ TEST(Material, Energy_RandomSums_NeverExceedsOne) {
 TEST(Material, Interface_IsNothingElse) {
     EXPECT_TRUE(is_interface({"", InterfaceMaterial{}}));
     EXPECT_FALSE(is_interface({"", DielectricMaterial{}}));
-#ifndef NDEBUG
     EXPECT_DEATH(make_bsdf({"", InterfaceMaterial{}}, hit_at({0, 0})), "interface");
-#endif
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// The process around run(): its streams, and what Ctrl-C does.
+// The process around run(): its streams, and what signals do.
 #include <unistd.h>
+
 #include <csignal>
 #include <iostream>
 
@@ -8,20 +9,27 @@
 
 namespace {
 
-// The one process-wide thing: a signal handler can reach nothing else.
-std::atomic<bool> stop_asked{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+// The only process-wide things: a signal handler can reach nothing else.
+std::atomic<int> stop_asked{0};
+std::atomic<bool> listening{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+              "a signal handler may only touch lock-free atomics");
 
-extern "C" void ask_to_stop(int) {
-    stop_asked.store(true);
+// Asks a command to stop that listens; ends any other at once, and the second time any.
+extern "C" void ask_to_stop(int signal) {
+    int none = 0;
+    if (listening && stop_asked.compare_exchange_strong(none, signal)) return;
+    std::signal(signal, SIG_DFL);
+    raise(signal);  // comes when this returns
 }
 
-// The first Ctrl-C (or a polite kill) asks to stop; as the handler is then gone, a second one ends the
-// process.
 void listen_for(int signal) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler == SIG_IGN) return;  // nohup, or a background job of a script: it is to stay so
     struct sigaction action {};
     action.sa_handler = ask_to_stop;
-    action.sa_flags = SA_RESETHAND | SA_RESTART;
+    action.sa_flags = SA_RESTART;
     sigemptyset(&action.sa_mask);
     sigaction(signal, &action, nullptr);
 }
@@ -30,7 +38,9 @@ void listen_for(int signal) {
 
 int main(int argc, char** argv) {
     const lucerna::FloatTraps traps(lucerna::kFaults);
-    listen_for(SIGINT);
-    listen_for(SIGTERM);
-    return lucerna::run(argc, argv, std::cout, std::cerr, {isatty(STDERR_FILENO) != 0, &stop_asked});
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);
+    // A closed pipe and a full disk are errors of a write, and cost no image.
+    for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
+    return lucerna::run(argc, argv, std::cout, std::cerr,
+                        {isatty(STDERR_FILENO) != 0, &stop_asked, &listening});
 }

@@ -1,0 +1,69 @@
+#include "engine/render/igi_caustics.h"
+
+#include <algorithm>
+
+#include "engine/base/stopwatch.h"
+#include "photon/build_maps.h"
+
+namespace lucerna {
+namespace {
+
+// The largest radius of an estimate, as a share of the scene's diagonal.
+constexpr float kRadius = 0.05F;
+
+}  // namespace
+
+VirtualLightGloss virtual_light_gloss(const IgiSettings& settings) {
+    const bool photons = settings.caustics == CausticMethod::map;
+    const bool rays = settings.caustics == CausticMethod::rays;
+    if (settings.compensate) return photons || rays ? VirtualLightGloss::none : VirtualLightGloss::all;
+    return photons ? VirtualLightGloss::of_indirect : VirtualLightGloss::all;
+}
+
+bool throws_caustics(const Scene& scene) {
+    const auto materials = scene.materials();
+    return std::any_of(materials.begin(), materials.end(), has_peak);
+}
+
+IgiCaustics::IgiCaustics(const IgiSettings& settings)
+    : method_(settings.caustics),
+      specular_below_(method_ == CausticMethod::none ? 0 : INFINITY),
+      rays_find_rest_(settings.compensate) {}
+
+IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context, const EmissionPlan* plan)
+    : IgiCaustics(settings) {
+    const Scene& scene = context.scene;
+    if (method_ != CausticMethod::map || !throws_caustics(scene)) return;
+    const Stopwatch watch;
+    MapPlan maps;
+    maps.paths = settings.caustic_paths;
+    maps.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
+    maps.seed = context.seed;
+    maps.pass = context.pass;
+    maps.specular_below = specular_below_;
+    maps.emission = plan;
+    PhotonMaps made = build_photon_maps(scene, maps, context.workers, context.monitor);
+    if (context.monitor.stopped()) return;
+    map_ = std::move(made.maps[static_cast<std::size_t>(MapKind::caustic)]);
+    gather_.radius = kRadius * diagonal(scene);
+    context.report.numbers["photons.caustic.stored"] = static_cast<double>(map_->size());
+    context.report.seconds.emplace_back("caustics", watch.seconds());
+}
+
+Rgb IgiCaustics::radiance(const Vertex& vertex) const {
+    if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
+    const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
+    return Gather(*map_, gather_).radiance(vertex.hit, part, vertex.wo).value;
+}
+
+Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {
+    if (!map_ || !vertex.bsdf.has_diffuse()) return left_to_rays();
+    if (vertex.bsdf.is_diffuse()) return Rgb(0);
+    const Rgb all = vertex.bsdf.f(vertex.wo, w, Transport::radiance);
+    const Rgb rest = vertex.bsdf.rest().f(vertex.wo, w, Transport::radiance);
+    Rgb share(0);
+    for (int c = 0; c < 3; ++c) share[c] = all[c] > 0 ? std::min(rest[c] / all[c], 1.0F) : 0.0F;
+    return share;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,22 @@
+// To be preloaded into the command: Embree then works with the instruction set that LUCERNA_TEST_ISA names,
+// whatever the program asks for. It notes in the file LUCERNA_TEST_NOTE what was asked for and what was
+// taken, so that a test knows that it was there.
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+extern "C" void* rtcNewDevice(const char* config) {
+    using NewDevice = void* (*)(const char*);
+    const auto embrees = reinterpret_cast<NewDevice>(dlsym(RTLD_NEXT, "rtcNewDevice"));
+    const char* const isa = std::getenv("LUCERNA_TEST_ISA");
+    const char* const note = std::getenv("LUCERNA_TEST_NOTE");
+    if (embrees == nullptr || isa == nullptr || note == nullptr) std::abort();
+    std::string changed(config);
+    const std::size_t at = changed.find(",isa=");
+    if (at != std::string::npos) changed.erase(at, changed.find(',', at + 1) - at);
+    changed += std::string(",isa=") + isa;
+    std::ofstream(note, std::ios::app) << config << " -> " << changed << "\n";
+    return embrees(changed.c_str());
+}

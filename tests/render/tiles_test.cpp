@@ -1,0 +1,67 @@
+// Tiles: what they say does not go by which of them was first.
+#include "engine/render/tiles.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace {
+
+// No number to the right of the middle, at every second sample or so; at the left one there is never.
+class Faulty final : public Estimator {
+  public:
+    Rgb radiance(const Ray& ray, Stream& stream) const override {
+        const bool bad = ray.d.x > 0.05F && stream.next() < 0.5F;
+        return Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F);
+    }
+};
+
+struct Found {
+    std::uint64_t count;
+    std::string first;
+};
+// All tiles, one after the other or the other way round, in rounds of so many samples.
+Found render_tiles(bool backwards, int round) {
+    constexpr int kSamples = 6, kWide = 70, kHigh = 40;
+    const Job job =
+        testing::make_job(testing::integrating_sphere(0.5F, 1),
+                          testing::camera({0, 0, 0}, {0, 0, 1}, kWide, kHigh, 60), PathSettings{}, kSamples);
+    Film film(kWide, kHigh);
+    TileRenderer tiles(job, 7, film, false);
+    for (int first = 0; first < kSamples; first += round) {
+        for (int i = 0; i < tiles.tiles(); ++i) {
+            tiles.render(Faulty{}, backwards ? tiles.tiles() - 1 - i : i, first, first + round);
+        }
+    }
+    return {tiles.bad_samples(), tiles.first_bad()};
+}
+
+TEST(Tiles, FirstBadSample_IsTheFirstInOrder_NotInTime) {
+    const Found forwards = render_tiles(false, 6);
+    ASSERT_GT(forwards.count, 1000U);
+    EXPECT_NE(forwards.first.find(", 0) sample 0 seed 7"), std::string::npos) << forwards.first;
+    for (const bool backwards : {false, true}) {
+        for (const int round : {1, 3, 6}) {
+            const Found other = render_tiles(backwards, round);
+            EXPECT_EQ(other.count, forwards.count);
+            EXPECT_EQ(other.first, forwards.first) << backwards << ' ' << round;
+        }
+    }
+}
+
+TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
+    const Job job = testing::make_job(testing::integrating_sphere(0.5F, 1),
+                                      testing::camera({0, 0, 0}, {0, 0, 1}, 40, 16, 60), PathSettings{}, 2);
+    Film film(40, 16);
+    TileRenderer tiles(job, 7, film, false);
+    tiles.take_up_bad(3, "pixel (39, 15) sample 0");
+    for (int i = 0; i < tiles.tiles(); ++i) tiles.render(Faulty{}, i, 1, 2);
+    EXPECT_EQ(tiles.first_bad(), "pixel (39, 15) sample 0");
+    EXPECT_GT(tiles.bad_samples(), 3U);
+}
+
+}  // namespace
+}  // namespace lucerna

@@ -1,0 +1,21 @@
+// Shipped scenes with what git does not keep: meshes and measured lamps. The fixture Scenes.AreMade makes
+// them in the build's folder (tests/reference/make_scenes.sh); ctest runs it before any test that needs them.
+#pragma once
+
+#include <filesystem>
+#include <stdexcept>
+
+namespace lucerna::testing {
+
+// There is no test without them that would be worth calling passed.
+inline std::filesystem::path made_scenes() {
+    const std::filesystem::path folder(LUCERNA_MADE_SCENES);
+    for (const char* const made : {"cloister/mesh", "cloister/lamp.exr", "lamps/flashlight/flashlight.exr",
+                                   "lamps/projector/projector.exr"}) {
+        if (!std::filesystem::exists(folder / made))
+            throw std::runtime_error((folder / made).string() + " is not made: ctest -R Scenes.AreMade");
+    }
+    return folder;
+}
+
+}  // namespace lucerna::testing
