@@ -13,7 +13,7 @@ namespace lucerna {
 namespace {
 
 constexpr char kMagic[8] = {'L', 'U', 'C', 'C', 'E', 'L', 'L', 'S'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kCellTableVersion = 1;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 
 struct FileHeader {
@@ -54,7 +54,7 @@ void CellTable::save(const std::filesystem::path& file) const {
     ConditionalTables* const tables[] = {&self.u_, &self.v_, &self.s_, &self.t_};
     FileHeader header{};
     std::memcpy(header.magic, kMagic, sizeof kMagic);
-    header.version = kVersion;
+    header.version = kCellTableVersion;
     header.byte_order = kByteOrder;
     header.field_hash = hash_;
     for (std::size_t i = 0; i < 4; ++i) header.size[i] = size_[i];
@@ -89,7 +89,7 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     FileHeader header{};
     in.read(reinterpret_cast<char*>(&header), sizeof header);
     if (!in) return refuse("it is no cell table");
-    if (header.version != kVersion || header.byte_order != kByteOrder)
+    if (header.version != kCellTableVersion || header.byte_order != kByteOrder)
         return refuse("it is of another version");
 
     CellTable table(field);

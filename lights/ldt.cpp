@@ -13,7 +13,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kMostAngles = 100'000;
+constexpr int kMostLdtAngles = 100'000;
 constexpr int kMostLampSets = 1000;
 constexpr int kDirectRatios = 10;
 constexpr double kMillimetre = 1e-3;
@@ -60,28 +60,28 @@ class Values {
     std::size_t next_ = 0;
 };
 
-struct Header {
+struct LdtHeader {
     int symmetry, planes, angles;
     double factor;  // from the file's values to candela
 };
 
 // Lines 1 to 12.
-Header read_head(Values& values, PhotometricInfo& info) {
-    Header header{};
+LdtHeader read_head(Values& values, PhotometricInfo& info) {
+    LdtHeader header{};
     const auto keep = [&](const char* key) { info.keywords.emplace_back(key, values.text(key)); };
     keep("manufacturer");
     values.number("line 2, the type", 0, 10, 0);
     header.symmetry = values.whole("line 3, the symmetry", 0, 4);
-    header.planes = values.whole("line 4, the number of C planes", 1, kMostAngles);
+    header.planes = values.whole("line 4, the number of C planes", 1, kMostLdtAngles);
     values.number("line 5, the step of C", 0, 360, 0);
-    header.angles = values.whole("line 6, the number of angles", 2, kMostAngles);
+    header.angles = values.whole("line 6, the number of angles", 2, kMostLdtAngles);
     values.number("line 7, the step of the angles", 0, 180, 0);
     for (const char* key : {"report", "luminaire", "number", "file", "date"}) keep(key);
     return header;
 }
 
 // Lines 13 to 26: sizes, ratios and lamps.
-void read_lamps(Values& values, Header& header, PhotometricInfo& info, Monitor& monitor) {
+void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monitor& monitor) {
     double size[9];
     for (double& millimetres : size) millimetres = values.number("a dimension", 0, 1e6, 0) * kMillimetre;
     // Lengths lie along C90-C270; a width of 0 is a circle. The luminous sizes, where they are stated.
@@ -118,7 +118,7 @@ struct Stored {
     std::size_t first, count;
 };
 
-Stored stored_planes(const Header& header, const Location& place) {
+Stored stored_planes(const LdtHeader& header, const Location& place) {
     const auto planes = static_cast<std::size_t>(header.planes);
     const auto divides = [&](std::size_t by) {
         if (planes % by == 0) return;
@@ -161,7 +161,7 @@ PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor
     if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // some editors' mark
     Values values(text, file);
     PhotometricInfo info;
-    Header header = read_head(values, info);
+    LdtHeader header = read_head(values, info);
     const Location symmetry{file, 3, 1};
     const Stored stored = stored_planes(header, symmetry);
     read_lamps(values, header, info, monitor);

@@ -9,30 +9,30 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kHeaderBytes = 44;
+constexpr std::uint64_t kLightToolsHeaderBytes = 44;
 constexpr char kEndMark[] = "LTRFEND";
 constexpr std::uint64_t kEndBytes = sizeof kEndMark - 1;
-constexpr std::size_t kFluxColumn = 6, kWavelengthColumn = 7;
+constexpr std::size_t kLightToolsFlux = 6, kLightToolsWavelength = 7;
 // Number 0 is the length unit of the model that the file came from, which the file does not name.
-constexpr NamedUnit kUnits[] = {{"the model's, taken for mm", 1e-3F},
-                                {"mm", 1e-3F},
-                                {"cm", 0.01F},
-                                {"m", 1},
-                                {"in", 0.0254F},
-                                {"ft", 0.3048F},
-                                {"um", 1e-6F},
-                                {"nm", 1e-9F}};
+constexpr NamedUnit kLightToolsUnits[] = {{"the model's, taken for mm", 1e-3F},
+                                          {"mm", 1e-3F},
+                                          {"cm", 0.01F},
+                                          {"m", 1},
+                                          {"in", 0.0254F},
+                                          {"ft", 0.3048F},
+                                          {"um", 1e-6F},
+                                          {"nm", 1e-9F}};
 
-struct Header {
+struct LightToolsHeader {
     double flux = 0;
     float metres = 1;
     bool per_ray = false;  // a wavelength in each row
     FluxUnit unit = FluxUnit::watt;
 };
 
-Header read_header(RaySource& source, Monitor& monitor) {
+LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
     const Location& at = source.at();
-    std::array<std::byte, kHeaderBytes> bytes{};
+    std::array<std::byte, kLightToolsHeaderBytes> bytes{};
     source.read(bytes.data(), bytes.size(), "header");
     if (std::memcmp(bytes.data(), "LTRF", 4) != 0)
         throw InputError(at, "no LightTools ray file: it does not start with LTRF");
@@ -43,7 +43,7 @@ Header read_header(RaySource& source, Monitor& monitor) {
     };
     require(4, "version", 2, "no polarisation");
     require(16, "far-field mark", 0, "rays with positions");
-    Header h;
+    LightToolsHeader h;
     const std::int32_t data = word(12);
     if (data != 0 && data != 1) input_error(at, "data type {}; 0 (W) and 1 (lm) are accepted", data);
     h.unit = data == 1 ? FluxUnit::lumen : FluxUnit::watt;
@@ -51,7 +51,7 @@ Header read_header(RaySource& source, Monitor& monitor) {
     if (colour != 0 && colour != 2)
         input_error(at, "colour information {}; 0 (none) and 2 (wavelengths) are accepted", colour);
     h.per_ray = colour == 2;
-    h.metres = metres_of_unit(word(24), kUnits, at);
+    h.metres = metres_of_unit(word(24), kLightToolsUnits, at);
     if (word(24) == 0) {
         monitor.warn(fmt::format("{}: lengths are in the unit of the model it came from; mm is assumed",
                                  to_string(at)));
@@ -75,7 +75,7 @@ std::uint64_t count_rows(const RaySource& source, std::size_t floats) {
 
 RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor) {
     RaySource source(file);
-    const Header header = read_header(source, monitor);
+    const LightToolsHeader header = read_lighttools_header(source, monitor);
     const std::size_t floats = header.per_ray ? 8 : 7;
     const std::uint64_t rays = count_rows(source, floats);
     source.require_rows(rays, floats);
@@ -88,8 +88,8 @@ RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor) {
     set.rays.reserve(rays);
     RayTaker taker(set, header.metres);
     read_rows(source, rays, floats, monitor, [&](const float* row) {
-        if (!taker.take(row, row[kFluxColumn]) || !header.per_ray) return;
-        colour.add(cie_xyz(double{row[kWavelengthColumn]}), double{row[kFluxColumn]});
+        if (!taker.take(row, row[kLightToolsFlux]) || !header.per_ray) return;
+        colour.add(cie_xyz(double{row[kLightToolsWavelength]}), double{row[kLightToolsFlux]});
     });
     char mark[kEndBytes];
     source.read(mark, kEndBytes, "end mark");

@@ -13,7 +13,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kDegree = kPiD / 180;
 constexpr double kLeastStep = 1e-4;  // degrees between neighbours of a grid
 
 std::string fault_of_angles(const std::vector<double>& angles, std::string_view name) {
@@ -69,8 +68,9 @@ std::string PhotometricGrid::fault() const {
 PhotometricWeb::PhotometricWeb(PhotometricGrid grid, PhotometricInfo info)
     : grid_(std::move(grid)), info_(std::move(info)) {
     if (const std::string why = grid_.fault(); !why.empty()) throw InputError("photometric web: " + why);
-    for (const double angle : grid_.polar) polar_.push_back(angle * kDegree);
-    for (const double angle : grid_.azimuth) azimuth_.push_back((angle - grid_.azimuth.front()) * kDegree);
+    for (const double angle : grid_.polar) polar_.push_back(angle * kRadiansPerDegree);
+    for (const double angle : grid_.azimuth)
+        azimuth_.push_back((angle - grid_.azimuth.front()) * kRadiansPerDegree);
     polar_.back() = std::min(polar_.back(), kPiD);
     switch (grid_.planes) {
         case PhotometricPlanes::c:
@@ -94,7 +94,7 @@ PhotometricWeb::PhotometricWeb(PhotometricGrid grid, PhotometricInfo info)
 
 PhotometricWeb::Place PhotometricWeb::place_of(const V3d& w) const {
     const double x = w.dot(zero_), y = w.dot(quarter_), z = w.dot(pole_);
-    double azimuth = std::atan2(y, x) - grid_.azimuth.front() * kDegree;
+    double azimuth = std::atan2(y, x) - grid_.azimuth.front() * kRadiansPerDegree;
     azimuth -= 2 * kPiD * std::floor(azimuth / (2 * kPiD));
     return {std::atan2(std::hypot(x, y), z), azimuth};
 }
@@ -127,14 +127,14 @@ std::optional<PhotometricWeb::Drawn> PhotometricWeb::draw(const V2f& u) const {
     const auto pdf = static_cast<float>(value / cells_.total());
     if (!(pdf > 0)) return std::nullopt;  // the very edge of what is lit
     const double polar = polar_[i] + t * cell.step.width;
-    const double azimuth = grid_.azimuth.front() * kDegree + azimuth_[j] + s * cell.azimuth_width;
+    const double azimuth = grid_.azimuth.front() * kRadiansPerDegree + azimuth_[j] + s * cell.azimuth_width;
     const V3d w = std::sin(polar) * (std::cos(azimuth) * zero_ + std::sin(azimuth) * quarter_) +
                   std::cos(polar) * pole_;
     return Drawn{V3f(w).normalized(), Rgb(static_cast<float>(value)), pdf};
 }
 
 V3d PhotometricWeb::direction(double polar, double azimuth) const {
-    const double theta = polar * kDegree, phi = azimuth * kDegree;
+    const double theta = polar * kRadiansPerDegree, phi = azimuth * kRadiansPerDegree;
     return std::sin(theta) * (std::cos(phi) * zero_ + std::sin(phi) * quarter_) + std::cos(theta) * pole_;
 }
 
@@ -166,7 +166,7 @@ PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double az
         PhotometricPlanes::c, even_angles(polar_step, 180), even_angles(azimuth_step, 360), {}};
     for (const double c : grid.azimuth) {
         for (const double gamma : grid.polar) {
-            const double theta = gamma * kDegree, phi = c * kDegree;
+            const double theta = gamma * kRadiansPerDegree, phi = c * kRadiansPerDegree;
             const V3d w(std::sin(theta) * std::cos(phi), -std::sin(theta) * std::sin(phi), std::cos(theta));
             grid.candela.push_back(static_cast<float>(web.intensity(w)));
         }

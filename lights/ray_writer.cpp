@@ -92,22 +92,22 @@ std::string lighttools_header(const RayFileInfo& info) {
 
 // --- formats -----------------------------------------------------------------------------------------------
 
-struct Format {
+struct WriterFormat {
     std::string_view suffix;
     std::string (*header)(const RayFileInfo&);
     std::uint64_t most_rays;
     bool tristimulus;  // X and Z after the flux, where there is a colour
     std::string_view end_mark;
 };
-constexpr Format kFormats[] = {
+constexpr WriterFormat kWriterFormats[] = {
     {".tm25ray", tm25_header, std::numeric_limits<std::uint64_t>::max(), true, ""},
     {".dat", zemax_header, std::numeric_limits<std::int32_t>::max(), false, ""},
     {".ray", lighttools_header, std::numeric_limits<std::uint64_t>::max(), false, "LTRFEND"},
 };
 
-const Format* format_of(const std::filesystem::path& file) {
+const WriterFormat* format_of(const std::filesystem::path& file) {
     const std::string suffix = suffix_of(file);
-    for (const Format& format : kFormats) {
+    for (const WriterFormat& format : kWriterFormats) {
         if (suffix == format.suffix) return &format;
     }
     return nullptr;
@@ -116,7 +116,7 @@ const Format* format_of(const std::filesystem::path& file) {
 // Rows of floats from rays.
 class Rows {
   public:
-    Rows(const Format& format, const RayFileInfo& info)
+    Rows(const WriterFormat& format, const RayFileInfo& info)
         : coloured_(format.tristimulus && has_tristimulus(info)) {
         if (coloured_) per_lumen_ = rgb_to_xyz(info.colour);
     }
@@ -147,12 +147,12 @@ bool has_ray_suffix(const std::filesystem::path& file) {
 }
 
 bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info) {
-    const Format* format = format_of(file);
+    const WriterFormat* format = format_of(file);
     return info.colour == Rgb(1) || (format && format->tristimulus && has_tristimulus(info));
 }
 
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next) {
-    const Format* format = format_of(file);
+    const WriterFormat* format = format_of(file);
     if (!format)
         input_error({file.string()}, "rays cannot be written under this name; {} are known", kRaySuffixes);
     if (info.rays > format->most_rays) {

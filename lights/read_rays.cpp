@@ -11,11 +11,11 @@
 namespace lucerna {
 namespace {
 
-struct Format {
+struct ReaderFormat {
     std::string_view magic, suffix;
     RaySet (*read)(const std::filesystem::path&, Monitor&);
 };
-constexpr Format kFormats[] = {
+constexpr ReaderFormat kReaderFormats[] = {
     {"TM25", ".tm25ray", read_tm25},
     {"LTRF", ".ray", read_lighttools},
     {std::string_view("\xf2\x03\x00\x00", 4), ".dat", read_zemax},  // the number 1010
@@ -26,12 +26,12 @@ constexpr Format kFormats[] = {
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
     std::array<char, 4> first{};
     open_to_read(file).read(first.data(), first.size());
-    for (const Format& format : kFormats) {
+    for (const ReaderFormat& format : kReaderFormats) {
         if (std::equal(first.begin(), first.end(), format.magic.begin(), format.magic.end()))
             return format.read(file, monitor);
     }
     // Its own reader says best what is wrong with it.
-    for (const Format& format : kFormats) {
+    for (const ReaderFormat& format : kReaderFormats) {
         if (suffix_of(file) == format.suffix) return format.read(file, monitor);
     }
     throw InputError(

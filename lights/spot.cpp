@@ -38,11 +38,10 @@ class SpotLight final : public Light {
     SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, float cone_degrees,
               float delta_degrees)
         : position_(position), frame_(axis.normalized()), intensity_(intensity) {
-        constexpr double kDegree = kPiD / 180;
         const double cone = std::clamp(static_cast<double>(cone_degrees), 0.0, 180.0);
         const double start = std::clamp(cone - static_cast<double>(delta_degrees), 0.0, cone);
-        start_ = one_minus_cos(start * kDegree);
-        total_ = one_minus_cos(cone * kDegree);
+        start_ = one_minus_cos(start * kRadiansPerDegree);
+        total_ = one_minus_cos(cone * kRadiansPerDegree);
     }
 
     std::string_view kind() const override { return "spot"; }

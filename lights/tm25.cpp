@@ -10,7 +10,7 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kHeaderBytes = 36288;
+constexpr std::uint64_t kTm25HeaderBytes = 36288;
 constexpr std::uint64_t kTextStart = 288, kTextBytes = 4000, kTexts = 9;
 constexpr std::uint64_t kFlagStart = 256;
 constexpr std::uint64_t kColumnNameBytes = 512;
@@ -22,7 +22,7 @@ struct Flags {
     bool radiant, wavelength, luminous, stokes, tristimulus, spectrum;
 };
 
-struct Header {
+struct Tm25Header {
     double lumens = 0, watts = 0;
     std::uint64_t rays = 0;
     Spectral spectral = Spectral::none;
@@ -93,17 +93,17 @@ Flags read_flags(std::span<const std::byte> bytes, const Location& at) {
     return {flag[2], flag[3], flag[4], flag[5], flag[6], flag[7]};
 }
 
-Header read_header(RaySource& source) {
+Tm25Header read_tm25_header(RaySource& source) {
     const Location& at = source.at();
-    std::vector<std::byte> bytes(kHeaderBytes);
+    std::vector<std::byte> bytes(kTm25HeaderBytes);
     source.read(bytes.data(), 4, "signature");
     if (std::memcmp(bytes.data(), "TM25", 4) != 0)
         throw InputError(at, "no TM-25 ray file: it does not start with TM25");
-    source.read(bytes.data() + 4, kHeaderBytes - 4, "header");
+    source.read(bytes.data() + 4, kTm25HeaderBytes - 4, "header");
     const auto version = value_at<std::int32_t>(bytes, 4);
     if (version != 2013) input_error(at, "TM-25 version {}; 2013 is accepted", version);
 
-    Header h;
+    Tm25Header h;
     h.lumens = double{value_at<float>(bytes, 12)};
     h.watts = double{value_at<float>(bytes, 16)};
     h.rays = value_at<std::uint64_t>(bytes, 20);
@@ -129,7 +129,7 @@ Header read_header(RaySource& source) {
     return h;
 }
 
-std::vector<V3d> read_tables(RaySource& source, const Header& h) {
+std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
     std::vector<V3d> xyz;
     for (std::int32_t i = 0; i < h.tables; ++i) {
         std::int32_t n = 0;
@@ -157,7 +157,7 @@ std::vector<V3d> read_tables(RaySource& source, const Header& h) {
 // Which of a row's columns tells its colour.
 class RowColour {
   public:
-    RowColour(const Header& h, const Columns& columns, FluxUnit unit, std::vector<V3d> tables)
+    RowColour(const Tm25Header& h, const Columns& columns, FluxUnit unit, std::vector<V3d> tables)
         : columns_(columns), tables_(std::move(tables)), sum_(unit) {
         if (h.spectral == Spectral::single) tables_ = {cie_xyz(double{h.wavelength})};
         if (columns_.tristimulus >= 0)
@@ -200,7 +200,7 @@ class RowColour {
 
 RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     RaySource source(file);
-    const Header header = read_header(source);
+    const Tm25Header header = read_tm25_header(source);
     std::vector<V3d> tables = read_tables(source, header);
     source.skip(static_cast<std::uint64_t>(header.extra_columns) * kColumnNameBytes, "column names");
     source.skip(static_cast<std::uint64_t>(header.text_bytes), "additional text");

@@ -11,12 +11,13 @@ namespace lucerna {
 namespace {
 
 constexpr std::int32_t kIdentifier = 1010;
-constexpr std::uint64_t kHeaderBytes = 208;
-constexpr std::size_t kFluxColumn = 6, kWavelengthColumn = 7;
+constexpr std::uint64_t kZemaxHeaderBytes = 208;
+constexpr std::size_t kZemaxFlux = 6, kZemaxWavelength = 7;
 constexpr double kNanometresPerMicrometre = 1000;
-constexpr NamedUnit kUnits[] = {{"m", 1}, {"in", 0.0254F}, {"cm", 0.01F}, {"ft", 0.3048F}, {"mm", 1e-3F}};
+constexpr NamedUnit kZemaxUnits[] = {
+    {"m", 1}, {"in", 0.0254F}, {"cm", 0.01F}, {"ft", 0.3048F}, {"mm", 1e-3F}};
 
-struct Header {
+struct ZemaxHeader {
     std::int32_t rays = 0;
     std::string text;
     double flux = 0;        // of the ray set, in `unit`
@@ -26,22 +27,22 @@ struct Header {
     FluxUnit unit = FluxUnit::watt;
 };
 
-Header read_header(RaySource& source) {
+ZemaxHeader read_zemax_header(RaySource& source) {
     const Location& at = source.at();
-    std::array<std::byte, kHeaderBytes> bytes{};
+    std::array<std::byte, kZemaxHeaderBytes> bytes{};
     source.read(bytes.data(), bytes.size(), "header");
     const auto whole = [&](std::uint64_t offset) { return value_at<std::int32_t>(bytes, offset); };
     const auto real = [&](std::uint64_t offset) { return double{value_at<float>(bytes, offset)}; };
     if (whole(0) != kIdentifier)
         input_error(at, "no Zemax ray file: it starts with {}, not with {}", whole(0), kIdentifier);
-    Header h;
+    ZemaxHeader h;
     h.rays = whole(4);
     if (h.rays < 1) input_error(at, "the file states {} rays", h.rays);
     h.text = ascii_text(std::span(bytes).subspan(8, 100));
     // The ray set may be a part of the source; its own flux is what the rays stand for.
     h.flux = real(112) > 0 ? real(112) : real(108);
     h.wavelength = real(116) * kNanometresPerMicrometre;
-    h.metres = metres_of_unit(whole(136), kUnits, at);
+    h.metres = metres_of_unit(whole(136), kZemaxUnits, at);
     const std::int32_t format = whole(192);
     if (format != 0 && format != 2)
         input_error(at, "ray format {}; 0 (flux) and 2 (flux and wavelength) are accepted", format);
@@ -57,7 +58,7 @@ Header read_header(RaySource& source) {
 
 RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor) {
     RaySource source(file);
-    const Header header = read_header(source);
+    const ZemaxHeader header = read_zemax_header(source);
     const auto rays = static_cast<std::uint64_t>(header.rays);
     const std::size_t floats = header.per_ray ? 8 : 7;
     source.require_rows(rays, floats);
@@ -74,9 +75,9 @@ RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor) {
     set.rays.reserve(rays);
     RayTaker taker(set, header.metres);
     read_rows(source, rays, floats, monitor, [&](const float* row) {
-        if (!taker.take(row, row[kFluxColumn]) || !header.per_ray) return;
-        colour.add(cie_xyz(double{row[kWavelengthColumn]} * kNanometresPerMicrometre),
-                   double{row[kFluxColumn]});
+        if (!taker.take(row, row[kZemaxFlux]) || !header.per_ray) return;
+        colour.add(cie_xyz(double{row[kZemaxWavelength]} * kNanometresPerMicrometre),
+                   double{row[kZemaxFlux]});
     });
     set.colour = colour.colour();
     taker.settle(header.flux, source, monitor);

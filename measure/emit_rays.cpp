@@ -10,8 +10,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint64_t kGrain = 1 << 14;  // draws of one chunk
-constexpr std::uint64_t kBatch = 64;       // chunks that are in memory at once
+constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws of one chunk
+constexpr std::uint64_t kBatch = 64;               // chunks that are in memory at once
 
 MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
     MeasuredSettings settings;
@@ -90,13 +90,13 @@ class Batches {
         while (batch.empty() && left_ > 0) {
             if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
             // Not more chunks than may be needed: a draw makes one ray at most.
-            const std::uint64_t count = std::min(kBatch, (left_ + kGrain - 1) / kGrain);
+            const std::uint64_t count = std::min(kBatch, (left_ + kDrawsPerChunk - 1) / kDrawsPerChunk);
             std::vector<std::vector<LampRay>> chunks(count);
             parallel_chunks(workers_, static_cast<std::int64_t>(count), [&](std::int64_t chunk) {
-                const std::uint64_t begin = drawn_ + static_cast<std::uint64_t>(chunk) * kGrain;
-                chunks[static_cast<std::size_t>(chunk)] = lamp_.draw(begin, begin + kGrain);
+                const std::uint64_t begin = drawn_ + static_cast<std::uint64_t>(chunk) * kDrawsPerChunk;
+                chunks[static_cast<std::size_t>(chunk)] = lamp_.draw(begin, begin + kDrawsPerChunk);
             });
-            drawn_ += count * kGrain;
+            drawn_ += count * kDrawsPerChunk;
             for (const auto& chunk : chunks) batch.insert(batch.end(), chunk.begin(), chunk.end());
             if (batch.size() > left_) batch.resize(left_);
         }

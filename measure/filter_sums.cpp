@@ -10,8 +10,9 @@
 namespace lucerna {
 namespace {
 
-constexpr double kGrazing = 1e-6;           // rays with a smaller d.z do not leave towards +z
-constexpr std::int64_t kGrain = 16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
+constexpr double kGrazing = 1e-6;  // rays with a smaller d.z do not leave towards +z
+constexpr std::int64_t kRaysPerChunk =
+    16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
 
 void add(FluxAccount& to, const FluxAccount& more) {
     to.backward += more.backward;
@@ -105,10 +106,11 @@ FilterSums::FilterSums(const Rig& of) : rig(of) {
 
 void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers) {
     const auto count = static_cast<std::int64_t>(rays.size());
-    std::vector<Sorted> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
-    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-        chunks[static_cast<std::size_t>(chunk)] = sort_chunk(rays, begin, end, sums.rig);
-    });
+    std::vector<Sorted> chunks(static_cast<std::size_t>((count + kRaysPerChunk - 1) / kRaysPerChunk));
+    parallel_ranges(workers, count, kRaysPerChunk,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                        chunks[static_cast<std::size_t>(chunk)] = sort_chunk(rays, begin, end, sums.rig);
+                    });
     // Each row of filters has pixels of its own and sees its rays in one order: the same sum on any machine.
     std::vector<double> squares(static_cast<std::size_t>(sums.rig.views.y));
     parallel_chunks(workers, sums.rig.views.y, [&](std::int64_t row) {

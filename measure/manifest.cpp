@@ -14,7 +14,7 @@ namespace lucerna {
 namespace {
 
 constexpr std::array<std::string_view, 4> kFields{"m", "n", "sign", "exposure"};
-constexpr int kMostExposures = 32;
+constexpr int kMostFilterExposures = 32;
 constexpr double kLeastTime = 1e-9, kMostTime = 1e6;  // seconds
 constexpr double kMostCount = 1e12;
 constexpr double kMostCoordinate = 1e6;  // pixels
@@ -25,9 +25,9 @@ std::size_t slot(FilterSign sign) {
 
 std::vector<double> read_times(const TomlTable& table, std::string_view key) {
     std::vector<double> times = table.numbers(key, kLeastTime, kMostTime);
-    if (times.empty() || times.size() > kMostExposures) {
+    if (times.empty() || times.size() > kMostFilterExposures) {
         input_error(table.place_of(key), "\"{}\" has {} values; 1 to {} are accepted", key, times.size(),
-                    kMostExposures);
+                    kMostFilterExposures);
     }
     for (std::size_t i = 1; i < times.size(); ++i) {
         if (times[i] > times[i - 1]) continue;
@@ -148,8 +148,8 @@ void add_listed(const TomlTable& table, Manifest& manifest) {
             input_error(table.place_of("file"), "{} is listed twice for this view",
                         one_line(shot.file.string()));
     }
-    if (shots.size() >= kMostExposures)
-        input_error(table.place(), "more than {} photographs of one view and film", kMostExposures);
+    if (shots.size() >= kMostFilterExposures)
+        input_error(table.place(), "more than {} photographs of one view and film", kMostFilterExposures);
     const auto after = std::find_if(shots.begin(), shots.end(),
                                     [&](const Shot& other) { return other.seconds > shot.seconds; });
     shots.insert(after, shot);

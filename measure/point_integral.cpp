@@ -8,7 +8,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kMargin = 4;  // a node in reach of the block touches filters 3 outside it; 1 for rounding
+constexpr int kIntegralMargin = 4;  // a node in reach of the block touches filters 3 outside it; 1 for rounding
 
 }  // namespace
 
@@ -20,8 +20,8 @@ PointIntegral::PointIntegral(const EmitterModel& emitter, const Rig& rig, int ru
       share_(emitter.setback / (rig.distance + emitter.setback)) {}  // distance > 0
 
 void PointIntegral::begin(const V2i& first, const V2i& last) {
-    origin_ = first - V2i(kMargin, kMargin);
-    const V2i size = last - first + V2i(1 + 2 * kMargin, 1 + 2 * kMargin);
+    origin_ = first - V2i(kIntegralMargin, kIntegralMargin);
+    const V2i size = last - first + V2i(1 + 2 * kIntegralMargin, 1 + 2 * kIntegralMargin);
     width_ = static_cast<std::size_t>(size.x);
     positive_.assign(width_ * static_cast<std::size_t>(size.y), 0.0);
     negative_.assign(positive_.size(), 0.0);

@@ -9,8 +9,8 @@
 namespace lucerna {
 namespace {
 
-constexpr int kMostViews = 4096;    // per side
-constexpr int kMostPixels = 16384;  // per side
+constexpr int kMostViews = 4096;       // per side
+constexpr int kMostRigPixels = 16384;  // per side
 constexpr double kLeastFlux = 1e-9, kMostFlux = 1e12;
 
 // One of two ways to give the same lengths; exactly one must be there.
@@ -83,8 +83,8 @@ void read_projector(const TomlTable& table, EmitterDescription& emitter) {
 
 void read_scene(const TomlTable& table, EmitterDescription& emitter) {
     emitter.scene = table.path("file");
-    constexpr int kMostRays = 2'000'000'000, kMostSeed = 2147483647;
-    emitter.rays = table.whole("rays", 1, kMostRays, static_cast<int>(emitter.rays));
+    constexpr int kMostEmittedRays = 2'000'000'000, kMostSeed = 2147483647;
+    emitter.rays = table.whole("rays", 1, kMostEmittedRays, static_cast<int>(emitter.rays));
     emitter.seed = static_cast<std::uint64_t>(table.whole("seed", 0, kMostSeed, 0));
 }
 
@@ -130,7 +130,7 @@ Rig read_planes(const TomlTable& table) {
     Rig rig;
     const std::string setup = table.choice("setup", {"A", "B"});
     rig.views = table.wholes("views", 1, kMostViews);
-    rig.pixels = table.wholes("pixels", 1, kMostPixels);
+    rig.pixels = table.wholes("pixels", 1, kMostRigPixels);
     rig.spacing = one_of(table, {"spacing", "filter"}, {4, 4});
     const V2d pixels(rig.pixels.x, rig.pixels.y);
     rig.pixel = one_of(table, {"pixel", setup == "A" ? "sensor" : "screen"}, pixels);

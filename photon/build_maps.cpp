@@ -99,7 +99,8 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t path
     return all;
 }
 
-constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
+constexpr std::int64_t kPathsPerChunk =
+    4096;  // paths per chunk; fixed, so that results do not depend on threads
 
 std::int64_t stored(const std::vector<Harvest>& harvests, std::size_t kind) {
     std::int64_t sum = 0;
@@ -135,20 +136,20 @@ void require_memory_for(const std::vector<Harvest>& harvests, std::int64_t done,
 // Walks paths until there are `total` of them.
 void walk_until(const Scene& scene, const MapPlan& plan, std::int64_t total, const Workers& workers,
                 Monitor& monitor, std::vector<Harvest>& harvests) {
-    const std::int64_t first = static_cast<std::int64_t>(harvests.size()) * kGrain;
-    harvests.resize(static_cast<std::size_t>((total + kGrain - 1) / kGrain));
+    const std::int64_t first = static_cast<std::int64_t>(harvests.size()) * kPathsPerChunk;
+    harvests.resize(static_cast<std::size_t>((total + kPathsPerChunk - 1) / kPathsPerChunk));
     Phase phase(monitor, "photons", static_cast<std::uint64_t>(total - first));
     const auto walk = [&](std::int64_t from, std::int64_t to) {
-        parallel_ranges(workers, to - from, kGrain,
+        parallel_ranges(workers, to - from, kPathsPerChunk,
                         [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
                             if (monitor.stopped()) return;
-                            harvests[static_cast<std::size_t>((from + begin) / kGrain)] =
+                            harvests[static_cast<std::size_t>((from + begin) / kPathsPerChunk)] =
                                 walk_paths(scene, plan, from + begin, from + end);
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
     };
     // The first of them tell what all will need.
-    const std::int64_t sample = std::min(total, std::max(first, 16 * kGrain));
+    const std::int64_t sample = std::min(total, std::max(first, 16 * kPathsPerChunk));
     walk(first, sample);
     if (!monitor.stopped()) require_memory_for(harvests, sample, total);
     walk(sample, total);
@@ -173,7 +174,7 @@ std::int64_t needed(const std::vector<Harvest>& harvests, std::int64_t total, st
         }
         paths = std::max(paths, static_cast<std::int64_t>(wanted));
     }
-    return (paths + kGrain - 1) / kGrain * kGrain;
+    return (paths + kPathsPerChunk - 1) / kPathsPerChunk * kPathsPerChunk;
 }
 
 // Walks as many paths as the plan asks for; returns their number.
@@ -187,7 +188,7 @@ std::int64_t walk_all(const Scene& scene, const MapPlan& plan, const Workers& wo
         walk_until(scene, plan, plan.paths, workers, monitor, harvests);
         return plan.paths;
     }
-    constexpr std::int64_t kPilot = 16 * kGrain;
+    constexpr std::int64_t kPilot = 16 * kPathsPerChunk;
     constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes
     std::int64_t total = kPilot;
     walk_until(scene, plan, total, workers, monitor, harvests);
@@ -251,7 +252,7 @@ std::uint64_t map_key(const Scene& scene, const MapPlan& plan) {
 
     MapPlan all = plan;
     all.wanted.fill(true);
-    const Harvest first = walk_paths(scene, all, 0, kGrain);
+    const Harvest first = walk_paths(scene, all, 0, kPathsPerChunk);
     for (const Photons& batch : first.batches) {
         key.add_bytes(std::as_bytes(std::span(batch.positions)));
         key.add_bytes(std::as_bytes(std::span(batch.photons)));

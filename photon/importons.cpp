@@ -10,7 +10,7 @@ namespace lucerna {
 namespace {
 
 // Beyond that what is seen is dim, or a maze of mirrors.
-constexpr int kMostBounces = 16;
+constexpr int kMostImportonBounces = 16;
 
 // One camera ray and its gather rays.
 class Follower {
@@ -21,7 +21,7 @@ class Follower {
 
     void follow(Ray ray, Rgb throughput, bool landed) {
         float squeeze = 1;
-        for (int bounce = 0; bounce < kMostBounces; ++bounce) {
+        for (int bounce = 0; bounce < kMostImportonBounces; ++bounce) {
             const auto hit = scene_.hit(ray);
             if (!hit) return;
             const bool metered = plan_.meter && !landed;

@@ -10,8 +10,8 @@ namespace lucerna {
 namespace {
 
 constexpr float kSameNormal = 0.9F;  // cosine
-constexpr std::int64_t kGrain = 1024;
-constexpr int kMostBounces = 8;  // over shiny surfaces
+constexpr std::int64_t kPlacesPerChunk = 1024;
+constexpr int kMostGlossyBounces = 8;  // over shiny surfaces
 
 // Whatever looks along a surface looks from so far above it, in units of the distance: a surface that curves
 // hides nothing.
@@ -45,7 +45,7 @@ std::uint32_t number_of(const Photon& photon) {
 // Goes on from `from` along d to the first surface with a diffuse part.
 void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Stream& stream,
           SurfacePlaces& places) {
-    for (int bounce = 0; bounce < kMostBounces; ++bounce) {
+    for (int bounce = 0; bounce < kMostGlossyBounces; ++bounce) {
         const auto hit = scene.hit(Ray{from.towards(d), d});
         if (!hit) return;
         const Bsdf bsdf = scene.bsdf(*hit);
@@ -94,7 +94,7 @@ void SurfacePlaces::add(const SurfacePlaces& more) {
 
 SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
                         const Workers& workers) {
-    constexpr std::int64_t kPhotons = 4 * kGrain;
+    constexpr std::int64_t kPhotons = 4 * kPlacesPerChunk;
     const auto count = static_cast<std::int64_t>(map.size());
     std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
     const float share = 1.0F / static_cast<float>(plan.stride);
@@ -121,7 +121,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
       values_(places_.size()) {
     const auto count = static_cast<std::int64_t>(size());
     Phase phase(monitor, "irradiance", static_cast<std::uint64_t>(count));
-    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+    parallel_ranges(workers, count, kPlacesPerChunk, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         if (monitor.stopped()) return;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const SurfacePoint at = places_[i];

@@ -9,7 +9,8 @@
 namespace lucerna {
 namespace {
 
-constexpr std::int64_t kGrain = 4096;  // paths per chunk; fixed, so that results do not depend on threads
+constexpr std::int64_t kLuminairePathsPerChunk =
+    4096;  // paths per chunk; fixed, so that results do not depend on threads
 
 // What a particle is when it leaves.
 void leave(const WalkExit& exit, const V3d& origin, LuminaireBlock& made) {
@@ -66,12 +67,15 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
                                const Workers& workers) {
     const std::int64_t first = index * plan.block;
     const std::int64_t count = std::min(plan.block, plan.paths - first);
-    std::vector<LuminaireBlock> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
-    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-        LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
-        made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
-        trace_paths(scene, plan.seed, first + begin, first + end, made);
-    });
+    std::vector<LuminaireBlock> chunks(
+        static_cast<std::size_t>((count + kLuminairePathsPerChunk - 1) / kLuminairePathsPerChunk));
+    parallel_ranges(
+        workers, count, kLuminairePathsPerChunk,
+        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+            LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
+            made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
+            trace_paths(scene, plan.seed, first + begin, first + end, made);
+        });
     LuminaireBlock block;
     std::size_t rays = 0;
     for (const LuminaireBlock& chunk : chunks) rays += chunk.rays.size();

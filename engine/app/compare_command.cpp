@@ -16,7 +16,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kCompareFooter =
     R"(Numbers, over all pixels and colour channels, with t the image and r the reference:
   MSE           mean of (t - r)^2
   relative MSE  mean of (t - r)^2 / (r^2 + 0.0001)
@@ -194,7 +194,7 @@ void add_settings(CLI::App& app, const std::shared_ptr<CompareCommand>& command)
 void add_compare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<CompareCommand>();
     CLI::App& app = *program.add_subcommand("compare", "How far images are from their reference, and why");
-    app.footer(kFooter);
+    app.footer(kCompareFooter);
     // One list, as CLI11 takes no list before a last word of its own.
     app.add_option(
            "IMAGE", command->files,

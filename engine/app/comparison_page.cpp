@@ -20,9 +20,9 @@ namespace {
 constexpr int kMostPixels = 2048;  // on a side, of an image in a page
 
 // Builds the script's list of images and the scales of the maps beside it.
-class Pictures {
+class PagePictures {
   public:
-    explicit Pictures(int factor) : factor_(factor) {}
+    explicit PagePictures(int factor) : factor_(factor) {}
 
     void radiance(const std::string& name, const Image& image) {
         entry(name, "radiance", radiance_picture(fitting(image)));
@@ -135,7 +135,7 @@ std::string comparison_page(const ComparisonReport& report, const std::vector<Na
     const ComparedPictures& all = report.pictures;
     const int longest = std::max(all.reference.width, all.reference.height);
     const int factor = (longest + kMostPixels - 1) / kMostPixels;
-    Pictures pictures(factor);
+    PagePictures pictures(factor);
     pictures.radiance(images[0].name, all.first);
     pictures.radiance("reference: " + reference.name, all.reference);
     if (report.seeds) pictures.radiance("mean of the images", all.mean);

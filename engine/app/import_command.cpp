@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kImportFooter =
     R"(The scene is text to go on from: it names a camera, materials, lights and shapes; the meshes (.ply) and embedded
 pictures lie in a folder beside it, room-parts for room.pbrt. A model without a camera gets one that sees all of it,
 a model without a light a sky and a sun.
@@ -76,7 +76,7 @@ void act(const ImportCommand& command, const CommandContext& context) {
 void add_import_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<ImportCommand>();
     CLI::App& app = *program.add_subcommand("import", "Make a scene of a glTF 2.0 model (.gltf, .glb)");
-    app.footer(kFooter);
+    app.footer(kImportFooter);
     app.add_option("MODEL", command->model, "the model, .gltf or .glb")->required();
     app.add_option("-o,--output", command->output, "the scene")->type_name("SCENE.pbrt")->required();
     app.add_flag("--overwrite", command->overwrite, "replace a scene and parts that are there");

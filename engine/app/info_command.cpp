@@ -22,7 +22,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter = R"(Examples:
+constexpr const char* kInfoFooter = R"(Examples:
   lucerna info room.pbrt
   lucerna info room.exr
   lucerna info lamp.tm25ray
@@ -175,7 +175,7 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
     const auto options = std::make_shared<InfoOptions>();
     CLI::App& app =
         *program.add_subcommand("info", "What a scene, an image or a lamp holds; the integrators");
-    app.footer(kFooter);
+    app.footer(kInfoFooter);
     app.add_option(
         "FILE", options->file,
         "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)");

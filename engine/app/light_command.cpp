@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter = R"(Examples:
+constexpr const char* kLightFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light info lamp.exr
@@ -62,7 +62,7 @@ void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonito
 
 void add_light_command(CLI::App& program, const CommandContext& context) {
     CLI::App& light = *program.add_subcommand("light", "Make light fields of lamps, and look into them");
-    light.footer(kFooter);
+    light.footer(kLightFooter);
     light.require_subcommand(1);
     add_light_import(light, context);
     add_light_acquire(light, context);

@@ -18,7 +18,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kLightFarfieldFooter =
     R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than
 some five times its size (docs/photometry.md measures that). -o NAME.svg draws the polar diagram of the planes
 C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute. Both may be given.
@@ -97,7 +97,7 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<FarFieldOptions>();
     CLI::App& app =
         *light.add_subcommand("farfield", "A lamp seen from afar: polar diagram, photometric file");
-    app.footer(kFooter);
+    app.footer(kLightFarfieldFooter);
     app.add_option("LAMP", options->lamp,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
         ->required();

@@ -28,7 +28,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter = R"(Integrators and their parameters: lucerna info --integrators
+constexpr const char* kRenderFooter = R"(Integrators and their parameters: lucerna info --integrators
 Ctrl-C (SIGINT), SIGTERM and SIGHUP end a render early and keep what is there; the exit code is then 128 and the
 signal's number, 130 for Ctrl-C. A second one ends at once, as the first does while the scene is read. No output may
 be a file that the scene is made of, or another output.
@@ -445,7 +445,7 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
 void add_render_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<RenderCommand>();
     CLI::App& app = *program.add_subcommand("render", "Render a scene file into an OpenEXR image");
-    app.footer(kFooter);
+    app.footer(kRenderFooter);
     add_image_options(app, *command);
     add_method_options(app, *command);
     add_map_options(app, *command);

@@ -27,7 +27,7 @@ constexpr int kBadInput = 1;
 constexpr int kOurFault = 2;
 constexpr int kStopped = 128;  // and the signal's number, as shells count
 
-constexpr const char* kFooter = R"(Examples:
+constexpr const char* kRunFooter = R"(Examples:
   lucerna render scenes/room/room.pbrt -o room.exr --png
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna import model.glb -o model.pbrt
@@ -92,7 +92,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
     PlainStream out(all_out);
     try {
         CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
-        program.footer(kFooter);
+        program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
         program.require_subcommand(0, 1);
         const CommandContext context{out, err, around};

@@ -22,7 +22,7 @@
 namespace lucerna {
 namespace {
 
-constexpr const char* kFooter = R"(STUDY.toml names scenes, a reference and methods:
+constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and methods:
 
   title = "Direct light, four ways"
   seeds = 2                                    # renders of each point; two or more tell bias from noise
@@ -194,7 +194,7 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<StudyCommand>();
     CLI::App& app =
         *program.add_subcommand("study", "Measure methods and settings against a reference: error and time");
-    app.footer(kFooter);
+    app.footer(kStudyFooter);
     app.add_option("STUDY", command->file, "what to measure, a TOML file")
         ->required()
         ->type_name("STUDY.toml");

@@ -24,7 +24,7 @@ static_assert(std::endian::native == std::endian::little, "OpenEXR headers are l
 constexpr std::uint32_t kMagic = 20000630;
 constexpr std::uint32_t kVersion = 2, kVersionMask = 0xFF, kLongNames = 0x400;
 constexpr std::uint32_t kSeveralParts = 0x1000;  // other flags: tiles, deep data
-constexpr std::size_t kLongestName = 255;
+constexpr std::size_t kLongestExrName = 255;
 // The library makes room for a block of lines before it has seen any of it: at most 32 of halves in light
 // fields, and by DWAB 256 of anything. Packed light fields are not a thousandth as large as unpacked; the
 // bound is far from that. Runs of one value, packed twice as by DWA, get further.
@@ -121,7 +121,8 @@ class Walker {
     std::string name() {
         std::string name;
         for (char c = value<char>(); c != '\0'; c = value<char>()) {
-            if (name.size() == kLongestName) throw InputError("damaged OpenEXR file: a name without an end");
+            if (name.size() == kLongestExrName)
+                throw InputError("damaged OpenEXR file: a name without an end");
             name += c;
         }
         return name;

@@ -26,6 +26,7 @@ using Rgb = Imath::Color3<float>;
 inline constexpr float kPi = 3.14159265358979323846F;
 inline constexpr double kPiD = 3.14159265358979323846;
 inline constexpr float kInvPi = 0.31830988618379067154F;
+inline constexpr double kRadiansPerDegree = kPiD / 180;
 
 // The measure by which photons are counted, lights chosen and roulette played: Rec. 709 luminance.
 inline float luminance(const Rgb& c) {

@@ -15,7 +15,7 @@ constexpr std::size_t kDeepestInclude = 64, kMostIncludes = 65'536;
 constexpr std::size_t kMostTextAgain = std::size_t{512} << 20;
 
 // Lights that pbrt does not have.
-bool is_ours(std::string_view kind) {
+bool is_own_light(std::string_view kind) {
     constexpr std::string_view kOurs[] = {"ies", "ldt", "lightfield", "rayfile"};
     return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
 }
@@ -380,7 +380,7 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
 
 Params DirectiveReader::parameters(std::string_view kind, std::string_view target) {
     Params params = Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_,
-                                 reading_.leniency, target == "light" && is_ours(kind));
+                                 reading_.leniency, target == "light" && is_own_light(kind));
     // An included file may end within a list, which the including one goes on with.
     while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
         close_file();

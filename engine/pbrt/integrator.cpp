@@ -59,13 +59,13 @@ constexpr Stranger kStrangers[] = {
     {"useprobes", "path", "the light that radiance probes approximate"},
     {"debug", "direct", "a picture instead of numbers"},
 };
-bool is_ours(std::string_view name) {
+bool is_own_integrator(std::string_view name) {
     return std::ranges::find(integrator_names(), name) != integrator_names().end();
 }
 
 // Ours by pbrt's name; says so where it is not the same method.
 std::string our_name(Reading& reading, const std::string& kind, const Params& params) {
-    if (is_ours(kind)) return kind;
+    if (is_own_integrator(kind)) return kind;
     const auto names = integrator_names();
     std::vector<std::string_view> known(names.begin(), names.end());
     for (const Stranger& stranger : kStrangers) {
@@ -245,7 +245,7 @@ IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Pa
     }
     IntegratorSettings settings = make_settings(name, params.place().location());
     if (name == "progressive") read_passes(reading, params);
-    if (is_ours(kind) || kind == "directlighting" || kind == "exphotonmap" || kind == "sppm") {
+    if (is_own_integrator(kind) || kind == "directlighting" || kind == "exphotonmap" || kind == "sppm") {
         read_parameters(settings, params);
     } else {
         read_shared_parameters(settings, params);

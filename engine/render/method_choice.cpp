@@ -16,7 +16,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kTrialShare = 0.08;  // of all time
 constexpr double kLongestTrial = 12;  // seconds, all methods together
 constexpr double kJudgeShare = 0.35;  // of the trial, for the method that is unbiased

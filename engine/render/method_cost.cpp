@@ -9,7 +9,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kMostPreparation = 0.5;  // of the time
 // Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
 constexpr double kBeyondShare = 0.5;

@@ -1,7 +1,11 @@
 // How a method's error falls with time: laws known beforehand (docs/choosing.md), with what a trial measured.
 #pragma once
 
+#include <limits>
+
 namespace lucerna {
+
+inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // What is known of a method after its trial; errors are shares of luminance.
 struct MethodCost {

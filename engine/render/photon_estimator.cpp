@@ -11,7 +11,7 @@ namespace lucerna {
 namespace {
 
 // Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
-constexpr int kMostBounces = 64;
+constexpr int kMostEyeBounces = 64;
 
 // Bounces over shiny surfaces from the eye that are followed without roulette.
 constexpr int kSureBounces = 4;
@@ -90,7 +90,7 @@ class PhotonMapEstimator final : public Estimator {
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
             return in_scattered(vertex, sigma_s, stage, stream);
         };
-        for (int depth = 0; depth < kMostBounces; ++depth) {
+        for (int depth = 0; depth < kMostEyeBounces; ++depth) {
             const SpecularChain chain =
                 follow_specular(scene_, ray, medium, rule, settings_.max_specular_depth, stream, source);
             result += throughput * chain.emitted;
@@ -175,7 +175,7 @@ class PhotonMapEstimator final : public Estimator {
     // goes on.
     Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
         const Looked looked = look(vertex, stream);
-        if (looked.radius > length && depth + 1 < kMostBounces) {
+        if (looked.radius > length && depth + 1 < kMostEyeBounces) {
             const Rgb sampled = asked(vertex, stream);
             return {sampled + estimate(MapKind::caustic, vertex, gather_.landed, stream).value, true};
         }

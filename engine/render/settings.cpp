@@ -214,13 +214,13 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
 }
 
 // In the order of the variant.
-constexpr std::string_view kNames[] = {"path", "direct", "photonmap", "igi", "progressive"};
-static_assert(std::size(kNames) == std::variant_size_v<IntegratorSettings>);
+constexpr std::string_view kIntegratorNames[] = {"path", "direct", "photonmap", "igi", "progressive"};
+static_assert(std::size(kIntegratorNames) == std::variant_size_v<IntegratorSettings>);
 
 }  // namespace
 
 std::span<const std::string_view> integrator_names() {
-    return kNames;
+    return kIntegratorNames;
 }
 
 Quantity quantity_of(const IntegratorSettings& settings) {
@@ -228,7 +228,7 @@ Quantity quantity_of(const IntegratorSettings& settings) {
 }
 
 std::string_view integrator_name(const IntegratorSettings& settings) {
-    return kNames[settings.index()];
+    return kIntegratorNames[settings.index()];
 }
 
 IntegratorSettings make_settings(std::string_view name, const Location& at) {
@@ -237,7 +237,7 @@ IntegratorSettings make_settings(std::string_view name, const Location& at) {
     if (name == "photonmap") return PhotonMapSettings{};
     if (name == "igi") return IgiSettings{};
     if (name == "progressive") return ProgressiveSettings{};
-    input_error(at, "unknown integrator \"{}\"; known are {}", name, fmt::join(kNames, ", "));
+    input_error(at, "unknown integrator \"{}\"; known are {}", name, fmt::join(kIntegratorNames, ", "));
 }
 
 std::string Field::text() const {

@@ -5,8 +5,8 @@
 namespace lucerna {
 namespace {
 
-constexpr int kDirections = 32;  // in which medium_around() looks
-constexpr int kSurfaces = 64;    // through which it looks in each
+constexpr int kDirections = 32;    // in which medium_around() looks
+constexpr int kMostPassages = 64;  // through which it looks in each
 
 // Even over the sphere: the golden spiral.
 V3f look_direction(int i) {
@@ -18,7 +18,7 @@ V3f look_direction(int i) {
 
 // The medium on the near side of the first border that a ray meets, through all surfaces that are none.
 std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
-    for (int i = 0; i < kSurfaces; ++i) {
+    for (int i = 0; i < kMostPassages; ++i) {
         const auto hit = scene.hit_or_border(ray);
         if (!hit) return std::nullopt;
         if (hit->media.border) return medium_towards(hit->media, hit->at.n, -ray.d, kNoMedium);
