@@ -5,10 +5,10 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 echo "== packages"
-bash scripts/deps.sh
+bash scripts/deps.sh product
 
 echo "== build"
-cmake --preset release --log-level=WARNING >/dev/null
+[ -f build/release/CMakeCache.txt ] || cmake --preset release -DLUCERNA_TESTS=OFF --log-level=WARNING >/dev/null
 cmake --build --preset release --target lucerna --parallel "$(nproc)"
 lucerna=build/release/lucerna
 

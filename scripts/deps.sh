@@ -1,22 +1,36 @@
 #!/usr/bin/env bash
 # The one list of what Lucerna needs from Debian 12. Installs what is missing; says nothing when all is there.
+# usage: scripts/deps.sh [product]     product: what building and using the `lucerna` command needs; default: tests, too
 set -euo pipefail
 
 packages=(
     # build
-    g++ clang clang-format cmake ninja-build ccache
+    g++ cmake ninja-build
     # libraries the engine stands on
     libembree-dev libflann-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev zlib1g-dev
-    libomp-14-dev libclang-rt-14-dev librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
+    librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
     # the plots of a study's page (d3.min.js, put into the program)
     node-d3
-    # the scenes' generators and the plots of docs
-    python3 python3-matplotlib
-    # tests and benchmarks
-    libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
-    # tests of pages, in a browser
-    chromium
 )
+case ${1:-all} in
+    product) ;;
+    all)
+        packages+=(
+            # other builds: clang++, sanitizers, fuzzers
+            clang clang-format ccache libomp-14-dev libclang-rt-14-dev
+            # the scenes' generators and the plots of docs
+            python3 python3-matplotlib
+            # tests and benchmarks
+            libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
+            # tests of pages, in a browser
+            chromium
+        )
+        ;;
+    *)
+        sed -n '3s/^# //p' "$0" >&2
+        exit 2
+        ;;
+esac
 
 missing=()
 for package in "${packages[@]}"; do

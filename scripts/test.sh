@@ -5,7 +5,6 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 bash scripts/deps.sh
-# From nothing, headers read once save more than a ccache finds.
-cmake --preset release -DLUCERNA_PCH=ON --log-level=WARNING >/dev/null
+cmake --preset release -DLUCERNA_TESTS=ON --log-level=WARNING >/dev/null
 cmake --build --preset release --parallel "$(nproc)"
 exec ctest --test-dir build/release -L 'quick|full' --output-on-failure -j2 "$@"

@@ -17,7 +17,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace acquire_scene_test {
 
 using ::testing::HasSubstr;
 
@@ -213,5 +213,5 @@ TEST(AcquireScene, OfASceneWithoutLight_NamesItsFile) {
     EXPECT_NEAR(made.account.backward / made.account.total, 1, 1e-9);
 }
 
-}  // namespace
+}  // namespace acquire_scene_test
 }  // namespace lucerna

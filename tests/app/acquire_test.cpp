@@ -8,7 +8,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace acquire_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -121,5 +121,5 @@ TEST_F(RunAcquire, Projector_NeedsItsSlide) {
     EXPECT_THAT(field.info().provenance, HasSubstr("slide projector"));
 }
 
-}  // namespace
+}  // namespace acquire_test
 }  // namespace lucerna

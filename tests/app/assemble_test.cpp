@@ -4,7 +4,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace assemble_test {
 
 using testing::lucerna_run;
 using testing::Outcome;
@@ -93,5 +93,5 @@ TEST_F(RunAssemble, Help_Teaches) {
                 AllOf(HasSubstr("Examples:"), HasSubstr("--photographs"), HasSubstr("manifest")));
 }
 
-}  // namespace
+}  // namespace assemble_test
 }  // namespace lucerna

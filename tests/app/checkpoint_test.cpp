@@ -12,7 +12,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace checkpoint_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
@@ -121,5 +121,5 @@ TEST_F(CheckpointCommand, StoppedByTheUser_GoesOn) {
     EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
 }
 
-}  // namespace
+}  // namespace checkpoint_test
 }  // namespace lucerna

@@ -17,7 +17,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace commands_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
@@ -372,5 +372,5 @@ TEST_F(RunInfo, Image_SaysChannelsAndHeader) {
     }
 }
 
-}  // namespace
+}  // namespace commands_test
 }  // namespace lucerna

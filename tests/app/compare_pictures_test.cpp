@@ -10,7 +10,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace compare_pictures_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -238,5 +238,5 @@ TEST_F(RunComparison, Threads_ChangeNothing) {
               lucerna_run({"compare", "a.exr", "r.exr", "--json", "-", "--threads", "3"}).out);
 }
 
-}  // namespace
+}  // namespace compare_pictures_test
 }  // namespace lucerna

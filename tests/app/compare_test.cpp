@@ -12,7 +12,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace compare_test {
 
 // Two pixels, one channel: every number below can be had by hand.
 Image pair_of(float a, float b) {
@@ -314,5 +314,5 @@ TEST(Binomial, Excess_EqualsTheSum) {
     EXPECT_LT(binomial_excess(3000, 1'000'000, 0.0027), 1e-7);
 }
 
-}  // namespace
+}  // namespace compare_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "engine/base/parallel.h"
 
 namespace lucerna {
-namespace {
+namespace console_test {
 
 using ::testing::HasSubstr;
 
@@ -151,5 +151,5 @@ TEST(Console, StopFlag_IsSeen) {
     EXPECT_FALSE(ConsoleMonitor(c.out, c.err, {}).stopped());
 }
 
-}  // namespace
+}  // namespace console_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace farfield_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
@@ -78,5 +78,5 @@ TEST_F(FarFieldCommand, BadWords_AreNamed) {
     EXPECT_THAT(refusal({"lamp.ies", "-o", "none/lamp.svg"}), HasSubstr("none"));
 }
 
-}  // namespace
+}  // namespace farfield_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "engine/render/flip_filters.h"
 
 namespace lucerna {
-namespace {
+namespace flip_test {
 
 constexpr double kPpd = kUsualPixelsPerDegree;
 
@@ -245,5 +245,5 @@ TEST(HdrFlip, HugeAndTinyValues_StayInRange) {
     }
 }
 
-}  // namespace
+}  // namespace flip_test
 }  // namespace lucerna

@@ -28,7 +28,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace full_disk_test {
 
 using ::testing::AllOf;
 using testing::error_of;
@@ -219,5 +219,5 @@ TEST_F(RenderToFullDisk, Checkpoint_IsAWarningThenAnErrorAndTheImageIsThere) {
     EXPECT_EQ(read_bytes("c"), old);
 }
 
-}  // namespace
+}  // namespace full_disk_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace import_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -490,5 +490,5 @@ TEST_F(RunImport, Help_Teaches) {
                 AllOf(HasSubstr("Examples:"), HasSubstr("--overwrite"), HasSubstr("room-parts")));
 }
 
-}  // namespace
+}  // namespace import_test
 }  // namespace lucerna

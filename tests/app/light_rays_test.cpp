@@ -5,7 +5,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace light_rays_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -75,5 +75,5 @@ TEST_F(LightRays, BadWords_AreRefusedBeforeTheWork) {
     expect_refused({"light", "import", "scene.pbrt", "--noise", "0", "-o", "out.exr"}, {"--noise"});
 }
 
-}  // namespace
+}  // namespace light_rays_test
 }  // namespace lucerna

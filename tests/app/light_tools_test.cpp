@@ -4,7 +4,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace light_tools_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -116,5 +116,5 @@ TEST_F(LightTools, WrongInputs_AreRefusedInOneLineAndNothingIsWritten) {
     EXPECT_EQ(files(), before);
 }
 
-}  // namespace
+}  // namespace light_tools_test
 }  // namespace lucerna

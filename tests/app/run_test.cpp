@@ -13,7 +13,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace run_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
@@ -218,5 +218,5 @@ TEST_F(RunErrors, FaultOfOurs_ExitsTwoAndAsksForAReport) {
     EXPECT_THAT(err.str(), HasSubstr("a broken invariant"));
 }
 
-}  // namespace
+}  // namespace run_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "engine/base/stats.h"
 
 namespace lucerna {
-namespace {
+namespace seeds_test {
 
 // A scene of one grey, seen with noise and too bright by `bias` everywhere.
 struct Shot {
@@ -171,5 +171,5 @@ TEST(Seeds, UnfitImages_AreRefusedByName) {
     EXPECT_THROW(mean_image(std::vector<NamedImage>{rg, small}), InputError);
 }
 
-}  // namespace
+}  // namespace seeds_test
 }  // namespace lucerna

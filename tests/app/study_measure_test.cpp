@@ -13,7 +13,7 @@
 #include "engine/render/film.h"
 
 namespace lucerna {
-namespace {
+namespace study_measure_test {
 
 using ::testing::HasSubstr;
 
@@ -162,5 +162,5 @@ TEST(StudyMeasure, BlackReference_IsRefused) {
     }
 }
 
-}  // namespace
+}  // namespace study_measure_test
 }  // namespace lucerna

@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace study_page_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -193,5 +193,5 @@ TEST_F(StudyPage, Nothing_IsAskedOfANetwork) {
     EXPECT_THAT(text, HasSubstr(std::string(kD3.substr(0, 60))));
 }
 
-}  // namespace
+}  // namespace study_page_test
 }  // namespace lucerna

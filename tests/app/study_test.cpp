@@ -15,7 +15,7 @@
 #include "tests/app/run_support.h"
 
 namespace lucerna {
-namespace {
+namespace study_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -241,5 +241,5 @@ TEST(StudyTrade, Csv_QuotesWhatHasCommas) {
     EXPECT_THAT(study_csv(results), HasSubstr("\"a, \"\"b\"\"\",m,spp=1,1,0.25,,,,,0,1,,0\n"));
 }
 
-}  // namespace
+}  // namespace study_test
 }  // namespace lucerna

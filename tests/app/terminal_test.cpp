@@ -8,7 +8,7 @@
 #include "tests/lights/field_fixtures.h"
 
 namespace lucerna {
-namespace {
+namespace terminal_test {
 
 using ::testing::HasSubstr;
 using testing::lucerna_run;
@@ -104,5 +104,5 @@ TEST(PlainStreams, FailureOfWhatIsBehind_IsTold) {
     EXPECT_FALSE(plain);
 }
 
-}  // namespace
+}  // namespace terminal_test
 }  // namespace lucerna

@@ -23,7 +23,7 @@
 #include "tests/support/same_image.h"
 
 namespace lucerna {
-namespace {
+namespace tev_display_test {
 
 using ::testing::ElementsAre;
 using testing::error_of;
@@ -320,5 +320,5 @@ TEST_F(RenderToDisplay, BadEndpoint_IsRefused) {
     expect_refused({"render", "scene.pbrt", "--display", "a:b:c"}, {"--display", "\"a:b:c\"", "HOST:PORT"});
 }
 
-}  // namespace
+}  // namespace tev_display_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include <vector>
 
 namespace lucerna {
-namespace {
+namespace architecture_test {
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -262,5 +262,5 @@ TEST(ArchitectureChecker, HeadersWithoutTheirHabits_AreReported) {
     EXPECT_THAT(complaints_about("photon/a.cpp", "    std::exit(1);\n"), ::testing::SizeIs(1));
 }
 
-}  // namespace
+}  // namespace architecture_test
 }  // namespace lucerna

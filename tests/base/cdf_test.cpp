@@ -10,7 +10,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace cdf_test {
 
 using testing::chi_square;
 
@@ -99,5 +99,5 @@ RC_GTEST_PROP(CdfProperties, AnyWeights_DrawsAnItemOfWeight,
     }
 }
 
-}  // namespace
+}  // namespace cdf_test
 }  // namespace lucerna

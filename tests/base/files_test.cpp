@@ -19,7 +19,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace files_test {
 
 using testing::error_of;
 
@@ -320,5 +320,5 @@ TEST(InputErrors, Location_IsFileLineColumn) {
     EXPECT_EQ(error_of([] { input_error({"a", 1, 2}, "{} is {}", "x", 5); }), "a:1:2: x is 5");
 }
 
-}  // namespace
+}  // namespace files_test
 }  // namespace lucerna

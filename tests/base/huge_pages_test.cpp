@@ -7,7 +7,7 @@
 #include <numeric>
 
 namespace lucerna {
-namespace {
+namespace huge_pages_test {
 
 TEST(HugePages, Vectors_OfAnySize_KeepTheirNumbersAndTheirAlignment) {
     for (const std::size_t n :
@@ -25,5 +25,5 @@ TEST(HugePages, Vectors_OfAnySize_KeepTheirNumbersAndTheirAlignment) {
     EXPECT_TRUE(HugeVector<float>().empty());
 }
 
-}  // namespace
+}  // namespace huge_pages_test
 }  // namespace lucerna

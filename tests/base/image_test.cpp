@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace image_test {
 
 using testing::error_of;
 
@@ -200,5 +200,5 @@ TEST(ImageRgb, OneChannel_IsGrey) {
     EXPECT_EQ(image.rgb_at(1, 0), Rgb(0.75F));
 }
 
-}  // namespace
+}  // namespace image_test
 }  // namespace lucerna

@@ -22,7 +22,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace memory_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -180,5 +180,5 @@ TEST(Memory, Watch_StopsWhatGrowsByPieces) {
     EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-}  // namespace
+}  // namespace memory_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace lucerna {
-namespace {
+namespace names_test {
 
 std::string hint(std::string_view name, const std::vector<std::string_view>& known) {
     return did_you_mean(name, known);
@@ -46,5 +46,5 @@ TEST(Names, ManyAndLongWords_TakeLessThanASecond) {
     EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 1);
 }
 
-}  // namespace
+}  // namespace names_test
 }  // namespace lucerna

@@ -10,7 +10,7 @@
 #include "engine/base/stream.h"
 
 namespace lucerna {
-namespace {
+namespace net_test {
 
 // The shape 2^-a × 2^-(k-a) of an elementary interval that does not hold exactly one of the 2^k points, or
 // -1.
@@ -125,5 +125,5 @@ TEST(Net, ToUnit_Largest_IsBelowOne) {
     EXPECT_EQ(to_unit(0x80000000U), 0.5F);
 }
 
-}  // namespace
+}  // namespace net_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "engine/base/stream.h"
 
 namespace lucerna {
-namespace {
+namespace parallel_test {
 
 // A sum whose value depends on the order of its terms.
 float ordered_sum(int threads, std::int64_t grain) {
@@ -102,5 +102,5 @@ TEST(Parallel, Counter_ManyThreads_LosesNothing) {
     EXPECT_EQ(counter.total(), 499'500U);
 }
 
-}  // namespace
+}  // namespace parallel_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace photograph_test {
 
 using testing::error_of;
 using testing::TemporaryFolder;
@@ -97,5 +97,5 @@ TEST(Photograph, GarbageAndTruncation_AreReadOrRefused) {
     }
 }
 
-}  // namespace
+}  // namespace photograph_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace pictures_test {
 
 using testing::error_of;
 using testing::TemporaryFolder;
@@ -145,5 +145,5 @@ TEST(Pictures, TilesOfAFile_OutliveTheirCache) {
     }
 }
 
-}  // namespace
+}  // namespace pictures_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 namespace lucerna {
-namespace {
+namespace plain_text_test {
 
 TEST(PlainText, WhatTerminalsObey_IsWrittenOut) {
     EXPECT_EQ(plain_text("\x1b[31mred\x1b]0;title\x07"), "\\x1b[31mred\\x1b]0;title\\x07");
@@ -61,5 +61,5 @@ TEST(PlainText, CharactersInPieces_AreFinishedLater) {
     EXPECT_EQ(unfinished_bytes("\x80\x80\x80\x80"), 0U);
 }
 
-}  // namespace
+}  // namespace plain_text_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace spectrum_test {
 
 void expect_rgb(const Rgb& is, const Rgb& should, float near) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(is[c], should[c], near) << c << ": " << is << " " << should;
@@ -125,5 +125,5 @@ TEST(Spd, Text_MayHaveCommentsAndAnyLayout) {
               "b.spd:1:1: \"nan\" is no number; wavelengths in nm and values are accepted");
 }
 
-}  // namespace
+}  // namespace spectrum_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace stats_test {
 
 TEST(RunningStats, LargeOffset_EqualsTwoPasses) {
     for (const double offset : {0.0, 1e6, 1e12}) {
@@ -91,5 +91,5 @@ TEST(TestStatistics, ChiSquareAndAgrees_RightAndWrong_AreToldApart) {
     EXPECT_FALSE(testing::agrees(stats, 0.505));
 }
 
-}  // namespace
+}  // namespace stats_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace stream_test {
 
 using testing::chi_square;
 using testing::ChiSquare;
@@ -224,5 +224,5 @@ TEST(StreamThreads, AnyOrderAndNumberOfThreads_GivesTheSameNumbers) {
     }
 }
 
-}  // namespace
+}  // namespace stream_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace toml_test {
 
 using testing::error_of;
 
@@ -113,5 +113,5 @@ TEST(Toml, NestedTooDeep_IsRefusedWithItsPlace) {
     }
 }
 
-}  // namespace
+}  // namespace toml_test
 }  // namespace lucerna

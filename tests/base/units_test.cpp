@@ -5,7 +5,7 @@
 #include "engine/base/error.h"
 
 namespace lucerna {
-namespace {
+namespace units_test {
 
 TEST(Units, Length_WithItsUnit_IsMetres) {
     EXPECT_DOUBLE_EQ(parse_length({"-d"}, "40mm"), 0.04);
@@ -117,5 +117,5 @@ TEST(Units, Text_AllSizes_ReadWell) {
     EXPECT_EQ(bytes_text(4.4e12), "4.4 TB");
 }
 
-}  // namespace
+}  // namespace units_test
 }  // namespace lucerna

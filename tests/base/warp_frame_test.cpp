@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace warp_frame_test {
 
 using testing::chi_square;
 using testing::kFalseAlarm;
@@ -185,5 +185,5 @@ TEST(SurfacePointTowards, EitherSide_LeavesTheSurfaceOnThatSide) {
     EXPECT_EQ((SurfacePoint{V3f(1, 2, 3)}.towards(V3f(1, 0, 0))), V3f(1, 2, 3));
 }
 
-}  // namespace
+}  // namespace warp_frame_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace closed_form_test {
 
 using testing::SceneMaker;
 
@@ -198,5 +198,5 @@ TEST(ParallelPlates, FormFactor_IsOne) {
     EXPECT_NEAR(mean_luminance(make.build(), camera, PathSettings{}, 256) / (0.5 * 3), 1, 0.01);
 }
 
-}  // namespace
+}  // namespace closed_form_test
 }  // namespace lucerna

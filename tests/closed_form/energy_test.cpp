@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace energy_test {
 
 using testing::SceneMaker;
 
@@ -80,5 +80,5 @@ TEST(Energy, IntegratingSphere_MapsHoldItsFluxes) {
     }
 }
 
-}  // namespace
+}  // namespace energy_test
 }  // namespace lucerna

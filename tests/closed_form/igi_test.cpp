@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace igi_test {
 
 using testing::all_but_the_lamp;
 using testing::compare_means;
@@ -126,5 +126,5 @@ TEST(IgiOfAMeasuredLamp, InAClosedRoom_AgreesWithPathAtAnyLeastDistance) {
     expect_differs(seen(bare, 64), path, "not compensated");
 }
 
-}  // namespace
+}  // namespace igi_test
 }  // namespace lucerna

@@ -5,7 +5,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace media_test {
 
 using namespace lucerna::testing;
 
@@ -153,5 +153,5 @@ TEST(FoggyCornell, ADenserFogOrAnotherPhase_IsTold) {
               0.03);
 }
 
-}  // namespace
+}  // namespace media_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace polygons_test {
 
 using testing::SceneMaker;
 
@@ -124,5 +124,5 @@ TEST(Furnace, EveryMethod_WithinOnePercent) {
     }
 }
 
-}  // namespace
+}  // namespace polygons_test
 }  // namespace lucerna

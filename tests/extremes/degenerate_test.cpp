@@ -6,7 +6,7 @@
 #include "tests/support/every_light.h"
 
 namespace lucerna {
-namespace {
+namespace degenerate_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -254,5 +254,5 @@ TEST(VirtualLightExtremes, AtNoDistance_GiveAFiniteImage) {
     }
 }
 
-}  // namespace
+}  // namespace degenerate_test
 }  // namespace lucerna

@@ -10,7 +10,7 @@
 #include "tests/support/every_light.h"
 
 namespace lucerna {
-namespace {
+namespace images_test {
 
 using namespace testing;
 using ::testing::AllOf;
@@ -109,5 +109,5 @@ TEST(PhotonMemory, MorePathsThanHaveNumbers_AreRefused) {
                 AllOf(HasSubstr("16777216 sets of 16777216 light paths"), HasSubstr("4294967296")));
 }
 
-}  // namespace
+}  // namespace images_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace lossless_test {
 
 using namespace testing;
 using ::testing::Contains;
@@ -109,5 +109,5 @@ TEST_P(Lossless, AlbedoOfNothing_NothingComesBack) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Lossless, ::testing::ValuesIn(short_methods()), name_of);
 
-}  // namespace
+}  // namespace lossless_test
 }  // namespace lucerna

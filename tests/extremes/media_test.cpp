@@ -7,7 +7,7 @@
 #include "tests/support/same_image.h"
 
 namespace lucerna {
-namespace {
+namespace media_test {
 
 using namespace testing;
 
@@ -157,5 +157,5 @@ TEST_P(MediaExtremes, CameraAndLightInFog_GiveALitFiniteImage) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, MediaExtremes, ::testing::ValuesIn(every_method()), name_of);
 
-}  // namespace
+}  // namespace media_test
 }  // namespace lucerna

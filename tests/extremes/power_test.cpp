@@ -4,7 +4,7 @@
 #include "tests/support/every_light.h"
 
 namespace lucerna {
-namespace {
+namespace power_test {
 
 using namespace testing;
 
@@ -47,5 +47,5 @@ TEST_P(Powers, FaintInATinyRoomAndBrightInAHugeOne_ImageIsInProportion) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Powers, ::testing::ValuesIn(every_method()), name_of);
 
-}  // namespace
+}  // namespace power_test
 }  // namespace lucerna

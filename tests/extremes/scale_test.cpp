@@ -10,7 +10,7 @@
 #include "tests/support/same_image.h"
 
 namespace lucerna {
-namespace {
+namespace scale_test {
 
 using namespace testing;
 
@@ -69,5 +69,5 @@ TEST_P(Sizes, AnotherSeed_IsAnotherImage) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, Sizes, ::testing::ValuesIn(every_method()), name_of);
 
-}  // namespace
+}  // namespace scale_test
 }  // namespace lucerna

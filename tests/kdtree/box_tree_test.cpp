@@ -9,7 +9,7 @@
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {
-namespace {
+namespace box_tree_test {
 
 // Plain distance, of the points whose label is even.
 struct EvenMeasure {
@@ -213,5 +213,5 @@ TEST(BoxOrder, PointsOnASurface_FewBlocksAreLookedAt) {
     EXPECT_GT(blocks_per_search({points, std::vector<std::uint32_t>(points.size())}), 1000) << "no order";
 }
 
-}  // namespace
+}  // namespace box_tree_test
 }  // namespace lucerna

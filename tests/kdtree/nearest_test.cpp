@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace lucerna {
-namespace {
+namespace nearest_test {
 
 // Bytes as keys make many ties.
 std::vector<Neighbour> neighbours(const std::vector<std::uint8_t>& keys) {
@@ -89,5 +89,5 @@ TEST(Nearest, ManyTies_LowestIndicesStay_AndTheBoundKeepsThem) {
     for (std::uint32_t i = 0; i < 5; ++i) EXPECT_EQ(found[i].index, i);
 }
 
-}  // namespace
+}  // namespace nearest_test
 }  // namespace lucerna

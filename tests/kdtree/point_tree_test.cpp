@@ -10,7 +10,7 @@
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {
-namespace {
+namespace point_tree_test {
 
 class All final : public PointVisitor {
   public:
@@ -80,5 +80,5 @@ TEST(PointTree, Flann_NoPoints_VisitsNothing) {
     EXPECT_TRUE(ball(*tree, V3f(0.0F), 1.0F).empty());
 }
 
-}  // namespace
+}  // namespace point_tree_test
 }  // namespace lucerna

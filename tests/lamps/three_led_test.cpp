@@ -10,7 +10,7 @@
 #include "photon/luminaire.h"
 
 namespace lucerna {
-namespace {
+namespace three_led_test {
 
 constexpr std::int64_t kPaths = 1 << 20;
 
@@ -111,5 +111,5 @@ TEST(ThreeLeds, FieldNearTheLamp_ShowsThreeSpotsWhereTheLuminaireHasThem) {
     }
 }
 
-}  // namespace
+}  // namespace three_led_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace analytic_test {
 
 using testing::agrees;
 using testing::chi_square;
@@ -532,5 +532,5 @@ TEST(InfiniteLight, Sky_IsSeenByRaysWithoutAnEnd) {
     EXPECT_FALSE(sky->seen({{0, 0, 0}, {0, 0, 1}, 100}));
 }
 
-}  // namespace
+}  // namespace analytic_test
 }  // namespace lucerna

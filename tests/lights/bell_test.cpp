@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace bell_test {
 
 // ∫ over [from, to], cut at every half: exact for products of two quadratics.
 double integral(double from, double to, const std::function<double(double)>& f) {
@@ -206,5 +206,5 @@ TEST(Bell, InverseIntegral_InSinglePrecision_IsThatInDouble) {
     EXPECT_EQ(inverse_bell_integral(-1.0F), 0.0F);
 }
 
-}  // namespace
+}  // namespace bell_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace cell_table_test {
 
 using ::testing::HasSubstr;
 using testing::random_field;
@@ -283,5 +283,5 @@ TEST(CellTableFile, FolderThatCannotBeWritten_IsAWarning) {
     EXPECT_THAT(monitor.warnings[0], HasSubstr("not kept"));
 }
 
-}  // namespace
+}  // namespace cell_table_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace emit_net_test {
 
 using Point = std::array<float, 5>;
 
@@ -219,5 +219,5 @@ TEST(EmitNet, ParticlesOfALamp_SpreadFarMoreEvenlyThanIndependentOnes) {
     EXPECT_TRUE(testing::agrees(mean_u, truth)) << mean_u.mean() << " for " << truth;
 }
 
-}  // namespace
+}  // namespace emit_net_test
 }  // namespace lucerna

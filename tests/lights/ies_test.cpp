@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace ies_test {
 
 using ::testing::ElementsAre;
 using testing::error_of;
@@ -177,5 +177,5 @@ TEST(Ies, Written_IsReadBackTheSame) {
     }
 }
 
-}  // namespace
+}  // namespace ies_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace image_lights_test {
 
 using testing::agrees;
 using testing::chi_square;
@@ -269,5 +269,5 @@ TEST(EqualAreaMap, Areas_BecomeEqualSolidAngles) {
     EXPECT_TRUE(chi_square(counts, std::vector<double>(counts.size(), kSamples / 200.0)).accepted());
 }
 
-}  // namespace
+}  // namespace image_lights_test
 }  // namespace lucerna

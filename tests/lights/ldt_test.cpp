@@ -8,7 +8,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace ldt_test {
 
 using ::testing::ElementsAre;
 using testing::error_of;
@@ -108,5 +108,5 @@ TEST(Photometric, OtherEndings_AreRefused) {
                 HasSubstr(".ies and .ldt are accepted"));
 }
 
-}  // namespace
+}  // namespace ldt_test
 }  // namespace lucerna

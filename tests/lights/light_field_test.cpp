@@ -13,7 +13,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace light_field_test {
 
 using ::testing::HasSubstr;
 using testing::rig_a;
@@ -278,5 +278,5 @@ TEST(LightField, ContentHash_OfAFieldInMemory_IsThatOfItsFile) {
     }
 }
 
-}  // namespace
+}  // namespace light_field_test
 }  // namespace lucerna

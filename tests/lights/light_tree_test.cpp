@@ -13,7 +13,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace light_tree_test {
 
 using Lights = std::vector<std::unique_ptr<Light>>;
 
@@ -243,5 +243,5 @@ TEST(LightTree, FewOrNone_HaveADefinedAnswer) {
     }
 }
 
-}  // namespace
+}  // namespace light_tree_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace measured_test {
 
 using ::testing::HasSubstr;
 using testing::random_field;
@@ -427,5 +427,5 @@ TEST(MeasuredLight, FromAFile_KeepsItsTableBesideIt) {
     EXPECT_THROW(make_measured_light(settings, {}, silent), InputError);
 }
 
-}  // namespace
+}  // namespace measured_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace photometric_files_test {
 
 struct Known {
     const char* file;
@@ -33,5 +33,5 @@ TEST(PhotometricFile, Real_HoldTheFluxThatTheyState) {
     }
 }
 
-}  // namespace
+}  // namespace photometric_files_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace photometric_test {
 
 using testing::chi_square;
 using testing::error_of;
@@ -274,5 +274,5 @@ TEST(PhotometricLight, EmitsItsFluxAndLightsByIntensityOverDistanceSquared) {
     EXPECT_NEAR((incident->w + V3f(world)).length(), 0, 1e-5F);
 }
 
-}  // namespace
+}  // namespace photometric_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace picker_test {
 
 using testing::chi_square;
 
@@ -76,5 +76,5 @@ TEST(LightPicker, PowerThatIsNotANumber_IsRefusedByName) {
     }
 }
 
-}  // namespace
+}  // namespace picker_test
 }  // namespace lucerna

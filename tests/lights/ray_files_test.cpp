@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace ray_files_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -220,5 +220,5 @@ TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {
     EXPECT_NEAR(a.rays[0].d.z, 0.5F, 1e-6F);
 }
 
-}  // namespace
+}  // namespace ray_files_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace tm25_test {
 
 using ::testing::HasSubstr;
 
@@ -306,5 +306,5 @@ TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
     EXPECT_NEAR(inside.z / inside.x, 3, 1e-5F);
 }
 
-}  // namespace
+}  // namespace tm25_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/smooth_lamp.h"
 
 namespace lucerna {
-namespace {
+namespace acquire_accuracy_test {
 
 using testing::irradiance_of;
 using testing::kLampRadius;
@@ -49,5 +49,5 @@ TEST(AcquireAccuracy, Error_FallsWithTheSpacing) {
     }
 }
 
-}  // namespace
+}  // namespace acquire_accuracy_test
 }  // namespace lucerna

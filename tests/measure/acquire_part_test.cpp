@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace acquire_part_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -109,5 +109,5 @@ TEST_F(AcquirePartTest, LyingCount_TakesNoMemory) {
     EXPECT_EQ(AcquirePart(file_, 5).columns(), 0U);
 }
 
-}  // namespace
+}  // namespace acquire_part_test
 }  // namespace lucerna

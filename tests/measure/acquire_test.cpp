@@ -15,7 +15,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace acquire_test {
 
 using ::testing::HasSubstr;
 using Outline = EmitterModel::Outline;
@@ -361,5 +361,5 @@ TEST(FitLightField, OsramGreen_EmitsNearAndFarWhatItsRaysEmit) {
     for (std::size_t i = 0; i < truth.place.size(); ++i) EXPECT_NEAR(got.place[i], truth.place[i], 0.02) << i;
 }
 
-}  // namespace
+}  // namespace acquire_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace exposure_test {
 
 using ::testing::ElementsAre;
 
@@ -189,5 +189,5 @@ TEST(Poisson, BelowAndAboveTheSwitch_HasItsProbabilities) {
     }
 }
 
-}  // namespace
+}  // namespace exposure_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace far_field_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -185,5 +185,5 @@ TEST(FarField, WhatCannotBe_IsRefused) {
     EXPECT_THAT(error_of([&] { far_field(RaySet{}, {5, 15}); }), HasSubstr("no flux"));
 }
 
-}  // namespace
+}  // namespace far_field_test
 }  // namespace lucerna

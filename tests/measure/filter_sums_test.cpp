@@ -12,7 +12,7 @@
 #include "tests/lights/field_fixtures.h"
 
 namespace lucerna {
-namespace {
+namespace filter_sums_test {
 
 Rig bench(bool travels) {
     Rig rig;
@@ -149,5 +149,5 @@ TEST(FilterSums, OfNoGeometry_AreRefused) {
     EXPECT_THROW(FilterSums{rig}, InputError);
 }
 
-}  // namespace
+}  // namespace filter_sums_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/lights/field_fixtures.h"
 
 namespace lucerna {
-namespace {
+namespace five_times_test {
 
 // On the axis of a Lambertian disc of radius R, E = πL R²/(R² + d²); of a point with its intensity, πL R²/d².
 // Their ratio is 1 + (R/d)²: so the point is 10, 3 and 1 % too bright at 1.58, 2.89 and 5 diameters.
@@ -31,5 +31,5 @@ TEST(FiveTimesRule, LambertianDisc_IsWrongByTenThreeAndOnePercentWhereTheFormula
     }
 }
 
-}  // namespace
+}  // namespace five_times_test
 }  // namespace lucerna

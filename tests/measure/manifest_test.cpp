@@ -7,7 +7,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace manifest_test {
 
 using testing::error_of;
 
@@ -172,5 +172,5 @@ TEST(Manifest, NoFile_IsNamed) {
                 HasSubstr("nowhere/manifest.toml"));
 }
 
-}  // namespace
+}  // namespace manifest_test
 }  // namespace lucerna

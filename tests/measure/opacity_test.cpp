@@ -12,7 +12,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace opacity_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -159,5 +159,5 @@ TEST(Acquire, OneBell_IsSeenByItsFilterAlone) {
     }
 }
 
-}  // namespace
+}  // namespace opacity_test
 }  // namespace lucerna

@@ -16,7 +16,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace photographs_test {
 
 using testing::error_of;
 using testing::ListeningMonitor;
@@ -371,5 +371,5 @@ TEST_F(PhotographFolder, StopWish_EndsIt) {
     EXPECT_FALSE(std::filesystem::exists(shots_ / "manifest.toml"));  // it would describe a mixture
 }
 
-}  // namespace
+}  // namespace photographs_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace plane_irradiance_test {
 
 using testing::brute_h;
 using testing::error_of;
@@ -134,5 +134,5 @@ TEST(PlaneIrradiance, BadPatches_AreRefused) {
     EXPECT_THAT(error({NAN, {0, 0}, {1, 1}, {4, 4}}), HasSubstr("finite"));
 }
 
-}  // namespace
+}  // namespace plane_irradiance_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace projector_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -145,5 +145,5 @@ TEST(Projector, Measured_KeepsItsFluxAndItsPicture) {
                     0.03);
 }
 
-}  // namespace
+}  // namespace projector_test
 }  // namespace lucerna

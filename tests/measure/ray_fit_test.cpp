@@ -11,7 +11,7 @@
 #include "tests/lights/field_fixtures.h"
 
 namespace lucerna {
-namespace {
+namespace ray_fit_test {
 
 using ::testing::HasSubstr;
 
@@ -119,5 +119,5 @@ TEST(ProjectRays, NoisePredicted_IsWhatRepetitionsDifferBy) {
     }
 }
 
-}  // namespace
+}  // namespace ray_fit_test
 }  // namespace lucerna

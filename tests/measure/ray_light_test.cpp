@@ -17,7 +17,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace ray_light_test {
 
 using ::testing::HasSubstr;
 
@@ -260,5 +260,5 @@ TEST(LampEmission, EqualEnergyModes_GiveEqualRays) {
     EXPECT_THROW(LampEmission(dark, "dark", EmissionMode::exact, 0, {}, silent), InputError);
 }
 
-}  // namespace
+}  // namespace ray_light_test
 }  // namespace lucerna

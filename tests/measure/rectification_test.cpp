@@ -9,7 +9,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace rectification_test {
 
 using testing::error_of;
 
@@ -115,5 +115,5 @@ TEST(Rectification, CornersOutsideThePhotograph_AreRefused) {
                 HasSubstr("(50.2, 44.4) lies outside the photographs of 40 x 50"));
 }
 
-}  // namespace
+}  // namespace rectification_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace rig_file_test {
 
 using ::testing::AllOf;
 using testing::error_of;
@@ -113,5 +113,5 @@ TEST(RigFile, Key_ChangesWithEveryNumber) {
     EXPECT_NE(one, key(kPlanesB + kDisc + "[quality]\nm_nodes = 2\n"));
 }
 
-}  // namespace
+}  // namespace rig_file_test
 }  // namespace lucerna

@@ -20,7 +20,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace mutations_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -204,5 +204,5 @@ TEST(Trial, RefusalOfTwoLines_IsFound) {
     EXPECT_THAT(trial_of(Fault::talks).finding, HasSubstr("not one line"));
 }
 
-}  // namespace
+}  // namespace mutations_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace directives_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -292,5 +292,5 @@ TEST(Params, EveryRefusal_IsOneLineWithAPlace) {
     }
 }
 
-}  // namespace
+}  // namespace directives_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace garbage_test {
 
 using namespace lucerna::testing;
 
@@ -120,5 +120,5 @@ TEST(Garbage, LargeMesh_IsReadFast) {
 #endif
 }
 
-}  // namespace
+}  // namespace garbage_test
 }  // namespace lucerna

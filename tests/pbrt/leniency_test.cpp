@@ -21,7 +21,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace leniency_test {
 
 using namespace lucerna::testing;
 using ::testing::AllOf;
@@ -375,5 +375,5 @@ TEST(BsdfTable, MerlOfLambertAndALobe_IsFoundApart) {
     EXPECT_NEAR(static_cast<double>(fit->alpha), kAlpha, 0.03);
 }
 
-}  // namespace
+}  // namespace leniency_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace lights_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -440,5 +440,5 @@ TEST(Lights, BadColours_AreRefused) {
     EXPECT_THAT(refusal_of_world("LightSource \"goniometrik\""), HasSubstr("did you mean \"goniometric\"?"));
 }
 
-}  // namespace
+}  // namespace lights_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace limits_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -163,5 +163,5 @@ TEST(Limits, DefaultsAndParametersPastTheirNumber_AreRefused) {
                 HasSubstr("has more than 256 parameters"));
 }
 
-}  // namespace
+}  // namespace limits_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace materials_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -236,5 +236,5 @@ TEST(Materials, Named_AreSharedByTheirUsers) {
         HasSubstr("was made before"));
 }
 
-}  // namespace
+}  // namespace materials_test
 }  // namespace lucerna

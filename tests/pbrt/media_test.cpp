@@ -6,7 +6,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace media_test {
 
 using namespace lucerna::testing;
 using ::testing::AllOf;
@@ -215,5 +215,5 @@ TEST(Media, OldScenes_AreReadAsTheyStand) {
     }
 }
 
-}  // namespace
+}  // namespace media_test
 }  // namespace lucerna

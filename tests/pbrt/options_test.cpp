@@ -5,7 +5,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace options_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -265,5 +265,5 @@ TEST(Options, OtherOptions_AreKnownOrRefused) {
     EXPECT_EQ(refused("Accelerator \"bvh\" \"string splitmethod\" \"sah\""), "");
 }
 
-}  // namespace
+}  // namespace options_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace photometric_lights_test {
 
 using namespace lucerna::testing;
 using ::testing::ElementsAre;
@@ -104,5 +104,5 @@ TEST_F(PhotometricLights, LumensAndWatts_InOneScene_AreOneWarningThatNamesBoth) 
     EXPECT_THAT(warnings_of(point + point), IsEmpty());
 }
 
-}  // namespace
+}  // namespace photometric_lights_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace scenes_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -113,5 +113,5 @@ TEST(Scenes, ReferencesScene_IsOurCornell) {
     EXPECT_EQ(a.camera.fov_degrees, b.camera.fov_degrees);
 }
 
-}  // namespace
+}  // namespace scenes_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace shapes_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -294,5 +294,5 @@ TEST(Shapes, Origin_IsTheMiddleOfTheWorld) {
     EXPECT_EQ(parts_of_world("").origin, V3d(0, 0, 0));
 }
 
-}  // namespace
+}  // namespace shapes_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace textures_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -224,5 +224,5 @@ TEST(Textures, WhatTheyCannotDo_IsRefused) {
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""), HasSubstr("no texture \"t\""));
 }
 
-}  // namespace
+}  // namespace textures_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include <limits>
 
 namespace lucerna {
-namespace {
+namespace tokens_test {
 
 using Kind = Token::Kind;
 using ::testing::AllOf;
@@ -194,5 +194,5 @@ TEST(Tokens, ShownText_IsShortAndPrintable) {
     EXPECT_EQ(shown(std::string(100, 'x')), std::string(40, 'x') + "...");
 }
 
-}  // namespace
+}  // namespace tokens_test
 }  // namespace lucerna

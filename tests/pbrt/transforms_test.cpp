@@ -8,7 +8,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace transforms_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -133,5 +133,5 @@ TEST(Transforms, UniformScale_IsToldFromStretching) {
     EXPECT_FALSE(uniform_scale(shear).has_value());
 }
 
-}  // namespace
+}  // namespace transforms_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace boundary_test {
 
 using testing::kUp;
 using testing::photon;
@@ -268,5 +268,5 @@ TEST(HullShare, Square_EqualsTheKernelsIntegralOverIt) {
     }
 }
 
-}  // namespace
+}  // namespace boundary_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace emission_plan_test {
 
 using testing::boxes_of;
 using testing::emit_numbers;
@@ -250,5 +250,5 @@ TEST(EmissionPlan, NamesMaps) {
     EXPECT_NE(key(&one), key(nullptr));
 }
 
-}  // namespace
+}  // namespace emission_plan_test
 }  // namespace lucerna

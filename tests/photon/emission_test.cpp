@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace emission_test {
 
 using testing::SceneMaker;
 
@@ -90,5 +90,5 @@ TEST(Emission, NothingToEmit_IsNoStart) {
     starts(SceneMaker().build(), 0, 0);
 }
 
-}  // namespace
+}  // namespace emission_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace gather_test {
 
 using testing::floor_hit;
 using testing::kUp;
@@ -184,5 +184,5 @@ TEST(Gather, CoincidentPhotonsWithinARadius_AllCountAtTheKernelsPeak) {
     EXPECT_NEAR(result.value.x, 50 * 2 / (kPi * 0.25F), 1e-2F);
 }
 
-}  // namespace
+}  // namespace gather_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace guide_test {
 
 using testing::SceneMaker;
 
@@ -214,5 +214,5 @@ TEST(GuideMap, FewPhotons_HaveADefinedAnswer) {
     EXPECT_FALSE(none.any_near({0, 0, 0}, {0, 1, 0}));
 }
 
-}  // namespace
+}  // namespace guide_test
 }  // namespace lucerna

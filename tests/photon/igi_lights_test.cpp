@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace igi_lights_test {
 
 using testing::SceneMaker;
 
@@ -215,5 +215,5 @@ TEST(VirtualLights, OfGloss_GoByWhatTheLightMetBefore) {
     EXPECT_NEAR(sent_by(bsdf, d, of_indirect, scattered).reflected.x, all, 1e-5F);
 }
 
-}  // namespace
+}  // namespace igi_lights_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace irradiance_test {
 
 using testing::kUp;
 using testing::SceneMaker;
@@ -212,5 +212,5 @@ TEST(BounceOn, PhotonsInAnotherOrderAndOneLess_LeadToTheSamePlaces) {
     EXPECT_LE(apart.size(), 1U);
 }
 
-}  // namespace
+}  // namespace irradiance_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "engine/base/stream.h"
 
 namespace lucerna {
-namespace {
+namespace local_radius_test {
 
 const V3f kUp(0, 0, 1);
 
@@ -69,5 +69,5 @@ TEST(LocalRadius, AnyNumberOfThreads_SameRadii) {
     for (float x = -1; x < 1; x += 0.1F) EXPECT_EQ(one.at({x, 0, 0}, kUp), five.at({x, 0, 0}, kUp));
 }
 
-}  // namespace
+}  // namespace local_radius_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace luminaire_test {
 
 using ::testing::HasSubstr;
 using testing::SceneMaker;
@@ -212,5 +212,5 @@ TEST(Luminaire, ThatCannotBeTraced_IsRefusedWithTheCause) {
     EXPECT_THAT(refusal(scene, plan((std::int64_t{1} << 32) + 1)), HasSubstr("1 to 4294967296"));
 }
 
-}  // namespace
+}  // namespace luminaire_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace map_file_test {
 
 using ::testing::AllOf;
 using testing::error_of;
@@ -134,5 +134,5 @@ TEST_F(MapFile, OfAnotherBuild_IsRefusedAndBothAreNamed) {
     EXPECT_THAT(error_of([&] { loaded(key); }), HasSubstr("damaged"));
 }
 
-}  // namespace
+}  // namespace map_file_test
 }  // namespace lucerna

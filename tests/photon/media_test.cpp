@@ -10,7 +10,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace media_test {
 
 using testing::homogeneous;
 using testing::SceneMaker;
@@ -326,5 +326,5 @@ TEST(VolumeGather, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
     EXPECT_TRUE(is_finite(some.value));
 }
 
-}  // namespace
+}  // namespace media_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace metric_bias_test {
 
 using namespace testing;
 
@@ -151,5 +151,5 @@ TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
     }
 }
 
-}  // namespace
+}  // namespace metric_bias_test
 }  // namespace lucerna

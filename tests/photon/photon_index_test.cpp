@@ -8,7 +8,7 @@
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {
-namespace {
+namespace photon_index_test {
 
 // Photons in a cloud, from all sides, some of them flat to the axes' planes.
 Photons make_photons(Cloud kind, std::size_t n, float scale) {
@@ -251,5 +251,5 @@ TEST(PhotonMap, MadeOfAnothersPhotons_SameOrder) {
     }
 }
 
-}  // namespace
+}  // namespace photon_index_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/emit_blocks.h"
 
 namespace lucerna {
-namespace {
+namespace pilot_blocks_test {
 
 using testing::boxes_of;
 using testing::emit_numbers;
@@ -101,5 +101,5 @@ TEST(PilotBlocks, NoTrials_NoPower_AreNoFault) {
               1U);
 }
 
-}  // namespace
+}  // namespace pilot_blocks_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/two_rooms.h"
 
 namespace lucerna {
-namespace {
+namespace pilot_test {
 
 using testing::left_camera;
 using testing::SceneMaker;
@@ -199,5 +199,5 @@ TEST(Pilot, SteeredEstimates_HaveLessVariance) {
     EXPECT_LT(steered, 0.75 * plain);
 }
 
-}  // namespace
+}  // namespace pilot_test
 }  // namespace lucerna

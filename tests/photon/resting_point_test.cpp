@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace resting_point_test {
 
 using testing::SceneMaker;
 
@@ -52,5 +52,5 @@ TEST(RestingPoint, OnNothing_HasTheErrorOfItsPlaceAlone) {
     EXPECT_EQ(rests.error, surface_error(V3f(1, 2, 3), 0));
 }
 
-}  // namespace
+}  // namespace resting_point_test
 }  // namespace lucerna

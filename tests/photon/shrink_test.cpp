@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace lucerna {
-namespace {
+namespace shrink_test {
 
 constexpr double kAlphas[] = {0.1, 0.5, 2.0 / 3, 0.9, 1.0};
 
@@ -55,5 +55,5 @@ TEST(Shrink, AlphaOne_KeepsRadiusAndBias) {
     }
 }
 
-}  // namespace
+}  // namespace shrink_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace surface_places_test {
 
 using testing::SceneMaker;
 
@@ -144,5 +144,5 @@ TEST(SurfacePlaces, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
     }
 }
 
-}  // namespace
+}  // namespace surface_places_test
 }  // namespace lucerna

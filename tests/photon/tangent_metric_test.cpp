@@ -8,7 +8,7 @@
 #include "photon/photon.h"
 
 namespace lucerna {
-namespace {
+namespace tangent_metric_test {
 
 const V3f kUp(0, 0, 1);
 
@@ -117,5 +117,5 @@ TEST(PackedDirection, RoundTrip_WithinOneTenThousandthOfARadian) {
     }
 }
 
-}  // namespace
+}  // namespace tangent_metric_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace virtual_light_tree_test {
 
 using Keep = VirtualLightStore::Keep;
 using Kind = LightReceiver::Kind;
@@ -345,5 +345,5 @@ TEST(VirtualLightTree, AMillionLights_FortyThreeBytesEach) {
     EXPECT_TRUE(testing::agrees(stats, drawing.truth(at)));
 }
 
-}  // namespace
+}  // namespace virtual_light_tree_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace walk_group_test {
 
 using testing::SceneMaker;
 
@@ -113,5 +113,5 @@ TEST(SceneHit, InSteps_IsTheSame) {
     EXPECT_GT(met, 200U);
 }
 
-}  // namespace
+}  // namespace walk_group_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace walk_test {
 
 using testing::SceneMaker;
 
@@ -212,5 +212,5 @@ TEST(VirtualLights, IntegratingSphere_CarryWhatIsReflected) {
     EXPECT_FALSE(testing::agrees(stats, 10 * 0.8));
 }
 
-}  // namespace
+}  // namespace walk_test
 }  // namespace lucerna

@@ -18,7 +18,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace kill_test {
 
 // A room with a lamp, a mirror ball and many spheres of many triangles, so that reading takes its time, too.
 constexpr const char* kScene = R"(
@@ -156,5 +156,5 @@ INSTANTIATE_TEST_SUITE_P(EveryIntegrator, Killed,
                          ::testing::Values("path", "direct", "photonmap", "igi", "progressive"),
                          [](const auto& test) { return std::string(test.param); });
 
-}  // namespace
+}  // namespace kill_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace lamps_and_studies_test {
 
 using namespace testing;
 using ::testing::IsSupersetOf;
@@ -228,5 +228,5 @@ TEST_F(KilledStudy, WhileAFileIsWritten_SameTable) {
     expect_same_table({"", "study.html", 1}, out());
 }
 
-}  // namespace
+}  // namespace lamps_and_studies_test
 }  // namespace lucerna

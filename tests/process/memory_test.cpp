@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace memory_test {
 
 struct Ran {
     int code;
@@ -99,5 +99,5 @@ TEST_F(ImageInMemory, AnyLimit_IsNoFaultOfOurs) {
     EXPECT_GT(refused, 0);
 }
 
-}  // namespace
+}  // namespace memory_test
 }  // namespace lucerna

@@ -18,7 +18,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace outputs_test {
 
 using namespace testing;
 using ::testing::AllOf;
@@ -380,5 +380,5 @@ TEST_F(EveryOutput, PhotographsAndParts_NeverReplaceWhatIsRead) {
     }
 }
 
-}  // namespace
+}  // namespace outputs_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace phases_test {
 
 using namespace testing;
 using ::testing::IsSupersetOf;
@@ -168,5 +168,5 @@ TEST_P(KilledInPhase, WhileAFileIsWritten_ResumesToTheSameFiles) {
 INSTANTIATE_TEST_SUITE_P(EveryMethod, KilledInPhase, ::testing::ValuesIn(cases()),
                          [](const auto& test) { return test.param.name; });
 
-}  // namespace
+}  // namespace phases_test
 }  // namespace lucerna

@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace portable_test {
 
 using ::testing::HasSubstr;
 
@@ -143,5 +143,5 @@ TEST(PortableBuild, SaysWhatItIs) {
     EXPECT_THAT(arithmetic(), ::testing::StartsWith("portable, x86-64-v3, Embree avx2, "));
 }
 
-}  // namespace
+}  // namespace portable_test
 }  // namespace lucerna

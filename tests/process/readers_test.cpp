@@ -19,7 +19,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace readers_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -302,5 +302,5 @@ TEST_F(EveryReader, HalfAFile_IsRefusedOrReadAsWhatItIs) {
     }
 }
 
-}  // namespace
+}  // namespace readers_test
 }  // namespace lucerna

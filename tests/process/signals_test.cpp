@@ -11,7 +11,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace signals_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -123,5 +123,5 @@ TEST_F(SignalsOfOneKind, ReaderOfTheOutputGone_TheImageIsWhole) {
     EXPECT_THAT(read_text(folder_ / "a.json"), HasSubstr("\"complete\": true"));
 }
 
-}  // namespace
+}  // namespace signals_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace cornell_test {
 
 using Parameters = std::vector<std::pair<std::string, std::string>>;
 
@@ -340,5 +340,5 @@ TEST(CornellGlass, Progressive_AgreesWithAnotherRendererInTheMean) {
     expect_caustic_flux(image, reference);
 }
 
-}  // namespace
+}  // namespace cornell_test
 }  // namespace lucerna

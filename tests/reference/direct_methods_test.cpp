@@ -14,7 +14,7 @@
 #include "tests/support/made_scenes.h"
 
 namespace lucerna {
-namespace {
+namespace direct_methods_test {
 
 using Parameters = std::vector<std::pair<std::string, std::string>>;
 
@@ -238,5 +238,5 @@ TEST(ManyLights, Flux_IsTheSumOverTheBalls) {
     EXPECT_NEAR(flux, 2453.93, 0.05);
 }
 
-}  // namespace
+}  // namespace direct_methods_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/region_means.h"
 
 namespace lucerna {
-namespace {
+namespace igi_test {
 
 using testing::expect_agrees;
 using testing::expect_differs;
@@ -106,5 +106,5 @@ TEST(IgiBesidePath, Cloister_AtAnyLeastDistance) {
         .check();
 }
 
-}  // namespace
+}  // namespace igi_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace led_rays_test {
 
 // Half of the rays, standing for all. By lot: files have patterns in their order.
 RaySet half_of(const RaySet& set, std::uint32_t which) {
@@ -135,5 +135,5 @@ TEST(FitLightField, OsramLeds_CastWhatTheirRaysDoWithinTheRaysNoise) {
     }
 }
 
-}  // namespace
+}  // namespace led_rays_test
 }  // namespace lucerna

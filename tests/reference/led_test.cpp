@@ -9,7 +9,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace led_test {
 
 constexpr int kPixels = 16;
 
@@ -103,5 +103,5 @@ TEST(MeasuredLed, NearThePlaneShowsTheChip_FarItShowsTheLobe) {
     }
 }
 
-}  // namespace
+}  // namespace led_test
 }  // namespace lucerna

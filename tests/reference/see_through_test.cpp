@@ -6,7 +6,7 @@
 #include "tests/support/region_means.h"
 
 namespace lucerna {
-namespace {
+namespace see_through_test {
 
 using testing::expect_agrees;
 using testing::expect_differs;
@@ -95,5 +95,5 @@ TEST(SeeThrough, TranslucentSheet_IgiAgreesWithPath) {
     expect_igi_agrees("translucent", "translucent");
 }
 
-}  // namespace
+}  // namespace see_through_test
 }  // namespace lucerna

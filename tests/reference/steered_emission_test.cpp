@@ -10,7 +10,7 @@
 #include "tests/support/made_scenes.h"
 
 namespace lucerna {
-namespace {
+namespace steered_emission_test {
 
 std::filesystem::path scenes() {
     return std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
@@ -61,5 +61,5 @@ TEST(Rooms, Flux_IsTheSumOverTheLamps) {
     EXPECT_NEAR(flux, 208.17, 0.05);
 }
 
-}  // namespace
+}  // namespace steered_emission_test
 }  // namespace lucerna

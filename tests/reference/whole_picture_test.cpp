@@ -8,7 +8,7 @@
 #include "tests/support/shared_data.h"
 
 namespace lucerna {
-namespace {
+namespace whole_picture_test {
 
 constexpr int kBlock = 8;
 
@@ -97,5 +97,5 @@ TEST(WholePicture, CornellWithGlass_EveryMethodThatClaimsIt_LacksNothing) {
     EXPECT_LT(lacking.darkest, 0.2);
 }
 
-}  // namespace
+}  // namespace whole_picture_test
 }  // namespace lucerna

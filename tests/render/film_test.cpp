@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace film_test {
 
 TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
     Film film(2, 1);
@@ -262,5 +262,5 @@ TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
     EXPECT_THROW((FilterSampler(upside_down)), InputError);
 }
 
-}  // namespace
+}  // namespace film_test
 }  // namespace lucerna

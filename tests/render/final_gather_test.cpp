@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace final_gather_test {
 
 using testing::SceneMaker;
 
@@ -109,5 +109,5 @@ TEST(FinalGather, OneThreadOrTwo_SameImage) {
     EXPECT_EQ(image(1), image(2));
 }
 
-}  // namespace
+}  // namespace final_gather_test
 }  // namespace lucerna

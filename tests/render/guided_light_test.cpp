@@ -10,7 +10,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace guided_light_test {
 
 using testing::SceneMaker;
 
@@ -346,5 +346,5 @@ TEST(GuidedLight, AnyNumberOfThreads_SameImageBitForBit) {
     }
 }
 
-}  // namespace
+}  // namespace guided_light_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace igi_flythrough_test {
 
 constexpr int kSize = 16;
 
@@ -97,5 +97,5 @@ TEST(IgiFlythrough, ByAPilot_DependsOnTheCamera) {
               there->radiance(Ray{kHere, (at - kHere).normalized()}, b));
 }
 
-}  // namespace
+}  // namespace igi_flythrough_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/two_rooms.h"
 
 namespace lucerna {
-namespace {
+namespace igi_pilot_test {
 
 using testing::same;
 
@@ -264,5 +264,5 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     EXPECT_FALSE(testing::agrees(unweighted, share)) << unweighted.mean() << " and " << share;
 }
 
-}  // namespace
+}  // namespace igi_pilot_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace igi_test {
 
 using testing::all_but_the_lamp;
 using testing::compare_means;
@@ -160,5 +160,5 @@ TEST(IgiWithCompensation, InARoomThatAbsorbsNothing_Ends) {
     }
 }
 
-}  // namespace
+}  // namespace igi_test
 }  // namespace lucerna

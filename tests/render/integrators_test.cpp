@@ -6,7 +6,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace integrators_test {
 
 using testing::SceneMaker;
 
@@ -219,5 +219,5 @@ TEST(Render, Report_NamesEveryPhotonAndWatt) {
     EXPECT_EQ(result.report.notes.at("map.caustic"), "not built: no surface of the scene is specular");
 }
 
-}  // namespace
+}  // namespace integrators_test
 }  // namespace lucerna

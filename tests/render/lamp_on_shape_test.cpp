@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace lamp_on_shape_test {
 
 using ::testing::HasSubstr;
 using testing::SceneMaker;
@@ -239,5 +239,5 @@ TEST(LampOnShape, LightThatMissesTheShape_IsTold) {
     EXPECT_TRUE(bulb.warnings.empty());
 }
 
-}  // namespace
+}  // namespace lamp_on_shape_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace limits_test {
 
 // --- the rule ---
 
@@ -127,5 +127,5 @@ TEST(Limits, Show_SeesWholeRoundsAndTheImageGrowsBetter) {
     }
 }
 
-}  // namespace
+}  // namespace limits_test
 }  // namespace lucerna

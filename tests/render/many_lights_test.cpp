@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace many_lights_test {
 
 using testing::SceneMaker;
 
@@ -192,5 +192,5 @@ TEST(ManyLights, IrradianceAhead_AsksAsTheSettingsSay) {
     RecordProperty("spread", fmt::format("{:.3f} by the tree, {:.3f} by power", spread(tree), spread(power)));
 }
 
-}  // namespace
+}  // namespace many_lights_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace media_methods_test {
 
 using namespace lucerna::testing;
 using ::testing::HasSubstr;
@@ -164,5 +164,5 @@ TEST(GlowingMedia, UnderAMethodThatDoesNotLookForThem_AreNamed) {
     EXPECT_THAT(monitor.lines, HasSubstr("\"fire\""));
 }
 
-}  // namespace
+}  // namespace media_methods_test
 }  // namespace lucerna

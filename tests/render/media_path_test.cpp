@@ -10,7 +10,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace media_path_test {
 
 using testing::agrees;
 using testing::homogeneous;
@@ -290,5 +290,5 @@ TEST(MediaPath, AnyNumberOfThreads_SameImageBitForBit) {
     for (const int threads : {2, 5}) EXPECT_EQ(one, image(threads));
 }
 
-}  // namespace
+}  // namespace media_path_test
 }  // namespace lucerna

@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace method_choice_test {
 
 Job job_of(const IntegratorSettings& settings) {
     const Camera camera = testing::camera({0.5F, 0.4F, -0.6F}, {0.5F, 0.2F, 1}, 32, 32, 30);
@@ -186,5 +186,5 @@ TEST(ChooseMethod, UserStops_NothingIsChosen) {
     EXPECT_FALSE(choose_method(job_of(PathSettings{}), limits, 3, Workers{2}, stopped).has_value());
 }
 
-}  // namespace
+}  // namespace method_choice_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace lucerna {
-namespace {
+namespace method_cost_test {
 
 using Kind = MethodCost::Kind;
 
@@ -91,5 +91,5 @@ TEST(MethodCost, Passes_BothPartsFall) {
     EXPECT_LE(best_in(enough.seconds, cost).error, 0.05);
 }
 
-}  // namespace
+}  // namespace method_cost_test
 }  // namespace lucerna

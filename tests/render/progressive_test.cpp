@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace progressive_test {
 
 using testing::SceneMaker;
 
@@ -279,5 +279,5 @@ TEST(Progressive, SmallCornell_MeanAgreesWithPath) {
     }
 }
 
-}  // namespace
+}  // namespace progressive_test
 }  // namespace lucerna

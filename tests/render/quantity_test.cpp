@@ -10,7 +10,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace quantity_test {
 
 using testing::SceneMaker;
 
@@ -138,5 +138,5 @@ TEST(Unit, OfAnImage_IsThatOfItsLights) {
     EXPECT_EQ(unit_with(std::move(dark)), "cd/m^2") << "a light without power has no say";
 }
 
-}  // namespace
+}  // namespace quantity_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace ray_light_test {
 
 using ::testing::HasSubstr;
 
@@ -80,5 +80,5 @@ TEST(RayLight, InASphere_EachMethodShowsItsShareAndWarnsOfTheRest) {
     }
 }
 
-}  // namespace
+}  // namespace ray_light_test
 }  // namespace lucerna

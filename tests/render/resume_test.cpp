@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace resume_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -370,5 +370,5 @@ TEST_F(CheckpointFile, OfAnotherRender_NamesTheFirstDifference) {
                 HasSubstr("its k is nothing, here it is 7"));
 }
 
-}  // namespace
+}  // namespace resume_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace rough_caustic_test {
 
 using testing::SceneMaker;
 
@@ -112,5 +112,5 @@ TEST(BounceClass, VarnishedPaint_EachPartIsTheLobesOwn) {
     EXPECT_TRUE(bsdf.sharp_part(kAlpha).is_black());  // below means below
 }
 
-}  // namespace
+}  // namespace rough_caustic_test
 }  // namespace lucerna

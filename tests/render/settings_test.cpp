@@ -6,7 +6,7 @@
 #include "tests/support/error_of.h"
 
 namespace lucerna {
-namespace {
+namespace settings_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -68,5 +68,5 @@ TEST(Settings, WrongInputs_NamePlaceValueAndWhatIsAccepted) {
     EXPECT_THAT(error_of([&] { make_settings("bdpt", kHere); }), HasSubstr("known are path"));
 }
 
-}  // namespace
+}  // namespace settings_test
 }  // namespace lucerna

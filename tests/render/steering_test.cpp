@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace steering_test {
 
 using testing::same;
 
@@ -118,5 +118,5 @@ TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     EXPECT_GT(std::fabs(1.03 * plain.mean() - steered.mean()), 4 * error);  // an error of 3 % would be seen
 }
 
-}  // namespace
+}  // namespace steering_test
 }  // namespace lucerna

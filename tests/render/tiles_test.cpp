@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace tiles_test {
 
 // No number to the right of the middle, at every second sample or so; at the left one there is never.
 class Faulty final : public Estimator {
@@ -63,5 +63,5 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
     EXPECT_GT(tiles.bad_samples(), 3U);
 }
 
-}  // namespace
+}  // namespace tiles_test
 }  // namespace lucerna

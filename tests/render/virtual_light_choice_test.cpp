@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace {
+namespace virtual_light_choice_test {
 
 using testing::Colour;
 
@@ -136,5 +136,5 @@ TEST(VirtualLightChoice, Tree_AnyThreads_SameRadiance) {
     }
 }
 
-}  // namespace
+}  // namespace virtual_light_choice_test
 }  // namespace lucerna

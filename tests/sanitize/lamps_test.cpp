@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace lamps_test {
 
 using namespace testing;
 
@@ -74,5 +74,5 @@ TEST(SmallLamps, AcquiredWrittenAndRead_Emit) {
     expect_to_emit(read_light_field(folder / "field.exr"));
 }
 
-}  // namespace
+}  // namespace lamps_test
 }  // namespace lucerna

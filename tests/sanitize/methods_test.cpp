@@ -5,7 +5,7 @@
 #include "tests/support/every_light.h"
 
 namespace lucerna {
-namespace {
+namespace methods_test {
 
 using namespace testing;
 
@@ -43,5 +43,5 @@ TEST_P(SmallRenders, OfNoPowerAtAll_AreBlack) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, SmallRenders, ::testing::ValuesIn(every_method()), name_of);
 
-}  // namespace
+}  // namespace methods_test
 }  // namespace lucerna

@@ -6,7 +6,7 @@
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {
-namespace {
+namespace trees_test {
 
 constexpr Workers kFour{4};
 
@@ -39,5 +39,5 @@ TEST(SmallTrees, BuiltAndAskedByFourThreads_AgreeWithFlann) {
     EXPECT_EQ(alike, std::vector<int>(64, 1));
 }
 
-}  // namespace
+}  // namespace trees_test
 }  // namespace lucerna

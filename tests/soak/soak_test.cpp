@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace soak_test {
 
 // The stranger's point of view: exit code and the most memory that was resident, bytes.
 struct Ran {
@@ -105,5 +105,5 @@ Shape "trianglemesh" "point3 P" [-1 -1 -1  -1 1 -1  -1 1 1  -1 -1 1] "integer in
               8e7);
 }
 
-}  // namespace
+}  // namespace soak_test
 }  // namespace lucerna

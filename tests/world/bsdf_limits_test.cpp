@@ -11,7 +11,7 @@
 #include "tests/support/lobes.h"
 
 namespace lucerna {
-namespace {
+namespace bsdf_limits_test {
 
 using testing::direction;
 using testing::flat;
@@ -261,5 +261,5 @@ RC_GTEST_PROP(BsdfProperties, AnySumAnyDirections_NeverNanNeverOnTheWrongSide, (
     RC_ASSERT(!bsdf.rest().has_diffuse());
 }
 
-}  // namespace
+}  // namespace bsdf_limits_test
 }  // namespace lucerna

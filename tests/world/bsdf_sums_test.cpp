@@ -16,7 +16,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace bsdf_sums_test {
 
 using namespace lucerna::testing;
 
@@ -337,5 +337,5 @@ TEST(BsdfSumValue, DimPlastic_IsPbrtsSum) {
     EXPECT_LT(covered.diffuse_part().albedo(kUp).x, 0.7F);
 }
 
-}  // namespace
+}  // namespace bsdf_sums_test
 }  // namespace lucerna

@@ -14,7 +14,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace bsdf_test {
 
 using testing::below;
 using testing::chi_square;
@@ -227,5 +227,5 @@ TEST(BsdfSampling, Pdf_WrongOnPurpose_IsRejected) {
     EXPECT_GT(std::fabs(lopsided.integral - lopsided.drawn), 4 * lopsided.standard_error + 0.004);
 }
 
-}  // namespace
+}  // namespace bsdf_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "tests/support/lobes.h"
 
 namespace lucerna {
-namespace {
+namespace bsdf_value_test {
 
 using testing::below;
 using testing::direction;
@@ -207,5 +207,5 @@ TEST(BsdfEnergy, Albedo_RoughLobes_IsWithinOnePercent) {
     std::printf("[ worst    ] albedo error %.4f\n", worst);
 }
 
-}  // namespace
+}  // namespace bsdf_value_test
 }  // namespace lucerna

@@ -8,7 +8,7 @@
 #include "engine/base/stream.h"
 
 namespace lucerna {
-namespace {
+namespace camera_test {
 
 Camera::Settings wide() {
     Camera::Settings s;
@@ -149,5 +149,5 @@ TEST(Camera, Spherical_SeesEveryDirectionOnce) {
     EXPECT_NEAR(octant, 1.0 / 8, 2e-3);
 }
 
-}  // namespace
+}  // namespace camera_test
 }  // namespace lucerna

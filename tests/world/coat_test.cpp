@@ -8,7 +8,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace coat_test {
 
 using namespace lucerna::testing;
 
@@ -96,5 +96,5 @@ TEST(CoatTable, Mean_IsThatOfItsOwnFunction) {
     EXPECT_NEAR(table.rough_mean(0), sum, 1e-5);
 }
 
-}  // namespace
+}  // namespace coat_test
 }  // namespace lucerna

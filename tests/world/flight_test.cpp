@@ -10,7 +10,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace flight_test {
 
 using testing::agrees;
 
@@ -300,5 +300,5 @@ TEST(Flight, WhereNothingScatters_EveryFlightArrivesWeakened) {
     EXPECT_LT(flights.passed[1].standard_error(), 1e-8);
 }
 
-}  // namespace
+}  // namespace flight_test
 }  // namespace lucerna

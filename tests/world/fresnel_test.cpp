@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace lucerna {
-namespace {
+namespace fresnel_test {
 
 TEST(Fresnel, Dielectric_KnownAngles_HasKnownValues) {
     EXPECT_NEAR(fresnel_dielectric(1, 1.5F).reflectance, 0.04F, 1e-7F);
@@ -41,5 +41,5 @@ TEST(Fresnel, Conductor_KnownCases_HasKnownValues) {
     EXPECT_NEAR(fresnel_conductor(0.5F, 1e30F, 1e30F), 1, 1e-6F);
 }
 
-}  // namespace
+}  // namespace fresnel_test
 }  // namespace lucerna

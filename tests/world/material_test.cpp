@@ -11,7 +11,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace material_test {
 
 using namespace lucerna::testing;
 
@@ -207,5 +207,5 @@ TEST(Material, Interface_IsNothingElse) {
     EXPECT_DEATH(make_bsdf({"", InterfaceMaterial{}}, hit_at({0, 0})), "interface");
 }
 
-}  // namespace
+}  // namespace material_test
 }  // namespace lucerna

@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace medium_test {
 
 // --- the phase function
 
@@ -193,5 +193,5 @@ TEST(MediumTowards, OnlyABorderChangesTheMedium) {
     EXPECT_EQ(medium_towards(none, {0, 0, 1}, {0, 0.6F, -0.8F}, 7), 7);
 }
 
-}  // namespace
+}  // namespace medium_test
 }  // namespace lucerna

@@ -11,7 +11,7 @@
 #include "engine/world/scene.h"
 
 namespace lucerna {
-namespace {
+namespace mesh_test {
 
 Scene scene_of(std::vector<Mesh> meshes) {
     SceneParts parts;
@@ -146,5 +146,5 @@ TEST(Mesh, OnlyDegenerateTriangles_IsAnEmptyScene) {
     EXPECT_FALSE(scene.hit({{0, 0, 1}, {0, 0, -1}}));
 }
 
-}  // namespace
+}  // namespace mesh_test
 }  // namespace lucerna

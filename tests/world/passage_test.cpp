@@ -9,7 +9,7 @@
 #include "tests/support/statistics.h"
 
 namespace lucerna {
-namespace {
+namespace passage_test {
 
 using testing::homogeneous;
 using testing::SceneMaker;
@@ -124,5 +124,5 @@ TEST(ScatteringAt, OverlappingMedia_AddUpWithinTheirBoxes) {
     EXPECT_FALSE(scatters(testing::regions({homogeneous(Rgb(1), Rgb(0))})));
 }
 
-}  // namespace
+}  // namespace passage_test
 }  // namespace lucerna

@@ -12,7 +12,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace ply_test {
 
 using testing::TemporaryFolder;
 
@@ -212,5 +212,5 @@ TEST(Ply, RandomDamage_EndsInAMeshOrAnError) {
     EXPECT_GT(errors, 300);
 }
 
-}  // namespace
+}  // namespace ply_test
 }  // namespace lucerna

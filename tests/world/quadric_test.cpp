@@ -11,7 +11,7 @@
 #include "engine/base/warp.h"
 
 namespace lucerna {
-namespace {
+namespace quadric_test {
 
 Quadric sphere_at(const V3d& centre, float radius) {
     Quadric q;
@@ -275,5 +275,5 @@ TEST(Quadric, ImpossibleShape_IsRefusedInOneLine) {
     }
 }
 
-}  // namespace
+}  // namespace quadric_test
 }  // namespace lucerna

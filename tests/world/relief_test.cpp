@@ -8,7 +8,7 @@
 #include "tests/support/materials.h"
 
 namespace lucerna {
-namespace {
+namespace relief_test {
 
 using namespace lucerna::testing;
 
@@ -73,5 +73,5 @@ RC_GTEST_PROP(Relief, AnyMap_StaysOnTheSurfacesSideAndLeaksNothing, ()) {
     }
 }
 
-}  // namespace
+}  // namespace relief_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "lights/analytic.h"
 
 namespace lucerna {
-namespace {
+namespace scene_test {
 
 static_assert(!std::is_copy_constructible_v<Scene> && std::is_nothrow_move_constructible_v<Scene>);
 
@@ -338,5 +338,5 @@ TEST(Scene, SingularQuadric_IsAnInputError) {
     EXPECT_THROW(Scene{std::move(parts)}, InputError);
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace lucerna

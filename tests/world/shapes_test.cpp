@@ -13,7 +13,7 @@
 #include "engine/world/scene.h"
 
 namespace lucerna {
-namespace {
+namespace shapes_test {
 
 using Kind = Quadric::Kind;
 
@@ -498,5 +498,5 @@ TEST(Shapes, LoopOfNoSurface_IsRefused) {
     EXPECT_THROW(subdivide_loop(kCorners, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}}, 2), InputError);
 }
 
-}  // namespace
+}  // namespace shapes_test
 }  // namespace lucerna

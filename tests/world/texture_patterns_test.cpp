@@ -15,7 +15,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace texture_patterns_test {
 
 TexturePoint random_point(Stream& s) {
     const auto wide = [&s] { return 200 * static_cast<double>(s.next()) - 100; };
@@ -262,5 +262,5 @@ TEST(ImageTexture, BeyondItsEdge_RepeatsClampsOrIsBlack) {
     EXPECT_FLOAT_EQ(at(Wrap::clamp, 0.5F, 0.75F), stored(0x20));
 }
 
-}  // namespace
+}  // namespace texture_patterns_test
 }  // namespace lucerna

@@ -10,7 +10,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace texture_test {
 
 std::shared_ptr<Image> two_by_two() {
     auto image = std::make_shared<Image>(Image::rgb(2, 2));
@@ -142,5 +142,5 @@ TEST(TextureFile, BadInput_IsOneLineNamingTheFile) {
     EXPECT_NE(message_of(folder / "negative.exr").find("pixel (1, 0)"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace texture_test
 }  // namespace lucerna
