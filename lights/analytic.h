@@ -51,5 +51,7 @@ using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 
 // Lambertian emission of constant radiance, W/(m² sr).
 std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided);
+// The same light on geometry that lets all rays pass: it shines, and only illuminate() and particles find it.
+std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
 
 }  // namespace lucerna

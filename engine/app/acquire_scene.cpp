@@ -98,7 +98,9 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminairePlan& pla
 SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, const std::filesystem::path& part,
                                const Workers& workers, Monitor& monitor) {
     FilterSums sums(rig);
-    const Job job = read_scene(emitter.file, {}, workers, monitor);
+    SceneOverrides overrides;
+    overrides.strict = emitter.strict;
+    const Job job = read_scene(emitter.file, overrides, workers, monitor);
     if (emitter.when_read) emitter.when_read(job);
     LuminairePlan plan;
     plan.paths = emitter.rays;

@@ -60,6 +60,7 @@ struct AcquireCommand {
     std::string rig;  // a file; empty: the quick lamp
     QuickLamp quick;
     std::string photographs;  // a folder; empty: none are wanted
+    bool strict = false;      // of the scene that the rig names
     LampOutput lamp;
 };
 
@@ -196,6 +197,7 @@ auto giving_up_part(const std::filesystem::path& part, Work&& work) {
 struct AcquireWork {
     std::filesystem::path part;  // where what is unfinished is kept
     Workers workers;
+    bool strict = false;                            // of a scene
     std::function<void(const Job& job)> when_read;  // of a scene
 };
 
@@ -226,6 +228,7 @@ FilterImages acquire_formula(const RigDescription& description, const AcquireWor
 FilterImages acquire_luminaire(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const EmitterDescription& from = description.emitter;
     SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
+    emitter.strict = work.strict;
     emitter.when_read = work.when_read;
     SceneAcquisition made = acquire_scene(emitter, description.rig, work.part, work.workers, monitor);
     const std::string_view unit = flux_unit_name(from.unit);
@@ -267,9 +270,17 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
         files.writes_into(command.photographs, "--photographs", is_photographs_name);
 }
 
+// Of no effect without a scene, and that is a mistake.
+void refuse_strict_without_scene(const AcquireCommand& command, const RigDescription& description) {
+    if (!command.strict || description.emitter.kind == EmitterDescription::Kind::scene) return;
+    throw InputError({"--strict"},
+                     "no scene is read; the option is accepted with a rig whose emitter is a scene");
+}
+
 void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
+    refuse_strict_without_scene(command, description);
     const std::filesystem::path part_file = command.lamp.file + ".part";
     CommandFiles files;
     declare_files(command, description, files);
@@ -278,7 +289,7 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
         check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     std::optional<Listening> listening;
-    AcquireWork work{part_file, command.lamp.workers, [&](const Job& job) {
+    AcquireWork work{part_file, command.lamp.workers, command.strict, [&](const Job& job) {
                          files.reads(job.files);
                          files.reads(job.caches);
                          listening.emplace(context.around);
@@ -325,7 +336,7 @@ void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
         if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--photographs" ||
-            name == "--threads" || name == "--quiet" || name == "--help")
+            name == "--strict" || name == "--threads" || name == "--quiet" || name == "--help")
             continue;
         input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
     }
@@ -341,6 +352,8 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
     app.add_option("--photographs", command->photographs,
                    "also write what the rig's camera photographs, and a manifest for light assemble")
         ->type_name("FOLDER");
+    app.add_flag("--strict", command->strict,
+                 "refuse what is not traced as the rig's scene says, instead of a warning");
     QuickLamp& quick = command->quick;
     add_quick_lamp(app, quick);
     add_planes(app, quick.views, quick.pixels, quick.distance);

@@ -58,6 +58,7 @@ constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
 
 struct StudyCommand {
     std::string file, folder;
+    bool strict = false;
     bool quiet = false;
     Workers workers;
 };
@@ -151,8 +152,8 @@ std::string repeated(const StudyCommand& command) {
     const std::string threads = command.workers.threads == Workers{}.threads
                                     ? ""
                                     : fmt::format(" --threads {}", command.workers.threads);
-    return fmt::format("lucerna study {} -o {}{}", shell_word(command.file), shell_word(command.folder),
-                       threads);
+    return fmt::format("lucerna study {} -o {}{}{}", shell_word(command.file), shell_word(command.folder),
+                       command.strict ? " --strict" : "", threads);
 }
 
 void act(const StudyCommand& command, const CommandContext& context) {
@@ -161,7 +162,7 @@ void act(const StudyCommand& command, const CommandContext& context) {
     CommandFiles files;
     files.reads(command.file);
     for (const StudyScene& scene : plan.scenes) files.reads(scene.file);
-    StudyRuns runs(folder / "runs", {files, context.around, command.workers});
+    StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict});
     for (const char* name : {"results.csv", "results.json", "study.html"})
         files.writes(folder / name, "", "study");
     const std::string plan_text = read_text(command.file);
@@ -202,6 +203,8 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
                    "folder of the renders and results; made if it is not there")
         ->required()
         ->type_name("DIR");
+    app.add_flag("--strict", command->strict,
+                 "refuse what is not rendered as a scene says, instead of a warning");
     app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });

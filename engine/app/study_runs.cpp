@@ -77,6 +77,7 @@ std::optional<StudyRun> StudyRuns::run(const StudyScene& scene, const StudyPoint
                                        Monitor& monitor) {
     SceneOverrides overrides = point.overrides;
     overrides.resolution = scene.resolution;
+    overrides.strict = command_.strict;
     RunFacts facts{scene.file, seed, command_.workers.threads, 0, 0, 0};
     const Stopwatch reading;
     const Job job = read_scene(scene.file, overrides, command_.workers, monitor);

@@ -29,6 +29,7 @@ class StudyRuns {
         CommandFiles& files;
         const Surroundings& around;
         Workers workers;
+        bool strict;  // what a scene's reader would replace or leave out with a warning is an error
     };
     // `folder` is made if it is not there. Throws InputError.
     StudyRuns(std::filesystem::path folder, const Command& command);

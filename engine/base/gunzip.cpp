@@ -1,4 +1,4 @@
-// The only file that names zlib.
+// The only file that unpacks with zlib.
 #include <zlib.h>
 
 #include <algorithm>

@@ -13,6 +13,7 @@
 #include "engine/base/error.h"
 #include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
+#include "engine/base/png_guard.h"
 
 namespace lucerna {
 namespace {
@@ -65,7 +66,9 @@ void check_header(const std::filesystem::path& file) {
     constexpr std::array<unsigned char, 4> kExr{0x76, 0x2F, 0x31, 0x01};
     constexpr std::array<unsigned char, 3> kGif{'G', 'I', 'F'};
     const auto begins = [&](const auto& with) { return std::equal(with.begin(), with.end(), head.begin()); };
+    constexpr std::array<unsigned char, 8> kPng{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     if (begins(kExr)) check_exr_header(file, ExrKind::any);
+    if (begins(kPng)) check_png_chunks(file);
     if (begins(kGif)) {
         // The screen on which its pictures lie, 16 bits for each side.
         PictureHeader screen;

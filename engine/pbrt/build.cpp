@@ -124,7 +124,8 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         if (s.lamp) return lamp_on_shape(s);
-        return make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);
+        auto light = make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);
+        return s.unseen ? make_unseen_light(std::move(light)) : std::move(light);
     }
     std::unique_ptr<Light> lamp_on_shape(const AreaSpec& s) const {
         MeasuredSettings settings = *s.lamp;

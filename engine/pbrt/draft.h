@@ -135,6 +135,7 @@ struct AreaSpec {
     std::size_t index;
     Rgb radiance;
     bool two_sided;
+    bool unseen;                                        // rays pass through the surface
     std::shared_ptr<const MeasuredSettings> lamp = {};  // seen on the surface, in place of the above
 };
 

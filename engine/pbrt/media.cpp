@@ -20,25 +20,6 @@ using Type = Param::Type;
 
 constexpr double kLargestSigma = 1e15;  // per scene unit
 
-// Measured by Jensen, Marschner, Levoy and Hanrahan 2001, "A Practical Model for Subsurface Light Transport",
-// figure 5: reduced scattering and absorption in 1/mm. pbrt takes the former as sigma_s, with g = 0.
-const MeasuredMedium kMeasured[] = {
-    {"Apple", {2.29F, 2.39F, 1.97F}, {0.0030F, 0.0034F, 0.046F}},
-    {"Chicken1", {0.15F, 0.21F, 0.38F}, {0.015F, 0.077F, 0.19F}},
-    {"Chicken2", {0.19F, 0.25F, 0.32F}, {0.018F, 0.088F, 0.20F}},
-    {"Cream", {7.38F, 5.47F, 3.15F}, {0.0002F, 0.0028F, 0.0163F}},
-    {"Ketchup", {0.18F, 0.07F, 0.03F}, {0.061F, 0.97F, 1.45F}},
-    {"Marble", {2.19F, 2.62F, 3.00F}, {0.0021F, 0.0041F, 0.0071F}},
-    {"Potato", {0.68F, 0.70F, 0.55F}, {0.0024F, 0.0090F, 0.12F}},
-    {"Skimmilk", {0.70F, 1.22F, 1.90F}, {0.0014F, 0.0025F, 0.0142F}},
-    {"Skin1", {0.74F, 0.88F, 1.01F}, {0.032F, 0.17F, 0.48F}},
-    {"Skin2", {1.09F, 1.59F, 1.79F}, {0.013F, 0.070F, 0.145F}},
-    {"Spectralon", {11.6F, 20.4F, 14.9F}, {0.00F, 0.00F, 0.00F}},
-    {"Wholemilk", {2.55F, 3.21F, 3.77F}, {0.0011F, 0.0024F, 0.014F}},
-};
-
-const MeasuredMedium& kMilk = kMeasured[std::size(kMeasured) - 1];  // what pbrt begins with
-
 Rgb coefficient(Reading& reading, Params& params, std::string_view name, const Rgb& fallback, double scale) {
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
     Rgb result;
@@ -201,24 +182,6 @@ void read_other_grid(const std::string& kind, Params& params, Medium& medium) {
 
 }  // namespace
 
-const MeasuredMedium* measured_medium(std::string_view name) {
-    const auto lower = [](std::string_view text) {
-        std::string result(text);
-        for (char& c : result) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-        return result;
-    };
-    for (const MeasuredMedium& preset : kMeasured) {
-        if (lower(preset.name) == lower(name)) return &preset;
-    }
-    return nullptr;
-}
-
-std::string accepted_measured_media(std::string_view instead_of) {
-    std::vector<std::string_view> names;
-    for (const MeasuredMedium& preset : kMeasured) names.push_back(preset.name);
-    return fmt::format("{}{} are accepted", did_you_mean(instead_of, names), fmt::join(names, ", "));
-}
-
 void read_named_medium(Reading& reading, const std::string& name, Params& params) {
     const std::string kind = params.string("type", "");
     if (!params.has("type")) {
@@ -235,8 +198,9 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     const double scale = params.real_within("scale", 1, 0, kLargestSigma);
     // Version 4's grids begin with coefficients of 1.
     const bool ones = kind == "uniformgrid" || kind == "cloud";
-    const Rgb sigma_a = ones ? Rgb(1) : kMilk.sigma_a;
-    const Rgb sigma_s = ones ? Rgb(1) : kMilk.sigma_s;
+    const MeasuredMedium& milk = *measured_medium("Wholemilk");  // what pbrt begins with
+    const Rgb sigma_a = ones ? Rgb(1) : milk.sigma_a;
+    const Rgb sigma_s = ones ? Rgb(1) : milk.sigma_s;
     const std::string preset = params.string("preset", "");
     const MeasuredMedium* found = measured_medium(preset);
     if (!preset.empty() && !found) {

@@ -175,7 +175,8 @@ void add_quadric(Reading& reading, const std::string& kind, Params& params) {
         reading.shapes().quadrics.push_back(quadric);
     } else if (!flattened && emits_exactly(quadric)) {
         std::vector<Quadric>& quadrics = reading.shapes().quadrics;
-        quadric.traits.light = attach_light(reading, AreaSpec::Surface::quadric, quadrics.size());
+        quadric.traits.light =
+            attach_light(reading, quadric.traits, AreaSpec::Surface::quadric, quadrics.size());
         quadrics.push_back(quadric);
     } else {
         ObjectMesh mesh = tessellated(quadric);

@@ -77,6 +77,11 @@ void turn_to_normals(DraftMesh& mesh) {
     mesh.traits.reverse_orientation = false;
 }
 
+// Cut out everywhere.
+bool lets_all_pass(const SurfaceTraits& traits) {
+    return traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
+}
+
 }  // namespace
 
 void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& traits, ObjectMesh object) {
@@ -95,7 +100,7 @@ void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& trait
     }
     std::vector<DraftMesh>& meshes = reading.shapes().meshes;
     if (emits(reading, params)) {
-        mesh.traits.light = attach_light(reading, AreaSpec::Surface::mesh, meshes.size());
+        mesh.traits.light = attach_light(reading, mesh.traits, AreaSpec::Surface::mesh, meshes.size());
     }
     meshes.push_back(std::move(mesh));
 }
@@ -117,14 +122,12 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     if (traits.media.border) reading.draft.uses_media = true;
     traits.alpha = read_cut_out(reading, params, "alpha");
     traits.shadow_alpha = read_cut_out(reading, params, "shadowalpha");
-    const bool nothing =
-        traits.alpha && traits.alpha->constant_value() && *traits.alpha->constant_value() <= 0;
-    if (!nothing) return traits;
+    if (!lets_all_pass(traits)) return traits;
     const bool lamp =
         reading.state.area_light && !reading.object && !is_interface(reading.state.material->material);
     if (!lamp) return std::nullopt;
-    // Version 4's light that is not seen.
-    params.depart(params.place(), params.owner() + " is cut out (alpha 0) and emits",
+    if (!reading.state.area_light->lamp) return traits;  // version 4's light that is not seen
+    params.depart(params.place(), params.owner() + " is cut out (alpha 0) and shows a measured lamp",
                   "it is shown with its light", "that rays pass through it");
     traits.alpha = nullptr;
     return traits;
@@ -142,7 +145,8 @@ bool emits(Reading& reading, const Params& params) {
     return reason == nullptr;
 }
 
-std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size_t index) {
+std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpec::Surface surface,
+                          std::size_t index) {
     const AreaLight& area = *reading.state.area_light;
     for (const DraftLight& light : reading.draft.lights) {
         const auto* other = std::get_if<AreaSpec>(&light.spec);
@@ -154,7 +158,9 @@ std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size
         }
     }
     reading.draft.lights.push_back(
-        {area.place, AreaSpec{surface, index, area.radiance, area.two_sided, area.lamp}, area.power});
+        {area.place,
+         AreaSpec{surface, index, area.radiance, area.two_sided, lets_all_pass(traits), area.lamp},
+         area.power});
     return static_cast<std::int32_t>(reading.draft.lights.size() - 1);
 }
 

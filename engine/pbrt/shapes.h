@@ -32,7 +32,8 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params);
 // Whether an area light holds here and can be on a surface; warns if one holds and cannot.
 bool emits(Reading& reading, const Params& params);
 // The area light that holds here becomes a light of that surface of the draft.
-std::int32_t attach_light(Reading& reading, AreaSpec::Surface surface, std::size_t index);
+std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpec::Surface surface,
+                          std::size_t index);
 // Moved to world space; with the light that holds here.
 void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& traits, ObjectMesh object);
 

@@ -103,6 +103,38 @@ TEST_F(RunAcquire, OptionsBesideARigFile_AreRefused) {
     expect_refused({"light", "acquire", "bad.toml", "-o", "lamp.exr"}, {"bad.toml:15:", "focuss"});
 }
 
+constexpr const char* kLuminaire =
+    "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
+    "AreaLightSource \"diffuse\" Shape \"disk\" \"float radius\" 0.006\n";
+
+// The rig, before a scene.
+std::string rig_of_scene() {
+    const std::string text = kRig;
+    return text.substr(0, text.find("[emitter]")) +
+           "[emitter]\nkind = 'scene'\nfile = 'lamp.pbrt'\nunit = 'W'\nrays = 1000\n";
+}
+
+TEST_F(RunAcquire, StrictWithADepartureInTheScene_IsRefused) {
+    write("rig.toml", rig_of_scene());
+    write("lamp.pbrt", kLuminaire);
+    const std::vector<std::string> lenient = {"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"};
+    std::vector<std::string> strict = lenient;
+    strict.emplace_back("--strict");
+    const Outcome clean = lucerna_run(strict);
+    EXPECT_EQ(clean.code, 0) << clean.err;
+
+    write("lamp.pbrt", std::string(kLuminaire) + "Material \"velvet\"\n");
+    const Outcome warned = lucerna_run(lenient);
+    EXPECT_EQ(warned.code, 0) << warned.err;
+    EXPECT_THAT(warned.err, HasSubstr("velvet"));
+    expect_refused(strict, {"lamp.pbrt:3:", "velvet"});
+}
+
+TEST_F(RunAcquire, StrictWithoutAScene_IsRefused) {
+    expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--strict"}, {"--strict", "scene"});
+    expect_refused({"light", "acquire", "-o", "lamp.exr", "--strict"}, {"--strict", "scene"});
+}
+
 TEST_F(RunAcquire, Projector_NeedsItsSlide) {
     std::string text = kRig;
     text = text.substr(0, text.find("[emitter]")) +

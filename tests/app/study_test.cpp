@@ -146,6 +146,23 @@ TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
     EXPECT_THAT(none.err, HasSubstr("stopped: 0 of 5 points"));
 }
 
+// What a scene's reader would replace with a warning; also of renders that are there already.
+TEST_F(RunStudy, StrictWithADepartureInAScene_IsRefused) {
+    plan(kStudy);
+    const std::vector<std::string> lenient = {"study", "study.toml", "-o", "out"};
+    std::vector<std::string> strict = lenient;
+    strict.emplace_back("--strict");
+    const Outcome clean = lucerna_run(strict);
+    ASSERT_EQ(clean.code, 0) << clean.err;
+    EXPECT_THAT(read_text("out/study.html"), HasSubstr("lucerna study study.toml -o out --strict"));
+
+    write("scene.pbrt", std::string(testing::kScene) + "Material \"velvet\"\n");
+    const Outcome warned = lucerna_run(lenient);
+    EXPECT_EQ(warned.code, 0) << warned.err;
+    EXPECT_THAT(warned.err, HasSubstr("velvet"));
+    expect_refused(strict, {"scene.pbrt:13:", "velvet"});
+}
+
 TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
     plan(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);

@@ -44,7 +44,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<OpenImageIO/", {"engine/pictures/open_image_io.cpp"}},
     {"<dlfcn.h>", {"engine/base/pictures.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/world/loop.cpp"}},
-    {"<zlib.h>", {"engine/base/gunzip.cpp"}},
+    {"<zlib.h>", {"engine/base/gunzip.cpp", "engine/base/png_guard.cpp"}},
     {"<Random123/", {"engine/base/stream.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/base/toml.cpp"}},

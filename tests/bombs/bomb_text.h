@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tests/bombs/bomb.h"
+
 namespace lucerna::testing {
 
 inline void write(const std::filesystem::path& file, std::string_view text) {
@@ -29,6 +31,15 @@ inline std::string scene(std::string_view world) {
 }
 inline const std::vector<std::string> kRender{"render", "scene.pbrt", "-o", "image.exr", "--spp",
                                               "1",      "--threads",  "2",  "--quiet"};
+
+// A scene of that text, rendered.
+inline Bomb of_scene(std::string name, std::string text, std::vector<std::string> mentions,
+                     Bomb::End end = Bomb::End::refused) {
+    return {
+        std::move(name),
+        [text = std::move(text)](const std::filesystem::path& folder) { write(folder / "scene.pbrt", text); },
+        kRender, std::move(mentions), end};
+}
 
 template <typename Number>
 void append(std::string& bytes, Number number) {  // little-endian, as this machine

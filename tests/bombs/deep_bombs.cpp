@@ -60,14 +60,6 @@ std::string chain_of_nodes(int depth) {
     return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)" + nodes + ",{}]}";
 }
 
-Bomb of_scene(std::string name, std::string text, std::vector<std::string> mentions,
-              Bomb::End end = Bomb::End::refused) {
-    return {
-        std::move(name),
-        [text = std::move(text)](const std::filesystem::path& folder) { write(folder / "scene.pbrt", text); },
-        kRender, std::move(mentions), end};
-}
-
 Bomb of_model(std::string name, std::string text, std::vector<std::string> mentions) {
     const std::string file = text.starts_with("glTF") ? "model.glb" : "model.gltf";
     mentions.insert(mentions.begin(), file);

@@ -38,14 +38,6 @@ void files_of_files(const std::filesystem::path& folder, int depth, int times, s
     write(folder / "scene.pbrt", scene("Include \"f0.pbrt\""));
 }
 
-Bomb of_scene(std::string name, std::string text, std::vector<std::string> mentions,
-              Bomb::End end = Bomb::End::refused) {
-    return {
-        std::move(name),
-        [text = std::move(text)](const std::filesystem::path& folder) { write(folder / "scene.pbrt", text); },
-        kRender, std::move(mentions), end};
-}
-
 std::string long_word(char c) {
     return std::string(100'000, c);
 }

@@ -55,6 +55,26 @@ TEST(NamedMedium, Preset_IsTheMeasuredOneAndAnotherIsRefusedWithItsNeighbour) {
         AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("did you mean \"Skin1\""), HasSubstr("Wholemilk")));
 }
 
+// Measured by dilution; names of several words, as pbrt writes them.
+TEST(NamedMedium, PresetsOfBothPapers_AreFoundByPbrtsNames) {
+    const Read read = read_world(
+        "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Lowfat Milk\" "
+        "MakeNamedMedium \"b\" \"string type\" \"homogeneous\" \"string preset\" \"Head & Shoulders "
+        "Shampoo\" "
+        "MakeNamedMedium \"c\" \"string type\" \"homogeneous\" \"string preset\" \"Merlot\"");
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_s, Rgb(0.89187F, 1.5136F, 2.532F));
+    EXPECT_EQ(medium_of(read.draft, 0).sigma_a, Rgb(0.002875F, 0.00575F, 0.0115F));
+    EXPECT_EQ(medium_of(read.draft, 1).sigma_s, Rgb(0.023805F, 0.028804F, 0.034306F));
+    EXPECT_EQ(medium_of(read.draft, 1).sigma_a, Rgb(0.084621F, 0.15688F, 0.20365F));
+    EXPECT_EQ(medium_of(read.draft, 2).sigma_s, Rgb(2.1129e-05F, 0, 0));
+    // All of them are offered where a name is none.
+    const std::string refusal = refusal_of_world(
+        "MakeNamedMedium \"a\" \"string type\" \"homogeneous\" \"string preset\" \"Regular Soymilk\"");
+    EXPECT_THAT(refusal, AllOf(HasSubstr("did you mean \"Regular Soy Milk\""), HasSubstr("Apple, Chicken1"),
+                               HasSubstr("Suisse Mocha Powder, Pacific Ocean Surface Water are accepted")));
+    EXPECT_EQ(std::count(refusal.begin(), refusal.end(), ','), 46);
+}
+
 TEST(NamedMedium, Grid_StandsInItsBoxUnderTheTransformation) {
     const Read read = read_world(
         "Translate 1 2 3 MakeNamedMedium \"g\" \"string type\" \"uniformgrid\" \"integer nx\" 2 \"integer "

@@ -10,6 +10,8 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "tests/process/command.h"
+#include "tests/process/good_files.h"
 #include "tests/process/kill_at.h"
 #include "tests/support/temporary_folder.h"
 
@@ -17,7 +19,9 @@ namespace lucerna {
 namespace lamps_and_studies_test {
 
 using namespace testing;
+using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
+using ::testing::Not;
 
 struct Making {
     std::string name;
@@ -123,6 +127,50 @@ TEST_P(KilledMaker, WhileAFileIsWritten_MadeAllTheSame) {
 
 INSTANTIATE_TEST_SUITE_P(Lamps, KilledMaker, ::testing::ValuesIn(makings()),
                          [](const auto& test) { return test.param.name; });
+
+// A luminaire in a scene file keeps its sums when the user stops it.
+class StoppedLuminaire : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        const GoodFiles good(folder_.path());
+        good.write("bulb.pbrt",
+                   "Camera \"perspective\" Film \"rgb\" WorldBegin\nTranslate 0 0 -0.02\n"
+                   "AreaLightSource \"diffuse\" Shape \"disk\" \"float radius\" 0.006\n");
+        good.write("rig.toml",
+                   std::string(kPlanes) + "kind = 'scene'\nfile = 'bulb.pbrt'\nunit = 'W'\nrays = 2200000\n");
+        good.make(words("whole.exr"));
+    }
+    static std::vector<std::string> words(const std::string& out) {
+        return {"light", "acquire", "rig.toml", "-o", out};
+    }
+
+    static constexpr double kPatience = 120;  // seconds, beside other tests
+    TemporaryFolder folder_;
+};
+
+TEST_F(StoppedLuminaire, AmongItsLightPaths_GoesOnToTheSameBytes) {
+    Finished stopped;
+    // The first block may not have been done.
+    for (int attempt = 0;
+         attempt < 10 && (attempt == 0 || stopped.err.find("after 0 of") != std::string::npos); ++attempt) {
+        std::filesystem::remove(folder_ / "lamp.exr.part");
+        stopped =
+            run_command(words("lamp.exr"), {folder_.path(), kPatience}, in_phase(SIGINT, "light paths"));
+    }
+    ASSERT_EQ(stopped.code, 128 + SIGINT) << stopped.out << stopped.err;
+    EXPECT_THAT(stopped.err, HasSubstr("0 light paths; the same command goes on from lamp.exr.part"));
+    EXPECT_THAT(stopped.err, Not(HasSubstr("after 0 of")));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "lamp.exr"));
+
+    const Finished resumed = run_command(words("lamp.exr"), {folder_.path(), kPatience});
+    ASSERT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_THAT(resumed.out, HasSubstr("going on after "));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "lamp.exr.part"));
+    for (const char* end : {".exr", ".cells"})
+        EXPECT_TRUE(read_bytes(folder_ / (std::string("lamp") + end)) ==
+                    read_bytes(folder_ / (std::string("whole") + end)))
+            << end;
+}
 
 // --- studies ---
 

@@ -15,6 +15,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "tests/process/command.h"
+#include "tests/process/good_files.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -119,15 +120,6 @@ Material "diffuse" "texture reflectance" "t"
 Shape "sphere" "float radius" 2
 )";
 
-constexpr const char* kPlanes =
-    "[rig]\nsetup = 'A'\nviews = 6\nspacing = '4mm'\npixels = [12, 10]\npixel = '2mm'\ndistance = "
-    "'40mm'\n[emitter]\n";
-
-constexpr const char* kModel = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
-"nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-"accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
-"bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "model.bin", "byteLength": 36}]})";
-
 // Of what is read before anything can be known.
 std::string without_warnings(const std::string& err) {
     std::istringstream lines(err);
@@ -159,46 +151,24 @@ class EveryOutput : public ::testing::Test {
   protected:
     static void SetUpTestSuite() {
         good_ = new TemporaryFolder;
-        const auto write = [](const std::string& name, const std::string& text) {
-            std::ofstream(*good_ / name, std::ios::binary) << text;
-        };
-        write("scene.pbrt", kScene);
-        write("part.pbrt", "LightSource \"point\"\n");
-        write("bulb.pbrt", "WorldBegin\nTranslate 0 0 -0.02\nInclude \"part.pbrt\"\n");
-        write("paint.spd", "400 0.2\n500 0.4\n700 0.5\n");
-        write(
-            "mesh.ply",
-            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-            "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 1\n1 0 1\n1 1 1\n3 0 1 "
-            "2\n");
-        write("rig.toml", std::string(kPlanes) + "kind = 'disc'\nradius = '6mm'\nflux = 7\nunit = 'W'\n");
-        write("luminaire.toml",
-              std::string(kPlanes) + "kind = 'scene'\nfile = 'bulb.pbrt'\nunit = 'W'\nrays = 1000\n");
-        write("model.gltf", kModel);
-        const float corners[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-        write("model.bin", std::string(reinterpret_cast<const char*>(corners), sizeof corners));
-        Image image = Image::rgb(16, 16);
-        for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i % 7) / 7;
-        write_exr(*good_ / "picture.exr", image);
-        write_exr(*good_ / "reference.exr", image);
-        make({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--photographs", "shots"});
+        const GoodFiles good(good_->path());
+        good.write_parts();
+        good.write("scene.pbrt", kScene);
+        good.write("part.pbrt", "LightSource \"point\"\n");
+        good.write("bulb.pbrt", "WorldBegin\nTranslate 0 0 -0.02\nInclude \"part.pbrt\"\n");
+        good.write("luminaire.toml",
+                   std::string(kPlanes) + "kind = 'scene'\nfile = 'bulb.pbrt'\nunit = 'W'\nrays = 1000\n");
+        good.make_lamp("far.ies");
         for (const auto& entry : fs::directory_iterator(*good_ / "shots"))
             fs::rename(entry.path(), *good_ / entry.path().filename().string());
-        make({"light", "emit", "lamp.exr", "--rays", "2000", "-o", "lamp.tm25ray"});
-        make({"light", "farfield", "lamp.exr", "--step", "15", "--plane-step", "90", "--efficacy", "100",
-              "-o", "far.ies"});
-        make({"render", "scene.pbrt", "-o", "first.exr", "--integrator", "photonmap", "--set", "photons=100",
-              "--save-maps", "kept.photons", "--checkpoint", "kept.checkpoint"});
+        good.make_rays("lamp.tm25ray");
+        good.make({"render", "scene.pbrt", "-o", "first.exr", "--integrator", "photonmap", "--set",
+                   "photons=100", "--save-maps", "kept.photons", "--checkpoint", "kept.checkpoint"});
     }
     static void TearDownTestSuite() {
         delete good_;
         good_ = nullptr;
     }
-    static void make(const std::vector<std::string>& words) {
-        const Finished made = run_command(words, {good_->path()});
-        if (made.code != 0) throw std::runtime_error(words[1] + ": " + made.err);
-    }
-
     void begin_anew() {
         folder_ = std::make_unique<TemporaryFolder>();
         fs::copy(good_->path(), folder_->path());  // without folders
