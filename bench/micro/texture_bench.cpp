@@ -12,10 +12,10 @@ namespace {
 
 using namespace lucerna;  // a program of its own, not a header
 
-constexpr int kSide = 512;
+constexpr int kTextureSide = 512;
 
 Image noise() {
-    Image image = Image::rgb(kSide, kSide);
+    Image image = Image::rgb(kTextureSide, kTextureSide);
     Stream stream(3, Purpose::test, 0, 0);
     for (float& value : image.data) value = stream.next();
     return image;
@@ -28,8 +28,8 @@ std::vector<V2f> places(bool near) {
         const float jitter = stream.next();
         if (near) {
             // A walk along rows of 256, three quarters of a texel wide each.
-            all.emplace_back(static_cast<float>(i % 256) * 0.75F / kSide + jitter * 1e-4F,
-                             static_cast<float>(i / 256) * 0.75F / kSide);
+            all.emplace_back(static_cast<float>(i % 256) * 0.75F / kTextureSide + jitter * 1e-4F,
+                             static_cast<float>(i / 256) * 0.75F / kTextureSide);
         } else {
             all.emplace_back(jitter, stream.next());
         }

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace png_guard_test {
 
 using ::testing::HasSubstr;
 
@@ -120,5 +120,5 @@ TEST_F(PngGuard, ChunksThatAreMissingUnknownOrInTheWrongPlace_AreRefused) {
     EXPECT_THAT(refusal_of(colours + word(0x7FFFFFFF) + "IDAT"), HasSubstr("is cut off"));
 }
 
-}  // namespace
+}  // namespace png_guard_test
 }  // namespace lucerna

@@ -13,7 +13,7 @@
 #include "tests/support/scene_text.h"
 
 namespace lucerna {
-namespace {
+namespace unseen_light_test {
 
 using namespace lucerna::testing;
 using ::testing::IsEmpty;
@@ -94,5 +94,5 @@ TEST_P(UnseenLight, IsNotSeen) {
 INSTANTIATE_TEST_SUITE_P(Methods, UnseenLight, ::testing::ValuesIn(methods()),
                          [](const auto& method) { return method.param.name; });
 
-}  // namespace
+}  // namespace unseen_light_test
 }  // namespace lucerna

@@ -10,7 +10,7 @@
 #include "engine/world/arithmetic.h"
 
 namespace lucerna {
-namespace {
+namespace processor_test {
 
 constexpr InstructionSet kSets[] = {{"SSE4.2", kLeaf1Ecx, 20, 0},   {"AVX", kLeaf1Ecx, 28, kYmm},
                                     {"AVX2", kLeaf7Ebx, 5, kYmm},   {"BMI2", kLeaf7Ebx, 8, 0},
@@ -77,5 +77,5 @@ TEST(Processor, OfAPortableBuild_IsAskedForX86_64V3) {
     EXPECT_EQ(names.find("AVX512"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace processor_test
 }  // namespace lucerna

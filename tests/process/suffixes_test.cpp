@@ -17,7 +17,7 @@
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
-namespace {
+namespace suffixes_test {
 
 using namespace testing;
 namespace fs = std::filesystem;
@@ -203,5 +203,5 @@ TEST_F(Suffixes, InCapitals_LampsAndModelsAreTheSame) {
     expect_alike({"import", "model.gltf", "-o", "model.pbrt", "--quiet"}, 2);
 }
 
-}  // namespace
+}  // namespace suffixes_test
 }  // namespace lucerna

@@ -6,10 +6,9 @@
 #include "engine/world/bsdf.h"
 #include "engine/world/scene.h"
 #include "photon/photon_map.h"
+#include "tests/support/lobes.h"
 
 namespace lucerna::testing {
-
-inline const V3f kUp(0, 0, 1);
 
 inline Hit floor_hit(const V3f& p) {
     Hit hit;
