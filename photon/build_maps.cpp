@@ -21,7 +21,7 @@ struct Harvest {
 };
 
 void deposit(const WalkHit& at, const MapPlan& plan, Harvest& harvest) {
-    const auto kind = static_cast<std::size_t>(map_of(at.path));
+    const auto kind = static_cast<std::size_t>(map_of(at.path, plan.caustic_chains));
     if (!stores_photons(at.bsdf)) {
         ++harvest.counts[kind].not_storable;
     } else if (!plan.wanted[kind]) {
@@ -46,6 +46,15 @@ void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
     }
 }
 
+// What is beyond the bounces that wanted maps can take is not walked. Without any map the ledger is what is
+// wanted.
+PathUse use_of(const MapPlan& plan) {
+    const auto wanted = [&](MapKind kind) { return plan.wanted[static_cast<std::size_t>(kind)]; };
+    if (wanted(MapKind::global) || wanted(MapKind::volume)) return PathUse::all;
+    if (!wanted(MapKind::caustic)) return wanted(MapKind::direct) ? PathUse::first_hits : PathUse::all;
+    return plan.caustic_chains ? PathUse::caustic_chains : PathUse::caustics;
+}
+
 Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
     Harvest harvest;
     // Room for a photon of each path: arrays that grow in steps leave twice their size to the system, page by
@@ -58,7 +67,7 @@ Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, 
     WalkGroup group(
         scene, harvest.ledger, [&](const WalkHit& at) { deposit(at, plan, harvest); },
         [&](const WalkScatter& at) { deposit(at, plan, harvest); }, [](const WalkExit&) {},
-        plan.specular_below);
+        plan.specular_below, use_of(plan));
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           ++harvest.ledger.paths;
@@ -155,6 +164,27 @@ void walk_until(const Scene& scene, const MapPlan& plan, std::int64_t total, con
     walk(sample, total);
 }
 
+// How many paths are walked, by the length of those of the first chunk: never fewer than that chunk, nor more
+// than planned.
+std::int64_t within_bounces(const MapPlan& plan, const std::vector<Harvest>& harvests, Monitor& monitor) {
+    Ledger first;
+    for (const Harvest& h : harvests) first.add(h.ledger);
+    if (first.paths == 0) return plan.paths;
+    const double length =
+        static_cast<double>(first.hits + first.scatterings) / static_cast<double>(first.paths);
+    if (!(length > plan.most_bounces)) return plan.paths;
+    const double affordable = static_cast<double>(plan.paths) * plan.most_bounces / length;
+    const auto chunks = std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kGrain, 1);
+    const std::int64_t paths = std::min(plan.paths, chunks * kGrain);
+    if (paths < plan.paths) {
+        monitor.warn(fmt::format(
+            "of {} light paths {} are walked: they bounce {:.0f} times on average, as surfaces that "
+            "light goes on from take almost nothing away; what they bring has more noise",
+            plan.paths, paths, length));
+    }
+    return paths;
+}
+
 // How many paths all targets are expected to need, by what the first `total` gave; `total` if they are met.
 // Drops the targets that would need more paths than `most`.
 std::int64_t needed(const std::vector<Harvest>& harvests, std::int64_t total, std::int64_t most,
@@ -185,8 +215,15 @@ std::int64_t walk_all(const Scene& scene, const MapPlan& plan, const Workers& wo
         if (!plan.wanted[kind]) targets[kind] = 0;
     }
     if (targets == std::array<std::int64_t, kMapKinds>{}) {
-        walk_until(scene, plan, plan.paths, workers, monitor, harvests);
-        return plan.paths;
+        std::int64_t paths = plan.paths;
+        if (plan.most_bounces > 0 && paths > kGrain) {
+            walk_until(scene, plan, kGrain, workers, monitor, harvests);
+            paths = within_bounces(plan, harvests, monitor);
+        }
+        if (paths > static_cast<std::int64_t>(harvests.size()) * kGrain) {
+            walk_until(scene, plan, paths, workers, monitor, harvests);
+        }
+        return paths;
     }
     constexpr std::int64_t kPilot = 16 * kPathsPerChunk;
     constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes

@@ -24,6 +24,12 @@ struct MapPlan {
     IndexKind index = IndexKind::tree;
     // Bounces off lobes of a smaller GGX alpha count as specular; 0: deltas alone.
     float specular_below = 0;
+    // Whether the Caustic map takes L(S+D)+S+D, too.
+    bool caustic_chains = false;
+    // Bounces of all paths, on average for each of `paths`, at the most; 0: no bound. Where paths are longer,
+    // fewer are emitted, with a warning. Nothing is lost, but there is more noise. Not looked at where a
+    // target is set.
+    int most_bounces = 0;
     // By which paths are emitted; null: plainly. Outlives the maps' making.
     const EmissionPlan* emission = nullptr;
 };

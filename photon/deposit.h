@@ -5,6 +5,9 @@
 //   Global   L(S|D)*D(S|D)*D  after at least one diffuse bounce
 //   Volume   where a medium scatters, whatever came before
 //
+// If asked for, the Caustic map also takes L(S+D)+S+D from the Global map: caustics of surfaces that are
+// themselves lit by caustics and nothing else.
+//
 // Scattering in a medium counts as D: what it sends to a surface is indirect light. Of the Volume map's
 // photons those that come straight from a light can be left out, for methods that ask the lights along a ray.
 #pragma once
@@ -25,7 +28,8 @@ inline std::string_view map_name(MapKind kind) {
 }
 
 // Of a hit on a surface.
-inline MapKind map_of(const PathClass& path) {
+inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
+    if (caustic_chains && path.specular_last && !path.off_caustics) return MapKind::caustic;
     if (path.diffuse > 0) return MapKind::global;
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }

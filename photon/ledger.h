@@ -1,6 +1,6 @@
 // Where the light went. Every particle's power is booked when it leaves and again when it ends:
 //
-//   emitted = absorbed + media + escaped + cut + roulette
+//   emitted = absorbed + media + escaped + not_followed + cut + roulette
 //
 // `roulette` is what Russian roulette took minus what it gave: its mean is 0. Where a medium treats colours
 // differently, one distance serves them all, and `media` holds the chance of that, too, with mean 0. Nothing
@@ -15,11 +15,12 @@
 namespace lucerna {
 
 struct Ledger {
-    V3d emitted{0, 0, 0};   // W, as all below; not yet divided by the number of paths
-    V3d absorbed{0, 0, 0};  // by surfaces
-    V3d media{0, 0, 0};     // absorbed by participating media
-    V3d escaped{0, 0, 0};   // left the scene
-    V3d cut{0, 0, 0};       // still carried when a path reached the length limit
+    V3d emitted{0, 0, 0};       // W, as all below; not yet divided by the number of paths
+    V3d absorbed{0, 0, 0};      // by surfaces
+    V3d media{0, 0, 0};         // absorbed by participating media
+    V3d escaped{0, 0, 0};       // left the scene
+    V3d not_followed{0, 0, 0};  // still carried when a path had become of no use to who had it walked
+    V3d cut{0, 0, 0};           // still carried when a path reached the length limit
     V3d roulette{0, 0, 0};
     V3d scattered{0, 0, 0};         // by media, each time anew: no end, and no part of the balance
     std::uint64_t paths = 0;        // asked for
@@ -32,6 +33,7 @@ struct Ledger {
         absorbed += other.absorbed;
         media += other.media;
         escaped += other.escaped;
+        not_followed += other.not_followed;
         cut += other.cut;
         roulette += other.roulette;
         scattered += other.scattered;
@@ -43,13 +45,13 @@ struct Ledger {
 
     // Brings sums over paths to the power of the scene: factor 1 / number of paths.
     void scale(double factor) {
-        for (V3d* entry : {&emitted, &absorbed, &media, &escaped, &cut, &roulette, &scattered})
+        for (V3d* entry : {&emitted, &absorbed, &media, &escaped, &not_followed, &cut, &roulette, &scattered})
             *entry *= factor;
     }
 
     // |emitted - all ends| / emitted, the worst channel. 0 when nothing was emitted.
     double imbalance() const {
-        const V3d rest = emitted - absorbed - media - escaped - cut - roulette;
+        const V3d rest = emitted - absorbed - media - escaped - not_followed - cut - roulette;
         double worst = 0;
         for (int c = 0; c < 3; ++c) {
             if (emitted[c] > 0) worst = std::fmax(worst, std::fabs(rest[c]) / emitted[c]);

@@ -23,7 +23,43 @@ namespace lucerna {
 struct PathClass {
     std::uint32_t specular = 0;  // delta bounces so far, and those that count as such
     std::uint32_t diffuse = 0;   // all other bounces, and scattering in media
+    bool specular_last = false;  // the last bounce was specular
+    // Some bounce that was not specular was of light that came to it over nothing specular, straight from a
+    // light or from another such bounce; or a medium scattered the path. False: L(S+D)*S*.
+    bool off_caustics = false;
+
+    void bounce(bool is_specular) {
+        ++(is_specular ? specular : diffuse);
+        off_caustics = off_caustics || (!is_specular && !specular_last);
+        specular_last = is_specular;
+    }
+    void scatter() {
+        ++diffuse;
+        off_caustics = true;
+        specular_last = false;
+    }
 };
+
+// Which paths go on after a bounce: those that who has them walked can make any use of.
+enum class PathUse : std::uint8_t {
+    all,
+    first_hits,      // L
+    caustics,        // LS*
+    caustic_chains,  // L(S+D)*S*
+};
+inline bool is_of_use(const PathClass& path, PathUse use) {
+    switch (use) {
+        case PathUse::all:
+            return true;
+        case PathUse::first_hits:
+            return path.specular == 0 && path.diffuse == 0;
+        case PathUse::caustics:
+            return path.diffuse == 0;
+        case PathUse::caustic_chains:
+            return !path.off_caustics;
+    }
+    return true;
+}
 
 struct WalkHit {
     const Hit& hit;
@@ -123,7 +159,7 @@ class Walker {
         ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path goes on in black.
         if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive)) return false;
-        ++(bounced.specular ? path_.specular : path_.diffuse);
+        path_.bounce(bounced.specular);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
         d_ = sample->wi;
@@ -136,7 +172,7 @@ class Walker {
         // Measured by luminance a blue one would be worth little, and the few that survive would be far too
         // bright.
         if (!survive(max_component(power_) / max_component(arriving_), power_, stream_.next())) return false;
-        ++path_.diffuse;
+        path_.scatter();
         from_ = SurfacePoint{at.p};
         d_ = HenyeyGreenstein(at.g).sample(-d_, u);
         return true;

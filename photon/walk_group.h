@@ -4,7 +4,7 @@
 // A walk waits for memory at every surface: for the triangle's corners, then for what stands at them. Of one
 // path each wait follows from the last; of many they overlap. The paths, their numbers and their ends are
 // those of walk(); only the order in which visitors see them differs: paths that are under way together take
-// turns.
+// turns. Those that are of no more use (PathUse) end at a bounce, and the ledger says what they carried.
 #pragma once
 
 #include <array>
@@ -20,13 +20,14 @@ template <typename Visit, typename Scatter, typename Leave>
 class WalkGroup {
   public:
     WalkGroup(const Scene& scene, Ledger& ledger, Visit visit, Scatter scatter, Leave leave,
-              float specular_below)
+              float specular_below, PathUse use = PathUse::all)
         : scene_(scene),
           ledger_(ledger),
           visit_(std::move(visit)),
           scatter_(std::move(scatter)),
           leave_(std::move(leave)),
-          specular_below_(specular_below) {
+          specular_below_(specular_below),
+          use_(use) {
         for (std::uint32_t i = 0; i < kSize; ++i) order_[i] = i;
     }
 
@@ -93,6 +94,10 @@ class WalkGroup {
         };
         const Walker::Leg leg = slot.walker.travel(slot.ray, hit);
         if (!take_leg(scene_, slot.walker, leg, slot.start, ledger_, visit_, scatter_, leave_)) return false;
+        if (!is_of_use(slot.walker.path(), use_)) {
+            ledger_.not_followed += V3d(slot.walker.power());
+            return false;
+        }
         if (++slot.legs < kMaxBounces) return true;
         ledger_.cut += V3d(slot.walker.power());
         return false;
@@ -104,6 +109,7 @@ class WalkGroup {
     Scatter scatter_;
     Leave leave_;
     float specular_below_;
+    PathUse use_;
     std::array<std::optional<Slot>, kSize> slots_;
     std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
     std::uint32_t under_way_ = 0;

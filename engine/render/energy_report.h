@@ -26,6 +26,7 @@ inline void report_energy(const Ledger& ledger, RenderReport& report) {
     report.numbers["energy.absorbed_by_media"] = energy_luminance(ledger.media);
     report.numbers["energy.scattered_by_media"] = energy_luminance(ledger.scattered);
     report.numbers["energy.escaped"] = energy_luminance(ledger.escaped);
+    report.numbers["energy.not_followed"] = energy_luminance(ledger.not_followed);
     report.numbers["energy.cut"] = energy_luminance(ledger.cut);
     report.numbers["energy.roulette"] = energy_luminance(ledger.roulette);
     report.numbers["energy.imbalance"] = ledger.imbalance();
@@ -43,7 +44,8 @@ inline void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
     const std::uint64_t paths = ledger.paths - ledger.not_emitted;
     const double emitted = energy_luminance(ledger.emitted);
     if (paths < kFewPaths || !(emitted > 0)) return;
-    const double ended = energy_luminance(ledger.absorbed + ledger.media + ledger.escaped) / emitted;
+    const double ended =
+        energy_luminance(ledger.absorbed + ledger.media + ledger.escaped + ledger.not_followed) / emitted;
     if (ended >= kUsual) return;
     monitor.warn(fmt::format(
         "{:.0f} % of the light's power was cut off after many bounces, {:.0f} on the average of {} "

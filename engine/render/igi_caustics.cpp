@@ -11,6 +11,38 @@ namespace {
 // The largest radius of an estimate, as a share of the scene's diagonal.
 constexpr float kRadius = 0.05F;
 
+// Of light paths, for each that was asked for. Usually they have one or two, and some ten where lamps stand
+// in frosted glass; in a room of mirrors that take nothing away they have a thousand.
+constexpr int kMostBounces = 16;
+
+// False if a material has no lobe but such with a peak, or none: no photon rests on it.
+struct MayBeDiffuse {
+    static bool of(const Material& material) { return std::visit(MayBeDiffuse{}, material.model); }
+
+    bool operator()(const DiffuseMaterial& m) const {
+        const auto reflectance = m.reflectance.constant_value();
+        return !reflectance || !is_black(*reflectance);
+    }
+    bool operator()(const MirrorMaterial&) const { return false; }
+    bool operator()(const ConductorMaterial&) const { return false; }
+    bool operator()(const DielectricMaterial&) const { return false; }
+    bool operator()(const ThinDielectricMaterial&) const { return false; }
+    bool operator()(const CoatedConductorMaterial&) const { return false; }
+    bool operator()(const ShinyMetalMaterial&) const { return false; }
+    bool operator()(const InterfaceMaterial&) const { return false; }
+    bool operator()(const MixMaterial& m) const { return of(*m.first) || of(*m.second); }
+    template <typename WithABase>
+    bool operator()(const WithABase&) const {
+        return true;
+    }
+};
+
+// Whether there may be a surface on which photons rest.
+bool shows_caustics(const Scene& scene) {
+    const auto materials = scene.materials();
+    return std::any_of(materials.begin(), materials.end(), MayBeDiffuse::of);
+}
+
 }  // namespace
 
 VirtualLightGloss virtual_light_gloss(const IgiSettings& settings) {
@@ -33,7 +65,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings)
 IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context, const EmissionPlan* plan)
     : IgiCaustics(settings) {
     const Scene& scene = context.scene;
-    if (method_ != CausticMethod::map || !throws_caustics(scene)) return;
+    if (method_ != CausticMethod::map || !throws_caustics(scene) || !shows_caustics(scene)) return;
     const Stopwatch watch;
     MapPlan maps;
     maps.paths = settings.caustic_paths;
@@ -41,11 +73,14 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context
     maps.seed = context.seed;
     maps.pass = context.pass;
     maps.specular_below = specular_below_;
+    maps.caustic_chains = rays_find_rest_;
+    maps.most_bounces = kMostBounces;
     maps.emission = plan;
     PhotonMaps made = build_photon_maps(scene, maps, context.workers, context.monitor);
     if (context.monitor.stopped()) return;
     map_ = std::move(made.maps[static_cast<std::size_t>(MapKind::caustic)]);
     gather_.radius = kRadius * diagonal(scene);
+    context.report.numbers["photons.caustic.paths"] = static_cast<double>(made.ledger.paths);
     context.report.numbers["photons.caustic.stored"] = static_cast<double>(map_->size());
     context.report.seconds.emplace_back("caustics", watch.seconds());
 }

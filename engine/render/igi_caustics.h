@@ -3,10 +3,11 @@
 //
 // Every path of light is counted once. At a place, what arrives is split by what it met last:
 //   nothing: a lamp itself                     direct light, lights asked and rays that find them
-//   mirrors, glass, gloss and nothing else     the Caustic map for the diffuse part of the surface;
-//   compensating
-//                                              rays for the rest of it, and for what a medium scatters;
-//                                              without them the map for the gloss of such a surface, too
+//   mirrors, glass, gloss and nothing else     the Caustic map for the diffuse part of the surface; rays for
+//                                              the rest of it, and for what a medium scatters; without
+//                                              compensation the map for the gloss of such a surface, too
+//   the same, and before that the diffuse      the same; without compensation nothing. (Rays would bring few
+//   part of a surface that was lit so          samples of small bright spots.)
 //   a surface's diffuse part, a medium         virtual lights, and near by the compensating rays
 //   gloss and the like, and a diffuse surface  compensating rays; without them gloss (no mirrors) that is lit
 //   before that                                by scattered light is taken for a Lambertian virtual light
@@ -37,10 +38,10 @@ class IgiCaustics {
 
     // Lobes of a smaller GGX alpha turn light as mirrors do, as far as caustics and compensating rays go.
     float specular_below() const { return specular_below_; }
-    // What the map brings to a surface, radiance towards wo.
+    // What the map brings to a surface, radiance towards wo: what came over L(S+D)*S+, S specular.
     Rgb radiance(const Vertex& vertex) const;
-    // Of light from lamps over specular surfaces that arrives along w and leaves towards wo, the share that
-    // rays must still find.
+    // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
+    // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;
     Rgb left_to_rays() const { return Rgb(method_ == CausticMethod::none ? 0.0F : 1.0F); }  // in a medium
 

@@ -24,9 +24,10 @@ struct Onward {
     // False after a mirror or smooth glass: what is met then no virtual light has brought.
     bool lit = true;
     float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
-    // Of the light of lamps that arrives over specular surfaces where the way last left a place that is none:
-    // the share that is still to be found. And whether the way has come over such surfaces since.
-    Rgb caustic{0.0F};
+    // Of light that comes over L(S+D)*S+ to where the way last left a place that is not specular: the share
+    // that no Caustic map has brought to a place before. And whether the way has come over specular surfaces
+    // since.
+    Rgb caustic{1.0F};
     bool specular = false;
 
     Rgb of_lamps() const { return specular ? caustic : Rgb(1.0F); }
@@ -167,8 +168,9 @@ Rgb IgiEstimator::seen(const MediumVertex& vertex, std::size_t set, Stream& stre
 // is linear in one set's lights, so its mean is that over all sets.
 //
 // Virtual lights stand for what scatters diffusely (virtual_light_gloss()): of light that a mirror, glass or
-// gloss turned where the ray lands nothing is taken off. Of lamps that are met over such surfaces counts what
-// the Caustic map has not brought to the place before them.
+// gloss turned where the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of
+// caustics that are seen by way of them, counts what the Caustic map has not brought to a place before them:
+// they are small and bright, and rays would meet them seldom.
 Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
     Rgb near(0), beyond(0);  // up to the first place that is met, and from there
     for (std::uint32_t bounce = 0; bounce < kMaxBounces && !is_black(way.worth); ++bounce) {
@@ -197,6 +199,8 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
         const auto on = way_on(scene_.bsdf(*hit), way, left, stream);
         if (!on) break;
         way.worth = on->worth;
+        // What came over nothing specular no map has brought before.
+        if (!on->specular && !way.specular) way.caustic = Rgb(1.0F);
         way.specular = on->specular;
         const Vertex vertex{*hit, on->bsdf, -way.ray.d, way.medium};
         LightChoice choice;
@@ -204,7 +208,7 @@ Rgb IgiEstimator::follow(Onward way, std::size_t set, Stream& stream) const {
             if (!survives(way, stream)) break;
             choice = choice_at(vertex);
             Rgb lamps = way.of_lamps() * next_event(scene_, vertex, stream, choice);
-            if (!way.specular) lamps += caustics_.radiance(vertex);
+            if (!way.specular && !is_black(way.caustic)) lamps += way.caustic * caustics_.radiance(vertex);
             beyond += way.worth * lamps + indirect(vertex, set, way.worth, stream);
         } else if (bounce >= kRouletteFrom && !survives(way, stream)) {
             break;
@@ -246,7 +250,7 @@ Onward IgiEstimator::onward(const Vertex& vertex, const BsdfSample& sample, cons
             vertex.medium_towards(sample.wi),
             !sample.delta,
             before.eta_scale * sample.eta_scale,
-            before.specular ? before.caustic : caustics_.left_to_rays(vertex, sample.wi),
+            before.specular ? before.caustic : before.caustic * caustics_.left_to_rays(vertex, sample.wi),
             before.specular};
 }
 Onward IgiEstimator::onward(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,

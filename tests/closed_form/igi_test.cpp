@@ -53,6 +53,48 @@ TEST(IgiCompensation, ByWayOfMirrorsAndGlass_AgreesWithPath) {
     EXPECT_LT(compare_means(bare.part, without_caustics.part).ratio, 0.99);
 }
 
+// The mean over pixels, the lamp and the glass left out, of the variance between renders of other seeds.
+double variance_of_pixels(const Job& job, const testing::Where& where) {
+    constexpr int kSeeds = 8;
+    Monitor silent;
+    std::vector<RunningStats> pixels;
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+        const Image image = render(job, {seed, Workers{2}}, silent).image;
+        pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            const int x = static_cast<int>(i) % image.width, y = static_cast<int>(i) / image.width;
+            if (!where((2 * x + 1.0) / image.width - 1, 1 - (2 * y + 1.0) / image.height)) continue;
+            pixels[i].add(double{luminance(image.rgb_at(x, y))});
+        }
+    }
+    RunningStats all;
+    for (const RunningStats& pixel : pixels) {
+        if (pixel.count() > 0) all.add(pixel.variance());
+    }
+    return all.mean();
+}
+
+// Walls see, through a ball of glass and in it, the bright spot that the ball makes of the lamp. Rays from
+// them meet it seldom: a pixel would have specks of it.
+TEST(IgiCompensation, CausticsSeenByWayOfGlass_MakeNoSpecks) {
+    const auto upper_half = [](double x, double y) { return y > 0 && all_but_the_lamp(x, y); };
+    IgiSettings igi = few_lights(0.05F, 256);
+    igi.nlights = 64;
+    igi.caustic_paths = 200'000;
+    const auto variance = [&](CausticMethod caustics) {
+        igi.caustics = caustics;
+        const Job job =
+            testing::make_job(testing::small_cornell_with([](SceneMaker& make) {
+                                  make.sphere({0.3F, 0.2F, 0.3F}, 0.18F, make.material(DielectricMaterial{}));
+                              }),
+                              testing::small_cornell_camera(24), igi, 16);
+        return variance_of_pixels(job, upper_half);
+    };
+    const double with = variance(CausticMethod::map), without = variance(CausticMethod::none);
+    std::printf("variance with caustics %.3g, without %.3g\n", with, without);
+    EXPECT_LT(with, 1.5 * without);
+}
+
 // Where rays compensate, no virtual light stands for gloss: it is the path tracer's at any least distance.
 TEST(IgiCompensation, OnGloss_AtAnyLeastDistance_AgreesWithPath) {
     const auto glossy = [] {

@@ -23,10 +23,8 @@ std::vector<Method> short_methods() {
              "photonmap",
              {{"photons", "200"}, {"gatherrays", "1"}, {"direct", "guided"}, {"guidephotons", "2000"}}},
             {"map", "photonmap", {{"photons", "200"}, {"direct", "map"}, {"indirect", "map"}}},
-            {"igi", "igi", {{"nlights", "16"}, {"nsets", "8"}, {"causticpaths", "20000"}}},
-            {"igi tree",
-             "igi",
-             {{"nlights", "16"}, {"nsets", "8"}, {"causticpaths", "20000"}, {"choice", "tree"}}},
+            {"igi", "igi", {{"nlights", "16"}, {"nsets", "8"}}},
+            {"igi tree", "igi", {{"nlights", "16"}, {"nsets", "8"}, {"choice", "tree"}}},
             {"progressive", "progressive", {{"photons", "200"}}}};
 }
 

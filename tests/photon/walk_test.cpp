@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "photon/build_maps.h"
 #include "photon/virtual_lights.h"
 #include "tests/support/scenes.h"
@@ -79,6 +81,79 @@ TEST(Maps, WithATargetOutOfReach_GiveItUpAndSaySo) {
     EXPECT_EQ(maps.find(MapKind::global)->size(), 0U);
     ASSERT_EQ(monitor.warnings.size(), 1U);
     EXPECT_NE(monitor.warnings.front().find("target of 1000000 is given up"), std::string::npos);
+}
+
+// The Caustic map with chains holds L(S+D)*S+D: of the Global map what no two diffuse bounces in a row made.
+TEST(Maps, OfCausticChains_HoldTheirShareOfTheGlobalMap) {
+    const Scene scene = busy_room();
+    constexpr std::int64_t kPaths = 50'000;
+    const StreamFamily numbers(5, Purpose::emission, 0);
+    double expected = 0, first = 0;
+    Ledger ledger;
+    Emission emission(scene, 5, Purpose::emission, 0);
+    emission.for_each(0, kPaths, [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+        if (!start) return;
+        // The bounces so far, as letters.
+        std::string bounces;
+        PathClass last;
+        Stream stream = numbers.path(path);
+        walk(scene, *start, stream, ledger, [&](const WalkHit& at) {
+            if (at.path.specular > last.specular) bounces += 'S';
+            if (at.path.diffuse > last.diffuse) bounces += 'D';
+            last = at.path;
+            if (!stores_photons(at.bsdf)) return;
+            if (std::regex_match(bounces, std::regex("(S+D)*S+"))) expected += double{luminance(at.power)};
+            if (std::regex_match(bounces, std::regex("S+"))) first += double{luminance(at.power)};
+        });
+    });
+    expected /= kPaths;
+    first /= kPaths;
+    ASSERT_GT(expected, 1.01 * first);
+
+    MapPlan plan;
+    plan.paths = kPaths;
+    plan.seed = 5;
+    plan.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
+    Monitor silent;
+    const PhotonMaps alone = build_photon_maps(scene, plan, Workers{2}, silent);
+    EXPECT_NEAR(total_power(*alone.find(MapKind::caustic)), first, 1e-5 * first);
+    plan.caustic_chains = true;
+    const PhotonMaps chains = build_photon_maps(scene, plan, Workers{2}, silent);
+    EXPECT_NEAR(total_power(*chains.find(MapKind::caustic)), expected, 1e-5 * expected);
+    EXPECT_LT(chains.ledger.imbalance(), 1e-5);
+    // Paths end early: of both, few hits more than one for each path and what mirrors and glass turned.
+    EXPECT_LT(alone.ledger.hits, chains.ledger.hits);
+    EXPECT_LT(chains.ledger.hits, ledger.hits / 2);
+}
+
+// Where light goes to and fro between mirrors fewer paths are walked, and all of the power is there.
+TEST(Maps, BetweenMirrors_AreMadeOfFewerPaths_AndHoldTheSamePower) {
+    SceneMaker make;
+    ConductorMaterial mirror;
+    mirror.reflectance = RgbTexture::constant(Rgb(1.0F));
+    make.sphere(V3f(0.0F), 1, make.material(mirror));
+    make.sphere({0.5F, 0, 0}, 0.1F, make.diffuse(Rgb(0.5F)));
+    make.light(make_point_light({-0.5F, 0.1F, 0}, Rgb(1.0F)));
+    const Scene scene = make.build();
+    MapPlan plan;
+    plan.paths = 40'000;
+    plan.seed = 5;
+    plan.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
+    RecordingMonitor unbound;
+    const PhotonMaps all = build_photon_maps(scene, plan, Workers{2}, unbound);
+    EXPECT_TRUE(unbound.warnings.empty());
+    EXPECT_EQ(all.ledger.paths, 40'000U);
+    const double bounces = static_cast<double>(all.ledger.hits) / 40'000;
+    plan.most_bounces = static_cast<int>(bounces / 4);
+    RecordingMonitor monitor;
+    const PhotonMaps bound = build_photon_maps(scene, plan, Workers{2}, monitor);
+    ASSERT_EQ(monitor.warnings.size(), 1U);
+    EXPECT_NE(monitor.warnings.front().find("light paths"), std::string::npos);
+    EXPECT_LE(bound.ledger.hits, all.ledger.hits / 3);
+    EXPECT_GE(bound.ledger.paths, 4096U);
+    EXPECT_LT(bound.ledger.imbalance(), 1e-3);
+    const double power = total_power(*all.find(MapKind::caustic));
+    EXPECT_NEAR(total_power(*bound.find(MapKind::caustic)) / power, 1, 0.1);
 }
 
 TEST(Ledger, EveryKindOfSurfaceAndLight_ClosesToOneHundredThousandth) {
