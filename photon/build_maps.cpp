@@ -174,8 +174,8 @@ std::int64_t within_bounces(const MapPlan& plan, const std::vector<Harvest>& har
         static_cast<double>(first.hits + first.scatterings) / static_cast<double>(first.paths);
     if (!(length > plan.most_bounces)) return plan.paths;
     const double affordable = static_cast<double>(plan.paths) * plan.most_bounces / length;
-    const auto chunks = std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kGrain, 1);
-    const std::int64_t paths = std::min(plan.paths, chunks * kGrain);
+    const auto chunks = std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kPathsPerChunk, 1);
+    const std::int64_t paths = std::min(plan.paths, chunks * kPathsPerChunk);
     if (paths < plan.paths) {
         monitor.warn(fmt::format(
             "of {} light paths {} are walked: they bounce {:.0f} times on average, as surfaces that "
@@ -216,11 +216,11 @@ std::int64_t walk_all(const Scene& scene, const MapPlan& plan, const Workers& wo
     }
     if (targets == std::array<std::int64_t, kMapKinds>{}) {
         std::int64_t paths = plan.paths;
-        if (plan.most_bounces > 0 && paths > kGrain) {
-            walk_until(scene, plan, kGrain, workers, monitor, harvests);
+        if (plan.most_bounces > 0 && paths > kPathsPerChunk) {
+            walk_until(scene, plan, kPathsPerChunk, workers, monitor, harvests);
             paths = within_bounces(plan, harvests, monitor);
         }
-        if (paths > static_cast<std::int64_t>(harvests.size()) * kGrain) {
+        if (paths > static_cast<std::int64_t>(harvests.size()) * kPathsPerChunk) {
             walk_until(scene, plan, paths, workers, monitor, harvests);
         }
         return paths;
