@@ -1,15 +1,15 @@
 // Points in blocks, and boxes over the blocks: the tree that photons are looked up in.
 //
-// The points keep the order they come in. Sixteen in a row make a block, eight blocks in a row lie under one
-// fan of boxes, eight fans under another, up to a single one: what lies where follows from the numbers alone,
-// so that the tree stores nothing but boxes, and is right for any order. It is fast for an order in which
-// neighbours in memory are neighbours in space: `box_order` finds one.
+// The points keep the order they come in. Sixteen in a row make a block, eight blocks in a row are the
+// children of an 8-wide node, eight nodes the children of another, up to a single root: what lies where
+// follows from the numbers alone, so that the tree stores nothing but boxes, and is right for any order. It
+// is fast for an order in which neighbours in memory are neighbours in space: `box_order` finds one.
 //
-// Blocks and fans hold one coordinate of all their members beside each other, so that a measure works on all
+// Blocks and nodes hold one coordinate of all their members beside each other, so that a measure works on all
 // of them at once. A search is asked with a measure of the caller's own, which says how far the points of a
-// block are and how near those under a box could be; each point carries 32 bits, its label, that mean
-// something to that measure only. Where labels stand for places of their own (directions, say), boxes around
-// those lie beside the boxes of the higher fans: what no label under them would let count is passed by.
+// block are and how near those under a box could be; each point carries a payload of 32 bits that only that
+// measure interprets. Where payloads stand for places of their own (directions, say), boxes around those lie
+// beside the boxes of the higher nodes: what no payload under them would let count is passed by.
 #pragma once
 
 #include <array>
@@ -25,40 +25,40 @@
 
 namespace lucerna {
 
-inline constexpr std::size_t kBlock = 16;  // points in a block
-inline constexpr std::size_t kFan = 8;     // boxes in a fan
+inline constexpr std::size_t kBlock = 16;     // points in a block
+inline constexpr std::size_t kNodeWidth = 8;  // boxes in a node
 
 using BlockKeys = std::array<float, kBlock>;
-using FanKeys = std::array<float, kFan>;
+using Node8Keys = std::array<float, kNodeWidth>;
 
 // Sixteen points. In the last block, points that do not exist are NaN.
 struct alignas(64) PointBlock {
     std::array<float, kBlock> x, y, z;
-    std::array<std::uint32_t, kBlock> label;
+    std::array<std::uint32_t, kBlock> payload;
 };
 
 // Eight boxes. Boxes that do not exist are infinitely far away: from +infinity to -infinity.
-struct alignas(32) BoxFan {
-    std::array<float, kFan> low_x, low_y, low_z, high_x, high_y, high_z;
+struct alignas(32) BoxNode8 {
+    std::array<float, kNodeWidth> low_x, low_y, low_z, high_x, high_y, high_z;
 };
 
 struct BoxTree {
     std::vector<PointBlock> blocks;
-    // Fan i of level 0 is over the blocks from i·kFan, fan i of a higher level over the fans from i·kFan of
-    // the level below. The highest level is one fan; no points, no levels.
-    std::vector<std::vector<BoxFan>> levels;
-    // Around what the labels stand for: [i] goes with levels[i + 1]. Over single blocks it would not pay.
-    std::vector<std::vector<BoxFan>> labels;
+    // Node i of level 0 is over the blocks from i·kNodeWidth, node i of a higher level over the nodes from
+    // i·kNodeWidth of the level below. The highest level is one node; no points, no levels.
+    std::vector<std::vector<BoxNode8>> levels;
+    // Around what the payloads stand for: [i] goes with levels[i + 1]. Over single blocks it would not pay.
+    std::vector<std::vector<BoxNode8>> payloads;
     std::size_t size = 0;  // points
 };
 
-// The place, finite, that a label stands for.
-using LabelPlace = std::function<V3f(std::uint32_t)>;
+// The place, finite, that a payload stands for.
+using PayloadPlace = std::function<V3f(std::uint32_t)>;
 
-// `points` are finite; `labels` as many as there are points. Without `place` there are no boxes around
-// labels.
-BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_t> labels,
-                       const Workers& workers, const LabelPlace& place = {});
+// `points` are finite; `payloads` as many as there are points. Without `place` there are no boxes around
+// payloads.
+BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_t> payloads,
+                       const Workers& workers, const PayloadPlace& place = {});
 
 // An order of the points that makes a good tree: [new place] → old place. The same for any number of threads,
 // and settled: points that lie in this order already stay where they are. At most 2^32 - 1 points.
@@ -66,9 +66,9 @@ std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers&
 
 // A measure has
 //   BlockKeys keys(const PointBlock&) const    the key of each point; infinite or NaN: does not count
-//   FanKeys   bounds(const BoxFan&) const      for each box, at most the key of any point inside it
-// and, if it goes by what labels stand for,
-//   FanKeys   bounds(const BoxFan&, const BoxFan& labels) const
+//   Node8Keys   bounds(const BoxNode8&) const      for each box, at most the key of any point inside it
+// and, if it goes by what payloads stand for,
+//   Node8Keys   bounds(const BoxNode8&, const BoxNode8& payloads) const
 // where keys are not negative. `take(keys, index of the first)` gets every block that may hold a key up to
 // `bound` (finite), and returns the bound from then on. The nearest boxes come first, so that the bound
 // shrinks soon.
@@ -79,14 +79,14 @@ void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Ta
 template <typename Measure, typename Take>
 void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&& take);
 
-// Squared distances from x to the boxes of a fan. Never more than the squared distance of a point inside,
+// Squared distances from x to the boxes of a node. Never more than the squared distance of a point inside,
 // as a measure computes it from the same differences in the same order: rounding keeps their order.
-inline FanKeys box_distances2(const BoxFan& fan, const V3f& x) {
-    FanKeys d2;
-    for (std::size_t i = 0; i < kFan; ++i) {
-        const float dx = std::max(std::max(fan.low_x[i] - x.x, x.x - fan.high_x[i]), 0.0F);
-        const float dy = std::max(std::max(fan.low_y[i] - x.y, x.y - fan.high_y[i]), 0.0F);
-        const float dz = std::max(std::max(fan.low_z[i] - x.z, x.z - fan.high_z[i]), 0.0F);
+inline Node8Keys box_distances2(const BoxNode8& node, const V3f& x) {
+    Node8Keys d2;
+    for (std::size_t i = 0; i < kNodeWidth; ++i) {
+        const float dx = std::max(std::max(node.low_x[i] - x.x, x.x - node.high_x[i]), 0.0F);
+        const float dy = std::max(std::max(node.low_y[i] - x.y, x.y - node.high_y[i]), 0.0F);
+        const float dz = std::max(std::max(node.low_z[i] - x.z, x.z - node.high_z[i]), 0.0F);
         d2[i] = dx * dx + dy * dy + dz * dz;
     }
     return d2;
@@ -94,30 +94,30 @@ inline FanKeys box_distances2(const BoxFan& fan, const V3f& x) {
 
 namespace box_tree {
 
-// A place still to be looked at: a block (level 0) or a fan (one above its level).
+// A place still to be looked at: a block (level 0) or a node (one above its level).
 struct Place {
     float bound;  // of all keys in it
     std::uint32_t index;
     std::uint32_t level;
 };
 
-// A walk through 2^32 points is ten levels deep, and leaves at most seven places behind on each.
+// A traversal of 2^32 points is ten levels deep, and leaves at most seven places behind on each.
 inline constexpr std::size_t kMostPlaces = 80;
 
 // Has the processor fetch the block while other work is done.
 inline void fetch(const PointBlock& block) {
     for (const auto* part : {block.x.data(), block.y.data(), block.z.data()}) __builtin_prefetch(part);
-    __builtin_prefetch(block.label.data());
+    __builtin_prefetch(block.payload.data());
 }
 
-// How near the points under a fan can be, `level` levels above the blocks.
+// How near the points under a node can be, `level` levels above the blocks.
 template <typename Measure>
-FanKeys bounds(const BoxTree& tree, const Measure& measure, std::size_t level, std::size_t index) {
-    const BoxFan& fan = tree.levels[level][index];
-    if constexpr (requires { measure.bounds(fan, fan); }) {
-        if (level > 0 && !tree.labels.empty()) return measure.bounds(fan, tree.labels[level - 1][index]);
+Node8Keys bounds(const BoxTree& tree, const Measure& measure, std::size_t level, std::size_t index) {
+    const BoxNode8& node = tree.levels[level][index];
+    if constexpr (requires { measure.bounds(node, node); }) {
+        if (level > 0 && !tree.payloads.empty()) return measure.bounds(node, tree.payloads[level - 1][index]);
     }
-    return measure.bounds(fan);
+    return measure.bounds(node);
 }
 
 }  // namespace box_tree
@@ -138,16 +138,17 @@ void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Ta
             continue;
         }
         // Put the boxes that matter on the stack, the nearest on top.
-        const FanKeys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
+        const Node8Keys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
         const std::size_t bottom = size;
-        for (std::size_t i = 0; i < kFan; ++i) {
+        for (std::size_t i = 0; i < kNodeWidth; ++i) {
             if (!(bounds[i] <= bound)) continue;
-            if (place.level == 1) box_tree::fetch(tree.blocks[place.index * kFan + i]);
+            if (place.level == 1) box_tree::fetch(tree.blocks[place.index * kNodeWidth + i]);
             std::size_t at = size++;
             for (; at > bottom && places[at - 1].bound < bounds[i]; --at) places[at] = places[at - 1];
-            places[at] = {bounds[i],
-                          place.index * static_cast<std::uint32_t>(kFan) + static_cast<std::uint32_t>(i),
-                          place.level - 1};
+            places[at] = {
+                bounds[i],
+                place.index * static_cast<std::uint32_t>(kNodeWidth) + static_cast<std::uint32_t>(i),
+                place.level - 1};
         }
     }
 }
@@ -164,12 +165,13 @@ void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&&
             take(measure.keys(tree.blocks[place.index]), place.index * static_cast<std::uint32_t>(kBlock));
             continue;
         }
-        const FanKeys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
-        for (std::size_t i = kFan; i-- > 0;) {
+        const Node8Keys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
+        for (std::size_t i = kNodeWidth; i-- > 0;) {
             if (!(bounds[i] <= bound)) continue;
-            places[size++] = {bounds[i],
-                              place.index * static_cast<std::uint32_t>(kFan) + static_cast<std::uint32_t>(i),
-                              place.level - 1};
+            places[size++] = {
+                bounds[i],
+                place.index * static_cast<std::uint32_t>(kNodeWidth) + static_cast<std::uint32_t>(i),
+                place.level - 1};
         }
     }
 }

@@ -17,7 +17,7 @@ std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensit
 
 // What a point source of `intensity` towards x [W/sr] sends to x; shared by the lights that are points. No
 // sample: it is dark, or x is the light itself.
-std::optional<Incident> illuminate_from_point(const V3f& position, const V3f& x, const Rgb& intensity);
+std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& x, const Rgb& intensity);
 
 // pbrt's spot: full intensity within `cone - delta`, a smooth fall to 0 at `cone` (half-angles, degrees).
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
@@ -51,7 +51,7 @@ using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 
 // Lambertian emission of constant radiance, W/(m² sr).
 std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided);
-// The same light on geometry that lets all rays pass: it shines, and only illuminate() and particles find it.
+// The same light on geometry that lets all rays pass: it shines, and only sample_Li() and particles find it.
 std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
 
 }  // namespace lucerna

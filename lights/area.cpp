@@ -46,7 +46,7 @@ class Lambertian {
     }
 
     // L cosθ / (pdf_a pdf_w) is the flux, whatever the place and direction.
-    std::optional<Emitted> emit(const Place& place, V2f u, double area) const {
+    std::optional<LeSample> sample_Le(const Place& place, V2f u, double area) const {
         const Rgb weight = flux(area);
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
         bool back = false;
@@ -57,11 +57,11 @@ class Lambertian {
         const SurfacePoint from = place.surface();
         V3f local = square_to_cosine_hemisphere(u);
         if (back) local.z = -local.z;
-        return Emitted{from, Frame(from.n).to_world(local).normalized(), weight};
+        return LeSample{from, Frame(from.n).to_world(local).normalized(), weight};
     }
 
     // From x to a place chosen uniformly in area.
-    std::optional<Incident> towards(const Place& y, const V3f& x, double area) const {
+    std::optional<LightSample> towards(const Place& y, const V3f& x, double area) const {
         const V3d way = y.p - V3d(x);
         const double d2 = way.length2();
         if (!(d2 > 0)) return std::nullopt;
@@ -76,15 +76,15 @@ class Lambertian {
         return incident(way / d, distance, d2 / (area * cos_y));
     }
 
-    std::optional<Incident> incident(const V3d& w, double distance, double pdf_w) const {
+    std::optional<LightSample> incident(const V3d& w, double distance, double pdf_w) const {
         const auto pdf = static_cast<float>(pdf_w);
         const Rgb weight = radiance_ * static_cast<float>(1 / pdf_w);
         if (is_black(weight) || !is_finite(weight) || !(pdf > 0) || !std::isfinite(pdf)) return std::nullopt;
-        return Incident{V3f(w), static_cast<float>(distance), weight, pdf};
+        return LightSample{V3f(w), static_cast<float>(distance), weight, pdf};
     }
 
     // The density of towards() for a ray that met the emitter at distance t.
-    Seen meet_by_area(const Ray& ray, float t, const V3f& n, double area) const {
+    EmittedRadiance Le_by_area(const Ray& ray, float t, const V3f& n, double area) const {
         const auto facing = static_cast<double>(-n.dot(ray.d));
         const double cos_y = two_sided_ ? std::fabs(facing) : facing;
         if (!(cos_y > 0)) return {Rgb(0.0F), 0, t};
@@ -196,16 +196,16 @@ class FlatLight final : public Light {
     std::string_view kind() const override { return "area"; }
     Rgb flux() const override { return emission_.flux(shape_.area()); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(shape_.area() > 0)) return std::nullopt;
-        return emission_.emit(shape_.at(u.position), u.direction, shape_.area());
+        return emission_.sample_Le(shape_.at(u.position), u.direction, shape_.area());
     }
-    std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u, std::optional<CellId>) const override {
         if (!(shape_.area() > 0)) return std::nullopt;
         return emission_.towards(shape_.at(u), x, shape_.area());
     }
-    Seen meet(const Ray& ray, float t, const V3f& n) const override {
-        return emission_.meet_by_area(ray, t, n, shape_.area());
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n) const override {
+        return emission_.Le_by_area(ray, t, n, shape_.area());
     }
     std::optional<LightBounds> bounds() const override {
         LightBounds bounds = shape_.bounds();
@@ -230,12 +230,12 @@ class SphereLight final : public Light {
     std::string_view kind() const override { return "area"; }
     Rgb flux() const override { return emission_.flux(area()); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(radius_ > 0)) return std::nullopt;
-        return emission_.emit(at(u.position), u.direction, area());
+        return emission_.sample_Le(at(u.position), u.direction, area());
     }
 
-    std::optional<Incident> illuminate(const V3f& x, const V2f& u, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u, std::optional<CellId>) const override {
         if (!(radius_ > 0)) return std::nullopt;
         if (!outside(x)) {
             if (!shines_in()) return std::nullopt;
@@ -260,8 +260,8 @@ class SphereLight final : public Light {
         return emission_.incident(w.normalize(), std::max(0.0, d * (1 - h) - half), 1 / (kTwoPi * h_max));
     }
 
-    Seen meet(const Ray& ray, float t, const V3f& n) const override {
-        if (!outside(ray.o)) return emission_.meet_by_area(ray, t, n, area());
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n) const override {
+        if (!outside(ray.o)) return emission_.Le_by_area(ray, t, n, area());
         const bool front = n.dot(ray.d) < 0;
         if (!shines_out() || !(front || emission_.two_sided())) return {Rgb(0.0F), 0, t};
         const double d = (V3d(centre_) - V3d(ray.o)).length();

@@ -3,11 +3,11 @@
 // Φ is the piecewise quadratic bump that stands over every filter position of the sampling plane. Positions
 // are one unit apart here; the light field scales them by its spacing. Φ is C¹, covers [-1, 1], and its
 // shifts add up to 1. A measurement does not weigh light with Φ but with the dual Φ̃, which is 1 against its
-// own Φ and 0 against every other one; so the numbers measured are the very coefficients of Φ [LF 2]. Of all
-// duals on [-2, 2] it is the one of least norm: no other makes less noise out of a noisy measurement.
+// own Φ and 0 against every other one; so the numbers measured are the very coefficients of Φ [Goesele 2003,
+// 3]. Of all duals on [-2, 2] it is the one of least norm: no other makes less noise out of a noisy
+// measurement.
 //
-// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
-// 2003 [LF].
+// Source: [Goesele 2003, 3, 4.2]; the dual of least norm is worked out here.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +75,8 @@ inline float inverse_bell_integral(float y) {
     return v <= 5.0F / 12.0F ? x : 1 - r;
 }
 
-// Φ̃(x): the clipped combination of Φ's shifts [LF 2]. It ends with a step at ±2, where it is 49/736.
+// Φ̃(x): the clipped combination of Φ's shifts [Goesele 2003, 4.2]. It ends with a step at ±2, where it is
+// 49/736.
 template <std::floating_point T>
 T bell_dual(T x) {
     const T a = std::fabs(x);  // even

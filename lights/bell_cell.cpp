@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/gauss.h"
 
 namespace lucerna {
@@ -101,12 +101,12 @@ V2f BellCell::draw(const V2f& u, std::uint32_t salt) const {
 }
 
 V2f BellCell::draw_again(std::uint32_t salt) const {
-    Stream stream(salt, Purpose::emission, 1, 0);
+    Sampler sampler(salt, Purpose::emission, 1, 0);
     for (int i = 1; i < kTries; ++i) {
-        const V2f at = draw_positive(stream.next2());
-        if (stays(at, stream.bits())) return at;
+        const V2f at = draw_positive(sampler.next2());
+        if (stays(at, sampler.bits())) return at;
     }
-    return draw_by_inversion(stream.next2());
+    return draw_by_inversion(sampler.next2());
 }
 
 V2f BellCell::draw_by_inversion(const V2f& u) const {

@@ -12,7 +12,7 @@ using Column = CellTable::Block::Column<T>;
 
 // The numbers of a cell's rejection: the salt, stirred with the draw so that callers without one still get
 // different ones.
-std::uint32_t salt_of(const EmitU& u) {
+std::uint32_t salt_of(const LeSampleU& u) {
     const auto stir = [](std::uint32_t h, float x) {
         return (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b1U;
     };
@@ -41,14 +41,15 @@ CellEmission::CellEmission(const LightField& field, const CellTable& table, cons
       settings_(settings),
       normal_(to_float(placement.normal())) {}
 
-void CellEmission::emit(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
+void CellEmission::sample_Le_many(std::span<const LeSampleU> u,
+                                  std::span<std::optional<LeSample>> out) const {
     for (std::size_t from = 0; from < u.size(); from += kLanes) {
         const std::size_t size = std::min(kLanes, u.size() - from);
         emit_block(u.subspan(from, size), out.subspan(from, size));
     }
 }
 
-void CellEmission::emit_block(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
+void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const {
     const std::size_t size = u.size();
     Lanes lanes;  // NOLINT: every column is written before it is read
 
@@ -76,10 +77,10 @@ void CellEmission::emit_block(std::span<const EmitU> u, std::span<std::optional<
             out[i] = std::nullopt;
             continue;
         }
-        out[i] = Emitted{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
-                         {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
-                         static_cast<float>(lanes.weight[i]) * field_.info().colour,
-                         lanes.cells.id[i]};
+        out[i] = LeSample{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
+                          {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
+                          static_cast<float>(lanes.weight[i]) * field_.info().colour,
+                          lanes.cells.id[i]};
     }
 }
 
@@ -111,7 +112,7 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     }
 }
 
-void CellEmission::place_exactly(Lanes& lanes, std::span<const EmitU> u) const {
+void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const {
     Column<std::uint32_t> salt;
     Column<bool> stays;
     for (std::size_t i = 0; i < u.size(); ++i) salt[i] = salt_of(u[i]);
@@ -131,7 +132,7 @@ void CellEmission::place_exactly(Lanes& lanes, std::span<const EmitU> u) const {
 }
 
 void CellEmission::weigh(Lanes& lanes, std::size_t size) const {
-    // h over the density of the draw: the cell's probability spread over its volume [LF 4].
+    // h over the density of the draw: the cell's probability spread over its volume [Goesele 2003, 5.1].
     const double factor = settings_.gain * field_.rig().cell_volume();
     for (std::size_t i = 0; i < size; ++i) {
         const float h = std::max(0.0F, lanes.members(i).value(lanes.x[i], lanes.y[i]));

@@ -17,7 +17,7 @@
 
 namespace lucerna {
 
-// How a particle is placed within its cell [LF 5.1, appendix B].
+// How a particle is placed within its cell [Goesele 2003, 5.1, appendix B].
 enum class EmissionMode : std::uint8_t { constant, exact, weighted };
 
 class CellEmission {
@@ -33,15 +33,15 @@ class CellEmission {
                  const Settings& settings);
 
     // The spans have the same size. Requires flux > 0. No sample: `weighted` met a place where h is clamped.
-    void emit(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const;
+    void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;
 
   private:
     struct Lanes;
     void fetch_members(Lanes& lanes, std::size_t size) const;
-    void place_exactly(Lanes& lanes, std::span<const EmitU> u) const;
+    void place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const;
     void weigh(Lanes& lanes, std::size_t size) const;
     void place(Lanes& lanes, std::size_t size) const;
-    void emit_block(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const;
+    void emit_block(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;
 
     const LightField& field_;
     const CellTable& table_;

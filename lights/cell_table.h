@@ -1,10 +1,10 @@
 // Drawing cells of a light field in proportion to their flux, in constant time.
 //
 // A cell is one interval of S times one pixel of M. The flux of the cells is turned into a chain of
-// conditionals P(U_n), P(V_o | U_n), P(S_p | U_n V_o), P(T_q | U_n V_o S_p) [LF app. B], each a normalised 1D
-// table, inverted ahead of time: beside the running sums stands a guide that leads from u straight to the few
-// entries among which the answer is. A draw reads four such tables, however many cells there are; the
-// expected number of entries looked at is bounded by a constant (Chen and Asau 1974).
+// conditionals P(U_n), P(V_o | U_n), P(S_p | U_n V_o), P(T_q | U_n V_o S_p) [Goesele 2003, appendix B], each
+// a normalised 1D table, inverted beforehand: beside the running sums stands a guide that leads from u
+// straight to the few entries among which the answer is. A draw reads four such tables, however many cells
+// there are; the expected number of entries looked at is bounded by a constant [Chen and Asau 1974].
 //
 // The flux of a cell is the integral of max(0, h), not the plain sum of its coefficients: cells with negative
 // members emit what is left after the clamp. Memory: 4 bytes per cell for the sums, and about half a byte for

@@ -18,16 +18,16 @@ class DistantLight final : public Light {
     // Through the disc that covers the scene: what misses the scene is counted too.
     Rgb flux() const override { return irradiance_ * (kPi * sqr(scene_.radius)); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(irradiance_)) return std::nullopt;
         const V2f disc = scene_.radius * square_to_disc(u.position);
         const V3f p = scene_.centre + frame_.to_world({disc.x, disc.y, -scene_.radius});
-        return Emitted{{p}, frame_.n, flux()};
+        return LeSample{{p}, frame_.n, flux()};
     }
 
-    std::optional<Incident> illuminate(const V3f&, const V2f&, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f&, const V2f&, std::optional<CellId>) const override {
         if (is_black(irradiance_)) return std::nullopt;
-        return Incident{-frame_.n, INFINITY, irradiance_, 0};
+        return LightSample{-frame_.n, INFINITY, irradiance_, 0};
     }
 
   private:

@@ -3,8 +3,8 @@
 namespace lucerna {
 
 EmitNet::EmitNet(std::uint64_t seed, Purpose purpose, std::uint32_t pass, Kind kind) : kind_(kind) {
-    // A path's number has 32 bits: no path has this stream.
-    Stream numbers(seed, purpose, pass, ~std::uint64_t{0});
+    // A path's number has 32 bits: no path has this sampler.
+    Sampler numbers(seed, purpose, pass, ~std::uint64_t{0});
     for (std::uint32_t& word : seeds_) word = numbers.bits();
     salt_ = numbers.bits();
     for (auto& pair : pairs_) {

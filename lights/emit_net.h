@@ -6,16 +6,16 @@
 // paths from a multiple of 2^k on are stratified in every projection; each path on its own is uniform, so
 // whatever is estimated from them stays unbiased. Passes are scrambled independently of each other.
 //
-// That is for many paths. Of few, as in a set of virtual lights, the pairs matter more than what lies between
+// That is for many paths. Of few, as in a set of VPLs, the pairs matter more than what lies between
 // them: two of the five dimensions make a (0,2)-sequence, but no others do. `pairs` takes one each for place
-// and direction, and a (0,1)-sequence for the light, shuffled against each other [igi 1].
+// and direction, and a (0,1)-sequence for the light, shuffled against each other [Wald 2002; Pharr 2004].
 #pragma once
 
 #include <array>
 #include <cstdint>
 
 #include "engine/base/net.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/light.h"
 
 namespace lucerna {
@@ -28,7 +28,7 @@ class EmitNet {
 
     struct Point {
         float light;  // chooses the light
-        EmitU u;
+        LeSampleU u;
     };
     Point at(std::uint32_t path) const {
         if (kind_ == Kind::pairs) return pairs_at(path);

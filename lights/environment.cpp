@@ -18,23 +18,23 @@ class InfiniteLight final : public Light {
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return radiance_ * (4 * kPi * kPi * sqr(scene_.radius)); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(radiance_)) return std::nullopt;
         const Frame frame(square_to_sphere(u.direction).normalized());
         const V2f disc = scene_.radius * square_to_disc(u.position);
         const V3f p = scene_.centre + frame.to_world({disc.x, disc.y, -scene_.radius});
-        return Emitted{{p}, frame.n, flux()};
+        return LeSample{{p}, frame.n, flux()};
     }
 
-    std::optional<Incident> illuminate(const V3f&, const V2f& u, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f&, const V2f& u, std::optional<CellId>) const override {
         if (is_black(radiance_)) return std::nullopt;
-        return Incident{square_to_sphere(u).normalized(), INFINITY, radiance_ * (4 * kPi), kSpherePdfW};
+        return LightSample{square_to_sphere(u).normalized(), INFINITY, radiance_ * (4 * kPi), kSpherePdfW};
     }
 
     // A ray with an end does not reach the sky.
-    std::optional<Seen> seen(const Ray& ray) const override {
+    std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (ray.t_max < INFINITY) return std::nullopt;
-        return Seen{radiance_, kSpherePdfW, INFINITY};
+        return EmittedRadiance{radiance_, kSpherePdfW, INFINITY};
     }
 
   private:

@@ -19,7 +19,7 @@ class ImageInfiniteLight final : public Light {
     bool has_impostor() const override { return true; }
     Rgb flux() const override { return scale_ * image_->integral() * disc_area(); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         const auto drawn = image_->draw(u.direction);
         if (!drawn) return std::nullopt;
         const Rgb weight = scale_ * drawn->value * (disc_area() / drawn->pdf_w);
@@ -27,22 +27,22 @@ class ImageInfiniteLight final : public Light {
         const Frame frame(-axes_.to_world(drawn->w).normalized());
         const V2f disc = scene_.radius * square_to_disc(u.position);
         const V3f p = scene_.centre + frame.to_world({disc.x, disc.y, -scene_.radius});
-        return Emitted{{p}, frame.n, weight};
+        return LeSample{{p}, frame.n, weight};
     }
 
-    std::optional<Incident> illuminate(const V3f&, const V2f& u, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f&, const V2f& u, std::optional<CellId>) const override {
         const auto drawn = image_->draw(u);
         if (!drawn) return std::nullopt;
         const Rgb weight = scale_ * drawn->value / drawn->pdf_w;
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
-        return Incident{axes_.to_world(drawn->w).normalized(), INFINITY, weight, drawn->pdf_w};
+        return LightSample{axes_.to_world(drawn->w).normalized(), INFINITY, weight, drawn->pdf_w};
     }
 
     // A ray with an end does not reach the sky.
-    std::optional<Seen> seen(const Ray& ray) const override {
+    std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (ray.t_max < INFINITY) return std::nullopt;
         const V3f w = axes_.to_local(ray.d);
-        return Seen{scale_ * image_->at(w), image_->pdf_w(w), INFINITY};
+        return EmittedRadiance{scale_ * image_->at(w), image_->pdf_w(w), INFINITY};
     }
 
   private:

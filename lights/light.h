@@ -1,9 +1,9 @@
 // What sends photons out.
 //
-// A light answers three questions, one for each way in which light and eye can meet:
-//   emit        a particle leaves the light                       (photon maps, virtual lights)
-//   illuminate  a surface point asks the light for a direction    (Monte Carlo direct light)
-//   seen, meet  a ray, drawn without the light in mind, finds it  (the other half of MIS; the camera)
+// A light answers three questions, one for each way in which a path can reach it [Pharr et al. 2023, 12]:
+//   sample_Le         a particle leaves the light                       (photon maps, VPLs)
+//   sample_Li         a direction from a point towards the light        (Monte Carlo direct light)
+//   Le, Le_on_surface what a ray finds that was drawn otherwise         (the other half of MIS; the camera)
 //
 // Lights are few and long-lived, so they are virtual; they are constant after construction and safe to share
 // between threads. Units: radiance in W/(m² sr), or cd/m² where the lamp's file is photometric; lengths in
@@ -27,16 +27,17 @@ using CellId = std::uint32_t;
 inline constexpr CellId kNoCell = 0xffffffffU;
 
 // Uniform numbers in [0,1) for one emission, in an order that keeps stratified ones stratified.
-struct EmitU {
+struct LeSampleU {
     V2f position;
     V2f direction;
     std::uint32_t salt = 0;  // starts the numbers of whoever needs more than four (rejection)
 };
 
-struct Emitted {
+// A particle that leaves a light.
+struct LeSample {
     SurfacePoint from;
     V3f d;       // unit
-    Rgb weight;  // L cosθ / pdf [W]: its mean over emit() is the light's flux
+    Rgb weight;  // L cosθ / pdf [W]: its mean over sample_Le() is the light's flux
     CellId cell = kNoCell;
 };
 
@@ -45,24 +46,24 @@ struct Emitted {
 // made.
 struct PartPdf {
     CellId part;
-    float whole_pdf_w;  // density per solid angle of illuminate() without a cell
-    float part_pdf_w;   // of illuminate() restricted to `part`
+    float whole_pdf_w;  // density per solid angle of sample_Li() without a cell
+    float part_pdf_w;   // of sample_Li() restricted to `part`
 };
 
 // Light that arrives at a point x from direction `w` if nothing stands in between.
-struct Incident {
+struct LightSample {
     V3f w;           // unit, from x towards the light
     float distance;  // how far the way must be free: ends just short of the emitter; INFINITY for the sky
     Rgb weight;      // radiance / pdf_w; for a delta light the irradiance on a plane that faces it [W/m²]
-    float pdf_w;     // density per solid angle with which illuminate() chose w; 0 for a delta light
+    float pdf_w;     // density per solid angle with which sample_Li() chose w; 0 for a delta light
     CellId cell = kNoCell;
     std::optional<PartPdf> part = {};  // none: the light has no parts
 };
 
-// Emission met by a ray that was chosen without the light in mind.
-struct Seen {
+// Emitted radiance along a ray that was drawn without the light in mind, with pdf_Li for the weights of MIS.
+struct EmittedRadiance {
     Rgb radiance;
-    float pdf_w;     // density per solid angle with which illuminate() would have chosen this ray; for MIS
+    float pdf_w;     // pdf_Li: density per solid angle with which sample_Li() draws this ray
     float distance;  // along the ray; INFINITY for the sky
     std::optional<PartPdf> part = {};  // none: the light has no parts
 };
@@ -88,39 +89,41 @@ class Light {
     double power() const { return static_cast<double>(luminance(flux())); }
 
     // A particle that leaves the light. No sample: nothing leaves there (a clamped cell, a dark texel).
-    virtual std::optional<Emitted> emit(const EmitU& u) const = 0;
+    virtual std::optional<LeSample> sample_Le(const LeSampleU& u) const = 0;
 
     // The same particles, many at once: a lamp of large tables reads them so that its waits overlap. The
     // spans have the same size.
-    virtual void emit_many(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const {
-        for (std::size_t i = 0; i < u.size(); ++i) out[i] = emit(u[i]);
+    virtual void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const {
+        for (std::size_t i = 0; i < u.size(); ++i) out[i] = sample_Le(u[i]);
     }
 
     // A direction from x towards the light. `cell` restricts the choice to the part of the light that holds
     // this cell (the density is then that of the restricted choice). No sample: nothing arrives at x.
-    virtual std::optional<Incident> illuminate(const V3f& x, const V2f& u,
-                                               std::optional<CellId> cell = {}) const = 0;
+    virtual std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
+                                                 std::optional<CellId> cell = {}) const = 0;
     // The part that holds a cell, named by one cell of its own: the same for all cells of a part. kNoCell
     // from a light that has no parts.
     virtual CellId part_of(CellId /*cell*/) const { return kNoCell; }
 
     // Emission along a ray from something that is not geometry of the scene: the sky, a lamp's impostor. Does
     // not look at what stands in between.
-    virtual std::optional<Seen> seen(const Ray& /*ray*/) const { return std::nullopt; }
+    virtual std::optional<EmittedRadiance> Le(const Ray& /*ray*/) const { return std::nullopt; }
 
     // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric
     // normal n on the shape's own (emitting) side.
-    virtual Seen meet(const Ray& /*ray*/, float t, const V3f& /*n*/) const { return {Rgb(0), 0, t}; }
+    virtual EmittedRadiance Le_on_surface(const Ray& /*ray*/, float t, const V3f& /*n*/) const {
+        return {Rgb(0), 0, t};
+    }
 
     // Where it is and which way it shines; its power is left to whoever asks. None: it has no place (a sky),
     // or none is known.
     virtual std::optional<LightBounds> bounds() const { return std::nullopt; }
 
-    // True if only illuminate() can find this light (point, spot, distant).
+    // True if only sample_Li() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }
-    // True if neither illuminate() nor seen() nor meet() ever answers: only particles carry this light.
+    // True if neither sample_Li() nor Le() nor Le_on_surface() ever answers: only particles carry this light.
     virtual bool only_particles() const { return false; }
-    // True if seen() can answer; renderers ask only these.
+    // True if Le() can answer; renderers ask only these.
     virtual bool has_impostor() const { return false; }
 };
 

@@ -6,7 +6,7 @@
 
 namespace lucerna {
 
-LightPromise::LightPromise(const LightBounds& bounds)
+LightImportance::LightImportance(const LightBounds& bounds)
     : centre_(0.5F * (bounds.box.min + bounds.box.max)),
       axis_(bounds.axis),
       r2_(0.25F * bounds.box.size().length2()),
@@ -15,21 +15,21 @@ LightPromise::LightPromise(const LightBounds& bounds)
       cos_e_(std::cos(bounds.theta_e)),
       power_(bounds.power) {}
 
-float LightPromise::at(const V3f& x, const V3f& n) const {
+float LightImportance::at(const V3f& x, const V3f& n) const {
     if (!(power_ > 0)) return 0;
     const V3f way = x - centre_;
     const float d2 = way.length2();
     const float d = std::sqrt(d2);
     const V3f w = d > 0 ? way / d : axis_;  // from the light to x
 
-    const promise::Filled filled(d2, r2_);
+    const light_importance::Filled filled(d2, r2_);
     const float cos_w = std::clamp(axis_.dot(w), -1.0F, 1.0F);
-    const float shining = promise::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
+    const float shining = light_importance::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
     // A place within the box is as near as its rim, for all that is known; the last bound is for a point
     // light at x.
     const float result = power_ * shining / std::max({d2, r2_, 1e-30F});
     if (n == V3f(0.0F)) return result;
-    return result * promise::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F));
+    return result * light_importance::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F));
 }
 
 LightBounds together(const LightBounds& a, const LightBounds& b) {

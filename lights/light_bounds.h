@@ -1,7 +1,6 @@
 // Where a light is and which way it shines, bounded: what a choice among many lights goes by.
 //
-// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018
-// [CK18].
+// Source: [Conty Estevez and Kulla 2018].
 #pragma once
 
 #include <algorithm>
@@ -25,9 +24,9 @@ LightBounds together(const LightBounds& a, const LightBounds& b);
 // Bounds of all, at least one: the cone is around the mean of their axes.
 LightBounds together(std::span<const LightBounds> all);
 
-// The arithmetic of a promise, on plain numbers and without branches: loops over many bounds side by side
-// turn into vector instructions.
-namespace promise {
+// The arithmetic of a light's importance, on plain numbers and without branches: loops over many bounds side
+// by side turn into vector instructions.
+namespace light_importance {
 
 inline constexpr float kSlack = 1e-3F;  // rounding must not make a light impossible
 
@@ -52,7 +51,9 @@ struct Filled {
         cos_u = inside ? -1.0F : outside;
         sin_u = inside ? 0.0F : sine(outside);
     }
-    float cos_of_rest(float cosine) const { return promise::cos_of_rest(cosine, sine(cosine), cos_u, sin_u); }
+    float cos_of_rest(float cosine) const {
+        return light_importance::cos_of_rest(cosine, sine(cosine), cos_u, sin_u);
+    }
 };
 
 // How much of a light's intensity points at a place, at most; `cos_w` is between the axis and the way to it.
@@ -71,13 +72,13 @@ inline float receiving(const Filled& filled, float cos_i) {
     return cos_n < -kSlack ? 0.0F : 0.1F + 0.9F * std::max(cos_n, 0.0F);
 }
 
-}  // namespace promise
+}  // namespace light_importance
 
-// What a bound promises at other places: the same, ready to be asked many times.
-class LightPromise {
+// The importance of a bound at other places: the same, ready to be asked many times.
+class LightImportance {
   public:
-    LightPromise() = default;
-    explicit LightPromise(const LightBounds& bounds);
+    LightImportance() = default;
+    explicit LightImportance(const LightBounds& bounds);
 
     // How much may arrive at x, up to a factor that does not depend on the light: 0 only where nothing can.
     // `n` is the normal of an opaque surface, on the side seen, or 0.

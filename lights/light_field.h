@@ -9,7 +9,7 @@
 // is one image of pixels (k, l) on M, and its numbers E_mnkl, in W/m⁴ (or lm/m⁴), are the coefficients of the
 // flux density
 //
-//     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [LF 3.2]
+//     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [Goesele 2003, 3.2]
 //
 // with the bell Φ (bell.h) on S and one pixel's box χ on M. Radiance is h over the geometric term of the two
 // points. Coefficients may be negative near sharp edges and from noise, and stay so in memory and on disk;
@@ -19,8 +19,7 @@
 // Setup B the screen stands still and σ = 0. S is centred on the z axis; `centre` says where that is in the
 // lamp file's frame.
 //
-// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
-// 2003 [LF].
+// Source: [Goesele 2003].
 #pragma once
 
 #include <Imath/half.h>
@@ -62,7 +61,7 @@ struct Rig {
         return ((z(m) * z(views.y) + z(n)) * z(pixels.x) + z(k)) * z(pixels.y) + z(l);
     }
 
-    int intervals(int axis) const { return views[axis] + 1; }           // of S [LF app. B: U_n, V_o]
+    int intervals(int axis) const { return views[axis] + 1; }  // of S [Goesele 2003, appendix B: U_n, V_o]
     int columns(int axis) const { return pixels[axis] + shift[axis]; }  // of M seen by one interval: S_p, T_q
     double filter(int axis, int i) const { return (i - 0.5 * (views[axis] - 1)) * spacing[axis]; }
     // The lower edge of interval n of S; intervals(axis) gives the upper edge of the last.
@@ -74,7 +73,7 @@ struct Rig {
     }
     // A = Δ_u Δ_v w_M h_M [m⁴]: the volume of a cell.
     double cell_volume() const { return spacing.x * spacing.y * pixel.x * pixel.y; }
-    // g = D² / R⁴ [1/m²] [LF 1]; D > 0, so R > 0.
+    // g = D² / R⁴ [1/m²] [Goesele 2003, 3]; D > 0, so R > 0.
     double geometric_term(const V2d& on_s, const V2d& on_m) const {
         const double r2 = (on_m - on_s).length2() + distance * distance;
         return distance * distance / (r2 * r2);
@@ -142,9 +141,9 @@ class LightField {
     // flux_density / g [flux unit / (m² sr)].
     float radiance(const V2d& on_s, const V2d& on_m) const;
     // The same with g taken once per filter and pixel, between their centres, so that it does not depend on
-    // where within them the ray passes [LF app. A]. Its relative error is that of g: for a filter of width W
-    // about W/D at most, at 45°, where only one filter is seen; an eighth of that where neighbours overlap.
-    // For comparison: nothing here emits by it.
+    // where within them the ray passes [Goesele 2003, appendix A]. Its relative error is that of g: for a
+    // filter of width W about W/D at most, at 45°, where only one filter is seen; an eighth of that where
+    // neighbours overlap. For comparison: nothing here emits by it.
     float approximate_radiance(const V2d& on_s, const V2d& on_m) const;
 
   private:

@@ -16,7 +16,7 @@ V3f middle(const Box3f& box) {
     return 0.5F * (box.min + box.max);
 }
 
-// The solid angle over which the lights of a bound shine, as [CK18 (1)] weighs it.
+// The solid angle over which the lights of a bound shine, as [Conty Estevez and Kulla 2018, (1)] weighs it.
 double orientation_measure(const LightBounds& b) {
     const double o = double{b.theta_o};
     const double w = std::min(o + double{b.theta_e}, kPiD);
@@ -48,7 +48,7 @@ struct LightTree::Building {
         const auto at = tree.nodes_.size();
         if (end - begin == 1) {
             const Item& item = items[begin];
-            tree.nodes_.push_back({LightPromise(item.bounds), item.light, true});
+            tree.nodes_.push_back({LightImportance(item.bounds), item.light, true});
             tree.ways_[item.light] = {true, true, turns};
             return item.bounds;
         }
@@ -58,7 +58,7 @@ struct LightTree::Building {
         const auto next = static_cast<std::uint32_t>(tree.nodes_.size());
         const LightBounds second = build(middle_item, end, turns | std::uint64_t{1} << depth, depth + 1);
         const LightBounds all = together(first, second);
-        tree.nodes_[at] = {LightPromise(all), next, false};
+        tree.nodes_[at] = {LightImportance(all), next, false};
         return all;
     }
 
@@ -66,7 +66,8 @@ struct LightTree::Building {
         return double{b.power} * orientation_measure(b) * area_measure(b.box, least_side);
     }
 
-    // Cuts the longest side of the boxes' centres where the sum of the two costs is least [CK18 4.2].
+    // Cuts the longest side of the boxes' centres where the sum of the two costs is least [Conty Estevez and
+    // Kulla 2018, 4.2].
     std::size_t split(std::size_t begin, std::size_t end, int depth) {
         const std::size_t half = begin + (end - begin) / 2;
         Box3f centres;
@@ -148,8 +149,8 @@ float LightTree::tree_share() const {
 }
 
 float LightTree::first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const {
-    const float first = nodes_[node + 1].promise.at(x, n);
-    const float second = nodes_[nodes_[node].next].promise.at(x, n);
+    const float first = nodes_[node + 1].importance.at(x, n);
+    const float second = nodes_[nodes_[node].next].importance.at(x, n);
     // Both 0: neither can send anything; -1 says so. Neither can overflow: shares of power, over 1e-30.
     return first + second > 0 ? first / (first + second) : -1.0F;
 }
@@ -166,7 +167,7 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
     u = std::min(u / down, kBelowOne);
     float probability = down;
     std::uint32_t node = 0;
-    if (nodes_[0].leaf && !(nodes_[0].promise.at(x, n) > 0)) return std::nullopt;
+    if (nodes_[0].leaf && !(nodes_[0].importance.at(x, n) > 0)) return std::nullopt;
     while (!nodes_[node].leaf) {
         const float p = first_child_probability(node, x, n);
         if (p < 0) return std::nullopt;
@@ -185,7 +186,7 @@ float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light) co
     const float down = tree_share();
     if (!way.placed) return (1 - down) / static_cast<float>(beside_.size());
     float probability = down;
-    if (nodes_[0].leaf) return nodes_[0].promise.at(x, n) > 0 ? probability : 0.0F;
+    if (nodes_[0].leaf) return nodes_[0].importance.at(x, n) > 0 ? probability : 0.0F;
     std::uint32_t node = 0;
     for (int depth = 0; !nodes_[node].leaf; ++depth) {
         const float p = first_child_probability(node, x, n);

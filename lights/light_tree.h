@@ -1,11 +1,10 @@
 // Which light to ask, of many: by what each may send to the place that asks.
 //
-// A binary tree of bounds over the lights. A draw walks down from its root, at every node to the child that
-// promises more, in proportion; the probability of a light is the product along its way. Lights without a
+// A binary tree of bounds over the lights. A draw descends from its root, at every node to the child that
+// is more important, in proportion; the probability of a light is the product along its way. Lights without a
 // place (skies, the sun) stand beside the tree: each is as probable as the tree as a whole.
 //
-// Source: Conty Estevez and Kulla, "Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018
-// [CK18], without the splitting.
+// Source: [Conty Estevez and Kulla 2018], without the splitting.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +38,7 @@ class LightTree {
 
   private:
     struct Node {
-        LightPromise promise;
+        LightImportance importance;
         std::uint32_t next;  // inner: the second child, the first follows at once; leaf: the light
         bool leaf;
     };

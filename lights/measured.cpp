@@ -36,17 +36,17 @@ class MeasuredLight final : public Light {
     Rgb flux() const override { return static_cast<float>(flux_) * field_.info().colour; }
     bool has_impostor() const override { return true; }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
-        std::optional<Emitted> one;
-        emit_many({&u, 1}, {&one, 1});
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
+        std::optional<LeSample> one;
+        sample_Le_many({&u, 1}, {&one, 1});
         return one;
     }
-    void emit_many(std::span<const EmitU> u, std::span<std::optional<Emitted>> out) const override {
+    void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const override {
         if (!(flux_ > 0)) {
             std::fill(out.begin(), out.end(), std::nullopt);
             return;
         }
-        emission_.emit(u, out);
+        emission_.sample_Le_many(u, out);
         if (shape_) lift(out);
     }
 
@@ -54,11 +54,11 @@ class MeasuredLight final : public Light {
     double beside_shape() const {
         constexpr std::size_t kLines = 4096;
         if (!shape_ || !(flux_ > 0)) return 0;
-        std::vector<EmitU> u;
+        std::vector<LeSampleU> u;
         const EmitNet net(0, Purpose::emission, 0);
         for (std::uint32_t i = 0; i < kLines; ++i) u.push_back(net.at(i).u);
-        std::vector<std::optional<Emitted>> out(kLines);
-        emission_.emit(u, out);
+        std::vector<std::optional<LeSample>> out(kLines);
+        emission_.sample_Le_many(u, out);
         double missed = 0, all = 0;
         for (const auto& e : out) {
             if (!e) continue;
@@ -69,8 +69,8 @@ class MeasuredLight final : public Light {
         return all > 0 ? missed / all : 0;
     }
 
-    std::optional<Incident> illuminate(const V3f& x, const V2f& u,
-                                       std::optional<CellId> from) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
+                                         std::optional<CellId> from) const override {
         if (!(flux_ > 0)) return std::nullopt;
         const V3d local = placement_.to_local_point(V3d(x));
         if (!(local.z > 0 || shape_)) return std::nullopt;
@@ -86,12 +86,12 @@ class MeasuredLight final : public Light {
         const float pdf_w = from ? part.part_pdf_w : part.whole_pdf_w;
         const auto weight = static_cast<float>(radiance / double{pdf_w});
         if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
-        return Incident{to_float(-travel(line)),
-                        static_cast<float>(distance),
-                        weight * field_.info().colour,
-                        pdf_w,
-                        cell_at(line),
-                        part};
+        return LightSample{to_float(-travel(line)),
+                           static_cast<float>(distance),
+                           weight * field_.info().colour,
+                           pdf_w,
+                           cell_at(line),
+                           part};
     }
 
     CellId part_of(CellId id) const override {
@@ -123,24 +123,24 @@ class MeasuredLight final : public Light {
     }
 
     // S itself, where the line of the ray does not cross the shape.
-    std::optional<Seen> seen(const Ray& ray) const override {
+    std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         const auto line = line_of(ray);
         if (!line || !(line->way.z > 0)) return std::nullopt;
         const V3d way = placement_.vector(line->way);
         const double t = way.length();
         if (!(t <= double{ray.t_max})) return std::nullopt;
-        const Seen found = found_along(*line, static_cast<float>(t));
+        const EmittedRadiance found = found_along(*line, static_cast<float>(t));
         if (!(luminance(found.radiance) > 0)) return std::nullopt;
         if (shape_ && shape_->last_crossing(placement_.point(line->on_s), travel(*line))) return std::nullopt;
         return found;
     }
 
     // The shape, where the light of the ray's line begins on it and not further on.
-    Seen meet(const Ray& ray, float t, const V3f& /*n*/) const override {
-        const Seen dark{Rgb(0.0F), 0, t};
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& /*n*/) const override {
+        const EmittedRadiance dark{Rgb(0.0F), 0, t};
         const auto line = line_of(ray);
         if (!line || !shape_) return dark;
-        const Seen found = found_along(*line, t);
+        const EmittedRadiance found = found_along(*line, t);
         if (!(luminance(found.radiance) > 0)) return dark;
         const V3d along = travel(*line);
         const auto origin = shape_->last_crossing(placement_.point(line->on_s), along);
@@ -260,8 +260,8 @@ class MeasuredLight final : public Light {
         return line;
     }
 
-    // What a ray along the line sees at distance t, and how probable illuminate() makes it.
-    Seen found_along(const Line& line, float t) const {
+    // What a ray along the line sees at distance t, and how probable sample_Li() makes it.
+    EmittedRadiance found_along(const Line& line, float t) const {
         const double radiance = radiance_along(line);
         const PartPdf part = densities(line);
         return {static_cast<float>(radiance) * field_.info().colour, part.whole_pdf_w, t, part};
@@ -286,7 +286,7 @@ class MeasuredLight final : public Light {
     }
 
     // Particles start where their lines last cross the shape.
-    void lift(std::span<std::optional<Emitted>> particles) const {
+    void lift(std::span<std::optional<LeSample>> particles) const {
         for (auto& particle : particles) {
             if (!particle) continue;
             if (const auto origin = shape_->last_crossing(V3d(particle->from.p), V3d(particle->d))) {

@@ -1,7 +1,6 @@
 // The measured lamp as a light: its field, its cell table, its place in the scene, its impostor.
 //
-// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
-// 2003 [LF].
+// Source: [Goesele 2003].
 #pragma once
 
 #include <filesystem>
@@ -39,8 +38,8 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 //
 // What it emits: particles follow max(0, h), and the whole is scaled so that their flux is the *measured* one
 // (the sum of all coefficients, negative ones included) times power_scale, or `power`. Without that, clamping
-// would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that emit(),
-// illuminate() and seen() speak of one lamp. (In `constant` mode the particles follow h's mean over each cell
+// would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that sample_Le(),
+// sample_Li() and Le() speak of one lamp. (In `constant` mode the particles follow h's mean over each cell
 // instead: the paper's approximation.) A field whose measured flux is not positive emits nothing (a warning
 // if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,

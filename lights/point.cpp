@@ -15,13 +15,13 @@ class PointLight final : public Light {
     bool is_delta() const override { return true; }
     Rgb flux() const override { return intensity_ * (4 * kPi); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(intensity_)) return std::nullopt;
-        return Emitted{{position_}, square_to_sphere(u.direction), flux()};
+        return LeSample{{position_}, square_to_sphere(u.direction), flux()};
     }
 
-    std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
-        return illuminate_from_point(position_, x, intensity_);
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f&, std::optional<CellId>) const override {
+        return sample_Li_from_point(position_, x, intensity_);
     }
     std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
 
@@ -32,7 +32,7 @@ class PointLight final : public Light {
 
 }  // namespace
 
-std::optional<Incident> illuminate_from_point(const V3f& position, const V3f& x, const Rgb& intensity) {
+std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& x, const Rgb& intensity) {
     const V3d way = V3d(position) - V3d(x);
     const double r2 = way.length2();
     if (is_black(intensity) || !(r2 > 0)) return std::nullopt;
@@ -41,7 +41,8 @@ std::optional<Incident> illuminate_from_point(const V3f& position, const V3f& x,
     if (!is_finite(weight)) return std::nullopt;  // x is the light itself, as far as float32 can tell
     // Lamps sit in ceilings: what lies at the point itself shall not hide it.
     const auto distance = static_cast<float>(r);
-    return Incident{V3f(way / r), std::fmax(0.0F, distance - surface_error(position, distance)), weight, 0};
+    return LightSample{V3f(way / r), std::fmax(0.0F, distance - surface_error(position, distance)), weight,
+                       0};
 }
 
 std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity) {

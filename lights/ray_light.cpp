@@ -10,7 +10,7 @@ namespace lucerna {
 namespace {
 
 // Rays in proportion to their flux. The running sums are searched from where a guide of as many entries leads
-// to: a constant number of steps on average (Chen and Asau 1974), and a monotone map, so that stratified
+// to: a constant number of steps on average [Chen and Asau 1974], and a monotone map, so that stratified
 // numbers stay stratified over the file.
 class RayChoice {
   public:
@@ -64,17 +64,17 @@ class RayLight final : public Light {
     bool only_particles() const override { return true; }
     Rgb flux() const override { return static_cast<float>(flux_) * set_.colour; }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(flux_ > 0)) return std::nullopt;
         // One float tells 2^24 rays apart; files have more.
         const double number = double{u.position.x} + 0x1p-24 * double{u.position.y};
         const LampRay& ray = set_.rays[choice_.draw(std::min(number, 0x1.fffffffffffffp-1))];
         const V3f d = to_float(placement_.vector(V3d(ray.d)).normalized());
-        return Emitted{{to_float(placement_.point(V3d(ray.o)))}, d, flux()};
+        return LeSample{{to_float(placement_.point(V3d(ray.o)))}, d, flux()};
     }
 
-    std::optional<Incident> illuminate(const V3f& /*x*/, const V2f& /*u*/,
-                                       std::optional<CellId> /*cell*/) const override {
+    std::optional<LightSample> sample_Li(const V3f& /*x*/, const V2f& /*u*/,
+                                         std::optional<CellId> /*cell*/) const override {
         return std::nullopt;
     }
 

@@ -33,19 +33,19 @@ class ShapedPointLight final : public Light {
     FluxUnit unit() const override { return unit_; }
     Rgb flux() const override { return scale_ * shape_->integral(); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         const auto drawn = shape_->draw(u.direction);
         if (!drawn) return std::nullopt;
         const Rgb weight = scale_ * drawn->value / drawn->pdf_w;
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
-        return Emitted{{position_}, axes_.to_world(drawn->w).normalized(), weight};
+        return LeSample{{position_}, axes_.to_world(drawn->w).normalized(), weight};
     }
 
-    std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f&, std::optional<CellId>) const override {
         const V3d way = V3d(x) - V3d(position_);
         const double r = way.length();
         if (!(r > 0)) return std::nullopt;
-        return illuminate_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
+        return sample_Li_from_point(position_, x, scale_ * shape_->at(axes_.to_local(V3f(way / r))));
     }
     std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
 

@@ -48,7 +48,7 @@ class SpotLight final : public Light {
     bool is_delta() const override { return true; }
     Rgb flux() const override { return intensity_ * static_cast<float>(solid_angle()); }
 
-    std::optional<Emitted> emit(const EmitU& u) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (is_black(intensity_) || !(solid_angle() > 0)) return std::nullopt;
         const double part = static_cast<double>(u.direction.x) * (start_ + rim() / 2);
         // Within the full part uniform in the cosine; within the rim by the inverse of its integral.
@@ -57,16 +57,16 @@ class SpotLight final : public Light {
         const float phi = 2 * kPi * u.direction.y;
         const V3f local(static_cast<float>(r) * std::cos(phi), static_cast<float>(r) * std::sin(phi),
                         static_cast<float>(1 - h));
-        return Emitted{{position_}, frame_.to_world(local).normalized(), flux()};
+        return LeSample{{position_}, frame_.to_world(local).normalized(), flux()};
     }
 
-    std::optional<Incident> illuminate(const V3f& x, const V2f&, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f&, std::optional<CellId>) const override {
         const V3d way = V3d(x) - V3d(position_);
         const double r = way.length();
         if (!(r > 0)) return std::nullopt;
         // 1 - cosθ as half the squared chord between unit vectors: no cancellation near the axis.
         const double h = 0.5 * (way / r - V3d(frame_.n)).length2();
-        return illuminate_from_point(position_, x, intensity_ * static_cast<float>(falloff(h)));
+        return sample_Li_from_point(position_, x, intensity_ * static_cast<float>(falloff(h)));
     }
     // The same all over the cone, for all that is said here.
     std::optional<LightBounds> bounds() const override {

@@ -12,12 +12,12 @@ class UnseenLight final : public Light {
     std::string_view kind() const override { return light_->kind(); }
     FluxUnit unit() const override { return light_->unit(); }
     Rgb flux() const override { return light_->flux(); }
-    std::optional<Emitted> emit(const EmitU& u) const override { return light_->emit(u); }
-    std::optional<Incident> illuminate(const V3f& x, const V2f& u,
-                                       std::optional<CellId> cell) const override {
-        std::optional<Incident> incident = light_->illuminate(x, u, cell);
-        if (incident) incident->pdf_w = 0;
-        return incident;
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override { return light_->sample_Le(u); }
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
+                                         std::optional<CellId> cell) const override {
+        std::optional<LightSample> light_sample = light_->sample_Li(x, u, cell);
+        if (light_sample) light_sample->pdf_w = 0;
+        return light_sample;
     }
     std::optional<LightBounds> bounds() const override { return light_->bounds(); }
     bool is_delta() const override { return true; }

@@ -1,4 +1,4 @@
-// The virtual rig: section 2 of [LF] by quadrature.
+// The virtual rig: the measured irradiance of [Goesele 2003, 3.1] by quadrature.
 #include "measure/acquire.h"
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // A way into a light field: a lamp described by a formula, measured by a virtual rig.
 //
 // It does what the optical bench does: weighs the light with the dual bell Φ̃ over each filter position of S
-// and with the box of each pixel on M [LF 2], by numerical integrals. A lamp known by its rays is projected
-// by sums instead: ray_projection.h.
+// and with the box of each pixel on M [Goesele 2003, 3.1], by numerical integrals. A lamp known by its rays
+// is projected by sums instead: ray_projection.h.
 #pragma once
 
 #include "engine/base/monitor.h"

@@ -18,8 +18,8 @@ constexpr double kTwoPi = 6.28318530717958647692;
 constexpr std::uint32_t kDarkPhotographs = 0x80000000U;  // their numbers begin here
 constexpr std::uint32_t kHotPixels = 0xffffffffU;
 
-double normal(Stream& stream) {
-    const V2f u = stream.next2();
+double normal(Sampler& sampler) {
+    const V2f u = sampler.next2();
     return std::sqrt(-2 * std::log1p(-double{u.x})) * std::cos(kTwoPi * double{u.y});  // u.x < 1
 }
 
@@ -71,11 +71,11 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
 
 }  // namespace
 
-double poisson(double mean, Stream& stream) {
+double poisson(double mean, Sampler& sampler) {
     if (!(mean > 0)) return 0;
     if (mean < 64) {  // by inversion; e^-64 is far above the least double
         double term = std::exp(-mean), sum = term;
-        const double u = double{stream.next()} + 0x1p-25;  // the middle of its 2^-24
+        const double u = double{sampler.next()} + 0x1p-25;  // the middle of its 2^-24
         int k = 0;
         while (u > sum && k < 1000) {
             term *= mean / ++k;
@@ -83,7 +83,7 @@ double poisson(double mean, Stream& stream) {
         }
         return k;
     }
-    const double z = normal(stream);  // Cornish-Fisher to the third cumulant
+    const double z = normal(sampler);  // Cornish-Fisher to the third cumulant
     return std::max(0.0, std::round(mean + std::sqrt(mean) * z + (z * z - 1) / 6));
 }
 
@@ -102,10 +102,11 @@ CountScale::CountScale(const CameraModel& camera) {
     gain = (most - pedestal) / camera.full_well;
 }
 
-float simulated_count(double electrons, const CameraModel& camera, const CountScale& scale, Stream& stream) {
-    double collected = camera.shot_noise ? poisson(electrons, stream) : electrons;
+float simulated_count(double electrons, const CameraModel& camera, const CountScale& scale,
+                      Sampler& sampler) {
+    double collected = camera.shot_noise ? poisson(electrons, sampler) : electrons;
     if (scale.most > 0) collected = std::min(collected, camera.full_well);
-    if (camera.read_noise > 0) collected += camera.read_noise * normal(stream);
+    if (camera.read_noise > 0) collected += camera.read_noise * normal(sampler);
     const double count = scale.pedestal + scale.gain * collected;
     if (scale.most == 0) return static_cast<float>(count);
     return static_cast<float>(std::clamp(std::round(count), 0.0, double(scale.most)));
@@ -137,8 +138,8 @@ class Photographer {
         sensitivity_ = camera.sensitivity > 0 ? camera.sensitivity : sensitivity_for_brightest();
         dark_current_.resize(pixels());
         for (std::size_t i = 0; i < dark_current_.size(); ++i) {
-            Stream stream(camera.seed, Purpose::acquisition, kHotPixels, i);
-            const bool hot = double{stream.next()} < camera.hot_pixels;
+            Sampler sampler(camera.seed, Purpose::acquisition, kHotPixels, i);
+            const bool hot = double{sampler.next()} < camera.hot_pixels;
             dark_current_[i] = static_cast<float>(camera.dark_current * (hot ? camera.hot_factor : 1));
         }
     }
@@ -218,10 +219,10 @@ class Photographer {
     Photograph take(std::span<const float> irradiance, double seconds, std::uint32_t number) const {
         Photograph photograph{view_.size, std::vector<float>(pixels()), scale_.most};
         for (std::size_t i = 0; i < photograph.counts.size(); ++i) {
-            Stream stream(camera_.seed, Purpose::acquisition, number, i);
+            Sampler sampler(camera_.seed, Purpose::acquisition, number, i);
             const double electrons =
                 (sensitivity_ * std::max(double{irradiance[i]}, 0.0) + double{dark_current_[i]}) * seconds;
-            photograph.counts[i] = simulated_count(electrons, camera_, scale_, stream);
+            photograph.counts[i] = simulated_count(electrons, camera_, scale_, sampler);
         }
         return photograph;
     }

@@ -10,7 +10,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "measure/camera_model.h"
 #include "measure/manifest.h"
 #include "measure/opacity.h"
@@ -55,10 +55,10 @@ struct CountScale {
 };
 
 // What a pixel counts that is expected to collect `electrons`, dark ones included.
-float simulated_count(double electrons, const CameraModel& camera, const CountScale& scale, Stream& stream);
+float simulated_count(double electrons, const CameraModel& camera, const CountScale& scale, Sampler& sampler);
 
 // A Poisson variable of this mean, >= 0: exact below 64, above by a normal variable with the Poisson's
 // skewness.
-double poisson(double mean, Stream& stream);
+double poisson(double mean, Sampler& sampler);
 
 }  // namespace lucerna

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/sampler.h"
 #include "engine/base/stopped.h"
-#include "engine/base/stream.h"
 
 namespace lucerna {
 namespace {
@@ -22,12 +22,13 @@ MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
 
 // A particle's numbers, in the order in which the photon maps draw them. Past 2³² the stratified sequence
 // begins anew under another key.
-EmitU numbers(std::uint64_t seed, std::uint64_t draw) {
-    Stream stream = Stream::stratified(seed, Purpose::emission, draw >> 32, static_cast<std::uint32_t>(draw));
-    EmitU u;
-    u.position = stream.next2();
-    u.direction = stream.next2();
-    u.salt = stream.bits();
+LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
+    Sampler sampler =
+        Sampler::stratified(seed, Purpose::emission, draw >> 32, static_cast<std::uint32_t>(draw));
+    LeSampleU u;
+    u.position = sampler.next2();
+    u.direction = sampler.next2();
+    u.salt = sampler.bits();
     return u;
 }
 
@@ -60,14 +61,14 @@ LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode,
 }
 
 std::vector<LampRay> LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
-    std::vector<EmitU> u;
+    std::vector<LeSampleU> u;
     u.reserve(end - begin);
     for (std::uint64_t i = begin; i < end; ++i) u.push_back(numbers(seed_, i));
-    std::vector<std::optional<Emitted>> emitted(u.size());
-    light_->emit_many(u, emitted);
+    std::vector<std::optional<LeSample>> emitted(u.size());
+    light_->sample_Le_many(u, emitted);
     std::vector<LampRay> rays;
     rays.reserve(u.size());
-    for (const std::optional<Emitted>& particle : emitted) {
+    for (const std::optional<LeSample>& particle : emitted) {
         if (!particle) continue;
         const float flux = luminance(particle->weight);
         if (flux > 0) rays.push_back({particle->from.p, particle->d, flux});

@@ -9,7 +9,7 @@
 //
 // Sources: Debevec and Malik, "Recovering High Dynamic Range Radiance Maps from Photographs", SIGGRAPH 1997
 // (merging by weights); Robertson, Borman, Stevenson, "Dynamic Range Improvement through Multiple Exposures",
-// ICIP 1999 (weights by noise); Goesele et al. 2003 [LF 6.2] (the 5 x 5 median of the dark frames).
+// ICIP 1999 (weights by noise); [Goesele 2003, 6.2] (the 5 x 5 median of the dark frames).
 #pragma once
 
 #include <cstddef>
@@ -44,11 +44,11 @@ struct DarkFrame {
 };
 
 // From one or more photographs of nothing, averaged. Dark current varies slowly over a sensor, so the level
-// is the median of the 5 x 5 window, which also takes out most of the frame's own noise [LF 6.2]. Some pixels
-// are hot: those that differ from the median by more than kHotDeviations standard deviations of the frame's
-// noise (that from the median of all differences, so that the hot ones do not hide themselves) and by more
-// than a step of rounding. A hot pixel sees light as well as any other, so it is not thrown away: its level
-// is its own mean, which is noisier. The frames are not empty and of one size.
+// is the median of the 5 x 5 window, which also takes out most of the frame's own noise [Goesele 2003, 6.2].
+// Some pixels are hot: those that differ from the median by more than kHotDeviations standard deviations of
+// the frame's noise (that from the median of all differences, so that the hot ones do not hide themselves)
+// and by more than a step of rounding. A hot pixel sees light as well as any other, so it is not thrown away:
+// its level is its own mean, which is noisier. The frames are not empty and of one size.
 DarkFrame dark_frame(std::span<const std::vector<float>> frames, const V2i& size, const CountNoise& noise,
                      double pedestal, const Workers& workers);
 inline constexpr double kHotDeviations = 8;

@@ -3,7 +3,7 @@
 // Far away only the direction counts. All rays of direction (a, b, 1) pass S at (u, v) and M at
 // (u + a D, v + b D), so the intensity is
 //
-//     I = cos θ ∫∫ L du dv = D²/cos³θ ∫∫ h(u, v, u + a D, v + b D) du dv              [LF 1, 3.2]
+//     I = cos θ ∫∫ L du dv = D²/cos³θ ∫∫ h(u, v, u + a D, v + b D) du dv              [Goesele 2003, 3.2]
 //
 // because L = h R⁴/D² and R = D/cos θ. As h is a sum of products, each coefficient adds a product of two
 // one-dimensional integrals of the bell, which have a closed form. Coefficients are taken as measured,

@@ -1,9 +1,9 @@
 // Rays behind the two opacities of a measuring filter, gathered as they come.
 //
 // A real rig measures every filter position twice: behind the opacity of Φ̃⊗Φ̃'s positive part and behind that
-// of its negative part [LF 4.1]. Rays do the same here: each adds its flux, times the opacities over it, to
-// the pixels that see it, the two signs apart. Blocks of rays may come one after the other; the sums are the
-// same for any number of threads.
+// of its negative part [Goesele 2003, 4.1]. Rays do the same here: each adds its flux, times the opacities
+// over it, to the pixels that see it, the two signs apart. Blocks of rays may come one after the other; the
+// sums are the same for any number of threads.
 #pragma once
 
 #include <span>

@@ -6,8 +6,8 @@
 namespace lucerna {
 namespace {
 
-// Φ̃ is largest at 0 and least at ±1, where every other bell is 0 [LF 2]. A product is largest where both
-// are, and most negative where one is largest and the other least.
+// Φ̃ is largest at 0 and least at ±1, where every other bell is 0 [Goesele 2003, 4.2]. A product is largest
+// where both are, and most negative where one is largest and the other least.
 constexpr double kDualMost = 1009.0 / 736.0;
 constexpr double kDualLeast = -161.0 / 736.0;
 

@@ -3,10 +3,9 @@
 // The dual Φ̃⊗Φ̃ with which a rig must weigh the light over a filter position is negative in places, and
 // larger than 1 in others; a film's opacity is neither. So the filter is made twice, once of the dual's
 // positive part and once of its negative part, each divided by its maximum; the two photographs are scaled
-// back and subtracted [LF 2].
+// back and subtracted [Goesele 2003, 4.2].
 //
-// Source: Goesele, Granier, Heidrich, Seidel, "Accurate Light Source Acquisition and Rendering", SIGGRAPH
-// 2003 [LF].
+// Source: [Goesele 2003].
 #pragma once
 
 #include <array>

@@ -1,9 +1,9 @@
 // Photographs behind the filters, assembled into a light field.
 //
 // View by view and film by film: the dark level is subtracted, the exposures are merged, the rate is scaled
-// to irradiance and rectified to the pixels of M; then the films are subtracted [LF 4, 6.2]. Noise is carried
-// along by error propagation, so that a field knows how good it is. Two views at most per thread are in
-// memory besides the result.
+// to irradiance and rectified to the pixels of M; then the films are subtracted [Goesele 2003, 4, 6.2]. Noise
+// is carried along by error propagation, so that a field knows how good it is. Two views at most per thread
+// are in memory besides the result.
 #pragma once
 
 #include <cstdint>

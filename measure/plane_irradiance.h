@@ -3,7 +3,7 @@
 // On a plane parallel to S at distance z all cosines and distances cancel: a bundle of rays that is du dv
 // wide on S and ds dt wide on M is (z/D)² ds dt wide at a point that all of it passes, so that
 //
-//     E(x, y, z) = (D/z)² ∫∫ h(u, v, u + (x - u) D/z, v + (y - v) D/z) du dv            [LF 2, 3.2]
+//     E(x, y, z) = (D/z)² ∫∫ h(u, v, u + (x - u) D/z, v + (y - v) D/z) du dv            [Goesele 2003, 3.2]
 //
 // and, h being a sum of products, each coefficient adds a product of two one-dimensional integrals of the
 // bell over the part of S from which the point is seen through a pixel. These have a closed form.

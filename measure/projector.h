@@ -4,7 +4,7 @@
 // 1/a + 1/b = 1/f. A ray that leaves the lens at p along d pierces the sharp plane at q = p + d b/d_z; it
 // comes from the slide's point -q a/b and has the radiance that the slide lets through there. So the picture
 // stands upright, with q_x to the right and q_y up, for someone who looks at the lens from the screen's far
-// side: as every image of this house shows a screen.
+// side: as every image of this project shows a screen.
 #pragma once
 
 #include "engine/base/image.h"

@@ -1,4 +1,4 @@
-// The projection itself [LF 2, as a sum over rays].
+// The projection itself [Goesele 2003, 3.1, as a sum over rays].
 #include "measure/ray_projection.h"
 
 #include <cmath>

@@ -1,8 +1,8 @@
 // A way into a light field: a lamp known by its rays.
 //
-// Rays are a Monte Carlo sample of the integrals by which the optical bench measures [LF 2]: a ray of flux φ
-// through (u, v) of S and (s, t) of M adds φ Φ̃_m(u) Φ̃_n(v) / (w_M h_M) to pixel (k, l) of each of the 4 x 4
-// filters over it [LF 5].
+// Rays are a Monte Carlo sample of the integrals by which the optical bench measures [Goesele 2003, 3.1]: a
+// ray of flux φ through (u, v) of S and (s, t) of M adds φ Φ̃_m(u) Φ̃_n(v) / (w_M h_M) to pixel (k, l) of each
+// of the 4 x 4 filters over it.
 #pragma once
 
 #include <optional>

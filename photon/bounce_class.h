@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/bsdf.h"
 
 namespace lucerna {
@@ -19,7 +19,7 @@ struct BounceClass {
 };
 
 inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& sample, float specular_below,
-                            Stream& stream) {
+                            Sampler& sampler) {
     if (sample.delta) return {true};
     if (!(specular_below > 0)) return {false};
     const Bsdf sharp = bsdf.sharp_part(specular_below);
@@ -28,7 +28,7 @@ inline BounceClass classify(const Bsdf& bsdf, const V3f& wo, const BsdfSample& s
     const Rgb part = sharp.f(wo, sample.wi, Transport::particles);
     if (!(luminance(all) > 0)) return {false};  // only by rounding: the sample had weight
     const float chance = std::min(1.0F, luminance(part) / luminance(all));
-    const bool specular = stream.next() < chance;  // never where the chance is 0, always where it is 1
+    const bool specular = sampler.next() < chance;  // never where the chance is 0, always where it is 1
     const float taken = specular ? chance : 1 - chance;
     Rgb scale(0.0F);
     for (int c = 0; c < 3; ++c) {

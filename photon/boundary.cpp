@@ -59,7 +59,7 @@ void convex_hull(std::vector<V2f>& points, std::vector<V2f>& hull) {
 }
 
 // The mean share of the kernel over the hull of n photons that lie evenly over the whole disc. The hull
-// misses 3.38 n^(-2/3) of the area (Rényi and Sulanke 1963), and where the kernel falls to 0 at the rim the
+// misses 3.38 n^(-2/3) of the area [Rényi and Sulanke 1963], and where the kernel falls to 0 at the rim the
 // square of that times a constant; the rest is fitted to what many hulls gave, within 0.01 for n >= kFewest.
 constexpr float kFewest = 8;
 float whole_hull(KernelShape kernel, float n) {

@@ -1,11 +1,11 @@
-// What share of an estimate's kernel lies where photons could have been counted [photon-maps 3].
+// What share of an estimate's kernel lies where photons could have been counted [Jensen 2001, 7].
 //
 // At the edge of a surface the disc hangs over: no photon rests there, and the estimate is too dark by the
 // part of the kernel that hangs over (half of it on a straight edge, three quarters at a right corner).
 // Divided by the share that does not, it is right again as far as the light is even over the disc. Two ways
 // to find the share:
 //
-//   hull     the convex hull of the photons where they cross the disc (Jensen 2001, section 7.2), of which
+//   hull     the convex hull of the photons where they cross the disc [Jensen 2001, 7.2], of which
 //            the kernel is integrated exactly. Needs nothing but the photons; sees no hole and no inner
 //            corner.
 //   probes   a few photons' paths, moved across the disc as the kernel has it, are traced: does each end

@@ -8,85 +8,87 @@
 #include "engine/base/hash.h"
 #include "engine/base/memory.h"
 #include "engine/base/stopwatch.h"
-#include "photon/walk_group.h"
+#include "photon/light_path_group.h"
 
 namespace lucerna {
 namespace {
 
 // What one chunk of paths makes; joined in the order of the chunks.
-struct Harvest {
+struct ChunkPhotons {
     std::array<Photons, kMapKinds> batches;
     std::array<DepositCount, kMapKinds> counts{};
     Ledger ledger;
 };
 
-void deposit(const WalkHit& at, const MapPlan& plan, Harvest& harvest) {
-    const auto kind = static_cast<std::size_t>(map_of(at.path, plan.caustic_chains));
+void deposit(const LightPathHit& at, const MapParameters& parameters, ChunkPhotons& chunk) {
+    const auto kind = static_cast<std::size_t>(map_of(at.path, parameters.caustic_chains));
     if (!stores_photons(at.bsdf)) {
-        ++harvest.counts[kind].not_storable;
-    } else if (!plan.wanted[kind]) {
-        ++harvest.counts[kind].not_wanted;
+        ++chunk.counts[kind].not_storable;
+    } else if (!parameters.wanted[kind]) {
+        ++chunk.counts[kind].not_wanted;
     } else {
-        ++harvest.counts[kind].stored;
+        ++chunk.counts[kind].stored;
         const V3f& n = at.hit.at.n;
-        harvest.batches[kind].add(at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
-                                  {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
+        chunk.batches[kind].add(at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
+                                {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
     }
 }
 
-void deposit(const WalkScatter& at, const MapPlan& plan, Harvest& harvest) {
+void deposit(const LightPathScatter& at, const MapParameters& parameters, ChunkPhotons& chunk) {
     const auto kind = static_cast<std::size_t>(MapKind::volume);
     const bool direct = at.path.diffuse == 0 && at.path.specular == 0;
-    if (!plan.wanted[kind] || (direct && !plan.volume_direct)) {
-        ++harvest.counts[kind].not_wanted;
+    if (!parameters.wanted[kind] || (direct && !parameters.volume_direct)) {
+        ++chunk.counts[kind].not_wanted;
     } else {
-        ++harvest.counts[kind].stored;
-        harvest.batches[kind].add(at.p, PackedDirection(),
-                                  {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
+        ++chunk.counts[kind].stored;
+        chunk.batches[kind].add(at.p, PackedDirection(),
+                                {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
     }
 }
 
-// What is beyond the bounces that wanted maps can take is not walked. Without any map the ledger is what is
+// What is beyond the bounces that wanted maps can take is not followed. Without any map the ledger is what is
 // wanted.
-PathUse use_of(const MapPlan& plan) {
-    const auto wanted = [&](MapKind kind) { return plan.wanted[static_cast<std::size_t>(kind)]; };
+PathUse use_of(const MapParameters& parameters) {
+    const auto wanted = [&](MapKind kind) { return parameters.wanted[static_cast<std::size_t>(kind)]; };
     if (wanted(MapKind::global) || wanted(MapKind::volume)) return PathUse::all;
     if (!wanted(MapKind::caustic)) return wanted(MapKind::direct) ? PathUse::first_hits : PathUse::all;
-    return plan.caustic_chains ? PathUse::caustic_chains : PathUse::caustics;
+    return parameters.caustic_chains ? PathUse::caustic_chains : PathUse::caustics;
 }
 
-Harvest walk_paths(const Scene& scene, const MapPlan& plan, std::int64_t begin, std::int64_t end) {
-    Harvest harvest;
+ChunkPhotons trace_light_paths(const Scene& scene, const MapParameters& parameters, std::int64_t begin,
+                               std::int64_t end) {
+    ChunkPhotons chunk;
     // Room for a photon of each path: arrays that grow in steps leave twice their size to the system, page by
     // page, and threads wait for each other there. What is not filled is never touched.
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (plan.wanted[kind]) harvest.batches[kind].reserve(static_cast<std::size_t>(end - begin));
+        if (parameters.wanted[kind]) chunk.batches[kind].reserve(static_cast<std::size_t>(end - begin));
     }
-    Emission emission(scene, plan.seed, Purpose::emission, plan.pass, plan.emission);
-    const StreamFamily numbers(plan.seed, Purpose::emission, plan.pass);
-    WalkGroup group(
-        scene, harvest.ledger, [&](const WalkHit& at) { deposit(at, plan, harvest); },
-        [&](const WalkScatter& at) { deposit(at, plan, harvest); }, [](const WalkExit&) {},
-        plan.specular_below, use_of(plan));
+    Emission emission(scene, parameters.seed, Purpose::emission, parameters.pass, parameters.emission);
+    const SamplerFamily numbers(parameters.seed, Purpose::emission, parameters.pass);
+    LightPathGroup group(
+        scene, chunk.ledger, [&](const LightPathHit& at) { deposit(at, parameters, chunk); },
+        [&](const LightPathScatter& at) { deposit(at, parameters, chunk); }, [](const LightPathEscape&) {},
+        parameters.specular_below, use_of(parameters));
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                          ++harvest.ledger.paths;
+                          ++chunk.ledger.paths;
                           if (start) {
                               group.add(*start, numbers.path(path));
                           } else {
-                              ++harvest.ledger.not_emitted;
+                              ++chunk.ledger.not_emitted;
                           }
                       });
     group.finish();
-    return harvest;
+    return chunk;
 }
 
 // Concatenates the chunks' photons of one class, freeing each as it goes.
-Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t paths, const Workers& workers) {
+Photons join(std::vector<ChunkPhotons>& chunks, std::size_t kind, std::int64_t paths,
+             const Workers& workers) {
     const float share = 1.0F / static_cast<float>(paths);  // the one place of 1/M; paths >= 1
     std::vector<std::size_t> begins;
     std::size_t total = 0;
-    for (const Harvest& h : harvests) {
+    for (const ChunkPhotons& h : chunks) {
         begins.push_back(total);
         total += h.batches[kind].size();
     }
@@ -94,8 +96,8 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t path
     all.positions.resize(total);
     all.normals.resize(total);
     all.photons.resize(total);
-    parallel_chunks(workers, static_cast<std::int64_t>(harvests.size()), [&](std::int64_t chunk) {
-        const Photons batch = std::exchange(harvests[static_cast<std::size_t>(chunk)].batches[kind], {});
+    parallel_chunks(workers, static_cast<std::int64_t>(chunks.size()), [&](std::int64_t chunk) {
+        const Photons batch = std::exchange(chunks[static_cast<std::size_t>(chunk)].batches[kind], {});
         const auto begin = static_cast<std::ptrdiff_t>(begins[static_cast<std::size_t>(chunk)]);
         std::copy(batch.positions.begin(), batch.positions.end(), all.positions.begin() + begin);
         std::copy(batch.normals.begin(), batch.normals.end(), all.normals.begin() + begin);
@@ -111,9 +113,9 @@ Photons join(std::vector<Harvest>& harvests, std::size_t kind, std::int64_t path
 constexpr std::int64_t kPathsPerChunk =
     4096;  // paths per chunk; fixed, so that results do not depend on threads
 
-std::int64_t stored(const std::vector<Harvest>& harvests, std::size_t kind) {
+std::int64_t stored(const std::vector<ChunkPhotons>& chunks, std::size_t kind) {
     std::int64_t sum = 0;
-    for (const Harvest& h : harvests) sum += static_cast<std::int64_t>(h.counts[kind].stored);
+    for (const ChunkPhotons& h : chunks) sum += static_cast<std::int64_t>(h.counts[kind].stored);
     return sum;
 }
 
@@ -128,12 +130,12 @@ double bytes_of_maps(double all, double largest) {
 
 // Throws InputError if `total` paths will store more photons than there is memory for, by what the first
 // `done` stored.
-void require_memory_for(const std::vector<Harvest>& harvests, std::int64_t done, std::int64_t total) {
+void require_memory_for(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total) {
     if (done <= 0 || total <= done) return;
     double all = 0, largest = 0;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        const double photons = static_cast<double>(stored(harvests, kind)) *
-                               static_cast<double>(total - done) / static_cast<double>(done);
+        const double photons = static_cast<double>(stored(chunks, kind)) * static_cast<double>(total - done) /
+                               static_cast<double>(done);
         all += photons;
         largest = std::max(largest, photons);
     }
@@ -142,56 +144,58 @@ void require_memory_for(const std::vector<Harvest>& harvests, std::int64_t done,
                    "fewer photons are accepted; many of them one after the other: integrator progressive");
 }
 
-// Walks paths until there are `total` of them.
-void walk_until(const Scene& scene, const MapPlan& plan, std::int64_t total, const Workers& workers,
-                Monitor& monitor, std::vector<Harvest>& harvests) {
-    const std::int64_t first = static_cast<std::int64_t>(harvests.size()) * kPathsPerChunk;
-    harvests.resize(static_cast<std::size_t>((total + kPathsPerChunk - 1) / kPathsPerChunk));
+// Traces light paths until there are `total` of them.
+void trace_until(const Scene& scene, const MapParameters& parameters, std::int64_t total,
+                 const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
+    const std::int64_t first = static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk;
+    chunks.resize(static_cast<std::size_t>((total + kPathsPerChunk - 1) / kPathsPerChunk));
     Phase phase(monitor, "photons", static_cast<std::uint64_t>(total - first));
-    const auto walk = [&](std::int64_t from, std::int64_t to) {
+    const auto trace = [&](std::int64_t from, std::int64_t to) {
         parallel_ranges(workers, to - from, kPathsPerChunk,
                         [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
                             if (monitor.stopped()) return;
-                            harvests[static_cast<std::size_t>((from + begin) / kPathsPerChunk)] =
-                                walk_paths(scene, plan, from + begin, from + end);
+                            chunks[static_cast<std::size_t>((from + begin) / kPathsPerChunk)] =
+                                trace_light_paths(scene, parameters, from + begin, from + end);
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
     };
     // The first of them tell what all will need.
     const std::int64_t sample = std::min(total, std::max(first, 16 * kPathsPerChunk));
-    walk(first, sample);
-    if (!monitor.stopped()) require_memory_for(harvests, sample, total);
-    walk(sample, total);
+    trace(first, sample);
+    if (!monitor.stopped()) require_memory_for(chunks, sample, total);
+    trace(sample, total);
 }
 
-// How many paths are walked, by the length of those of the first chunk: never fewer than that chunk, nor more
+// How many paths are traced, by the length of those of the first chunk: never fewer than that chunk, nor more
 // than planned.
-std::int64_t within_bounces(const MapPlan& plan, const std::vector<Harvest>& harvests, Monitor& monitor) {
+std::int64_t within_bounces(const MapParameters& parameters, const std::vector<ChunkPhotons>& chunks,
+                            Monitor& monitor) {
     Ledger first;
-    for (const Harvest& h : harvests) first.add(h.ledger);
-    if (first.paths == 0) return plan.paths;
+    for (const ChunkPhotons& h : chunks) first.add(h.ledger);
+    if (first.paths == 0) return parameters.paths;
     const double length =
         static_cast<double>(first.hits + first.scatterings) / static_cast<double>(first.paths);
-    if (!(length > plan.most_bounces)) return plan.paths;
-    const double affordable = static_cast<double>(plan.paths) * plan.most_bounces / length;
-    const auto chunks = std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kPathsPerChunk, 1);
-    const std::int64_t paths = std::min(plan.paths, chunks * kPathsPerChunk);
-    if (paths < plan.paths) {
+    if (!(length > parameters.most_bounces)) return parameters.paths;
+    const double affordable = static_cast<double>(parameters.paths) * parameters.most_bounces / length;
+    const auto whole_chunks =
+        std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kPathsPerChunk, 1);
+    const std::int64_t paths = std::min(parameters.paths, whole_chunks * kPathsPerChunk);
+    if (paths < parameters.paths) {
         monitor.warn(fmt::format(
-            "of {} light paths {} are walked: they bounce {:.0f} times on average, as surfaces that "
+            "of {} light paths {} are traced: they bounce {:.0f} times on average, as surfaces that "
             "light goes on from take almost nothing away; what they bring has more noise",
-            plan.paths, paths, length));
+            parameters.paths, paths, length));
     }
     return paths;
 }
 
 // How many paths all targets are expected to need, by what the first `total` gave; `total` if they are met.
 // Drops the targets that would need more paths than `most`.
-std::int64_t needed(const std::vector<Harvest>& harvests, std::int64_t total, std::int64_t most,
+std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total, std::int64_t most,
                     std::array<std::int64_t, kMapKinds>& targets, Monitor& monitor) {
     std::int64_t paths = total;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        const std::int64_t found = stored(harvests, kind);
+        const std::int64_t found = stored(chunks, kind);
         if (found >= targets[kind]) continue;
         const double wanted = 1.1 * static_cast<double>(total) * static_cast<double>(targets[kind]) /
                               static_cast<double>(std::max<std::int64_t>(found, 1));
@@ -207,53 +211,53 @@ std::int64_t needed(const std::vector<Harvest>& harvests, std::int64_t total, st
     return (paths + kPathsPerChunk - 1) / kPathsPerChunk * kPathsPerChunk;
 }
 
-// Walks as many paths as the plan asks for; returns their number.
-std::int64_t walk_all(const Scene& scene, const MapPlan& plan, const Workers& workers, Monitor& monitor,
-                      std::vector<Harvest>& harvests) {
-    std::array<std::int64_t, kMapKinds> targets = plan.targets;
+// Traces as many light paths as the parameters ask for; returns their number.
+std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, const Workers& workers,
+                       Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
+    std::array<std::int64_t, kMapKinds> targets = parameters.targets;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (!plan.wanted[kind]) targets[kind] = 0;
+        if (!parameters.wanted[kind]) targets[kind] = 0;
     }
     if (targets == std::array<std::int64_t, kMapKinds>{}) {
-        std::int64_t paths = plan.paths;
-        if (plan.most_bounces > 0 && paths > kPathsPerChunk) {
-            walk_until(scene, plan, kPathsPerChunk, workers, monitor, harvests);
-            paths = within_bounces(plan, harvests, monitor);
+        std::int64_t paths = parameters.paths;
+        if (parameters.most_bounces > 0 && paths > kPathsPerChunk) {
+            trace_until(scene, parameters, kPathsPerChunk, workers, monitor, chunks);
+            paths = within_bounces(parameters, chunks, monitor);
         }
-        if (paths > static_cast<std::int64_t>(harvests.size()) * kPathsPerChunk) {
-            walk_until(scene, plan, paths, workers, monitor, harvests);
+        if (paths > static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk) {
+            trace_until(scene, parameters, paths, workers, monitor, chunks);
         }
         return paths;
     }
-    constexpr std::int64_t kPilot = 16 * kPathsPerChunk;
+    constexpr std::int64_t kFirstPaths = 16 * kPathsPerChunk;
     constexpr std::int64_t kMostPaths = std::int64_t{1} << 27;  // minutes, and gigabytes
-    std::int64_t total = kPilot;
-    walk_until(scene, plan, total, workers, monitor, harvests);
+    std::int64_t total = kFirstPaths;
+    trace_until(scene, parameters, total, workers, monitor, chunks);
     while (!monitor.stopped()) {
         // A first look at few photons is not trusted with more than sixteen times as many paths.
-        const std::int64_t next = std::min(needed(harvests, total, kMostPaths, targets, monitor), 16 * total);
+        const std::int64_t next = std::min(needed(chunks, total, kMostPaths, targets, monitor), 16 * total);
         if (next <= total) break;
         total = next;
-        walk_until(scene, plan, total, workers, monitor, harvests);
+        trace_until(scene, parameters, total, workers, monitor, chunks);
     }
     return total;
 }
 
 }  // namespace
 
-PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
+PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor) {
-    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
+    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
         throw InputError(
-            fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
+            fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
     }
     PhotonMaps result;
 
-    // Emit and walk.
+    // Emit and trace light paths.
     const Stopwatch tracing;
-    std::vector<Harvest> harvests;
-    const std::int64_t paths = walk_all(scene, plan, workers, monitor, harvests);
-    for (const Harvest& h : harvests) {
+    std::vector<ChunkPhotons> chunks;
+    const std::int64_t paths = trace_all(scene, parameters, workers, monitor, chunks);
+    for (const ChunkPhotons& h : chunks) {
         result.ledger.add(h.ledger);
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             result.counts[kind].stored += h.counts[kind].stored;
@@ -267,29 +271,29 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Work
     // Index.
     const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (!plan.wanted[kind]) continue;
-        result.maps[kind].emplace(join(harvests, kind, paths, workers), plan.index, workers);
+        if (!parameters.wanted[kind]) continue;
+        result.maps[kind].emplace(join(chunks, kind, paths, workers), parameters.index, workers);
     }
     result.seconds_index = indexing.seconds();
     return result;
 }
 
-std::uint64_t map_key(const Scene& scene, const MapPlan& plan) {
+std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
     WordHash key;
-    key.add(static_cast<std::uint64_t>(plan.paths));
-    key.add(plan.seed);
-    key.add(std::uint64_t{plan.pass});
+    key.add(static_cast<std::uint64_t>(parameters.paths));
+    key.add(parameters.seed);
+    key.add(std::uint64_t{parameters.pass});
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        key.add(int{plan.wanted[kind]});
-        key.add(static_cast<std::uint64_t>(plan.targets[kind]));
+        key.add(int{parameters.wanted[kind]});
+        key.add(static_cast<std::uint64_t>(parameters.targets[kind]));
     }
-    key.add(int{plan.volume_direct});
-    key.add(plan.specular_below);
-    if (plan.emission) key.add(plan.emission->hash());
+    key.add(int{parameters.volume_direct});
+    key.add(parameters.specular_below);
+    if (parameters.emission) key.add(parameters.emission->hash());
 
-    MapPlan all = plan;
+    MapParameters all = parameters;
     all.wanted.fill(true);
-    const Harvest first = walk_paths(scene, all, 0, kPathsPerChunk);
+    const ChunkPhotons first = trace_light_paths(scene, all, 0, kPathsPerChunk);
     for (const Photons& batch : first.batches) {
         key.add_bytes(std::as_bytes(std::span(batch.positions)));
         key.add_bytes(std::as_bytes(std::span(batch.photons)));

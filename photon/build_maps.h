@@ -1,4 +1,4 @@
-// From lights to maps: emits light paths, walks them, sorts their hits into the maps that are wanted.
+// From lights to maps: emits light paths, traces them, sorts their hits into the maps that are wanted.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace lucerna {
 
-struct MapPlan {
+struct MapParameters {
     std::int64_t paths = 0;  // light paths to emit, at most 2^32; not looked at where a target is set
     std::array<bool, kMapKinds> wanted{};
     std::uint64_t seed = 0;
@@ -31,7 +31,7 @@ struct MapPlan {
     // target is set.
     int most_bounces = 0;
     // By which paths are emitted; null: plainly. Outlives the maps' making.
-    const EmissionPlan* emission = nullptr;
+    const LearnedEmission* emission = nullptr;
 };
 
 // What became of the hits of one class.
@@ -53,13 +53,13 @@ struct PhotonMaps {
     }
 };
 
-// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not walked
+// The same maps, photon by photon, for any number of threads. Stopped early (monitor), the paths not traced
 // carry no power: the caller must not use the result.
-PhotonMaps build_photon_maps(const Scene& scene, const MapPlan& plan, const Workers& workers,
+PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor);
 
-// Names what a plan makes of a scene. As a scene has no name, what it does with its first light paths stands
-// for it: a change that none of some thousand paths meets is not seen.
-std::uint64_t map_key(const Scene& scene, const MapPlan& plan);
+// Names the maps that these parameters make of a scene. As a scene has no name, what it does with its first
+// light paths stands for it: a change that none of some thousand paths meets is not seen.
+std::uint64_t map_key(const Scene& scene, const MapParameters& parameters);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// Which hit enters which map [photon-maps 1]:
+// Which hit enters which map [Jensen 2001, 9; Goesele 2003, 5.2]:
 //
 //   Direct   LD             the first impact straight from a light
 //   Caustic  LS+D           after specular bounces only
@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "photon/walk.h"
+#include "photon/light_path.h"
 
 namespace lucerna {
 
@@ -34,8 +34,9 @@ inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons rest on surfaces with a diffuse part, and are gathered for that part alone. Gloss, rough metal
-// and glass reflect too little of what an estimate would gather, and renderers follow the ray there instead.
+// Photons rest on surfaces with a diffuse part, and are used in density estimates for that part alone. Gloss,
+// rough metal and glass reflect too little of what an estimate would find, and renderers follow the ray there
+// instead.
 inline bool stores_photons(const Bsdf& bsdf) {
     return bsdf.has_diffuse();
 }

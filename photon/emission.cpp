@@ -5,15 +5,15 @@
 namespace lucerna {
 
 std::optional<Emission::Choice> Emission::choose(const EmitNet::Point& point) const {
-    if (!plan_) {
+    if (!learned_) {
         const auto pick = scene_.picker().pick(point.light);
         if (!pick) return std::nullopt;
         return Choice{pick->light, 0, pick->probability, 1, point.u};
     }
-    const auto pick = plan_->pick(point.light);
+    const auto pick = learned_->pick(point.light);
     if (!pick) return std::nullopt;
     Choice choice{pick->light, 0, pick->probability, 1, point.u};
-    choice.scale = plan_->warp(choice.light, choice.u);
+    choice.scale = learned_->warp(choice.light, choice.u);
     return choice;
 }
 
@@ -47,11 +47,11 @@ void Emission::emit_group(std::span<const Choice> group, std::span<std::optional
     for (const Choice& choice : group) numbers_.push_back(choice.u);
     emitted_.resize(group.size());
     const std::uint32_t light = group.front().light;
-    scene_.lights()[light]->emit_many(numbers_, emitted_);
+    scene_.lights()[light]->sample_Le_many(numbers_, emitted_);
     const std::int32_t medium = scene_.medium_of_light(light);
     const Rgb& reach = scene_.reach_of_light(light);
     for (std::size_t i = 0; i < group.size(); ++i) {
-        const std::optional<Emitted>& emitted = emitted_[i];
+        const std::optional<LeSample>& emitted = emitted_[i];
         if (!emitted) continue;
         const Rgb weight = emitted->weight * reach;
         if (is_black(weight)) continue;

@@ -1,6 +1,6 @@
-// The first moment of a photon's life: a light is chosen by its power and asked for a particle. A plan
-// (emission_plan.h) may steer both choices; the start's power is then weighted so that every mean stays what
-// it is.
+// The first moment of a photon's life: a light is chosen by its power and is asked for a particle. Learned
+// emission (learned_emission.h) may steer both choices; the start's power is then weighted so that every mean
+// stays what it is.
 //
 // Light paths start in batches: their numbers come from one net, and each light is asked once for all its
 // particles of a batch, so that the reads of a measured lamp's tables overlap. A path's start is the same in
@@ -11,10 +11,10 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/scene.h"
 #include "lights/emit_net.h"
-#include "photon/emission_plan.h"
+#include "photon/learned_emission.h"
 
 namespace lucerna {
 
@@ -24,7 +24,7 @@ struct LightPathStart {
     SurfacePoint from;
     V3f d;                            // unit
     Rgb power;                        // W; its mean over paths is the flux of all lights together, in
-                                      // expectation where a plan weights it
+                                      // expectation where learned emission weights it
     std::int32_t medium = kNoMedium;  // of the borders, in which it begins
 };
 
@@ -34,18 +34,18 @@ class Emission {
     // A batch that stays within a core's second cache.
     static constexpr std::size_t kBatch = 512;
 
-    // Plain without a plan; a plan must outlive it.
+    // Plain if `learned` is null; it must outlive this.
     Emission(const Scene& scene, std::uint64_t seed, Purpose purpose, std::uint32_t pass,
-             const EmissionPlan* plan = nullptr)
-        : scene_(scene), net_(seed, purpose, pass, net_kind(purpose)), plan_(plan) {}
+             const LearnedEmission* learned = nullptr)
+        : scene_(scene), net_(seed, purpose, pass, net_kind(purpose)), learned_(learned) {}
 
     // Paths first, first + 1 …, as many as `out` has places. No sample: no light has power, or the light had
     // nothing to emit for these numbers.
     void start(std::uint32_t first, std::span<std::optional<LightPathStart>> out);
 
-    // Sets of virtual lights start from few paths each, maps from many at once.
+    // Sets of VPLs start from few paths each, maps from many at once.
     static EmitNet::Kind net_kind(Purpose purpose) {
-        return purpose == Purpose::virtual_light ? EmitNet::Kind::pairs : EmitNet::Kind::joint;
+        return purpose == Purpose::vpl ? EmitNet::Kind::pairs : EmitNet::Kind::joint;
     }
 
     // Calls visit(path, start) for the paths [begin, end) in order.
@@ -66,18 +66,18 @@ class Emission {
         std::uint32_t light;
         std::uint32_t place;  // in the batch
         float probability;
-        float scale;  // of its power, by the plan: plain density over its own
-        EmitU u;
+        float scale;  // of its power: plain density over its own
+        LeSampleU u;
     };
     std::optional<Choice> choose(const EmitNet::Point& point) const;
     void emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out);
 
     const Scene& scene_;
     EmitNet net_;
-    const EmissionPlan* plan_;  // null: plain
+    const LearnedEmission* learned_;  // null: plain
     std::vector<Choice> choices_;
-    std::vector<EmitU> numbers_;
-    std::vector<std::optional<Emitted>> emitted_;
+    std::vector<LeSampleU> numbers_;
+    std::vector<std::optional<LeSample>> emitted_;
     std::vector<std::optional<LightPathStart>> starts_;
 };
 

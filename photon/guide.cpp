@@ -16,21 +16,21 @@
 namespace lucerna {
 namespace {
 
-// Of the photons that a station counts, one in so many is a station itself.
+// Of the photons in a cached distribution, one in so many has a distribution of its own.
 constexpr int kOverlap = 3;
-// Between the normals of a point and of a station by which it goes: cosine.
+// Between the normals of a point and of the cached distribution it takes: cosine.
 constexpr float kAboutTheSame = 0.7F;
 
-constexpr CellId kMute = kNoCell - 1;  // no part is named so: a table has fewer cells
+constexpr CellId kNoSample = kNoCell - 1;  // no part is named so: a table has fewer cells
 
-// What is voted for, as one number to sort by.
-struct Ballot {
+// A sample with its light and part as one number to sort by.
+struct HistogramEntry {
     std::uint64_t key;
     std::uint32_t order;  // nearest first: sums do not depend on how equal keys are sorted
     float weight;
     float plain;
 
-    bool operator<(const Ballot& other) const {
+    bool operator<(const HistogramEntry& other) const {
         return key < other.key || (key == other.key && order < other.order);
     }
 };
@@ -70,27 +70,27 @@ float likeliest_share(std::span<const Count> counts, float all) {
 
 }  // namespace
 
-float tally(std::span<const Vote> votes, std::vector<Guide::Choice>& choices) {
-    assert(votes.size() <= GuideSettings::kMostPhotons);
-    std::array<Ballot, GuideSettings::kMostPhotons> ballots;
+float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Choice>& choices) {
+    assert(samples.size() <= GuideSettings::kMostPhotons);
+    std::array<HistogramEntry, GuideSettings::kMostPhotons> entries;
     float total = 0;
-    for (std::size_t i = 0; i < votes.size(); ++i) {
-        ballots[i] = {key_of(votes[i].light, votes[i].part), static_cast<std::uint32_t>(i), votes[i].weight,
-                      votes[i].plain};
-        total += votes[i].weight;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        entries[i] = {key_of(samples[i].light, samples[i].part), static_cast<std::uint32_t>(i),
+                      samples[i].weight, samples[i].plain};
+        total += samples[i].weight;
     }
     if (!(total > 0) || !std::isfinite(total)) return 1;
-    std::sort(ballots.begin(), ballots.begin() + static_cast<std::ptrdiff_t>(votes.size()));
+    std::sort(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(samples.size()));
 
     // Count by key.
     const std::size_t begin = choices.size();
     float sum = 0;
     std::array<Count, GuideSettings::kMostPhotons> counts;
-    for (std::size_t i = 0; i < votes.size();) {
+    for (std::size_t i = 0; i < samples.size();) {
         const std::size_t first = i;
-        const std::uint64_t key = ballots[first].key;
-        for (; i < votes.size() && ballots[i].key == key; ++i) sum += ballots[i].weight;
-        counts[choices.size() - begin] = {static_cast<float>(i - first), ballots[first].plain};
+        const std::uint64_t key = entries[first].key;
+        for (; i < samples.size() && entries[i].key == key; ++i) sum += entries[i].weight;
+        counts[choices.size() - begin] = {static_cast<float>(i - first), entries[first].plain};
         choices.push_back({static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0, sum});
     }
 
@@ -102,7 +102,7 @@ float tally(std::span<const Vote> votes, std::vector<Guide::Choice>& choices) {
         choice.probability = choice.upto - before;
         before = choice.upto;
     }
-    return likeliest_share({counts.data(), choices.size() - begin}, static_cast<float>(votes.size()));
+    return likeliest_share({counts.data(), choices.size() - begin}, static_cast<float>(samples.size()));
 }
 
 const Guide::Choice& Guide::draw(float u) const {
@@ -124,13 +124,13 @@ float Guide::probability(std::uint32_t light, CellId part) const {
 
 namespace {
 
-// What each photon is for, and the share of all of them that vote alike: they were emitted by flux, as the
-// plain choice is made.
-struct Parties {
-    std::vector<CellId> parts;  // of each photon's light, or kMute
+// The part of its light that each photon left from, and the share of all photons that left from it: they were
+// emitted by flux, as the plain choice is made.
+struct PhotonParts {
+    std::vector<CellId> parts;  // of each photon's light, or kNoSample
     std::vector<float> plain;
 
-    Parties(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
+    PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
         : parts(map.size()), plain(map.size()) {
         const auto size = static_cast<std::int64_t>(map.size());
         constexpr std::int64_t kGrain = 1 << 14;
@@ -139,7 +139,7 @@ struct Parties {
                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
                     const Photon& photon = map.photons()[i];
                     const Light& light = *lights[photon.light];
-                    parts[i] = light.only_particles() ? kMute : light.part_of(photon.cell);
+                    parts[i] = light.only_particles() ? kNoSample : light.part_of(photon.cell);
                 }
             });
         std::unordered_map<std::uint64_t, float> counts;
@@ -151,20 +151,22 @@ struct Parties {
     }
 };
 
-// The votes around x, on the side of n; their number.
-std::size_t votes_near(const PhotonMap& map, const Parties& parties, const GuideSettings& settings,
-                       const V3f& x, const V3f& n, std::array<Vote, GuideSettings::kMostPhotons>& votes) {
+// The samples around x, on the side of n; their number.
+std::size_t samples_near(const PhotonMap& map, const PhotonParts& photon_parts, const GuideSettings& settings,
+                         const V3f& x, const V3f& n,
+                         std::array<PartSample, GuideSettings::kMostPhotons>& samples) {
     const TangentMetric metric(x, n, MetricKind::euclidean, 1);
     const NearPhotons near(map, x, metric, static_cast<std::size_t>(settings.k), sqr(settings.radius));
     std::size_t size = 0;
     for (const Neighbour& neighbour : near.found()) {
-        const CellId part = parties.parts[neighbour.index];
-        if (part == kMute) continue;
+        const CellId part = photon_parts.parts[neighbour.index];
+        if (part == kNoSample) continue;
         const Photon& photon = map.photons()[neighbour.index];
         // All at one point: they count alike.
         const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
-        votes[size++] = {photon.light, part, luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
-                         parties.plain[neighbour.index]};
+        samples[size++] = {photon.light, part,
+                           luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
+                           photon_parts.plain[neighbour.index]};
     }
     return size;
 }
@@ -175,12 +177,13 @@ GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights
                    const GuideSettings& settings, const Workers& workers)
     : map_(std::move(map)), settings_(settings) {
     assert(settings.k >= 0 && settings.k <= GuideSettings::kMostPhotons);
-    if (settings.k > 0 && map_.size() > 0) make_stations(lights, workers);
+    if (settings.k > 0 && map_.size() > 0) cache_distributions(lights, workers);
 }
 
-void GuideMap::make_stations(std::span<const std::unique_ptr<Light>> lights, const Workers& workers) {
-    const Parties parties(map_, lights, workers);
-    // A station for every few of the photons that each one counts: they overlap. In the order of the map.
+void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> lights, const Workers& workers) {
+    const PhotonParts photon_parts(map_, lights, workers);
+    // A distribution for every few of the photons that each one counts: they overlap. In the order of the
+    // map.
     const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings_.k) / kOverlap, 1);
     for (std::size_t i = 0; i < map_.size(); i += stride) {
         places_.push_back(map_.positions()[i]);
@@ -189,26 +192,26 @@ void GuideMap::make_stations(std::span<const std::unique_ptr<Light>> lights, con
     const auto count = static_cast<std::int64_t>(places_.size());
     constexpr std::int64_t kGrain = 512;  // fixed, so that results do not depend on threads
     struct Chunk {
-        std::vector<Station> stations;
+        std::vector<CachedDistribution> distributions;
         std::vector<Guide::Choice> choices;
     };
     std::vector<Chunk> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
     parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t number) {
         Chunk& chunk = chunks[static_cast<std::size_t>(number)];
-        std::array<Vote, GuideSettings::kMostPhotons> votes;
+        std::array<PartSample, GuideSettings::kMostPhotons> samples;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const std::size_t size =
-                votes_near(map_, parties, settings_, places_[i], normals_[i].unpack(), votes);
+                samples_near(map_, photon_parts, settings_, places_[i], normals_[i].unpack(), samples);
             const std::size_t first = chunk.choices.size();
-            const float plain_share = tally({votes.data(), size}, chunk.choices);
-            chunk.stations.push_back({first, chunk.choices.size() - first, plain_share});
+            const float defensive_weight = make_histogram({samples.data(), size}, chunk.choices);
+            chunk.distributions.push_back({first, chunk.choices.size() - first, defensive_weight});
         }
     });
-    stations_.reserve(places_.size());
+    distributions_.reserve(places_.size());
     for (const Chunk& chunk : chunks) {
-        for (Station station : chunk.stations) {
-            station.first += choices_.size();
-            stations_.push_back(station);
+        for (CachedDistribution distribution : chunk.distributions) {
+            distribution.first += choices_.size();
+            distributions_.push_back(distribution);
         }
         choices_.insert(choices_.end(), chunk.choices.begin(), chunk.choices.end());
     }
@@ -219,8 +222,9 @@ Guide GuideMap::at(const V3f& x, const V3f& n) const {
     if (!index_) return {};
     const auto nearest = index_->nearest_facing(x, n, kAboutTheSame, sqr(settings_.radius));
     if (!nearest) return {};
-    const Station& station = stations_[nearest->index];
-    return {std::span(choices_).subspan(station.first, station.size), station.plain_share};
+    const CachedDistribution& distribution = distributions_[nearest->index];
+    return {std::span(choices_).subspan(distribution.first, distribution.size),
+            distribution.defensive_weight};
 }
 
 bool GuideMap::any_near(const V3f& x, const V3f& n) const {
@@ -232,14 +236,15 @@ bool GuideMap::any_near(const V3f& x, const V3f& n) const {
 namespace {
 
 // The first impacts of some paths, whatever they landed on: each is one ray.
-Photons first_impacts(const Scene& scene, const GuidePlan& plan, std::int64_t begin, std::int64_t end) {
+Photons first_impacts(const Scene& scene, const GuideParameters& parameters, std::int64_t begin,
+                      std::int64_t end) {
     Photons landed;
-    Emission emission(scene, plan.seed, Purpose::emission, plan.pass);
-    const float share = 1.0F / static_cast<float>(plan.paths);
+    Emission emission(scene, parameters.seed, Purpose::emission, parameters.pass);
+    const float share = 1.0F / static_cast<float>(parameters.paths);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t /*path*/, const std::optional<LightPathStart>& start) {
                           if (!start) return;
-                          const auto hit = scene.hit(Ray{start->from.towards(start->d), start->d});
+                          const auto hit = scene.intersect(Ray{start->from.towards(start->d), start->d});
                           if (!hit) return;
                           const V3f& n = hit->at.n;
                           landed.add(
@@ -263,35 +268,36 @@ void require_memory_for(const std::vector<Photons>& chunks, std::int64_t paths, 
 
 }  // namespace
 
-GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor) {
-    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
+GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
+                      Monitor& monitor) {
+    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
         throw InputError(
-            fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", plan.paths));
+            fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
     }
     constexpr std::int64_t kGrain = 4096;  // fixed, so that results do not depend on threads
-    std::vector<Photons> chunks(static_cast<std::size_t>((plan.paths + kGrain - 1) / kGrain));
-    Phase phase(monitor, "guide", static_cast<std::uint64_t>(plan.paths));
+    std::vector<Photons> chunks(static_cast<std::size_t>((parameters.paths + kGrain - 1) / kGrain));
+    Phase phase(monitor, "guide", static_cast<std::uint64_t>(parameters.paths));
     const auto emit = [&](std::int64_t from, std::int64_t to) {
         parallel_ranges(workers, to - from, kGrain,
                         [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
                             if (monitor.stopped()) return;
                             chunks[static_cast<std::size_t>((from + begin) / kGrain)] =
-                                first_impacts(scene, plan, from + begin, from + end);
+                                first_impacts(scene, parameters, from + begin, from + end);
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
     };
     // The first of them tell what all will need.
-    const std::int64_t sample = std::min(plan.paths, 16 * kGrain);
+    const std::int64_t sample = std::min(parameters.paths, 16 * kGrain);
     emit(0, sample);
-    if (!monitor.stopped()) require_memory_for(chunks, sample, plan.paths);
-    emit(sample, plan.paths);
+    if (!monitor.stopped()) require_memory_for(chunks, sample, parameters.paths);
+    emit(sample, parameters.paths);
     Photons all;
     for (const Photons& chunk : chunks) {
         for (std::size_t i = 0; i < chunk.size(); ++i) {
             all.add(chunk.positions[i], chunk.normals[i], chunk.photons[i]);
         }
     }
-    return {PhotonMap(all), scene.lights(), plan.settings, workers};
+    return {PhotonMap(all), scene.lights(), parameters.settings, workers};
 }
 
 }  // namespace lucerna

@@ -1,12 +1,12 @@
-// Importance for direct light from photons [photon-maps 4; LF 5.3].
+// Importance for direct light from photons [Goesele 2003, 5.3].
 //
 // A photon of the Direct map says that light from its part of its light has reached the place where it rests.
 // The nearest ones around a point, counted by part, are a small distribution over (light, part): which ones
-// are worth asking there, shadows included. It is importance and nothing more: whoever samples by it must
-// leave every other choice a chance, for light that sent no photon here. So photons are looked for by plain
+// are important there, shadows included. It is importance and nothing more: whoever samples by it must leave
+// every other choice a chance, for light that sent no photon here. So photons are looked for by plain
 // distance, which is the cheapest; those that came from behind the surface do not count; and they are counted
-// ahead of time at stations, some of the photons' own places: a point goes by the nearest one that faces
-// about the same way, which costs a fraction of a search for many.
+// beforehand, and the distributions cached at some of the photons' own places: a point takes the nearest one
+// that faces about the same way, which costs a fraction of a search for many.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,12 @@ namespace lucerna {
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
-    int k = 64;        // photons around a station, in [1, kMostPhotons]; 0: no stations, any_near() alone
+    int k =
+        64;  // photons of a cached distribution, in [1, kMostPhotons]; 0: none is cached, any_near() alone
     float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
 };
 
-// What is worth asking at one point. Refers to choices that are kept elsewhere.
+// The distribution over lights and their parts at one point. Refers to choices that are kept elsewhere.
 class Guide {
   public:
     struct Choice {
@@ -39,9 +40,9 @@ class Guide {
         float upto;  // its own and that of all before it
     };
     Guide() = default;
-    // As tally() gave them.
-    Guide(std::span<const Choice> choices, float plain_share)
-        : choices_(choices), plain_share_(plain_share) {}
+    // As make_histogram() gave them.
+    Guide(std::span<const Choice> choices, float defensive_weight)
+        : choices_(choices), defensive_weight_(defensive_weight) {}
 
     // Nothing to go by: no photon near, or none of any weight. draw() must not be asked then.
     bool empty() const { return choices_.empty(); }
@@ -55,65 +56,68 @@ class Guide {
     // How much of a mixture the plain choice should be, in [0, 1]: what makes the photons here most likely,
     // each judged by the others (leave-one-out). Near 1 where they are scattered as the plain choice would
     // scatter them, or too few to tell; near 0 where they agree. 1 if there are none.
-    float plain_share() const { return plain_share_; }
+    float defensive_weight() const { return defensive_weight_; }
 
   private:
     std::span<const Choice> choices_;
-    float plain_share_ = 1;
+    float defensive_weight_ = 1;
 };
 
-// One photon's word.
-struct Vote {
+// One photon as a sample of the distribution over (light, part).
+struct PartSample {
     std::uint32_t light;
     CellId part;
     float weight;  // finite, not negative
     float plain;   // the probability with which the choice would be made without photons, in [0, 1]
 };
-// At most kMostPhotons votes, nearest first: the same distribution in whatever order, up to rounding. Appends
-// the guide's choices, none if no vote weighs anything, and returns its plain share.
-float tally(std::span<const Vote> votes, std::vector<Guide::Choice>& choices);
+// The histogram of the samples by light and part. At most kMostPhotons samples, nearest first: the same
+// distribution in whatever order, up to rounding. Appends the guide's choices, none if no sample has weight,
+// and returns its plain share.
+float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Choice>& choices);
 
-// Photons straight from the lights and what they vote for. Constant, safe to share between threads.
+// Photons straight from the lights and the distributions made of them. Constant, safe to share between
+// threads.
 class GuideMap {
   public:
     // `lights` are the scene's, by which the photons' lights are numbered. Photons of lights that only
-    // particles carry do not vote.
+    // particles carry are no samples.
     GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const GuideSettings& settings,
              const Workers& workers);
 
-    // On the side of n (unit): what the nearest station within the radius says. Lives as long as this.
+    // On the side of n (unit): the nearest cached distribution within the radius. Lives as long as this.
     Guide at(const V3f& x, const V3f& n) const;
     // Whether any photon counts within the radius.
     bool any_near(const V3f& x, const V3f& n) const;
 
     const PhotonMap& map() const { return map_; }
-    std::size_t stations() const { return stations_.size(); }
+    std::size_t distributions() const { return distributions_.size(); }
     const GuideSettings& settings() const { return settings_; }
 
   private:
-    struct Station {
+    struct CachedDistribution {
         std::size_t first, size;  // among the choices
-        float plain_share;
+        float defensive_weight;
     };
-    void make_stations(std::span<const std::unique_ptr<Light>> lights, const Workers& workers);
+    void cache_distributions(std::span<const std::unique_ptr<Light>> lights, const Workers& workers);
 
     PhotonMap map_;
     GuideSettings settings_;
-    std::vector<V3f> places_;  // of the stations, and the normals on the side that is lit
+    std::vector<V3f> places_;  // of the cached distributions, and the normals on the side that is lit
     std::vector<PackedDirection> normals_;
-    std::vector<Station> stations_;
+    std::vector<CachedDistribution> distributions_;
     std::vector<Guide::Choice> choices_;
-    std::unique_ptr<PhotonIndex> index_;  // of the stations by their normals; null: none
+    std::unique_ptr<PhotonIndex> index_;  // of their places by their normals; null: none
 };
 
 // From the first impacts of `paths` light paths, in [1, 2^32], on whatever surface. They are the first that
 // maps of the same seed and pass are built from. Stopped early (monitor), it must not be used.
-struct GuidePlan {
+struct GuideParameters {
     std::int64_t paths = 0;
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
     GuideSettings settings;
 };
-GuideMap build_guides(const Scene& scene, const GuidePlan& plan, const Workers& workers, Monitor& monitor);
+GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
+                      Monitor& monitor);
 
 }  // namespace lucerna

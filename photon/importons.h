@@ -2,8 +2,8 @@
 //
 // An importon stands for one such look: a place, the side that is looked at, and how much of the radiance
 // there reaches the film. Camera rays pass mirrors, glass and gloss, one way at each, to the first surfaces
-// that store photons; where indirect light is gathered, one diffuse bounce leads on to where a gather ray
-// lands.
+// that store photons; where indirect light is by final gather, one diffuse bounce leads on to where a gather
+// ray lands.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct Importon {
     bool landed;        // a gather ray did; else the camera looks at it
 };
 
-struct ImportonPlan {
+struct ImportonParameters {
     std::int64_t rays = 16384;  // camera rays, evenly over the film
     bool gather = false;        // whether gather rays are followed
     bool meter = false;         // the image shows illuminance: the first surface is a white one
@@ -37,7 +37,7 @@ struct ImportonPlan {
 };
 
 // In the order of the rays; the same for any number of threads.
-std::vector<Importon> trace_importons(const Scene& scene, const View& view, const ImportonPlan& plan,
-                                      const Workers& workers);
+std::vector<Importon> trace_importons(const Scene& scene, const View& view,
+                                      const ImportonParameters& parameters, const Workers& workers);
 
 }  // namespace lucerna

@@ -30,7 +30,8 @@ float room_around(const Scene& scene, const SurfacePoint& at, float most) {
         const float phi = 2 * kPi * static_cast<float>(i) / kRays;
         const V3f way = std::cos(phi) * frame.s + std::sin(phi) * frame.t;
         const Ray ray{eye, way, room / kBetweenRays};
-        if (const auto met = scene.meet(ray)) room = std::min(room, kBetweenRays * scene.distance(ray, *met));
+        if (const auto closest = scene.closest_hit(ray))
+            room = std::min(room, kBetweenRays * scene.distance(ray, *closest));
     }
     return room;
 }
@@ -43,10 +44,10 @@ std::uint32_t number_of(const Photon& photon) {
 }
 
 // Goes on from `from` along d to the first surface with a diffuse part.
-void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Stream& stream,
+void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sampler& sampler,
           SurfacePlaces& places) {
     for (int bounce = 0; bounce < kMostGlossyBounces; ++bounce) {
-        const auto hit = scene.hit(Ray{from.towards(d), d});
+        const auto hit = scene.intersect(Ray{from.towards(d), d});
         if (!hit) return;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (stores_photons(bsdf)) {
@@ -54,7 +55,7 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, St
             places.add({hit->at.p, n.dot(d) > 0 ? -n : n, hit->at.error}, number);
             return;
         }
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(-d, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) return;
         from = hit->at;
@@ -92,21 +93,21 @@ void SurfacePlaces::add(const SurfacePlaces& more) {
     numbers.insert(numbers.end(), more.numbers.begin(), more.numbers.end());
 }
 
-SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
+SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers) {
     constexpr std::int64_t kPhotons = 4 * kPlacesPerChunk;
     const auto count = static_cast<std::int64_t>(map.size());
     std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
-    const float share = 1.0F / static_cast<float>(plan.stride);
+    const float share = 1.0F / static_cast<float>(parameters.stride);
     parallel_ranges(workers, count, kPhotons, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
         SurfacePlaces& part = parts[static_cast<std::size_t>(chunk)];
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const std::uint32_t number = number_of(map.photons()[i]);
-            Stream stream(plan.seed, Purpose::gather, plan.pass, number);
-            if (stream.next() >= share) continue;
+            Sampler sampler(parameters.seed, Purpose::gather, parameters.pass, number);
+            if (sampler.next() >= share) continue;
             const V3f n = map.normals()[i].unpack();
-            const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(stream.next2()));
-            land(scene, resting_point(scene, map.positions()[i], n), d, number, stream, part);
+            const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
+            land(scene, resting_point(scene, map.positions()[i], n), d, number, sampler, part);
         }
     });
     SurfacePlaces all;
@@ -127,10 +128,11 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
             const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->chance = probing->chance.split(places_.numbers[i]);
-            const GatherResult own = Gather(*sources.maps.front(), sources.how, probing).irradiance(at);
+            const DensityEstimateResult own =
+                DensityEstimate(*sources.maps.front(), sources.how, probing).irradiance(at);
             Rgb all = own.value;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
-                all += Gather(*map, sources.how, probing).irradiance(at).value;
+                all += DensityEstimate(*map, sources.how, probing).irradiance(at).value;
             }
             if (sources.more) all += sources.more(places_.numbers[i], at);
             values_[i] = {{all, own.radius}, scene_ ? room_around(*scene_, at, own.radius) : INFINITY};
@@ -157,7 +159,7 @@ bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) c
     const V3f way = point - x;
     const float distance = way.length();
     const V3f lift = kLift * distance * n;
-    return distance > 0 && !scene_->visible(SurfacePoint{x + lift}, way / distance, distance);
+    return distance > 0 && !scene_->unoccluded(SurfacePoint{x + lift}, way / distance, distance);
 }
 
 }  // namespace lucerna

@@ -1,6 +1,6 @@
-// Irradiance computed ahead of time, so that a gather ray needs one look-up instead of an estimate.
+// Precomputed irradiance, so that a gather ray needs one look-up instead of an estimate.
 //
-// Source: Christensen, "Faster Photon Map Global Illumination", 1999. Radiosity changes slowly, and what a
+// Source: [Christensen 1999]. Radiosity changes slowly, and what a
 // gather ray meets is averaged over a hemisphere: the value at the nearest of these points, on the same side
 // of a surface of about the same normal, is as good as an estimate of its own.
 //
@@ -25,7 +25,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 
 namespace lucerna {
 
@@ -50,7 +50,7 @@ struct SurfacePlaces {
     SurfacePoint operator[](std::size_t i) const { return {positions[i], normals[i].unpack(), errors[i]}; }
 };
 
-struct BouncePlan {
+struct BounceParameters {
     std::size_t stride = 1;  // a bounce from one photon in n, >= 1
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
@@ -59,13 +59,13 @@ struct BouncePlan {
 // Whether a photon is one of them, where its bounce goes and what number the place has, the direction it came
 // from decides: not its place in the map, which rounding may change for all of them. The same for any number
 // of threads.
-SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BouncePlan& plan,
+SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers);
 
 // What the points add up.
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
-    GatherSettings how;
+    DensityEstimateSettings how;
     std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
                                           // between is not asked
     // Irradiance beside that of the maps, W/m², at the place of that number; none: nothing. Called from any

@@ -1,4 +1,4 @@
-// Density kernels on the unit disc, each with integral 1 over the disc [photon-maps 3]. `x2` is (d/r)², in
+// Density kernels on the unit disc, each with integral 1 over the disc [Jensen 2001, 7]. `x2` is (d/r)², in
 // [0,1].
 #pragma once
 

@@ -19,7 +19,7 @@ struct Ledger {
     V3d absorbed{0, 0, 0};      // by surfaces
     V3d media{0, 0, 0};         // absorbed by participating media
     V3d escaped{0, 0, 0};       // left the scene
-    V3d not_followed{0, 0, 0};  // still carried when a path had become of no use to who had it walked
+    V3d not_followed{0, 0, 0};  // still carried when a path had become of no use to the caller
     V3d cut{0, 0, 0};           // still carried when a path reached the length limit
     V3d roulette{0, 0, 0};
     V3d scattered{0, 0, 0};         // by media, each time anew: no end, and no part of the balance

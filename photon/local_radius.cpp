@@ -20,7 +20,7 @@ Photons thinned(const PhotonMap& map, std::size_t points) {
 
 }  // namespace
 
-LocalRadius::LocalRadius(const PhotonMap& map, const GatherSettings& how, std::size_t points,
+LocalRadius::LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
                          const Workers& workers)
     : places_(thinned(map, points)), radii_(places_.size()), largest_(how.radius) {
     constexpr std::int64_t kGrain = 256;

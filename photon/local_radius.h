@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 
 namespace lucerna {
 
@@ -13,7 +13,8 @@ class LocalRadius {
   public:
     // At most some `points` of the map's photons, spread evenly over them, learn the radius that `how` finds:
     // that of the k nearest, the photon itself left out, or the largest where there are fewer.
-    LocalRadius(const PhotonMap& map, const GatherSettings& how, std::size_t points, const Workers& workers);
+    LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
+                const Workers& workers);
 
     // The radius at the nearest of these photons on n's side (unit), scene units, > 0; the largest radius
     // where none is that near.

@@ -4,7 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/stopped.h"
-#include "photon/walk.h"
+#include "photon/light_path.h"
 
 namespace lucerna {
 namespace {
@@ -13,7 +13,7 @@ constexpr std::int64_t kLuminairePathsPerChunk =
     4096;  // paths per chunk; fixed, so that results do not depend on threads
 
 // What a particle is when it leaves.
-void leave(const WalkExit& exit, const V3d& origin, LuminaireBlock& made) {
+void count_escape(const LightPathEscape& exit, const V3d& origin, LuminaireBlock& made) {
     if (!(exit.d.z > kLeastForward)) {
         made.tally.backward += V3d(exit.power);
         return;
@@ -33,21 +33,22 @@ void trace_paths(const Scene& scene, std::uint64_t seed, std::int64_t begin, std
                               ++ledger.not_emitted;
                               return;
                           }
-                          Stream stream = Stream::stratified(seed, Purpose::acquisition, 0, path);
-                          walk(
-                              scene, *start, stream, ledger, [](const WalkHit& /*at*/) {},
-                              [](const WalkScatter& /*at*/) {},
-                              [&](const WalkExit& exit) { leave(exit, scene.origin(), made); });
+                          Sampler sampler = Sampler::stratified(seed, Purpose::acquisition, 0, path);
+                          trace_light_path(
+                              scene, *start, sampler, ledger, [](const LightPathHit& /*at*/) {},
+                              [](const LightPathScatter& /*at*/) {},
+                              [&](const LightPathEscape& exit) { count_escape(exit, scene.origin(), made); });
                       });
 }
 
 }  // namespace
 
-void check_luminaire(const Scene& scene, const LuminairePlan& plan) {
-    if (plan.paths < 1 || plan.paths > (std::int64_t{1} << 32)) {
-        throw InputError(fmt::format("{} light paths; 1 to 4294967296 can be traced", plan.paths));
+void check_luminaire(const Scene& scene, const LuminaireParameters& parameters) {
+    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
+        throw InputError(fmt::format("{} light paths; 1 to 4294967296 can be traced", parameters.paths));
     }
-    if (plan.block < 1) throw InputError(fmt::format("blocks of {} light paths; 1 or more", plan.block));
+    if (parameters.block < 1)
+        throw InputError(fmt::format("blocks of {} light paths; 1 or more", parameters.block));
     for (const auto& light : scene.lights()) {
         if (light->kind() == "distant" || light->kind() == "infinite") {
             throw InputError(fmt::format(
@@ -63,10 +64,10 @@ void check_luminaire(const Scene& scene, const LuminairePlan& plan) {
     }
 }
 
-LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, std::int64_t index,
+LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& parameters, std::int64_t index,
                                const Workers& workers) {
-    const std::int64_t first = index * plan.block;
-    const std::int64_t count = std::min(plan.block, plan.paths - first);
+    const std::int64_t first = index * parameters.block;
+    const std::int64_t count = std::min(parameters.block, parameters.paths - first);
     std::vector<LuminaireBlock> chunks(
         static_cast<std::size_t>((count + kLuminairePathsPerChunk - 1) / kLuminairePathsPerChunk));
     parallel_ranges(
@@ -74,7 +75,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
         [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
             LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
             made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
-            trace_paths(scene, plan.seed, first + begin, first + end, made);
+            trace_paths(scene, parameters.seed, first + begin, first + end, made);
         });
     LuminaireBlock block;
     std::size_t rays = 0;
@@ -87,21 +88,21 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, st
     return block;
 }
 
-RaySet trace_rays(const Scene& scene, const LuminairePlan& plan, FluxUnit unit, const Workers& workers,
-                  Monitor& monitor) {
-    check_luminaire(scene, plan);
+RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, FluxUnit unit,
+                  const Workers& workers, Monitor& monitor) {
+    check_luminaire(scene, parameters);
     RaySet set;
     set.unit = unit;
     LuminaireTally tally;
-    Phase phase(monitor, "light paths", static_cast<std::uint64_t>(plan.paths));
-    for (std::int64_t index = 0; index < plan.blocks(); ++index) {
+    Phase phase(monitor, "light paths", static_cast<std::uint64_t>(parameters.paths));
+    for (std::int64_t index = 0; index < parameters.blocks(); ++index) {
         if (monitor.stopped()) throw Stopped("stopped before all light paths were traced");
-        const LuminaireBlock block = trace_luminaire(scene, plan, index, workers);
+        const LuminaireBlock block = trace_luminaire(scene, parameters, index, workers);
         set.rays.insert(set.rays.end(), block.rays.begin(), block.rays.end());
         tally.add(block.tally);
         phase.advance(block.tally.ledger.paths);
     }
-    const double share = 1.0 / static_cast<double>(plan.paths);  // paths >= 1
+    const double share = 1.0 / static_cast<double>(parameters.paths);  // paths >= 1
     tally.scale(share);
     const Rgb forward(V3f(tally.forward));
     set.flux = double{luminance(Rgb(V3f(tally.forward + tally.backward)))};

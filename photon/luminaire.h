@@ -1,9 +1,9 @@
 // A luminaire that the engine traces itself: lights among mirrors and glass, seen from outside.
 //
-// Particles start at the luminaire's own lights and walk until they are absorbed or leave it for good; those
-// that leave towards +z are rays of the lamp, as a ray file would hold them. They come in blocks, so that a
-// thousand million of them need no more memory than one block, and each block is a function of the plan and
-// its number alone: work can be stopped after any block and taken up again with the next.
+// Particles start at the luminaire's own lights and are traced until they are absorbed or leave it for good;
+// those that leave towards +z are rays of the lamp, as a ray file would hold them. They come in blocks, so
+// that a thousand million of them need no more memory than one block, and each block is a function of the
+// parameters and its number alone: work can be stopped after any block and taken up again with the next.
 //
 // The lamp's frame is the scene's world. Every particle has its own numbers, so that blocks are the same on
 // any number of threads.
@@ -20,7 +20,7 @@
 
 namespace lucerna {
 
-struct LuminairePlan {
+struct LuminaireParameters {
     std::int64_t paths = 0;  // light paths, 1 to 2^32
     std::int64_t block = std::int64_t{1}
                          << 20;  // paths per block, >= 1; a power of two keeps blocks stratified
@@ -58,16 +58,16 @@ struct LuminaireBlock {
 inline constexpr float kLeastForward = 1e-6F;
 
 // Throws InputError, with the cause, unless the scene can be traced as a luminaire: lights that have a place
-// and power, no media, a plan in range.
-void check_luminaire(const Scene& scene, const LuminairePlan& plan);
+// and power, no media, parameters in range.
+void check_luminaire(const Scene& scene, const LuminaireParameters& parameters);
 
-// Block number `index` in [0, plan.blocks()) of a plan that check_luminaire() accepts.
-LuminaireBlock trace_luminaire(const Scene& scene, const LuminairePlan& plan, std::int64_t index,
+// Block number `index` in [0, parameters.blocks()) of parameters that check_luminaire() accepts.
+LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& parameters, std::int64_t index,
                                const Workers& workers);
 
 // All blocks in one set, for luminaires of few rays: their flux is the lamp's, and colour that of the rays.
 // Throws InputError as check_luminaire() does, when no ray leaves, and when the user stops it.
-RaySet trace_rays(const Scene& scene, const LuminairePlan& plan, FluxUnit unit, const Workers& workers,
-                  Monitor& monitor);
+RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, FluxUnit unit,
+                  const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

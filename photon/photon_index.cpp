@@ -9,7 +9,7 @@ namespace lucerna {
 namespace {
 
 // Squared distance of those that face the same way as n, within an angle. As the measure of a BoxTree, its
-// labels being packed directions.
+// payloads being packed directions.
 class FacingMeasure {
   public:
     FacingMeasure(const V3f& x, const V3f& n, float cosine) : x_(x), n_(n), cosine2_(cosine * cosine) {}
@@ -24,11 +24,11 @@ class FacingMeasure {
         BlockKeys keys;
         for (std::size_t i = 0; i < kBlock; ++i) {
             const V3f v = x_ - V3f(block.x[i], block.y[i], block.z[i]);
-            keys[i] = (*this)(PackedDirection::along(block.label[i]), v.length2());
+            keys[i] = (*this)(PackedDirection::along(block.payload[i]), v.length2());
         }
         return keys;
     }
-    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x_); }
+    Node8Keys bounds(const BoxNode8& node) const { return box_distances2(node, x_); }
 
   private:
     V3f x_, n_;
@@ -47,7 +47,7 @@ class SpaceMeasure {
         }
         return keys;
     }
-    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x_); }
+    Node8Keys bounds(const BoxNode8& node) const { return box_distances2(node, x_); }
 
   private:
     V3f x_;
@@ -210,10 +210,10 @@ std::unique_ptr<PhotonIndex> make_photon_index(IndexKind kind, std::span<const V
     if (kind == IndexKind::flann) {
         return make_photon_index(make_flann_tree(positions), positions, directions);
     }
-    std::vector<std::uint32_t> labels(directions.size());
-    std::transform(directions.begin(), directions.end(), labels.begin(),
+    std::vector<std::uint32_t> payloads(directions.size());
+    std::transform(directions.begin(), directions.end(), payloads.begin(),
                    [](PackedDirection d) { return d.bits(); });
-    return std::make_unique<OurTree>(positions, labels, workers);
+    return std::make_unique<OurTree>(positions, payloads, workers);
 }
 
 std::unique_ptr<PhotonIndex> make_photon_index(std::unique_ptr<PointTree> tree,

@@ -74,7 +74,7 @@ class Prober {
         const V3f way = disc_.x + y - eye_;
         const float distance = way.length();
         if (!(distance > 0)) return false;
-        const auto hit = scene_.hit(Ray{eye_, way / distance, 1.2F * distance});
+        const auto hit = scene_.intersect(Ray{eye_, way / distance, 1.2F * distance});
         return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ + disc_.error &&
                stores_photons(scene_.bsdf(*hit));
     }
@@ -97,7 +97,7 @@ class Prober {
     // through, is no edge: photons rest beyond it, if not by this way then by another that it bends.
     bool rests_under(Ray way) const {
         for (int i = 0; i < kMostSurfaces; ++i) {
-            const auto hit = scene_.hit(way);
+            const auto hit = scene_.intersect(way);
             if (!hit) return false;
             const Bsdf bsdf = scene_.bsdf(*hit);
             if (stores_photons(bsdf)) return is_near(*hit, way.d);
@@ -110,7 +110,7 @@ class Prober {
     // that ends on a surface meets it is a matter of rounding.
     bool rests_over(Ray way) const {
         for (int i = 0; i < kMostSurfaces && way.t_max > 0; ++i) {
-            const auto hit = scene_.hit(way);
+            const auto hit = scene_.intersect(way);
             if (!hit) return false;
             if (stores_photons(scene_.bsdf(*hit)) && is_near(*hit, way.d) &&
                 sees(hit->at.p - back_along(way.d) * way.d)) {
@@ -141,7 +141,7 @@ class Prober {
     bool is_clear(const V3f& from, const V3f& to) const {
         const V3f way = to - from;
         const float distance = way.length();
-        return !(distance > 0) || scene_.visible(SurfacePoint{from}, way / distance, distance);
+        return !(distance > 0) || scene_.unoccluded(SurfacePoint{from}, way / distance, distance);
     }
     // Whether it lies over the disc's plane.
     bool rises(const V3f& p) const { return disc_.n.dot(p - disc_.x) > 0; }

@@ -1,5 +1,5 @@
 // What of an estimate is real, asked of the scene: how much of its disc photons could have reached, and how
-// many of those found reached it [photon-maps 3].
+// many of those found reached it [Jensen 2001, 7].
 //
 // A photon counts by where its path crosses the disc. Two things can be wrong with that. The path may cross
 // where the surface has ended, and the next one would find nothing there: the share of the kernel where

@@ -11,7 +11,7 @@ constexpr int kMostSurfaces = 8;  // on the way: sheets that lie close to each o
 std::optional<float> error_met_from(const Scene& scene, const V3f& p, const V3f& n, float height) {
     Ray down{p + height * n, -n, 2 * height};
     for (int i = 0; i < kMostSurfaces && down.t_max > 0; ++i) {
-        const auto hit = scene.hit(down);
+        const auto hit = scene.intersect(down);
         if (!hit) return std::nullopt;
         // Twice: p is off by one error, the hit by another.
         if (std::fabs((hit->at.p - p).dot(n)) <= 2 * hit->at.error) return hit->at.error;

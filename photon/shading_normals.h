@@ -23,7 +23,7 @@ inline float shading_cosine_ratio(const Bsdf& bsdf, const V3f& wi) {
     return ns == ng ? 1.0F : bounded_ratio(std::fabs(wi.dot(ns)), std::fabs(wi.dot(ng)));
 }
 
-// The adjoint of a BSDF under shading normals (Veach 1997, equation 5.19). 1 where the two normals agree.
+// The adjoint of a BSDF under shading normals [Veach 1997, (5.19)]. 1 where the two normals agree.
 inline float shading_correction(const Bsdf& bsdf, const V3f& arriving_from, const V3f& leaving_to) {
     const V3f& ns = bsdf.shading_normal();
     const V3f& ng = bsdf.geometric_normal();

@@ -1,4 +1,5 @@
-// How far away a photon is: the distance at which its path crosses the tangent plane [photon-maps 2; LF 5.2].
+// How far away a photon is: the distance at which its path crosses the tangent plane [Lastra 2002; Goesele
+// 2003, 5.2].
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,7 @@ enum class MetricKind : std::uint8_t { projected, euclidean };
 inline constexpr float kGrazing = 1.0F / 128;
 
 // Squared distances from x, seen from the side of n (unit). Infinite: the photon does not count. Also the
-// measure by which a BoxTree is searched, its labels being packed directions of travel.
+// measure by which a BoxTree is searched, its payloads being packed directions of travel.
 class TangentMetric {
   public:
     // `ratio` >= 1: a photon counts within distance r only if it rests within ratio·r in space. That keeps
@@ -49,8 +50,8 @@ class TangentMetric {
         return kind_ == MetricKind::euclidean ? keys_by<MetricKind::euclidean>(block)
                                               : keys_by<MetricKind::projected>(block);
     }
-    FanKeys bounds(const BoxFan& fan) const;
-    FanKeys bounds(const BoxFan& fan, const BoxFan& directions) const;
+    Node8Keys bounds(const BoxNode8& node) const;
+    Node8Keys bounds(const BoxNode8& node, const BoxNode8& directions) const;
 
   private:
     // Of n·(p - from) for the p in a box: the lowest and the highest, and the terms' sizes, for its rounding.
@@ -58,8 +59,8 @@ class TangentMetric {
     struct Heights {
         float lowest, highest, terms;
     };
-    Heights heights(const BoxFan& fan, std::size_t i, const V3f& from) const;
-    FanKeys from_behind(FanKeys bounds, const BoxFan& directions) const;
+    Heights heights(const BoxNode8& node, std::size_t i, const V3f& from) const;
+    Node8Keys from_behind(Node8Keys bounds, const BoxNode8& directions) const;
 
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by
 
@@ -79,7 +80,7 @@ class TangentMetric {
         BlockKeys keys;
         for (std::size_t i = 0; i < kBlock; ++i) {
             const V3f v = x_ - V3f(block.x[i], block.y[i], block.z[i]);
-            const V3f d = PackedDirection::along(block.label[i]);
+            const V3f d = PackedDirection::along(block.payload[i]);
             const float r2 = v.length2();
             slopes[i] = n_.dot(d);
             keys[i] = kKind == MetricKind::euclidean ? r2 : projected(v, d, slopes[i], r2);
@@ -96,12 +97,12 @@ class TangentMetric {
 };
 
 // The corners' lie between the sums of the lower and of the higher terms.
-inline TangentMetric::Heights TangentMetric::heights(const BoxFan& fan, std::size_t i,
+inline TangentMetric::Heights TangentMetric::heights(const BoxNode8& node, std::size_t i,
                                                      const V3f& from) const {
-    const V3f a((fan.low_x[i] - from.x) * n_.x, (fan.low_y[i] - from.y) * n_.y,
-                (fan.low_z[i] - from.z) * n_.z);
-    const V3f b((fan.high_x[i] - from.x) * n_.x, (fan.high_y[i] - from.y) * n_.y,
-                (fan.high_z[i] - from.z) * n_.z);
+    const V3f a((node.low_x[i] - from.x) * n_.x, (node.low_y[i] - from.y) * n_.y,
+                (node.low_z[i] - from.z) * n_.z);
+    const V3f b((node.high_x[i] - from.x) * n_.x, (node.high_y[i] - from.y) * n_.y,
+                (node.high_z[i] - from.z) * n_.z);
     return {std::min(a.x, b.x) + std::min(a.y, b.y) + std::min(a.z, b.z),
             std::max(a.x, b.x) + std::max(a.y, b.y) + std::max(a.z, b.z),
             std::max(std::fabs(a.x), std::fabs(b.x)) + std::max(std::fabs(a.y), std::fabs(b.y)) +
@@ -112,11 +113,11 @@ inline TangentMetric::Heights TangentMetric::heights(const BoxFan& fan, std::siz
 // height h over the plane lies sqrt(r² - h²) from x along it, and slides by at most |h|/kGrazing. So a box
 // that hardly rises from the plane, as all do on a flat surface, is as far as it lies, and the search looks
 // at the disc instead of the ball that is `ratio` times as wide.
-inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
-    FanKeys bounds = box_distances2(fan, x_);
+inline Node8Keys TangentMetric::bounds(const BoxNode8& node) const {
+    Node8Keys bounds = box_distances2(node, x_);
     if (kind_ == MetricKind::euclidean) return bounds;
-    for (std::size_t i = 0; i < kFan; ++i) {
-        const auto [lowest, highest, terms] = heights(fan, i, x_);
+    for (std::size_t i = 0; i < kNodeWidth; ++i) {
+        const auto [lowest, highest, terms] = heights(node, i, x_);
         // The height that a photon's own n·v may come out as, with rounding.
         const float height = std::max(highest, -lowest) + 8 * kRounding * terms;
         const float along = std::sqrt(std::max(bounds[i] - height * height, 0.0F));
@@ -130,14 +131,14 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan) const {
 // The same by the photons' directions, too, so that a search beside a narrow beam need not look at the beam
 // photon by photon. On the dark side of what stands in it all arrive from behind: infinitely far. Along a
 // surface, those that are high over it slide far past x.
-inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions) const {
-    FanKeys all = bounds(fan);
+inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& directions) const {
+    Node8Keys all = bounds(node);
     if (kind_ == MetricKind::euclidean) return from_behind(all, directions);
-    for (std::size_t i = 0; i < kFan; ++i) {
-        const V3f far(std::max(x_.x - fan.low_x[i], fan.high_x[i] - x_.x),
-                      std::max(x_.y - fan.low_y[i], fan.high_y[i] - x_.y),
-                      std::max(x_.z - fan.low_z[i], fan.high_z[i] - x_.z));
-        const auto [lowest, highest, terms] = heights(fan, i, x_);
+    for (std::size_t i = 0; i < kNodeWidth; ++i) {
+        const V3f far(std::max(x_.x - node.low_x[i], node.high_x[i] - x_.x),
+                      std::max(x_.y - node.low_y[i], node.high_y[i] - x_.y),
+                      std::max(x_.z - node.low_z[i], node.high_z[i] - x_.z));
+        const auto [lowest, highest, terms] = heights(node, i, x_);
         const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
         // The steepest that counts, at least what steepness counts as.
         const float steepest = std::max(kGrazing, 8 * kRounding - heights(directions, i, V3f(0)).lowest);
@@ -149,8 +150,8 @@ inline FanKeys TangentMetric::bounds(const BoxFan& fan, const BoxFan& directions
     return from_behind(all, directions);
 }
 
-inline FanKeys TangentMetric::from_behind(FanKeys bounds, const BoxFan& directions) const {
-    for (std::size_t i = 0; i < kFan; ++i) {
+inline Node8Keys TangentMetric::from_behind(Node8Keys bounds, const BoxNode8& directions) const {
+    for (std::size_t i = 0; i < kNodeWidth; ++i) {
         // More than the rounding of a photon's own n·d.
         if (heights(directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
     }

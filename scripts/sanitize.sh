@@ -4,7 +4,7 @@
 # Usage: scripts/sanitize.sh build BUILD            the small suite's programs: fuzz or tsan
 #        scripts/sanitize.sh suite BUILD            runs the small suite
 #        scripts/sanitize.sh fault BUILD FAULT      commits a fault, which the build must stop
-#        scripts/sanitize.sh soak BUILD ROOM...     whole test programs by hand, hours for all:
+#        scripts/sanitize.sh soak BUILD MODULE...     whole test programs by hand, hours for all:
 #                                                   scripts/sanitize.sh soak tsan photon render extremes
 # What follows -- goes to the tests: scripts/sanitize.sh soak traps extremes -- --gtest_filter='*path'
 set -euo pipefail
@@ -39,14 +39,14 @@ case $action in
     suite) exec "build/$build/tests/sanitize/sanitized_suite" --gtest_brief=1 "$@" ;;
     fault) exec "build/$build/tests/sanitize/sanitized_fault" "$@" ;;
     soak)
-        rooms=()
-        while [ $# -gt 0 ] && [ "$1" != -- ]; do rooms+=("test_$1") && shift; done
-        [ ${#rooms[@]} -gt 0 ] || usage
+        modules=()
+        while [ $# -gt 0 ] && [ "$1" != -- ]; do modules+=("test_$1") && shift; done
+        [ ${#modules[@]} -gt 0 ] || usage
         [ "${1:-}" != -- ] || shift
-        make "${rooms[@]}"
-        for room in "${rooms[@]}"; do
-            echo "--- $build: $room"
-            RC_PARAMS=seed=2003 "build/$build/tests/$room" --gtest_brief=1 "$@"
+        make "${modules[@]}"
+        for module in "${modules[@]}"; do
+            echo "--- $build: $module"
+            RC_PARAMS=seed=2003 "build/$build/tests/$module" --gtest_brief=1 "$@"
         done
         ;;
     *) usage ;;

@@ -35,7 +35,7 @@ run() {
     local set_=(quantity="$quantity" indirect=none)
     case $method in
         # The plain choice with guided's several candidates for one shadow ray: what the guide itself adds to that.
-        candidates) set_+=(direct=guided guidefloor=1 lights=power) ;;
+        candidates) set_+=(direct=guided guidedefensive=1 lights=power) ;;
         tree) set_+=(direct=mc lights=tree) ;;
         both) set_+=(direct=guided lights=tree) ;;
         map) set_+=(direct=map photons=$((62500 * n)) k=50) ;;

@@ -1,4 +1,4 @@
-"""Prints what indirect light by virtual lights adds to the time of direct light alone, and errors beside other methods.
+"""Prints what indirect light by virtual point lights adds to the time of direct light alone, and errors beside other methods.
 
 usage: igi_cost.py FOLDER ROUNDS     the folder as igi_cost.sh fills it
 """
@@ -11,7 +11,7 @@ RUNS = {
     "igi": "igi, the defaults (nlights=64 shadowrays=4)",
     "igi-one-ray": "igi, shadowrays=1",
     "igi-all-rays": "igi, shadowrays=0: one for every light",
-    "igi-note": "igi, rrthreshold=0.0001: the note's roulette",
+    "igi-note": "igi, rrthreshold=0.0001: roulette by a threshold",
     "igi-tree": "igi, choice=tree",
     "gather": "final gather, one ray per sample, 500,000 photons",
     "path": "path tracer",

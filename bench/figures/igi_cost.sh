@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# What indirect light by virtual lights costs: the cathedral at 16 samples per pixel by `direct` (of each camera sample one
+# What indirect light by virtual point lights costs: the cathedral at 16 samples per pixel by `direct` (of each camera sample one
 # light sample and one BSDF sample, mirrors followed) and by `igi` with 16 sets, in turns, and the share that igi adds to the
-# time of all phases (scene read, virtual lights, image). Then the error against a path traced reference, for igi, final gather
+# time of all phases (scene read, virtual point lights, image). Then the error against a path traced reference, for igi, final gather
 # and the path tracer, each at its own time: error times seconds says what they would have at an equal one.
 # usage: bench/figures/igi_cost.sh [ROUNDS]          default: 3; into out/igi-cost
 # RESOLUTION, SPP, REFERENCE (samples of the reference) may be set before it. About five minutes on two processors.
@@ -30,11 +30,11 @@ reference=$out/reference-1.exr
 for round in $(seq "$rounds"); do
     igi=(--spp "$spp" --seed "$round" --integrator igi --set nsets=16)
     shoot direct "$round" --integrator direct --spp "$spp" --seed "$round"
-    shoot igi-few "$round" "${igi[@]}" --set nlights=4            # the note's ten or so lights in a set
+    shoot igi-few "$round" "${igi[@]}" --set nlights=4            # ten or so lights in a set, as [Pharr 2004]
     shoot igi "$round" "${igi[@]}"                                # the defaults
     shoot igi-one-ray "$round" "${igi[@]}" --set shadowrays=1
     shoot igi-all-rays "$round" "${igi[@]}" --set shadowrays=0
-    shoot igi-note "$round" "${igi[@]}" --set rrthreshold=0.0001  # the note's roulette
+    shoot igi-note "$round" "${igi[@]}" --set rrthreshold=0.0001  # roulette by a threshold, as [Pharr 2004]
     shoot igi-tree "$round" "${igi[@]}" --set choice=tree
     shoot gather "$round" --integrator photonmap --spp "$spp" --seed "$round" --set photons=500000 gatherrays=1
     shoot path "$round" --integrator path --spp "$spp" --seed "$round" --set maxdepth=0

@@ -68,7 +68,7 @@ void add_frame(const Job& job, const Image& image, double size, std::size_t fram
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
             const V2f middle(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
-            const auto hit = job.scene.hit(job.camera.ray(middle, V2f(0.5F)));
+            const auto hit = job.scene.intersect(job.camera.ray(middle, V2f(0.5F)));
             if (!hit) continue;
             Seen& seen = cells[cell_of(*hit, size)];
             seen.sum.resize(frames);

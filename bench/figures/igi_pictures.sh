@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Instant global illumination as its note shows it: the cathedral by 1, 16 and 256 sets of virtual lights at 16 samples per pixel,
+# Instant global illumination as its note shows it: the cathedral by 1, 16 and 256 sets of virtual point lights at 16 samples per pixel,
 # without the least distance (bright spots), with what the least distance takes put back, and by `path`: docs/images/igi-sets.jpg
-# and the table. Of 512 paths a set few enter the nave and leave a virtual light where it is seen. A few minutes on two cores, nearly all
+# and the table. Of 512 paths a set few enter the nave and leave a virtual point light where it is seen. A few minutes on two cores, nearly all
 # of them the references, which are kept.
 # usage: bench/figures/igi_pictures.sh [ROOM]     ROOM: pbrt-v2's room-igi.pbrt, to be rendered as it stands beside `path`
 # RESOLUTION and REFERENCE (samples per pixel of the path-traced images) may be set before it.

@@ -1,14 +1,14 @@
-// How the cost of indirect light at a place grows with the number of virtual lights, looked at one by one and
-// drawn from a tree, for bench/figures/igi_scaling.sh.
+// How the cost of indirect light at a place grows with the number of VPLs, looked at one by one and drawn
+// from a tree, for bench/figures/igi_scaling.sh.
 //
-// PLACES places of the scene that the camera sees are lit, one thread's work, by one set of virtual lights of
-// growing size; a reference is made from a set of 2^22 light paths of its own. Writes for each size and way
+// PLACES places of the scene that the camera sees are lit, one thread's work, by one set of VPLs of growing
+// size; a reference is made from a set of 2^22 light paths of its own. Writes for each size and way
 //
 //   choice lights seconds noise error make_seconds bytes
 //
 // seconds: of processor time for one place, its indirect light alone; noise: relative variance of one such
 // estimate, error: its relative squared error against the reference, both means over the places and, of small
-// sets, over several; make_seconds: to walk the paths, and to put the lights in order, on all threads.
+// sets, over several; make_seconds: to trace the paths, and to put the lights in order, on all threads.
 //
 // usage: figure_igi_scaling SCENE.pbrt PLACES [TREESAMPLES]
 #include <fmt/core.h>
@@ -44,12 +44,12 @@ struct Place {
 std::vector<Place> places_seen(const Job& job, std::size_t count) {
     std::vector<Place> places;
     for (std::uint32_t i = 0; places.size() < count && i < 100 * count; ++i) {
-        Stream stream = Stream::stratified(1, Purpose::bench, 0, i);
-        const V2f u = stream.next2();
+        Sampler sampler = Sampler::stratified(1, Purpose::bench, 0, i);
+        const V2f u = sampler.next2();
         const auto& film = job.camera.settings();
         const Ray ray = job.camera.ray(
             {u.x * static_cast<float>(film.width), u.y * static_cast<float>(film.height)}, {0.5F, 0.5F});
-        const auto hit = job.scene.hit(ray);
+        const auto hit = job.scene.intersect(ray);
         if (!hit) continue;
         const Bsdf bsdf = job.scene.bsdf(*hit);
         if (!bsdf.is_delta() && !bsdf.is_black()) places.push_back({*hit, bsdf, -ray.d});
@@ -57,7 +57,7 @@ std::vector<Place> places_seen(const Job& job, std::size_t count) {
     return places;
 }
 
-// One set of virtual lights, ready to be asked.
+// One set of VPLs, ready to be asked.
 class Lit {
   public:
     Lit(const Scene& scene, IgiSettings settings, std::uint32_t paths, std::uint32_t pass,
@@ -66,12 +66,12 @@ class Lit {
           shading_(scene, with_distance(scene, settings), paths) {}
 
     double luminance_at(const Place& place, std::uint32_t sample) const {
-        Stream stream = Stream::stratified(2, Purpose::bench, 1, sample);
-        const float u = stream.next();
+        Sampler sampler = Sampler::stratified(2, Purpose::bench, 1, sample);
+        const float u = sampler.next();
         Rgb sum(0);
         const Vertex vertex = place.vertex();
-        lights_.choose(vertex, 0, u, stream, [&](const VirtualLight& light, float scale) {
-            sum += scale * shading_.shade(vertex, light, Rgb(1), stream);
+        lights_.choose(vertex, 0, u, sampler, [&](const Vpl& light, float scale) {
+            sum += scale * shading_.shade(vertex, light, Rgb(1), sampler);
         });
         return static_cast<double>(luminance(sum));
     }
@@ -80,27 +80,27 @@ class Lit {
     std::size_t bytes() const { return lights_.bytes(); }
 
   private:
-    IgiLights make(const Scene& scene, const IgiSettings& settings, std::uint32_t paths, std::uint32_t pass,
-                   const Workers& workers) {
+    IgiVpls make(const Scene& scene, const IgiSettings& settings, std::uint32_t paths, std::uint32_t pass,
+                 const Workers& workers) {
         Monitor silent;
         const Stopwatch watch;
-        const VirtualLightSets sets = build_virtual_lights(scene, {1, paths, 1, pass}, workers, silent);
+        const VplSets sets = build_vpls(scene, {1, paths, 1, pass}, workers, silent);
         count_ = sets.lights.size();
-        IgiLights lights(sets, paths, settings, workers);
+        IgiVpls lights(sets, paths, settings, workers);
         make_seconds_ = watch.seconds();
         return lights;
     }
 
     double make_seconds_ = 0;  // these two are set where lights_ is made
     std::size_t count_ = 0;
-    IgiLights lights_;
-    VirtualLightShading shading_;
+    IgiVpls lights_;
+    VplShading shading_;
 };
 
 std::vector<double> reference_at(const Scene& scene, const std::vector<Place>& places,
                                  const Workers& workers) {
     IgiSettings settings;
-    settings.choice = VirtualLightChoice::tree;
+    settings.choice = VplChoice::tree;
     settings.tree_samples = 64;
     settings.shadow_rays = 16;
     const Lit lit(scene, settings, 1U << 22, 1000, workers);
@@ -115,7 +115,7 @@ std::vector<double> reference_at(const Scene& scene, const std::vector<Place>& p
 }
 
 void measure(const Scene& scene, const std::vector<Place>& places, const std::vector<double>& reference,
-             VirtualLightChoice choice, std::uint32_t paths, IgiSettings settings, const Workers& workers) {
+             VplChoice choice, std::uint32_t paths, IgiSettings settings, const Workers& workers) {
     settings.choice = choice;
     // What a place deep in the dark lacks must not decide the mean.
     RunningStats all;
@@ -132,7 +132,7 @@ void measure(const Scene& scene, const std::vector<Place>& places, const std::ve
         lights += lit.count();
         bytes += lit.bytes();
         const double looked_at = static_cast<double>(places.size()) * static_cast<double>(lit.count());
-        const bool loop = choice == VirtualLightChoice::loop;
+        const bool loop = choice == VplChoice::loop;
         const auto times = static_cast<std::uint32_t>(loop ? std::clamp(2e9 / looked_at, 4.0, 32.0) : 32.0);
         const double begin = processor_seconds();
         for (std::size_t i = 0; i < places.size(); ++i) {
@@ -148,9 +148,9 @@ void measure(const Scene& scene, const std::vector<Place>& places, const std::ve
         seconds += processor_seconds() - begin;
         evaluations += static_cast<double>(places.size()) * times;
     }
-    fmt::print("{} {:.1f} {:.4g} {:.4g} {:.4g} {:.4g} {}\n",
-               choice == VirtualLightChoice::loop ? "loop" : "tree", static_cast<double>(lights) / sets,
-               seconds / evaluations, noise.mean(), error.mean(), make / sets, bytes / sets);
+    fmt::print("{} {:.1f} {:.4g} {:.4g} {:.4g} {:.4g} {}\n", choice == VplChoice::loop ? "loop" : "tree",
+               static_cast<double>(lights) / sets, seconds / evaluations, noise.mean(), error.mean(),
+               make / sets, bytes / sets);
     std::fflush(stdout);
 }
 
@@ -171,7 +171,7 @@ int main(int argc, char** argv) {
         IgiSettings settings;
         if (argc == 4) settings.tree_samples = std::clamp(std::atoi(argv[3]), 1, 256);
         for (std::uint32_t paths = 16; paths <= 1U << 21; paths *= paths < 1U << 20 ? 4 : 2) {
-            for (const auto choice : {VirtualLightChoice::loop, VirtualLightChoice::tree}) {
+            for (const auto choice : {VplChoice::loop, VplChoice::tree}) {
                 measure(job.scene, places, reference, choice, paths, settings, workers);
             }
         }

@@ -1,4 +1,4 @@
-"""Draws how time and error of a place's indirect light go with the number of virtual lights, and prints slopes.
+"""Draws how time and error of a place's indirect light go with the number of virtual point lights, and prints slopes.
 
 usage: igi_scaling.py numbers.txt picture.svg     the numbers as figure_igi_scaling writes them
 """
@@ -61,7 +61,7 @@ def main(numbers, picture):
     error.set_title("error of the estimate")
     error.set_ylabel("relative squared error")
     for axes in (time, noise, error):
-        axes.set_xlabel("virtual lights")
+        axes.set_xlabel("virtual point lights")
         axes.grid(True, which="major", alpha=0.3)
         axes.legend(fontsize=7)
     figure.tight_layout()

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/cell_table.h"
 #include "lights/emit_net.h"
 #include "lights/light_field.h"
@@ -76,7 +76,7 @@ class PlaneCounts {
         }
     }
 
-    void add(const Emitted& particle) {
+    void add(const LeSample& particle) {
         for (std::size_t i = 0; i < truths_.size(); ++i) {
             const PlanePatch& patch = truths_[i].patch;
             // d.z > 0: light leaves a lamp towards +z.
@@ -135,8 +135,8 @@ inline EmissionMeasured measure_emission(const Light& light, std::span<const Pla
                                          const Particles& particles) {
     constexpr std::uint32_t kChunk = 512;
     PlaneCounts counts(truths);
-    std::vector<EmitU> u(kChunk);
-    std::vector<std::optional<Emitted>> out(kChunk);
+    std::vector<LeSampleU> u(kChunk);
+    std::vector<std::optional<LeSample>> out(kChunk);
     double seconds = 0;
     for (std::uint32_t batch = 0; batch < particles.batches; ++batch) {
         const EmitNet net(1, Purpose::bench, batch);
@@ -144,7 +144,7 @@ inline EmissionMeasured measure_emission(const Light& light, std::span<const Pla
         for (std::uint32_t first = 0; first < particles.in_batch; first += kChunk) {
             for (std::uint32_t i = 0; i < kChunk; ++i) u[i] = net.at(first + i).u;
             const double begin = cpu_seconds();
-            light.emit_many(u, out);
+            light.sample_Le_many(u, out);
             seconds += cpu_seconds() - begin;
             for (const auto& particle : out) {
                 if (particle) counts.add(*particle);

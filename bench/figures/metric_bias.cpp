@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 #include "tests/support/lit_shapes.h"
 
 namespace {
@@ -44,8 +44,8 @@ PhotonMap corner_photons(const LitShape& corner, std::uint64_t seed) {
     Photons landed;
     const auto power = static_cast<float>(corner.area / kPhotons);
     for (std::uint32_t i = 0; i < kPhotons; ++i) {
-        Stream stream(seed, Purpose::bench, 0, i);
-        const LandedPhoton photon = corner.photon(stream);
+        Sampler sampler(seed, Purpose::bench, 0, i);
+        const LandedPhoton photon = corner.photon(sampler);
         landed.add(photon.p, PackedDirection(photon.n), {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
     }
     return PhotonMap(landed);
@@ -60,14 +60,17 @@ void corner_picture() {
     // A disc of 50 photons is some 0.09 wide; the picture shows six of them.
     fmt::print("measure,x,y,estimate\n");
     for (const Measure& m : kMeasures) {
-        const GatherSettings settings{50, 1, m.ratio, KernelShape::epanechnikov, m.kind, Boundary::none};
+        const DensityEstimateSettings settings{
+            50, 1, m.ratio, KernelShape::epanechnikov, m.kind, Boundary::none};
         for (int j = 0; j < kSide; ++j) {
             for (int i = 0; i < kSide; ++i) {
                 const V3f p((static_cast<float>(i) + 0.5F) * 0.5F / kSide,
                             (static_cast<float>(j) + 0.5F) * 0.5F / kSide, 0);
                 float sum = 0;
                 for (const PhotonMap& map : maps) {
-                    sum += Gather(map, settings).irradiance({p, {0, 0, 1}, surface_error(p, 1)}).value.x;
+                    sum += DensityEstimate(map, settings)
+                               .irradiance({p, {0, 0, 1}, surface_error(p, 1)})
+                               .value.x;
                 }
                 fmt::print("\"{}\",{:.5f},{:.5f},{:.4f}\n", m.name, p.x, p.y, sum / kSets);
             }

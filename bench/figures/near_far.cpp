@@ -11,7 +11,7 @@
 // size and waist (before S) in metres, errors over the square that holds the light: root of the mean square
 // over the irradiance's, worst over its peak, and at the brightest pixel. And lines
 //
-//   lamp,size,waist,model,emit,illuminate,bytes
+//   lamp,size,waist,model,sample_Le,sample_Li,bytes
 //
 // after a line "#", with CPU seconds per particle and per light sample, and memory, of the field and the web.
 //
@@ -144,25 +144,25 @@ void time_light(const std::string& lamp, const Origin& origin, const char* model
                 std::size_t bytes, const Effort& effort) {
     constexpr std::uint32_t kChunk = 512;
     const EmitNet net(1, Purpose::bench, 0);
-    std::vector<EmitU> u(kChunk);
-    std::vector<std::optional<Emitted>> out(kChunk);
-    double emit = 0, illuminate = 0, sum = 0;
+    std::vector<LeSampleU> u(kChunk);
+    std::vector<std::optional<LeSample>> out(kChunk);
+    double sample_Le = 0, sample_Li = 0, sum = 0;
     for (std::uint32_t first = 0; first < effort.particles; first += kChunk) {
         for (std::uint32_t i = 0; i < kChunk; ++i) u[i] = net.at(first + i).u;
         const double begin = cpu_seconds();
-        light.emit_many(u, out);
+        light.sample_Le_many(u, out);
         const double between = cpu_seconds();
         for (std::uint32_t i = 0; i < kChunk; ++i) {
             if (!out[i]) continue;
             const V3f x = out[i]->from.p + static_cast<float>(10 * origin.size) * out[i]->d;
-            const auto incident = light.illuminate(x, u[i].position);
-            if (incident) sum += double{incident->weight.x};
+            const auto light_sample = light.sample_Li(x, u[i].position);
+            if (light_sample) sum += double{light_sample->weight.x};
         }
-        emit += between - begin;
-        illuminate += cpu_seconds() - between;
+        sample_Le += between - begin;
+        sample_Li += cpu_seconds() - between;
     }
     fmt::print("{},{:.6g},{:.6g},{},{:.4g},{:.4g},{}\n", lamp, origin.size, origin.waist, model,
-               emit / effort.particles, illuminate / effort.particles, bytes);
+               sample_Le / effort.particles, sample_Li / effort.particles, bytes);
     if (!std::isfinite(sum)) fmt::print(stderr, "figure_near_far: {}: light that is not finite\n", lamp);
 }
 
@@ -205,7 +205,7 @@ void run(const std::vector<std::string>& words) {
     }
     fmt::print("lamp,size,waist,point,distance,rms,worst,axis\n");
     for (const Lamp& lamp : lamps) compare(lamp.name, lamp.field, lamp.web, lamp.origin, effort);
-    fmt::print("#\nlamp,size,waist,model,emit,illuminate,bytes\n");
+    fmt::print("#\nlamp,size,waist,model,sample_Le,sample_Li,bytes\n");
     for (const Lamp& lamp : lamps) time_both(lamp, effort);
 }
 

@@ -1,6 +1,6 @@
 // What a photon pass costs beside the rays it traces: the table of docs/results.md.
 //
-// Walks PATHS light paths of each scene and stores every photon that can be stored, without the index over
+// Traces PATHS light paths of each scene and stores every photon that can be stored, without the index over
 // them; then gives the very same rays, in the same order, to Embree alone, which only says whether they meet
 // something. The two take turns ROUNDS times on one thread, then on two. Writes for each scene
 //
@@ -51,8 +51,8 @@ class Meter {
     double start_ = processor_seconds();
 };
 
-// Measures the phase of the walk, and leaves the index out.
-class WalkMeter : public Monitor {
+// Measures the phase of tracing, and leaves the index out.
+class TraceMeter : public Monitor {
   public:
     void begin(std::string_view, std::uint64_t) override { meter_ = Meter(); }
     void end() override { cost_ = meter_.read(); }
@@ -64,23 +64,23 @@ class WalkMeter : public Monitor {
 };
 
 struct Round {
-    Cost walk, bare;
+    Cost trace, bare;
 };
 
-std::vector<Round> take_turns(const Scene& scene, const MapPlan& plan, const std::vector<Ray>& rays,
-                              std::int64_t rounds, int threads) {
+std::vector<Round> take_turns(const Scene& scene, const MapParameters& parameters,
+                              const std::vector<Ray>& rays, std::int64_t rounds, int threads) {
     std::vector<Round> all;
     const Workers workers{threads};
     std::uint64_t met = 0;
     for (std::int64_t i = 0; i < rounds; ++i) {
-        WalkMeter walk;
-        const PhotonMaps maps = build_photon_maps(scene, plan, workers, walk);
+        TraceMeter trace;
+        const PhotonMaps maps = build_photon_maps(scene, parameters, workers, trace);
         const Meter bare;
-        met = scene.count_met(rays, workers);
-        all.push_back({walk.cost(), bare.read()});
+        met = scene.count_hits(rays, workers);
+        all.push_back({trace.cost(), bare.read()});
         if (met != maps.ledger.hits) {
             throw std::runtime_error(
-                fmt::format("the walk met {} surfaces, its rays {}", maps.ledger.hits, met));
+                fmt::format("the light paths hit {} surfaces, their rays {}", maps.ledger.hits, met));
         }
     }
     return all;
@@ -107,34 +107,35 @@ void measure(const std::string& file, std::int64_t paths, std::int64_t rounds) {
     const Job job = read_scene(file, {}, Workers{}, silent);
     const Scene& scene = job.scene;
     if (!scene.media().empty()) throw std::runtime_error(file + ": media's own rays are not counted here");
-    MapPlan plan;
-    plan.paths = paths;
-    plan.wanted = {true, true, true, false};
-    plan.seed = 1;
+    MapParameters parameters;
+    parameters.paths = paths;
+    parameters.wanted = {true, true, true, false};
+    parameters.seed = 1;
 
     // What is done, once.
-    const std::vector<Ray> rays = rays_of_light_paths(scene, plan);
+    const std::vector<Ray> rays = rays_of_light_paths(scene, parameters);
     const std::uint64_t before = scene.rays();
-    const PhotonMaps maps = build_photon_maps(scene, plan, Workers{1}, silent);
+    const PhotonMaps maps = build_photon_maps(scene, parameters, Workers{1}, silent);
     if (scene.rays() - before != rays.size()) throw std::runtime_error(file + ": not the rays of the pass");
     std::uint64_t deposits = 0;
     for (const DepositCount& count : maps.counts) deposits += count.stored;
 
     // How long it takes.
-    const auto one = take_turns(scene, plan, rays, rounds, 1), two = take_turns(scene, plan, rays, rounds, 2);
-    const auto walk_wall = [](const Round& r) { return r.walk.wall; };
+    const auto one = take_turns(scene, parameters, rays, rounds, 1),
+               two = take_turns(scene, parameters, rays, rounds, 2);
+    const auto trace_wall = [](const Round& r) { return r.trace.wall; };
     const auto bare_wall = [](const Round& r) { return r.bare.wall; };
-    const auto walk_time = [](const Round& r) { return r.walk.processor; };
+    const auto trace_time = [](const Round& r) { return r.trace.processor; };
     const auto bare_time = [](const Round& r) { return r.bare.processor; };
-    const auto ratio = [](const Round& r) { return r.bare.processor / r.walk.processor; };
+    const auto ratio = [](const Round& r) { return r.bare.processor / r.trace.processor; };
     const auto rate = [](double count, double seconds) { return count / seconds * 1e-6; };
     const auto n = static_cast<double>(rays.size());
     fmt::print("{:<14} {} {} {} | {:.3f} {:.3f} {:.3f} {:.3f} {:.3f} | {:.2f} {:.2f} | {:.2f} {:.2f}\n",
                std::filesystem::path(file).stem().string(), paths, rays.size(), deposits,
-               rate(static_cast<double>(paths), least(one, walk_time)), rate(n, least(one, walk_time)),
-               rate(static_cast<double>(deposits), least(one, walk_time)), rate(n, least(one, bare_time)),
-               median(one, ratio), least(one, walk_wall) / least(two, walk_wall),
-               least(one, bare_wall) / least(two, bare_wall), least(two, walk_time) / least(one, walk_time),
+               rate(static_cast<double>(paths), least(one, trace_time)), rate(n, least(one, trace_time)),
+               rate(static_cast<double>(deposits), least(one, trace_time)), rate(n, least(one, bare_time)),
+               median(one, ratio), least(one, trace_wall) / least(two, trace_wall),
+               least(one, bare_wall) / least(two, bare_wall), least(two, trace_time) / least(one, trace_time),
                least(two, bare_time) / least(one, bare_time));
 }
 
@@ -144,8 +145,8 @@ void run(const std::vector<std::string>& words) {
     const std::int64_t rounds = parse_whole({"ROUNDS"}, words[1], 1, 1000);
     fmt::print(
         "# scene paths rays deposits | Mpaths/s Mrays/s Mdeposits/s bare_Mrays/s ratio | speed-up of the "
-        "walk, "
-        "of Embree | processor time on two threads over one: walk, Embree\n");
+        "trace, "
+        "of Embree | processor time on two threads over one: trace, Embree\n");
     for (std::size_t i = 2; i < words.size(); ++i) measure(words[i], paths, rounds);
 }
 

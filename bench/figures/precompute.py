@@ -1,4 +1,4 @@
-"""Prints time and error of final gather with and without irradiance ahead of time, and the ratio of times at equal error.
+"""Prints time and error of final gather with and without precomputed irradiance, and the ratio of times at equal error.
 
 usage: precompute.py runs.csv     lines: precompute,spp,path of NAME.json and NAME-error.json
 """
@@ -33,9 +33,9 @@ def seconds_to(runs, error):
 def main(file):
     runs = read(file)
     for error in sorted({e for _, e in runs[4]} | {e for _, e in runs[0]}, reverse=True):
-        ahead, without = seconds_to(runs[4], error), seconds_to(runs[0], error)
-        if ahead and without:
-            print(f"to a relative MSE of {error:.3e}: {without:.2f} s without, {ahead:.2f} s with: {without / ahead:.1f} times")
+        precomputed, without = seconds_to(runs[4], error), seconds_to(runs[0], error)
+        if precomputed and without:
+            print(f"to a relative MSE of {error:.3e}: {without:.2f} s without, {precomputed:.2f} s with: {without / precomputed:.1f} times")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Final gather with irradiance ahead of time against without: the time to the same relative MSE against `path`.
+# Final gather with precomputed irradiance against without: the time to the same relative MSE against `path`.
 # usage: bench/figures/precompute.sh [SCENE...]     default: cornell cornell-caustic cloister; into out/precompute
 # RESOLUTION, REFERENCE (samples per pixel of the path-traced image) and SAMPLES (a list) may be set before it; an image of
 # the reference that is there already is used again. The machine should have nothing else to do.

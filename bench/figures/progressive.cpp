@@ -10,7 +10,7 @@
 // of the two images' mean without its noise, which is the bias (squared; below 0 where the noise hides it).
 // The reference's own noise, known from the difference of its two images, is taken off. Pixels of which the
 // reference is above MASK (lamps that are seen) are left out. Seconds are those of one seed since its render
-// began, pilot included.
+// began, pre-pass included.
 //
 // usage: figure_progressive SCENE FIRST.exr SECOND.exr MASK PASSES [KEY=VALUE …] > numbers.txt
 #include <fmt/core.h>

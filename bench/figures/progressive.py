@@ -28,7 +28,7 @@ def read(path):
 
 
 def factors(alpha, n):
-    """Of the mean of n passes over the first: variance and bias (photon/shrink.h)."""
+    """Of the mean of n passes over the first: variance and bias (photon/radius_schedule.h)."""
     share, shares, inverse = 1.0, 0.0, 0.0
     for i in range(1, n + 1):
         shares += share

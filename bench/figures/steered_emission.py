@@ -15,7 +15,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 METHODS = {"photonmap": "light paths", "progressive": "passes", "igi": "sets"}
-NAMES = {False: "plain", True: "steered"}  # by whether there was a pilot
+NAMES = {False: "plain", True: "steered"}  # by whether there was a pre-pass
 
 
 def load(path):
@@ -24,7 +24,7 @@ def load(path):
 
 
 def read(folder, scene):
-    """{(method, pilot): [(number, seconds, error, notes)]}, means over the seeds, the references' noise taken off."""
+    """{(method, pre_pass): [(number, seconds, error, notes)]}, means over the seeds, the references' noise taken off."""
     noise = load(f"{folder}/{scene}-references.json")["relative_mse"] / 2
     runs = {}
     for path in glob.glob(f"{folder}/{scene}-*.json"):
@@ -62,7 +62,7 @@ def error_after(curve, seconds):
 def table(scene, noise, curves):
     print(f"{scene}: relative MSE; the references' own noise, {noise:.2e}, is taken off")
     for method, unit in METHODS.items():
-        plain, steered = (curves.get((method, pilot), []) for pilot in NAMES)
+        plain, steered = (curves.get((method, pre_pass), []) for pre_pass in NAMES)
         for (n, t, e, _), (_, ts, es, numbers) in zip(plain, steered):
             sooner = seconds_to(plain, es)
             beyond = f"> {plain[-1][1] / ts:.2f}" if es < plain[-1][2] else "-"
@@ -70,8 +70,8 @@ def table(scene, noise, curves):
             then = error_after(plain, ts)
             less = f"{then / es:.2f}" if then else "-"
             print(f"  {method:12} {n:8} {unit:11}  plain {e:.5f} in {t:6.2f} s   steered {es:.5f} in {ts:6.2f} s   "
-                  f"error / {e / es:.2f}, at equal time / {less}   sooner x {gain}   blocks {numbers['pilot.blocks']:.0f}, "
-                  f"useful {100 * numbers['pilot.useful']:.0f} %, other lights {100 * numbers['pilot.share_of_lights']:.0f} %")
+                  f"error / {e / es:.2f}, at equal time / {less}   sooner x {gain}   blocks {numbers['prepass.blocks']:.0f}, "
+                  f"useful {100 * numbers['prepass.useful']:.0f} %, other lights {100 * numbers['prepass.share_of_lights']:.0f} %")
 
 
 def main():
@@ -80,10 +80,10 @@ def main():
     for axis, scene in zip(axes[0], scenes):
         noise, curves = read(folder, scene)
         table(scene, noise, curves)
-        for (method, pilot), curve in sorted(curves.items()):
+        for (method, pre_pass), curve in sorted(curves.items()):
             axis.loglog([p[1] for p in curve], [p[2] for p in curve], marker="o", markersize=4,
-                        linestyle="-" if pilot else "--", color=f"C{list(METHODS).index(method)}",
-                        label=f"{method}, {NAMES[pilot]}")
+                        linestyle="-" if pre_pass else "--", color=f"C{list(METHODS).index(method)}",
+                        label=f"{method}, {NAMES[pre_pass]}")
         axis.set_title(scene)
         axis.set_xlabel("seconds")
         axis.grid(True, which="both", alpha=0.3)

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# Emission by power against emission steered by a pilot: docs/images/steered-emission.png and the table of docs/results.md.
+# Emission by power against emission steered by an importance pre-pass: docs/images/steered-emission.png and the table of docs/results.md.
 # A corner of the flashlight's beam in the cloister, sixteen rooms of which one is seen, and many small lamps: illuminance by
 # `photonmap` with both kinds of light read from maps, at growing numbers of light paths, and by `progressive`, at growing
 # numbers of passes. The error is the relative MSE against two independent references by `path`, bias and all; half of what
-# those two differ by is their own noise and is taken off. The time is everything after the scene was read, pilot included.
+# those two differ by is their own noise and is taken off. The time is everything after the scene was read, pre-pass included.
 # usage: bench/figures/steered_emission.sh [SCENE...]     default: beam rooms many-lights; into out/steered
-# RESOLUTION, SPP (camera samples of the references), METHODS, PILOT, PHOTONS, PASSES (lists) and SEEDS may be set before it; METHODS
-# may hold igi, too: at growing numbers SETS of sets, and of samples per pixel, as igi_pilot.sh has it. PICTURE: the file to draw.
+# RESOLUTION, SPP (camera samples of the references), METHODS, PREPASS, PHOTONS, PASSES (lists) and SEEDS may be set before it; METHODS
+# may hold igi, too: at growing numbers SETS of sets, and of samples per pixel, as igi_pre_pass.sh has it. PICTURE: the file to draw.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -17,7 +17,7 @@ spp=${SPP:-2048}
 photons=${PHOTONS:-62500 250000 1000000}
 passes=${PASSES:-4 16 64}
 sets=${SETS:-4 16 64}
-steering=${PILOT:-65536}
+steering=${PREPASS:-65536}
 methods=${METHODS:-photonmap progressive}
 seeds=${SEEDS:-1 2 3}
 picture=${PICTURE:-docs/images/steered-emission.png}
@@ -46,12 +46,12 @@ for name in "$@"; do
 
     # shoot METHOD NUMBER ARGUMENT...: plainly and steered, from every seed
     shoot() {
-        local method=$1 number=$2 pilot seed run reference
+        local method=$1 number=$2 prepass seed run reference
         shift 2
-        for pilot in 0 "$steering"; do
+        for prepass in 0 "$steering"; do
             for seed in $seeds; do
-                run=$out/$name-$method-$number-$pilot-$seed
-                "$lucerna" render "${common[@]}" "$@" --set pilot="$pilot" --seed "$seed" -o "$run.exr" --stats "$run.json"
+                run=$out/$name-$method-$number-$prepass-$seed
+                "$lucerna" render "${common[@]}" "$@" --set prepass="$prepass" --seed "$seed" -o "$run.exr" --stats "$run.json"
                 for reference in 101 102; do
                     "$lucerna" compare "$run.exr" "$out/$name-reference-$reference.exr" --json "$run-$reference.json" > /dev/null
                 done

@@ -120,7 +120,7 @@ Times time_fetches(const Rig& rig, const CellTable& table, const std::vector<Sto
     Times times;
     for (std::uint32_t first = 0; first < particles; first += kBlocks * kSize) {
         for (std::uint32_t i = 0; i < kBlocks * kSize; ++i) {
-            const EmitU u = net.at(first + i).u;
+            const LeSampleU u = net.at(first + i).u;
             CellTable::Block& block = blocks[i / kSize];
             block.u[0][i % kSize] = u.position.x, block.u[1][i % kSize] = u.position.y;
             block.u[2][i % kSize] = u.direction.x, block.u[3][i % kSize] = u.direction.y;

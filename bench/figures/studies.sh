@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The shipped studies: what each trade is worth, measured. Plans for `lucerna study` and small programs; every result lies in
-# out/studies/NAME with its tables (numbers.md), its picture and, of a plan, its page.
+# The shipped studies: what each trade is worth, measured. Descriptions for `lucerna study` and small programs; every result lies in
+# out/studies/NAME with its tables (numbers.md), its picture and, of a description, its page.
 # usage: bench/figures/studies.sh [--quick] [--docs] [NAME...]     default: all of them, some forty minutes on two cores
 #   cornell       3 min  every integrator in the Cornell box
 #   direct       10 min  direct light four ways, from wide beams to narrow ones: the time to equal error
 #   photons       6 min  photons, k and gather rays
-#   igi           4 min  sets and paths of virtual lights
+#   igi           4 min  sets and paths of virtual point lights
 #   emission      2 min  modes of emission from measured lamps: constant, exact, weighted
 #   table         2 min  resolution of a lamp's table: error, noise, memory, speed
 #   halves        1 min  a lamp's coefficients as halves and as floats
@@ -51,8 +51,8 @@ draw() {
     [ -z "$docs" ] || cp "$picture" "docs/images/studies-$name.png"
 }
 
-# plan: the study of this name
-plan() {
+# describe: runs the study of this name
+describe() {
     local file=$here/$name.toml
     if [ -n "$quick" ]; then
         /usr/bin/python3 "$here/quick.py" "$file" "$folder/$name.toml"
@@ -111,17 +111,17 @@ study() {
                 [ -f scenes/beams/lamp-1000.exr ] || bash scenes/make.sh beams
                 measured_lamps
             fi
-            plan
+            describe
             draw trade "$folder/results.json"
             draw direct "$folder"
             ;;
         cornell | photons | igi)
             if [ -z "$quick" ] && [ "$name" = photons ] && [ ! -f scenes/cloister/lamp.exr ]; then bash scenes/make.sh cloister; fi
-            plan
+            describe
             draw trade "$folder/results.json"
             ;;
         progressive)
-            plan
+            describe
             draw slopes "$folder/results.json"
             ;;
         emission)
@@ -138,7 +138,7 @@ study() {
             draw halves "$folder/halves.csv"
             ;;
         tree)
-            plan
+            describe
             searches
             draw tree "$folder"
             ;;

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <map>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/emit_net.h"
 #include "lights/measured.h"
 
@@ -27,7 +27,7 @@ LightField make_field(int views, int pixels, bool negative) {
     rig.pixel = {0.1 / pixels, 0.1 / pixels};
     rig.distance = 0.05;
     std::vector<float> e(rig.coefficients());
-    Stream noise(1, Purpose::bench, 0, 0);
+    Sampler noise(1, Purpose::bench, 0, 0);
     for (int m = 0; m < views; ++m) {
         for (int n = 0; n < views; ++n) {
             const float u = (static_cast<float>(m) + 0.5F) / static_cast<float>(views) - 0.5F;
@@ -76,8 +76,8 @@ void build_table(benchmark::State& state, bool large, bool negative) {
 }
 
 // Random numbers for many batches, so that no batch finds the cache as the last one left it.
-std::vector<EmitU> numbers() {
-    std::vector<EmitU> u(kBatch * 2048);
+std::vector<LeSampleU> numbers() {
+    std::vector<LeSampleU> u(kBatch * 2048);
     const EmitNet net(1, Purpose::bench, 0);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] = net.at(static_cast<std::uint32_t>(i)).u;
     return u;
@@ -89,11 +89,11 @@ void emit_batches(benchmark::State& state, bool large, EmissionMode mode, bool n
     Monitor silent;
     const auto light =
         make_measured_light(field_of(large, negative), table_of(large, negative), settings, silent);
-    const std::vector<EmitU> u = numbers();
-    std::vector<std::optional<Emitted>> out(kBatch);
+    const std::vector<LeSampleU> u = numbers();
+    std::vector<std::optional<LeSample>> out(kBatch);
     std::size_t at = 0;
     for (auto _ : state) {
-        light->emit_many(std::span(u).subspan(at, kBatch), out);
+        light->sample_Le_many(std::span(u).subspan(at, kBatch), out);
         benchmark::DoNotOptimize(out.data());
         benchmark::ClobberMemory();
         at = (at + kBatch) % u.size();
@@ -106,10 +106,10 @@ void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
     settings.mode = mode;
     Monitor silent;
     const auto light = make_measured_light(field_of(large), table_of(large), settings, silent);
-    const std::vector<EmitU> u = numbers();
+    const std::vector<LeSampleU> u = numbers();
     std::size_t at = 0;
     for (auto _ : state) {
-        benchmark::DoNotOptimize(light->emit(u[at]));
+        benchmark::DoNotOptimize(light->sample_Le(u[at]));
         at = (at + 1) % u.size();
     }
     state.SetItemsProcessed(state.iterations());
@@ -117,7 +117,7 @@ void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
 
 void draw_cells(benchmark::State& state, bool large) {
     const CellTable& table = table_of(large);
-    const std::vector<EmitU> u = numbers();
+    const std::vector<LeSampleU> u = numbers();
     CellTable::Block block;
     std::size_t at = 0;
     for (auto _ : state) {
@@ -232,7 +232,8 @@ class AliasTable {
 template <typename DrawCell>
 void draw_singly(benchmark::State& state, DrawCell&& draw) {
     std::vector<std::array<float, 4>> u;
-    for (const EmitU& e : numbers()) u.push_back({e.position.x, e.position.y, e.direction.x, e.direction.y});
+    for (const LeSampleU& e : numbers())
+        u.push_back({e.position.x, e.position.y, e.direction.x, e.direction.y});
     std::size_t at = 0;
     for (auto _ : state) {
         benchmark::DoNotOptimize(draw(u[at]));

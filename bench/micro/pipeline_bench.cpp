@@ -1,4 +1,4 @@
-// What the engine does per second on one core: rays, photon paths, gathers; and a whole image.
+// What the engine does per second on one core: rays, photon paths, density estimates; and a whole image.
 //
 // Every figure is on the Cornell box of scenes/cornell. Items per second are per core: each benchmark but the
 // last uses one thread. The glass box stands beside it where specular surfaces matter.
@@ -10,7 +10,7 @@
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
 #include "photon/build_maps.h"
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 
 namespace {
 
@@ -24,12 +24,12 @@ Job cornell() {
 
 // Rays that a path tracer would ask: from random points of the box in random directions.
 std::vector<Ray> random_rays(const Scene& scene, std::size_t n) {
-    Stream stream(1, Purpose::bench, 0, 0);
+    Sampler sampler(1, Purpose::bench, 0, 0);
     const Box3f box = scene.bounds();
     std::vector<Ray> rays(n);
     for (Ray& ray : rays) {
-        const V3f u(stream.next(), stream.next(), stream.next());
-        ray = {box.min + (V3f(0.05F) + 0.9F * u) * box.size(), square_to_sphere(stream.next2())};
+        const V3f u(sampler.next(), sampler.next(), sampler.next());
+        ray = {box.min + (V3f(0.05F) + 0.9F * u) * box.size(), square_to_sphere(sampler.next2())};
     }
     return rays;
 }
@@ -38,7 +38,7 @@ void nearest_hits(benchmark::State& state) {
     const Job job = cornell();
     const auto rays = random_rays(job.scene, 1 << 14);
     std::size_t i = 0;
-    for (auto _ : state) benchmark::DoNotOptimize(job.scene.hit(rays[i++ % rays.size()]));
+    for (auto _ : state) benchmark::DoNotOptimize(job.scene.intersect(rays[i++ % rays.size()]));
     state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK(nearest_hits)->Name("rays/nearest_hit");
@@ -50,7 +50,7 @@ void shadow_rays(benchmark::State& state) {
     std::size_t i = 0;
     for (auto _ : state) {
         const Ray& ray = rays[i++ % rays.size()];
-        benchmark::DoNotOptimize(job.scene.visible(SurfacePoint{ray.o}, ray.d, length));
+        benchmark::DoNotOptimize(job.scene.unoccluded(SurfacePoint{ray.o}, ray.d, length));
     }
     state.SetItemsProcessed(state.iterations());
 }
@@ -73,26 +73,26 @@ void photon_paths(benchmark::State& state) {
 }
 BENCHMARK(photon_paths)->Name("photons/paths_and_index")->Unit(benchmark::kMillisecond);
 
-void gathers(benchmark::State& state) {
+void density_estimates(benchmark::State& state) {
     const Job job = cornell();
     Monitor silent;
     const PhotonMaps maps =
         build_photon_maps(job.scene, {500'000, {false, true, false}, 1, 0}, Workers{}, silent);
-    const GatherSettings settings{static_cast<int>(state.range(0)), 50, 2, KernelShape::epanechnikov,
-                                  MetricKind::projected};
-    const Gather gather(*maps.find(MapKind::global), settings);
+    const DensityEstimateSettings settings{static_cast<int>(state.range(0)), 50, 2, KernelShape::epanechnikov,
+                                           MetricKind::projected};
+    const DensityEstimate density(*maps.find(MapKind::global), settings);
     std::vector<std::pair<Hit, V3f>> places;
     for (const Ray& ray : random_rays(job.scene, 1 << 12)) {
-        if (const auto hit = job.scene.hit(ray)) places.emplace_back(*hit, -ray.d);
+        if (const auto hit = job.scene.intersect(ray)) places.emplace_back(*hit, -ray.d);
     }
     std::size_t i = 0;
     for (auto _ : state) {
         const auto& [hit, wo] = places[i++ % places.size()];
-        benchmark::DoNotOptimize(gather.radiance(hit, job.scene.bsdf(hit), wo));
+        benchmark::DoNotOptimize(density.radiance(hit, job.scene.bsdf(hit), wo));
     }
     state.SetItemsProcessed(state.iterations());
 }
-BENCHMARK(gathers)->Name("gathers/k")->Arg(20)->Arg(50)->Arg(100)->Arg(500);
+BENCHMARK(density_estimates)->Name("density_estimates/k")->Arg(20)->Arg(50)->Arg(100)->Arg(500);
 
 void whole_image(benchmark::State& state, const char* integrator) {
     Job job = cornell();

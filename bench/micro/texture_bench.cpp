@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/texture_image.h"
 #include "tests/support/temporary_folder.h"
 
@@ -16,22 +16,22 @@ constexpr int kTextureSide = 512;
 
 Image noise() {
     Image image = Image::rgb(kTextureSide, kTextureSide);
-    Stream stream(3, Purpose::test, 0, 0);
-    for (float& value : image.data) value = stream.next();
+    Sampler sampler(3, Purpose::test, 0, 0);
+    for (float& value : image.data) value = sampler.next();
     return image;
 }
 
 std::vector<V2f> places(bool near) {
     std::vector<V2f> all;
-    Stream stream(4, Purpose::test, 0, 0);
+    Sampler sampler(4, Purpose::test, 0, 0);
     for (int i = 0; i < 1 << 16; ++i) {
-        const float jitter = stream.next();
+        const float jitter = sampler.next();
         if (near) {
             // A walk along rows of 256, three quarters of a texel wide each.
             all.emplace_back(static_cast<float>(i % 256) * 0.75F / kTextureSide + jitter * 1e-4F,
                              static_cast<float>(i / 256) * 0.75F / kTextureSide);
         } else {
-            all.emplace_back(jitter, stream.next());
+            all.emplace_back(jitter, sampler.next());
         }
     }
     return all;

@@ -29,22 +29,22 @@ struct Place {
 
 // Half of them where camera rays land, half where gather rays from there do.
 std::vector<Place> places_of(const Job& job, std::size_t count) {
-    Stream stream(1, Purpose::bench, 0, 0);
+    Sampler sampler(1, Purpose::bench, 0, 0);
     std::vector<Place> places;
     const auto look = [&](const Ray& ray) -> std::optional<Hit> {
-        auto hit = job.scene.hit(ray);
+        auto hit = job.scene.intersect(ray);
         if (!hit) return std::nullopt;
         places.push_back({hit->at.p, hit->at.n.dot(ray.d) > 0 ? -hit->at.n : hit->at.n});
         return hit;
     };
     while (places.size() < count) {
-        const V2f pixel = stream.next2();
+        const V2f pixel = sampler.next2();
         const V2f film(pixel.x * static_cast<float>(job.film.width),
                        pixel.y * static_cast<float>(job.film.height));
-        const auto hit = look(job.camera.ray(film, stream.next2()));
+        const auto hit = look(job.camera.ray(film, sampler.next2()));
         if (!hit) continue;
         const Frame frame(places.back().n);
-        const V3f d = frame.to_world(square_to_cosine_hemisphere(stream.next2()));
+        const V3f d = frame.to_world(square_to_cosine_hemisphere(sampler.next2()));
         look(Ray{hit->at.towards(d), d});
     }
     places.resize(count);
@@ -78,11 +78,11 @@ const Setting& setting_of(std::size_t photons) {
     Monitor silent;
     Job job = read_scene(std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes/cornell/cornell.pbrt", {},
                          Workers{}, silent);
-    MapPlan plan;
-    plan.paths = 1;  // the target says how many
-    plan.wanted[static_cast<std::size_t>(MapKind::global)] = true;
-    plan.targets[static_cast<std::size_t>(MapKind::global)] = static_cast<std::int64_t>(photons);
-    const PhotonMaps maps = build_photon_maps(job.scene, plan, Workers{}, silent);
+    MapParameters parameters;
+    parameters.paths = 1;  // the target says how many
+    parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
+    parameters.targets[static_cast<std::size_t>(MapKind::global)] = static_cast<std::int64_t>(photons);
+    const PhotonMaps maps = build_photon_maps(job.scene, parameters, Workers{}, silent);
     Photons landed = shuffled(*maps.find(MapKind::global), photons);
     const float radius = 0.05F * job.scene.bounds().size().length();
     std::vector<Place> places = places_of(job, 1 << 14);

@@ -54,7 +54,7 @@ std::string_view purpose(std::string_view integrator) {
     if (integrator == "direct") return "direct light only, through mirrors and glass";
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
     if (integrator == "progressive") return "photon maps in passes, with a radius that shrinks: consistent";
-    return "instant global illumination: virtual lights; smooth; caustics by photons; all light with "
+    return "instant global illumination: virtual point lights; smooth; caustics by photons; all light with "
            "compensate";
 }
 

@@ -12,7 +12,7 @@
 #include "engine/app/commands.h"
 #include "engine/app/console.h"
 #include "engine/app/listening.h"
-#include "engine/app/method_taking.h"
+#include "engine/app/method_selection.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
 #include "engine/app/run_report.h"
@@ -40,9 +40,9 @@ the image's mean).
 
 Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
 each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
-taken that promises the least error in the time, or the error soonest. It says which, as options that give it again.
+taken whose estimated error is least in the time, or the error soonest. It says which, as options that give it again.
 
-An image, photon maps or virtual lights that would not fit into memory are refused, with what they need and what there
+An image, photon maps or virtual point lights that would not fit into memory are refused, with what they need and what there
 is; a part of an image ("cropwindow") needs memory for the part alone.
 
 A scene file may hold several frames, one WorldBegin and WorldEnd each. Every frame is an image of its own, by the name
@@ -267,7 +267,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
         const Stopwatch choosing;
-        facts.choice = take_method(job, options, monitor);
+        facts.choice = select_method(job, options, monitor);
         facts.choose_seconds = choosing.seconds();
     }
     options.limits.seconds = whole - clock.seconds();

@@ -119,14 +119,14 @@ void print_surfaces(std::ostream& out, const Scene& scene) {
 }
 
 // What each method would make of the scene before its first ray.
-void print_plans(std::ostream& out, const Job& job) {
+void print_descriptions(std::ostream& out, const Job& job) {
     fmt::print(out, "integrator   {}", integrator_name(job.integrator));
     for (const auto& [name, value] : describe(job.integrator)) fmt::print(out, " {}={}", name, value);
     fmt::print(out, "\nbefore its first ray each integrator would build\n");
     for (const std::string_view name : integrator_names()) {
         const bool chosen = integrator_name(job.integrator) == name;
         const IntegratorSettings settings = chosen ? job.integrator : make_settings(name, {});
-        const auto lines = make_integrator(settings)->plan(job.scene);
+        const auto lines = make_integrator(settings)->describe(job.scene);
         if (lines.empty()) fmt::print(out, "  {:<11} nothing\n", name);
         for (std::size_t i = 0; i < lines.size(); ++i) {
             fmt::print(out, "  {:<11} {}\n", i == 0 ? name : "", lines[i]);
@@ -141,7 +141,7 @@ void print_scene(std::ostream& out, const Job& job, const std::vector<std::strin
     print_lights(out, job.scene);
     print_materials(out, job.scene);
     print_camera(out, job);
-    print_plans(out, job);
+    print_descriptions(out, job);
     fmt::print(out, "ignored      {}\n", ignored.empty() ? "nothing" : std::to_string(ignored.size()));
     for (const std::string& line : ignored) fmt::print(out, "  {}\n", line);
 }

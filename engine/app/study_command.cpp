@@ -9,10 +9,10 @@
 #include "engine/app/listening.h"
 #include "engine/app/options.h"
 #include "engine/app/outputs.h"
+#include "engine/app/study_description.h"
 #include "engine/app/study_measure.h"
 #include "engine/app/study_page.h"
 #include "engine/app/study_pictures.h"
-#include "engine/app/study_plan.h"
 #include "engine/app/study_runs.h"
 #include "engine/app/study_trade.h"
 #include "engine/base/error.h"
@@ -65,21 +65,21 @@ struct StudyCommand {
 
 class Study {
   public:
-    Study(const StudyPlan& plan, StudyRuns& runs, Monitor& monitor)
-        : plan_(plan), runs_(runs), monitor_(monitor) {}
+    Study(const StudyDescription& description, StudyRuns& runs, Monitor& monitor)
+        : description_(description), runs_(runs), monitor_(monitor) {}
 
     // Less than all where the monitor wished to stop.
     std::vector<StudyResult> all() {
         std::vector<StudyResult> results;
-        for (const StudyScene& scene : plan_.scenes) {
-            const auto reference = image(scene, plan_.reference, kReferenceSeed);
+        for (const StudyScene& scene : description_.scenes) {
+            const auto reference = image(scene, description_.reference, kReferenceSeed);
             if (!reference) break;
             const StudyMeasure measure(reference->image, scene.mask_above);
-            for (const StudyPoint& point : plan_.points) {
+            for (const StudyPoint& point : description_.points) {
                 const auto result = measured(scene, point, measure);
                 if (!result) return results;
                 // Only now are there results of this scene.
-                if (references_.size() == static_cast<std::size_t>(&scene - plan_.scenes.data()))
+                if (references_.size() == static_cast<std::size_t>(&scene - description_.scenes.data()))
                     references_.emplace_back(reference->image.name);
                 results.push_back(*result);
             }
@@ -106,10 +106,10 @@ class Study {
         result.set = point.overrides.set;
         result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
         std::vector<NamedImage> images;
-        for (int seed = 0; seed < plan_.seeds; ++seed) {
+        for (int seed = 0; seed < description_.seeds; ++seed) {
             auto one = image(scene, point, static_cast<std::uint64_t>(seed));
             if (!one) return {};
-            result.seconds += one->seconds / plan_.seeds;
+            result.seconds += one->seconds / description_.seeds;
             images.push_back(std::move(one->image));
         }
         result.image = images.front().name;
@@ -118,7 +118,8 @@ class Study {
     }
     std::optional<Rendered> image(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed) {
         const std::size_t all =
-            plan_.scenes.size() * (1 + plan_.points.size() * static_cast<std::size_t>(plan_.seeds));
+            description_.scenes.size() *
+            (1 + description_.points.size() * static_cast<std::size_t>(description_.seeds));
         monitor_.info(fmt::format("{}/{}  {}: {}, {}, seed {}", rendered_ + found_ + 1, all, scene.name,
                                   point.method, point.settings, seed == kReferenceSeed ? 0 : seed));
         const auto run = runs_.run(scene, point, seed, monitor_);
@@ -130,7 +131,7 @@ class Study {
         return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds};
     }
 
-    const StudyPlan& plan_;
+    const StudyDescription& description_;
     StudyRuns& runs_;
     Monitor& monitor_;
     std::size_t rendered_ = 0, found_ = 0;
@@ -157,31 +158,31 @@ std::string repeated(const StudyCommand& command) {
 }
 
 void act(const StudyCommand& command, const CommandContext& context) {
-    const StudyPlan plan = read_study(command.file);
+    const StudyDescription description = read_study(command.file);
     const std::filesystem::path folder = command.folder;
     CommandFiles files;
     files.reads(command.file);
-    for (const StudyScene& scene : plan.scenes) files.reads(scene.file);
+    for (const StudyScene& scene : description.scenes) files.reads(scene.file);
     StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict});
     for (const char* name : {"results.csv", "results.json", "study.html"})
         files.writes(folder / name, "", "study");
-    const std::string plan_text = read_text(command.file);
+    const std::string description_text = read_text(command.file);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
-    Study study(plan, runs, monitor);
+    Study study(description, runs, monitor);
     std::vector<StudyResult> results = study.all();
     const Listening listening(context.around);
     mark_best(results);
-    const std::size_t wanted = plan.points.size() * plan.scenes.size();
+    const std::size_t wanted = description.points.size() * description.scenes.size();
     const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command goes on",
                                       results.size(), wanted));
     if (results.empty()) throw Stopped(stopped);
     const std::vector<ScenePictures> pictures =
-        study_pictures(plan, study.references(), results, command.workers, monitor);
+        study_pictures(description, study.references(), results, command.workers, monitor);
     write_text(folder / "results.csv", study_csv(results));
-    write_text(folder / "results.json", study_json(plan, results, study.origin()));
-    write_text(folder / "study.html",
-               study_page({plan, results, pictures, study.origin(), repeated(command), plan_text}));
+    write_text(folder / "results.json", study_json(description, results, study.origin()));
+    write_text(folder / "study.html", study_page({description, results, pictures, study.origin(),
+                                                  repeated(command), description_text}));
     monitor.info(fmt::format("renders  {} made, {} found", study.rendered(), study.found()));
     for (const std::string& line : advice(results)) monitor.info(line);
     for (const std::string& line : doubts(results)) monitor.warn(line);

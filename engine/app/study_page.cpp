@@ -53,7 +53,7 @@ double reference_noise(const std::vector<StudyResult>& results, const std::strin
 }
 
 Json scene_json(const StudyReport& report, std::size_t i) {
-    const std::string& name = report.plan.scenes[i].name;
+    const std::string& name = report.description.scenes[i].name;
     const ScenePictures& pictures = report.pictures[i];
     Json scene{{"name", name},
                {"width", pictures.width},
@@ -82,13 +82,13 @@ Json palette_json(Colour&& colour) {
 
 Json study_data(const StudyReport& report) {
     constexpr ErrorCode kCode;
-    Json data{{"title", report.plan.title},
-              {"seeds", report.plan.seeds},
+    Json data{{"title", report.description.title},
+              {"seeds", report.description.seeds},
               {"code", {{"least", kCode.least}, {"most", kCode.most}}}};
     data["signed"] = palette_json([](int i) { return diverging_colour((i - 128) / 127.0); });
     data["flip"] = palette_json([](int i) { return magma_colour(i / 255.0); });
     data["methods"] = Json::array();
-    for (const StudyPoint& point : report.plan.points) {
+    for (const StudyPoint& point : report.description.points) {
         const auto& known = data["methods"];
         if (std::find(known.begin(), known.end(), Json(point.method)) == known.end())
             data["methods"].push_back(point.method);
@@ -128,9 +128,9 @@ std::string origin_html(const StudyReport& report) {
     html += row("machine", origin.machines.empty() ? "not known" : listed(origin.machines, "; "));
     html += row("threads", listed(origin.threads, ", "));
     html += row("program", fmt::format("lucerna {}", program_version()));
-    html += row("reference", fmt::format("{}, {}", report.plan.reference.overrides.integrator,
-                                         report.plan.reference.settings));
-    html += row("renders of each point", fmt::format("{}", report.plan.seeds));
+    html += row("reference", fmt::format("{}, {}", report.description.reference.overrides.integrator,
+                                         report.description.reference.settings));
+    html += row("renders of each point", fmt::format("{}", report.description.seeds));
     html += "<tr><th>again</th><td><code>" + html_text(report.command) + "</code></td></tr>\n</table>\n";
     if (origin.machines.size() > 1 || origin.threads.size() > 1) {
         html +=
@@ -174,13 +174,13 @@ std::string scaled_line(const StudyReport& report) {
 }  // namespace
 
 std::string study_page(const StudyReport& report) {
-    return filled(kStudyPage, {{"title", html_text(report.plan.title)},
+    return filled(kStudyPage, {{"title", html_text(report.description.title)},
                                {"style", std::string(kPageStyle) + std::string(kStudyStyle)},
                                {"doubts", doubts_html(report.results)},
                                {"advice", advice_html(report.results)},
                                {"scaled", html_text(scaled_line(report))},
                                {"origin", origin_html(report)},
-                               {"plan", html_text(report.plan_text)},
+                               {"description", html_text(report.description_text)},
                                {"d3", std::string(kD3)},
                                {"strip", std::string(kImageStrip)},
                                {"script", std::string(kStudyScript)},

@@ -5,19 +5,19 @@
 #include <string>
 #include <vector>
 
+#include "engine/app/study_description.h"
 #include "engine/app/study_pictures.h"
-#include "engine/app/study_plan.h"
 #include "engine/app/study_trade.h"
 
 namespace lucerna {
 
 struct StudyReport {
-    const StudyPlan& plan;
+    const StudyDescription& description;
     const std::vector<StudyResult>& results;
-    const std::vector<ScenePictures>& pictures;  // of the plan's first scenes, those that have results
+    const std::vector<ScenePictures>& pictures;  // of the description's first scenes, those that have results
     const StudyOrigin& origin;
-    std::string command;    // that repeats the study
-    std::string plan_text;  // of the plan's file
+    std::string command;           // that repeats the study
+    std::string description_text;  // of the description's file
 };
 
 std::string study_page(const StudyReport& report);

@@ -113,14 +113,15 @@ class SceneLooker {
     ScenePictures pictures_;
 };
 
-std::vector<PictureLoad> loads_of(const StudyPlan& plan, const std::vector<std::filesystem::path>& references,
+std::vector<PictureLoad> loads_of(const StudyDescription& description,
+                                  const std::vector<std::filesystem::path>& references,
                                   const std::vector<StudyResult>& results) {
     std::vector<PictureLoad> loads;
     for (std::size_t i = 0; i < references.size(); ++i) {
         const Image reference = read_exr(references[i]);
         PictureLoad load{reference.width, reference.height, 0, 0};
         for (const StudyResult& result : results) {
-            if (result.scene == plan.scenes[i].name) ++(result.best ? load.best : load.rest);
+            if (result.scene == description.scenes[i].name) ++(result.best ? load.best : load.rest);
         }
         loads.push_back(load);
     }
@@ -178,17 +179,17 @@ int ErrorCode::of(double error) const {
     return 128 + static_cast<int>(std::copysign(step, error));
 }
 
-std::vector<ScenePictures> study_pictures(const StudyPlan& plan,
+std::vector<ScenePictures> study_pictures(const StudyDescription& description,
                                           const std::vector<std::filesystem::path>& references,
                                           std::vector<StudyResult>& results, const Workers& workers,
                                           Monitor& monitor) {
-    const PictureCaps caps = picture_caps(loads_of(plan, references, results), kPicturesBudget);
+    const PictureCaps caps = picture_caps(loads_of(description, references, results), kPicturesBudget);
     std::vector<ScenePictures> all;
     Phase phase(monitor, "page", results.size());
     for (std::size_t i = 0; i < references.size(); ++i) {
-        SceneLooker looker(plan.scenes[i], references[i], caps, workers);
+        SceneLooker looker(description.scenes[i], references[i], caps, workers);
         for (StudyResult& result : results) {
-            if (result.scene != plan.scenes[i].name) continue;
+            if (result.scene != description.scenes[i].name) continue;
             looker.look(result);
             phase.advance(1);
         }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/app/study_plan.h"
+#include "engine/app/study_description.h"
 #include "engine/app/study_trade.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
@@ -67,7 +67,7 @@ struct ScenePictures {
 
 // Looks at the first seed's image of every result and sets its `flip`. `references`: one file per scene of
 // which there are results, in the order of the scenes. Throws InputError.
-std::vector<ScenePictures> study_pictures(const StudyPlan& plan,
+std::vector<ScenePictures> study_pictures(const StudyDescription& description,
                                           const std::vector<std::filesystem::path>& references,
                                           std::vector<StudyResult>& results, const Workers& workers,
                                           Monitor& monitor);

@@ -8,7 +8,7 @@
 
 #include "engine/app/command_files.h"
 #include "engine/app/run.h"
-#include "engine/app/study_plan.h"
+#include "engine/app/study_description.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 

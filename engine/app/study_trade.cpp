@@ -106,7 +106,7 @@ std::string study_csv(const std::vector<StudyResult>& results) {
     return text;
 }
 
-std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results,
+std::string study_json(const StudyDescription& description, const std::vector<StudyResult>& results,
                        const StudyOrigin& origin) {
     using Json = nlohmann::ordered_json;
     const auto estimate = [](const std::optional<Estimate>& e) {
@@ -115,13 +115,14 @@ std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& re
     };
     Json json{{"program", "lucerna"},
               {"version", program_version()},
-              {"title", plan.title},
-              {"seeds", plan.seeds},
+              {"title", description.title},
+              {"seeds", description.seeds},
               {"machines", origin.machines},
               {"threads", origin.threads},
               {"dates", origin.dates},
               {"reference",
-               {{"integrator", plan.reference.overrides.integrator}, {"settings", plan.reference.settings}}}};
+               {{"integrator", description.reference.overrides.integrator},
+                {"settings", description.reference.settings}}}};
     json["advice"] = advice(results);
     json["points"] = Json::array();
     for (const StudyResult& r : results) {

@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "engine/app/study_plan.h"
+#include "engine/app/study_description.h"
 #include "engine/render/seeds.h"
 
 namespace lucerna {
 
-// One point of the plan on one scene. Errors are squared and relative (study_measure.h), of one image.
+// One point of the description on one scene. Errors are squared and relative (study_measure.h), of one image.
 struct StudyResult {
     std::string scene, method, settings;
     std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp the last
@@ -50,7 +50,7 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results);
 std::vector<std::string> doubts(const std::vector<StudyResult>& results);
 
 std::string study_csv(const std::vector<StudyResult>& results);
-std::string study_json(const StudyPlan& plan, const std::vector<StudyResult>& results,
+std::string study_json(const StudyDescription& description, const std::vector<StudyResult>& results,
                        const StudyOrigin& origin);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// The house's images in OpenEXR. The measured light field has a file of its own kind
+// The project's images in OpenEXR. The measured light field has a file of its own kind
 // (lights/light_field_io.cpp).
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -1,4 +1,4 @@
-// The only OpenMP in the house.
+// The only OpenMP in the project.
 //
 // Work is cut into chunks whose size does not depend on the number of threads; what a chunk makes lands in
 // the slot of its number, and slots are joined in order. So every result is the same, bit for bit, on any

@@ -1,4 +1,4 @@
-// Running mean and variance (Welford 1962): no cancellation, whatever the offset.
+// Running mean and variance [Welford 1962]: no cancellation, whatever the offset.
 #pragma once
 
 #include <cmath>

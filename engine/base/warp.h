@@ -8,7 +8,7 @@
 
 namespace lucerna {
 
-// Unit disc, area-preserving and continuous (Shirley and Chiu 1997). Density 1/pi.
+// Unit disc, area-preserving and continuous [Shirley and Chiu 1997]. Density 1/pi.
 inline V2f square_to_disc(const V2f& u) {
     const V2f c = 2.0F * u - V2f(1, 1);
     if (c.x == 0 && c.y == 0) return {0, 0};

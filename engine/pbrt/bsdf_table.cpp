@@ -171,7 +171,7 @@ TableFit fit_fourier(const FourierTable& table) {
     return fit_of(sums, table.eta);
 }
 
-// ---- MERL's (Matusik et al. 2003): 90 half angles, 90 difference angles, 180 azimuths of the difference;
+// ---- MERL's [Matusik 2003]: 90 half angles, 90 difference angles, 180 azimuths of the difference;
 // half angles stand closer near the mirror direction.
 
 std::optional<TableFit> fit_merl(Bytes bytes) {

@@ -32,10 +32,10 @@ constexpr Alias kAliases[] = {
 };
 
 // Integrators of pbrt that we do not have: the nearest of ours, and why it is the nearest.
-struct Stranger {
+struct UnsupportedIntegrator {
     std::string_view pbrt, ours, why;
 };
-constexpr Stranger kStrangers[] = {
+constexpr UnsupportedIntegrator kUnsupportedIntegrators[] = {
     {"directlighting", "direct", ""},  // the same thing under another name
     {"exphotonmap", "photonmap", ""},
     {"whitted", "direct", "direct light, mirrors and glass, with area lights sampled instead of skipped"},
@@ -68,15 +68,15 @@ std::string our_name(Reading& reading, const std::string& kind, const Params& pa
     if (is_own_integrator(kind)) return kind;
     const auto names = integrator_names();
     std::vector<std::string_view> known(names.begin(), names.end());
-    for (const Stranger& stranger : kStrangers) {
-        if (kind == stranger.pbrt) {
-            if (!stranger.why.empty()) {
+    for (const UnsupportedIntegrator& unsupported : kUnsupportedIntegrators) {
+        if (kind == unsupported.pbrt) {
+            if (!unsupported.why.empty()) {
                 reading.depart(params.place(), fmt::format("Integrator \"{}\" is not here", kind),
-                               fmt::format("{} takes its place: {}", stranger.ours, stranger.why));
+                               fmt::format("{} takes its place: {}", unsupported.ours, unsupported.why));
             }
-            return std::string(stranger.ours);
+            return std::string(unsupported.ours);
         }
-        known.push_back(stranger.pbrt);
+        known.push_back(unsupported.pbrt);
     }
     fail(params.place(), "unknown Integrator \"{}\"; {}ours are {}", shown(kind), did_you_mean(kind, known),
          fmt::join(names, ", "));
@@ -117,9 +117,9 @@ void set_in_one_line(IntegratorSettings& settings, std::string_view name, const 
 
 namespace {
 
-// Version 2's igi bounds virtual lights by `glimit` alone and puts back what that cuts off by
-// `gathersamples` rays, 16 if nothing is said; none of them is without compensation. Ours shares its first
-// ray with direct light and takes one a sample unless told otherwise.
+// Version 2's igi bounds VPLs by `glimit` alone and puts back what that cuts off by `gathersamples` rays, 16
+// if nothing is said; none of them is without compensation. Ours shares its first ray with direct light and
+// takes one a sample unless told otherwise.
 void read_second_igi(IntegratorSettings& settings, Params& params, const Param& param) {
     const Location at = param.place.location();
     if (param.name == "glimit") {

@@ -40,7 +40,7 @@ float color_of_hair(float sigma_a, float beta) {
     return std::exp(-std::sqrt(std::max(0.0F, sigma_a)) * d);
 }
 
-// Per concentration (d'Eon et al. 2011), in red, green and blue.
+// Per concentration [d'Eon 2011], in red, green and blue.
 const Rgb kEumelanin(0.419F, 0.697F, 1.37F), kPheomelanin(0.187F, 0.4F, 1.05F);
 
 RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
@@ -91,7 +91,7 @@ float inner_reflectance(float eta) {
 }
 
 // All that leaves a half-space of these coefficients of what has entered it: the dipole's total diffuse
-// reflectance (Jensen et al. 2001, section 2.4).
+// reflectance [Jensen et al. 2001, 2.4].
 float dipole_reflectance(float sigma_a, float reduced_sigma_s, float eta) {
     const float extinction = sigma_a + reduced_sigma_s;
     if (!(extinction > 0)) return 0;

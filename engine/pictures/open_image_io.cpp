@@ -1,5 +1,5 @@
 // Picture files through OpenImageIO. A shared library of its own, loaded by engine/base/pictures.cpp; it uses
-// nothing of the other rooms but that header, and says nothing of what numbers are good for.
+// nothing of the other modules but that header, and says nothing of what numbers are good for.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagecache.h>
 #include <OpenImageIO/imageio.h>

@@ -12,15 +12,15 @@ class DirectEstimator final : public Estimator {
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& ray, Stream& stream) const override {
+    Rgb radiance(const Ray& ray, Sampler& sampler) const override {
         const auto shade = [&](const Vertex& vertex) {
-            return direct_light(scene_, vertex, stream, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
+            return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
         };
         if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return sigma_s * direct_light(scene_, vertex, stream, lights_.at(vertex.p));
+            return sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
         };
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, stream, shade, source);
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, sampler, shade, source);
     }
 
   private:

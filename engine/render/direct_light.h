@@ -1,4 +1,4 @@
-// Direct light by Monte Carlo: both strategies of multiple importance sampling (Veach 1997, chapter 9).
+// Direct light by Monte Carlo: both strategies of multiple importance sampling [Veach 1997, 9].
 //
 // A surface asks a light for a direction (next_event); or a direction drawn from the BSDF happens to find a
 // light (emission, with the rule that says which share of it still counts). Used together, with the power
@@ -14,7 +14,7 @@
 
 #include <optional>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/render/light_choice.h"
 #include "engine/world/passage.h"
 #include "engine/world/phase.h"
@@ -42,7 +42,7 @@ struct EmissionRule {
     static EmissionRule none() { return {Kind::none, 0, {}}; }
     static EmissionRule mis(float pdf_w, const LightChoice& choice) { return {Kind::mis, pdf_w, choice}; }
     // The share of what was seen of a light that counts.
-    float share(const Scene& scene, std::uint32_t light, const Seen& seen) const {
+    float share(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
     }
     // The share of emission that counts, given the density with which next_event() would have drawn this
@@ -94,20 +94,21 @@ struct MediumVertex {
 };
 
 // Radiance towards wo from one light, chosen and asked for a direction.
-Rgb next_event(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice);
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice);
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice);
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
 
 // What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
 // What of it arrives: 0 if something stands in between, else what media let pass.
-Rgb passing_share(const Scene& scene, const Vertex& vertex, const Incident& incident, Stream& stream);
+Rgb passing_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
+                  Sampler& sampler);
 
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
 // The same as it arrives through the media on the way, begun in `medium`.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
-             std::int32_t medium, Stream& stream);
+             std::int32_t medium, Sampler& sampler);
 
 // The part of it that surfaces emit.
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
@@ -123,8 +124,9 @@ struct DirectLight {
     // still to be found.
     std::optional<BsdfSample> specular;
 };
-DirectLight direct_light(const Scene& scene, const Vertex& vertex, Stream& stream, const LightChoice& choice);
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
+                         const LightChoice& choice);
 // In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Stream& stream, const LightChoice& choice);
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
 
 }  // namespace lucerna

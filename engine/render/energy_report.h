@@ -1,4 +1,4 @@
-// The energy ledger of a walk, as the statistics show it.
+// The energy ledger of light paths, as the statistics show it.
 #pragma once
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@ inline double energy_luminance(const V3d& c) {
 }
 
 // What is emitted is the lamps' flux where emission is plain and every particle of a lamp carries alike; a
-// plan (photon/emission_plan.h) weights particles, and then it is an estimate of it.
+// learned density (photon/learned_emission.h) weights particles, and then it is an estimate of it.
 //
 // Luminance of each account in W (or lm), and what does not add up, as a share.
 inline void report_energy(const Ledger& ledger, RenderReport& report) {
@@ -36,8 +36,8 @@ inline void report_energy(const Ledger& ledger, RenderReport& report) {
     report.numbers["paths.scatterings"] = static_cast<double>(ledger.scatterings);
 }
 
-// Where nothing takes light away, as in a closed room of albedo 1, a walk ends by roulette alone: what it
-// still carries then is missing, and what rare long walks bring has no limit. One warning if so.
+// Where nothing takes light away, as in a closed room of albedo 1, a light path ends by roulette alone: what
+// it still carries then is missing, and what rare long paths bring has no limit. One warning if so.
 inline void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
     constexpr std::uint64_t kFewPaths = 64;  // of these one does not know: their ends scatter
     constexpr double kUsual = 0.5;           // the least share that ends as light does, many sigmas below 1

@@ -52,10 +52,10 @@ double filter_value(const FilterSettings& s, double x, double radius) {
 }
 
 // Welford's step, on the root of the sum: before and after have one sign, so that their product is a square.
-void widen(V3f& spread, const V3f& before, const V3f& after) {
+void update_root_m2(V3f& root_m2, const V3f& before, const V3f& after) {
     for (int c = 0; c < 3; ++c) {
-        spread[c] = static_cast<float>(
-            std::sqrt(sqr(double{spread[c]}) + std::max(0.0, double{before[c]} * double{after[c]})));
+        root_m2[c] = static_cast<float>(
+            std::sqrt(sqr(double{root_m2[c]}) + std::max(0.0, double{before[c]} * double{after[c]})));
     }
 }
 
@@ -70,20 +70,20 @@ void Film::add_sample(Pixel& pixel, const Rgb& radiance, float weight) {
     const auto n = static_cast<float>(pixel.count);
     const V3f delta = radiance - pixel.mean;
     pixel.mean += delta / n;
-    widen(pixel.spread, delta, radiance - pixel.mean);
-    const float lean = weight - pixel.weight;
-    pixel.weight += lean / n;
-    pixel.together += lean * (radiance - pixel.mean);
+    update_root_m2(pixel.root_m2, delta, radiance - pixel.mean);
+    const float weight_delta = weight - pixel.weight;
+    pixel.weight += weight_delta / n;
+    pixel.covariance_sum += weight_delta * (radiance - pixel.mean);
 }
 
-void Film::mark(std::size_t pixel) {
+void Film::update_half_buffers(std::size_t pixel) {
     if (!std::has_single_bit(count(pixel))) return;
-    marks_[pixel] = {marks_[pixel].last, static_cast<float>(shown(pixel))};
+    half_buffers_[pixel] = {half_buffers_[pixel].last, static_cast<float>(shown(pixel))};
 }
 
 void Film::add(int x, int y, const Rgb& radiance, float weight) {
     add_sample(pixels_[place(x, y)], radiance, weight);
-    mark(place(x, y));
+    update_half_buffers(place(x, y));
 }
 
 void Film::add_pass(int x, int y, std::span<const Sample> samples) {
@@ -102,14 +102,15 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples) {
     ++passes.count;
     const V3f delta = value - passes.mean;
     passes.mean += delta / static_cast<float>(passes.count);
-    widen(passes.spread, delta, value - passes.mean);
+    update_root_m2(passes.root_m2, delta, value - passes.mean);
 
     for (const Sample& sample : samples) add_sample(pixel, sample.radiance, sample.weight);
-    mark(place(x, y));
+    update_half_buffers(place(x, y));
 }
 
 V3f Film::value(const Pixel& pixel) const {
-    return pixel.count > 1 ? pixel.mean + pixel.together / static_cast<float>(pixel.count - 1) : pixel.mean;
+    return pixel.count > 1 ? pixel.mean + pixel.covariance_sum / static_cast<float>(pixel.count - 1)
+                           : pixel.mean;
 }
 
 double Film::shown(std::size_t pixel) const {
@@ -120,7 +121,7 @@ V3d Film::variance(std::size_t place) const {
     if (!passes_.empty()) {
         const Passes& passes = passes_[place];
         const double n = passes.count;
-        return passes.count > 1 ? squared(passes.spread) / ((n - 1) * n) : V3d(0.0);
+        return passes.count > 1 ? squared(passes.root_m2) / ((n - 1) * n) : V3d(0.0);
     }
     const Pixel& pixel = pixels_[place];
     if (pixel.count < 2) return V3d(0.0);
@@ -128,9 +129,9 @@ V3d Film::variance(std::size_t place) const {
     V3d variance;
     for (int c = 0; c < 3; ++c) {
         // Of w (L - mean L), whose mean is the covariance; too small by what the covariance itself scatters.
-        const double covariance = double{pixel.together[c]} / (n - 1);
+        const double covariance = double{pixel.covariance_sum[c]} / (n - 1);
         variance[c] =
-            std::max(0.0, double{weight2_} * sqr(double{pixel.spread[c]}) / (n - 1) - sqr(covariance)) / n;
+            std::max(0.0, double{weight2_} * sqr(double{pixel.root_m2[c]}) / (n - 1) - sqr(covariance)) / n;
     }
     return variance;
 }
@@ -139,12 +140,12 @@ Image Film::develop(float scale) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         const V3f mean = value(pixels_[i]) * scale;
-        const V3d spread = variance(i) * sqr(double{scale});
+        const V3d scaled_variance = variance(i) * sqr(double{scale});
         for (int c = 0; c < 3; ++c) {
             image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
             constexpr double kLargest = std::numeric_limits<float>::max();
             image.data[6 * i + 3 + static_cast<std::size_t>(c)] =
-                static_cast<float>(std::min(spread[c], kLargest));
+                static_cast<float>(std::min(scaled_variance[c], kLargest));
         }
     }
     return image;
@@ -152,12 +153,12 @@ Image Film::develop(float scale) const {
 
 Film::Halves Film::halves(std::size_t pixel) const {
     const double n = count(pixel);  // >= 2: asked of no other
-    const Marks& marks = marks_[pixel];
+    const HalfBuffers& half_buffers = half_buffers_[pixel];
     // The larger of the two is n/2 at least, and less than n if it is the better.
     const double last = std::bit_floor(count(pixel)), before = last / 2;
     const bool by_last = last * (n - last) > before * (n - before);
     const double first = by_last ? last : before;
-    Halves halves{double{by_last ? marks.last : marks.last_but_one}, 0, 0};
+    Halves halves{double{by_last ? half_buffers.last : half_buffers.last_but_one}, 0, 0};
     halves.second = (n * shown(pixel) - first * halves.first) / (n - first);
     halves.variance = sqr(halves.first - halves.second) * first * (n - first) / sqr(n);
     return halves;
@@ -191,9 +192,9 @@ double Film::relative_error() const {
     double by_halves = 0, halves_fourth = 0, by_samples = 0, samples_fourth = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         if (count(i) == 0) continue;
-        const V3d spread = variance(i);
+        const V3d variance = this->variance(i);
         // Channels vary together, near enough; it makes the error rather too large than too small.
-        const V3d deviation(std::sqrt(spread.x), std::sqrt(spread.y), std::sqrt(spread.z));
+        const V3d deviation(std::sqrt(variance.x), std::sqrt(variance.y), std::sqrt(variance.z));
         const double own = sqr(double{luminance(Rgb(V3f(deviation)))});
         // Where nothing varies there may be nothing to divide by.
         if (own <= 0) continue;
@@ -217,14 +218,14 @@ double Film::relative_error() const {
 
 std::size_t Film::bytes_of_sums() const {
     return std::as_bytes(std::span(pixels_)).size() + std::as_bytes(std::span(passes_)).size() +
-           std::as_bytes(std::span(marks_)).size();
+           std::as_bytes(std::span(half_buffers_)).size();
 }
 
 std::vector<std::byte> Film::sums() const {
     std::vector<std::byte> sums;
     sums.reserve(bytes_of_sums());
     for (const auto bytes : {std::as_bytes(std::span(pixels_)), std::as_bytes(std::span(passes_)),
-                             std::as_bytes(std::span(marks_))})
+                             std::as_bytes(std::span(half_buffers_))})
         sums.insert(sums.end(), bytes.begin(), bytes.end());
     return sums;
 }
@@ -233,7 +234,7 @@ void Film::restore(std::span<const std::byte> sums) {
     assert(sums.size() == bytes_of_sums());
     for (const auto to :
          {std::as_writable_bytes(std::span(pixels_)), std::as_writable_bytes(std::span(passes_)),
-          std::as_writable_bytes(std::span(marks_))}) {
+          std::as_writable_bytes(std::span(half_buffers_))}) {
         std::copy_n(sums.begin(), to.size(), to.begin());
         sums = sums.subspan(to.size());
     }

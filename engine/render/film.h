@@ -22,7 +22,7 @@ class Film {
           weight2_(sqr(weight)),
           pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
           passes_(by_pass ? pixels_.size() : 0),
-          marks_(pixels_.size()) {}
+          half_buffers_(pixels_.size()) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
@@ -61,7 +61,7 @@ class Film {
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
     static constexpr std::size_t bytes_per_pixel(bool by_pass) {
-        return sizeof(Pixel) + sizeof(Marks) + (by_pass ? sizeof(Passes) : 0);
+        return sizeof(Pixel) + sizeof(HalfBuffers) + (by_pass ? sizeof(Passes) : 0);
     }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
     void restore(std::span<const std::byte> sums);
@@ -69,26 +69,26 @@ class Film {
   private:
     struct Pixel {
         V3f mean{0, 0, 0};  // of the radiance: Welford's sums
-        // The root of the sum of squares, which float32 cannot hold of 1e20 W nor of 1e-20.
-        V3f spread{0, 0, 0};
-        V3f together{0, 0, 0};  // of radiance and weight
-        float weight = 0;       // mean
+        // The root of M2, the sum of squared deviations, which float32 cannot hold of 1e20 W nor of 1e-20.
+        V3f root_m2{0, 0, 0};
+        V3f covariance_sum{0, 0, 0};  // Welford's sum for the covariance of radiance and weight
+        float weight = 0;             // mean
         std::uint32_t count = 0;
     };
     // Welford's sums of the values of passes.
     struct Passes {
-        V3f mean{0, 0, 0}, spread{0, 0, 0};
+        V3f mean{0, 0, 0}, root_m2{0, 0, 0};
         std::uint32_t count = 0;
     };
-    // Luminance of what the pixel was after the last powers of two of samples (passes, if it has them):
-    // what is stratified is whole there.
-    struct Marks {
+    // The pixel's half buffers: its luminance after the last powers of two of samples (passes, if it has
+    // them): what is stratified is whole there.
+    struct HalfBuffers {
         float last_but_one = 0, last = 0;
     };
     // Numbers without gaps between them.
-    static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4 && sizeof(Marks) == 2 * 4);
+    static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4 && sizeof(HalfBuffers) == 2 * 4);
 
-    // A pixel's samples in two parts, as equal as marks allow.
+    // A pixel's samples in two parts, as equal as the half buffers allow.
     struct Halves {
         double first, second;  // luminance
         double variance;       // of the pixel's, were the parts independent: their difference, squared
@@ -101,7 +101,7 @@ class Film {
         return passes_.empty() ? pixels_[pixel].count : passes_[pixel].count;
     }
     void add_sample(Pixel& pixel, const Rgb& radiance, float weight);
-    void mark(std::size_t pixel);
+    void update_half_buffers(std::size_t pixel);
     V3f value(const Pixel& pixel) const;
     double shown(std::size_t pixel) const;  // luminance of its value
     V3d variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
@@ -113,7 +113,7 @@ class Film {
     float weight2_ = 1;  // square of every sample's weight
     std::vector<Pixel> pixels_;
     std::vector<Passes> passes_;  // empty, or one for each pixel
-    std::vector<Marks> marks_;
+    std::vector<HalfBuffers> half_buffers_;
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample

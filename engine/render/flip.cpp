@@ -173,7 +173,7 @@ float srgb_decode(float v) {
 }
 
 // Narkowicz's fit of the ACES curve, (a x² + b x) / (c x² + d x + e) of x = 0.6 times the value, with which
-// [HDR] shows its exposures. It rises for all x >= 0, to a / c > 1.
+// [Andersson 2021] shows its exposures. It rises for all x >= 0, to a / c > 1.
 constexpr double kCurveA = 0.36 * 2.51, kCurveB = 0.6 * 0.03;
 constexpr double kCurveC = 0.36 * 2.43, kCurveD = 0.6 * 0.59, kCurveE = 0.14;
 

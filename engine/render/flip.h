@@ -1,10 +1,8 @@
 // FLIP: how different two pictures look to somebody who flips between them. A map of errors in [0, 1].
 //
-// Sources: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström, Fairchild, "FLIP: A Difference Evaluator
-// for Alternating Images", 2020 [FLIP]; Andersson, Nilsson, Shirley, Akenine-Möller, "Visualizing Errors in
-// Rendered High Dynamic Range Images", 2021 [HDR]. Colours are blurred as the eye blurs them at the viewing
-// distance and compared in a uniform space; where one picture has an edge or a point that the other has not,
-// the error grows.
+// Sources: [Andersson 2020]; [Andersson 2021] for images of high dynamic range. Colours are blurred as the
+// eye blurs them at the viewing distance and compared in a uniform space; where one picture has an edge or a
+// point that the other has not, the error grows.
 #pragma once
 
 #include <optional>
@@ -36,9 +34,9 @@ struct ExposureRange {
     double exposure(int i) const { return start + (stop - start) * i / (count - 1); }
 };
 
-// [HDR]'s range: from where the brightest luminance of the reference comes out at 0.85 of white to where its
-// median does. The median is of the pixels that are lit at all: a dark half must not send it to infinity.
-// None if no pixel is lit.
+// [Andersson 2021]'s range: from where the brightest luminance of the reference comes out at 0.85 of white to
+// where its median does. The median is of the pixels that are lit at all: a dark half must not send it to
+// infinity. None if no pixel is lit.
 std::optional<ExposureRange> flip_exposures(const Image& reference);
 
 struct HdrFlip {

@@ -17,7 +17,7 @@ V3f side_seen(const Vertex& vertex) {
     return n.dot(vertex.wo) < 0 ? -n : n;
 }
 
-// u moved on by i steps of the sequence that fills the square most evenly of all such (Roberts 2018): every
+// u moved on by i steps of the sequence that fills the square most evenly of all such [Roberts 2018]: every
 // one is uniform if u is, and together they keep out of each other's way.
 V2f step(const V2f& u, int i) {
     constexpr double kAlpha[2] = {0.75487766624669276, 0.56984029099805327};
@@ -31,10 +31,10 @@ V2f step(const V2f& u, int i) {
 
 // Several candidates of the lights' strategy, one kept.
 struct Candidates {
-    float sum = 0;        // of the luminances of what each would bring, MIS share included
-    float missing = 0;    // of what MIS leaves to the BSDF's strategy in the same directions
-    Rgb kept{0.0F};       // what the kept one would bring
-    Incident incident{};  // how it would
+    float sum = 0;               // of the luminances of what each would bring, MIS share included
+    float missing = 0;           // of what MIS leaves to the BSDF's strategy in the same directions
+    Rgb kept{0.0F};              // what the kept one would bring
+    LightSample light_sample{};  // how it would
 
     // Radiance for a free way: on average over which one is kept it is the mean of all `count` of them.
     Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
@@ -45,13 +45,13 @@ struct Candidates {
 // The candidates at one vertex, by their numbers; each can be drawn again, the same.
 class Draws {
   public:
-    Draws(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count, Stream& stream)
+    Draws(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count, Sampler& sampler)
         : scene_(scene),
           vertex_(vertex),
           choice_(choice),
           count_(static_cast<float>(count)),
-          u_light_(stream.next()),
-          u_place_(stream.next2()) {}
+          u_light_(sampler.next()),
+          u_place_(sampler.next2()) {}
 
     struct One {
         Rgb value;
@@ -74,16 +74,17 @@ class Draws {
 };
 
 Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count,
-                           Stream& stream) {
+                           Sampler& sampler) {
     assert(count >= 1 && count <= GuidedLightSettings::kMostCandidates);
-    const Draws draws(scene, vertex, choice, count, stream);
-    const float u_keep = stream.next();
+    const Draws draws(scene, vertex, choice, count, sampler);
+    const float u_keep = sampler.next();
     Candidates all;
     std::array<float, GuidedLightSettings::kMostCandidates> upto;
     for (int i = 0; i < count; ++i) {
         if (const auto one = draws[i]) {
             if (one->drawn.pdf_w > 0) {
-                const float ratio = vertex.bsdf.pdf_w(vertex.wo, one->drawn.incident.w) / one->drawn.pdf_w;
+                const float ratio =
+                    vertex.bsdf.pdf_w(vertex.wo, one->drawn.light_sample.w) / one->drawn.pdf_w;
                 all.missing += luminance(one->value) * ratio * ratio;  // power heuristic: shares 1 : ratio²
             }
             const float y = luminance(one->value);
@@ -101,7 +102,7 @@ Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const Light
     const auto kept = found != end ? found : std::lower_bound(upto.begin(), end, all.sum);
     const auto one = draws[static_cast<int>(kept - upto.begin())];
     all.kept = one->value;  // drawn above with a value: drawn again the same
-    all.incident = one->drawn.incident;
+    all.light_sample = one->drawn.light_sample;
     return all;
 }
 
@@ -121,34 +122,35 @@ int candidates_that_pay(const Scene& scene) {
     return has_parts(scene) ? 16 : 4;
 }
 
-DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Stream& stream,
+DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
                         const LightChoice& plain) {
     if (guides.any_near(vertex.hit.at.p, side_seen(vertex))) {
-        return direct_light(scene, vertex, stream, plain);
+        return direct_light(scene, vertex, sampler, plain);
     }
     if (vertex.bsdf.is_diffuse()) return {Rgb(0), {}};
-    const BsdfU u{stream.next(), stream.next2()};
+    const BsdfU u{sampler.next(), sampler.next2()};
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
     return {Rgb(0), sample && sample->delta ? sample : std::nullopt};
 }
 
-DirectLight GuidedLight::operator()(const Vertex& vertex, Stream& stream, const LightChoice& plain) const {
+DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain) const {
     const SurfacePoint& x = vertex.hit.at;
-    const bool guided = settings_.floor < 1;
+    const bool guided = settings_.defensive_weight < 1;
     const Guide guide = guided ? guides_.at(x.p, side_seen(vertex)) : Guide();
-    const LightChoice choice = plain.guided(guide, std::max(settings_.floor, guide.plain_share()));
+    const LightChoice choice =
+        plain.guided(guide, std::max(settings_.defensive_weight, guide.defensive_weight()));
 
     // Ask the lights.
     DirectLight result{Rgb(0), {}};
-    const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, stream);
+    const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);
     if (all.sum > 0) {
         result.radiance =
-            all.radiance(settings_.candidates) * passing_share(scene_, vertex, all.incident, stream);
+            all.radiance(settings_.candidates) * passing_share(scene_, vertex, all.light_sample, sampler);
     }
 
     // Ask the BSDF.
-    const BsdfU u{stream.next(), stream.next2()};
-    const float u_trace = stream.next();
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const float u_trace = sampler.next();
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
     if (!sample) return result;
     if (sample->delta) {
@@ -158,8 +160,8 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Stream& stream, const 
     const float chance = bsdf_chance(vertex, all);
     if (!(u_trace < chance)) return result;
     const Ray ray{x.towards(sample->wi), sample->wi};
-    const Rgb found = emission(scene_, ray, scene_.hit(ray), EmissionRule::mis(sample->pdf_w, choice),
-                               vertex.medium_towards(sample->wi), stream);
+    const Rgb found = emission(scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+                               vertex.medium_towards(sample->wi), sampler);
     result.radiance += sample->weight * found / chance;
     return result;
 }

@@ -1,4 +1,4 @@
-// Direct light with the help of photons that came straight from the lights [photon-maps 4].
+// Direct light with the help of photons that came straight from the lights [Goesele 2003, 5.2, 5.3].
 //
 //   gated   as `mc`, but only where a photon lies near. Where none landed there is no light: too dark by what
 //           arrives there. With M paths of power Φ/M and a gate of radius r on a flat surface lit by E, the
@@ -8,12 +8,13 @@
 //           unbiased.
 //
 // `guided` asks several places of lights for what would arrive, traces one shadow ray to one of them chosen
-// in proportion to that, and lets it stand for all (resampled importance, Talbot 2005). Where the BSDF's
-// strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs more. In a
-// scene with nothing_to_choose() renderers take `mc` in its place: it does the same with less work.
+// in proportion to that, and lets it stand for all (resampled importance sampling [Talbot 2005]). Where the
+// BSDF's strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs
+// more. In a scene with nothing_to_choose() renderers take `mc` in its place: it does the same with less
+// work.
 #pragma once
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/render/direct_light.h"
 #include "engine/world/scene.h"
 #include "photon/guide.h"
@@ -21,7 +22,8 @@
 namespace lucerna {
 
 struct GuidedLightSettings {
-    float floor = 0.25F;  // the least share of the plain choice, in (0, 1]
+    float defensive_weight =
+        0.25F;  // defensive mixture weight: the least share of the plain choice, in (0, 1]
     static constexpr int kMostCandidates = 1024;
     int candidates = 16;  // places of lights weighed before one is asked for, in [1, kMostCandidates]
 };
@@ -31,7 +33,7 @@ struct GuidedLightSettings {
 int candidates_that_pay(const Scene& scene);
 
 // Both as direct_light(); `plain` is the choice without photons.
-DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Stream& stream,
+DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
                         const LightChoice& plain);
 
 class GuidedLight {
@@ -39,7 +41,7 @@ class GuidedLight {
     // Keeps references to the scene and the guides.
     GuidedLight(const Scene& scene, const GuideMap& guides, const GuidedLightSettings& settings)
         : scene_(scene), guides_(guides), settings_(settings) {}
-    DirectLight operator()(const Vertex& vertex, Stream& stream, const LightChoice& plain) const;
+    DirectLight operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain) const;
 
   private:
     const Scene& scene_;

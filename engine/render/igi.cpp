@@ -1,5 +1,5 @@
-// Instant global illumination as a recipe [igi 1-3]: indirect light from sets of virtual lights, on surfaces
-// and where media scatter. What is seen then: igi_estimator.h.
+// Instant global illumination as a recipe [Keller 1997; Wald 2002; Pharr 2004]: indirect light from sets of
+// VPLs, on surfaces and where media scatter. What is seen then: igi_estimator.h.
 #include <fmt/format.h>
 
 #include <bit>
@@ -18,43 +18,45 @@ class IgiIntegrator final : public Integrator {
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
         const IgiSettings settings = with_distance(context.scene, settings_);
-        auto pilot = learn_emission(settings, context);
+        auto pre_pass = learn_emission(settings, context);
         if (context.monitor.stopped()) return nullptr;
-        VirtualLightPlan plan;
-        plan.sets = sets();
-        plan.paths = paths();
-        plan.seed = context.seed;
-        plan.pass = context.pass;
-        plan.gloss = virtual_light_gloss(settings);
-        if (pilot) plan.emission = &pilot->pilot.plan;
-        const std::uint32_t factor = pilot && thins() ? thinning(plan) : 1;
-        plan.paths *= factor;
-        VirtualLightSets lights = build_virtual_lights(context.scene, plan, context.workers, context.monitor);
+        VplParameters parameters;
+        parameters.sets = sets();
+        parameters.paths = paths();
+        parameters.seed = context.seed;
+        parameters.pass = context.pass;
+        parameters.gloss = vpl_gloss(settings);
+        if (pre_pass) parameters.emission = &pre_pass->importance.emission;
+        const std::uint32_t factor = pre_pass && thins() ? thinning(parameters) : 1;
+        parameters.paths *= factor;
+        VplSets lights = build_vpls(context.scene, parameters, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
         if (factor > 1) {
             context.report.numbers["virtual_lights.tried"] = static_cast<double>(lights.lights.size());
-            lights = thin_virtual_lights(lights, factor, pilot->seen, settings, context);
+            lights = thin_vpls(lights, factor, pre_pass->seen, settings, context);
             if (context.monitor.stopped()) return nullptr;
         }
         report_energy(lights.ledger, context.report);
         warn_of_endless_light(lights.ledger, context.monitor);
         context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
-        context.report.numbers["virtual_lights.sets"] = plan.sets;
-        Phase phase(context.monitor, "virtual lights in order", 1);
-        IgiLights ordered(lights, plan.paths, settings, context.workers);
+        context.report.numbers["virtual_lights.sets"] = parameters.sets;
+        Phase phase(context.monitor, "virtual point lights in order", 1);
+        IgiVpls ordered(lights, parameters.paths, settings, context.workers);
         phase.advance(1);
         context.report.numbers["virtual_lights.bytes"] = static_cast<double>(ordered.bytes());
-        IgiCaustics caustics(settings, context, plan.emission);
+        IgiCaustics caustics(settings, context, parameters.emission);
         if (context.monitor.stopped()) return nullptr;
         return make_igi_estimator(context.scene, settings, std::move(ordered), std::move(caustics),
-                                  pilot ? std::move(pilot->guides) : std::nullopt);
+                                  pre_pass ? std::move(pre_pass->guides) : std::nullopt);
     }
 
-    std::vector<std::string> plan(const Scene& scene) const override {
+    std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines;
-        if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
-        lines.push_back(fmt::format("{} sets of virtual lights from {} light paths each", sets(), paths()));
-        if (thins()) lines.push_back("of those of more paths, the virtual lights that the picture needs");
+        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
+        lines.push_back(
+            fmt::format("{} sets of virtual point lights from {} light paths each", sets(), paths()));
+        if (thins())
+            lines.push_back("of those of more paths, the virtual point lights that the picture needs");
         if (settings_.caustics == CausticMethod::map && throws_caustics(scene)) {
             lines.push_back(fmt::format("a Caustic map of {} light paths", settings_.caustic_paths));
         }
@@ -62,8 +64,8 @@ class IgiIntegrator final : public Integrator {
     }
 
   private:
-    // A floor of 1 leaves all as it is.
-    bool thins() const { return settings_.pilot > 0 && settings_.pilot_floor < 1; }
+    // A defensive weight of 1 leaves all as it is.
+    bool thins() const { return settings_.pre_pass > 0 && settings_.pre_pass_defensive_weight < 1; }
     std::uint32_t sets() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets)); }
     std::uint32_t paths() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights)); }
 

@@ -45,11 +45,11 @@ bool shows_caustics(const Scene& scene) {
 
 }  // namespace
 
-VirtualLightGloss virtual_light_gloss(const IgiSettings& settings) {
+VplGloss vpl_gloss(const IgiSettings& settings) {
     const bool photons = settings.caustics == CausticMethod::map;
     const bool rays = settings.caustics == CausticMethod::rays;
-    if (settings.compensate) return photons || rays ? VirtualLightGloss::none : VirtualLightGloss::all;
-    return photons ? VirtualLightGloss::of_indirect : VirtualLightGloss::all;
+    if (settings.compensate) return photons || rays ? VplGloss::none : VplGloss::all;
+    return photons ? VplGloss::of_indirect : VplGloss::all;
 }
 
 bool throws_caustics(const Scene& scene) {
@@ -62,12 +62,13 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings)
       specular_below_(method_ == CausticMethod::none ? 0 : INFINITY),
       rays_find_rest_(settings.compensate) {}
 
-IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context, const EmissionPlan* plan)
+IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context,
+                         const LearnedEmission* learned)
     : IgiCaustics(settings) {
     const Scene& scene = context.scene;
     if (method_ != CausticMethod::map || !throws_caustics(scene) || !shows_caustics(scene)) return;
     const Stopwatch watch;
-    MapPlan maps;
+    MapParameters maps;
     maps.paths = settings.caustic_paths;
     maps.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
     maps.seed = context.seed;
@@ -75,11 +76,11 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context
     maps.specular_below = specular_below_;
     maps.caustic_chains = rays_find_rest_;
     maps.most_bounces = kMostBounces;
-    maps.emission = plan;
+    maps.emission = learned;
     PhotonMaps made = build_photon_maps(scene, maps, context.workers, context.monitor);
     if (context.monitor.stopped()) return;
     map_ = std::move(made.maps[static_cast<std::size_t>(MapKind::caustic)]);
-    gather_.radius = kRadius * diagonal(scene);
+    density_.radius = kRadius * diagonal(scene);
     context.report.numbers["photons.caustic.paths"] = static_cast<double>(made.ledger.paths);
     context.report.numbers["photons.caustic.stored"] = static_cast<double>(map_->size());
     context.report.seconds.emplace_back("caustics", watch.seconds());
@@ -88,7 +89,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const PassContext& context
 Rgb IgiCaustics::radiance(const Vertex& vertex) const {
     if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
-    return Gather(*map_, gather_).radiance(vertex.hit, part, vertex.wo).value;
+    return DensityEstimate(*map_, density_).radiance(vertex.hit, part, vertex.wo).value;
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

@@ -1,5 +1,5 @@
-// Light that comes from a lamp over mirrors, glass or gloss to a surface, beside virtual lights: photons
-// bring it, as with the `photonmap` method, wherever a surface is diffuse.
+// Light that comes from a lamp over mirrors, glass or gloss to a surface, beside VPLs: photons bring it, as
+// with the `photonmap` method, wherever a surface is diffuse.
 //
 // Every path of light is counted once. At a place, what arrives is split by what it met last:
 //   nothing: a lamp itself                     direct light, lights asked and rays that find them
@@ -8,22 +8,22 @@
 //                                              compensation the map for the gloss of such a surface, too
 //   the same, and before that the diffuse      the same; without compensation nothing. (Rays would bring few
 //   part of a surface that was lit so          samples of small bright spots.)
-//   a surface's diffuse part, a medium         virtual lights, and near by the compensating rays
+//   a surface's diffuse part, a medium         VPLs, and near by the compensating rays
 //   gloss and the like, and a diffuse surface  compensating rays; without them gloss (no mirrors) that is lit
-//   before that                                by scattered light is taken for a Lambertian virtual light
+//   before that                                by scattered light is taken for a Lambertian VPL
 #pragma once
 
 #include <optional>
 
 #include "engine/render/direct_light.h"
 #include "engine/render/integrator.h"
-#include "photon/gather.h"
-#include "photon/virtual_lights.h"
+#include "photon/density_estimate.h"
+#include "photon/vpl.h"
 
 namespace lucerna {
 
-// What virtual lights take for Lambertian with these settings.
-VirtualLightGloss virtual_light_gloss(const IgiSettings& settings);
+// What VPLs take for Lambertian with these settings.
+VplGloss vpl_gloss(const IgiSettings& settings);
 
 // Whether light may come to a surface over specular ones, or over gloss.
 bool throws_caustics(const Scene& scene);
@@ -32,9 +32,9 @@ class IgiCaustics {
   public:
     // Without a map.
     explicit IgiCaustics(const IgiSettings& settings);
-    // Photons of settings.caustic_paths light paths, emitted by `plan` if there is one, if the settings want
-    // a map and the scene has anything to throw.
-    IgiCaustics(const IgiSettings& settings, const PassContext& context, const EmissionPlan* plan);
+    // Photons of settings.caustic_paths light paths, emitted by `learned` if it is not null, if the settings
+    // want a map and the scene has anything to throw.
+    IgiCaustics(const IgiSettings& settings, const PassContext& context, const LearnedEmission* learned);
 
     // Lobes of a smaller GGX alpha turn light as mirrors do, as far as caustics and compensating rays go.
     float specular_below() const { return specular_below_; }
@@ -49,7 +49,7 @@ class IgiCaustics {
     CausticMethod method_;
     float specular_below_;
     bool rays_find_rest_;  // of what arrives over specular surfaces; else the map brings it to gloss, too
-    GatherSettings gather_;
+    DensityEstimateSettings density_;
     std::optional<PhotonMap> map_;
 };
 

@@ -1,12 +1,12 @@
-// What is seen by instant global illumination, once its virtual lights stand [igi 3]. A set lights surfaces,
-// and the places along a ray at which media scatter.
+// What is seen by instant global illumination, once its VPLs stand [Pharr 2004]. A set lights surfaces, and
+// the places along a ray at which media scatter.
 #pragma once
 
 #include <memory>
 #include <optional>
 
 #include "engine/render/igi_caustics.h"
-#include "engine/render/igi_lights.h"
+#include "engine/render/igi_vpls.h"
 #include "engine/render/integrator.h"
 #include "photon/guide.h"
 
@@ -18,7 +18,7 @@ IgiSettings with_distance(const Scene& scene, IgiSettings settings);
 // `settings` are those of the lights. `guides`: by which surfaces ask lights; none: as the settings say. The
 // scene outlives the estimator.
 std::unique_ptr<const Estimator> make_igi_estimator(const Scene& scene, const IgiSettings& settings,
-                                                    IgiLights lights, IgiCaustics caustics,
+                                                    IgiVpls lights, IgiCaustics caustics,
                                                     std::optional<GuideMap> guides = {});
 
 }  // namespace lucerna

@@ -1,5 +1,5 @@
-// Where a picture is shaded by virtual lights: a few places that the camera sees, and what virtual lights
-// bring there. What a pilot weighs light paths by (igi_pilot.h), and virtual lights (igi_thinning.h).
+// Where a picture is shaded by VPLs: a few places that the camera sees, and what VPLs bring there. What a
+// pre-pass weighs light paths by (igi_pre_pass.h), and VPLs (igi_thinning.h).
 #pragma once
 
 #include <cmath>
@@ -8,11 +8,11 @@
 
 #include "engine/render/igi_shade.h"
 #include "engine/render/integrator.h"
-#include "photon/virtual_lights.h"
+#include "photon/vpl.h"
 
 namespace lucerna {
 
-// Where the picture is shaded by virtual lights.
+// Where the picture is shaded by VPLs.
 struct SeenPlace {
     Hit hit;
     Bsdf bsdf;
@@ -33,20 +33,19 @@ struct SeenPlaces {
 // scatter. The same for any number of threads.
 SeenPlaces see_places(const IgiSettings& settings, const PassContext& context, std::int64_t rays);
 
-// What a virtual light brings to the camera ray of a place, luminance, as the image has it of a set of one
-// path.
+// What a VPL brings to the camera ray of a place, luminance, as the image has it of a set of one path.
 class PlaceShading {
   public:
     PlaceShading(const Scene& scene, const IgiSettings& settings);
 
-    float radiance(const SeenPlace& place, const VirtualLight& light, Stream& stream) const {
+    float radiance(const SeenPlace& place, const Vpl& light, Sampler& sampler) const {
         const float result =
-            luminance(shading_.shade(place.vertex(), light, place.throughput * scale_, stream));
+            luminance(shading_.shade(place.vertex(), light, place.throughput * scale_, sampler));
         return std::isfinite(result) ? result : 0.0F;
     }
 
   private:
-    VirtualLightShading shading_;
+    VplShading shading_;
     float scale_;  // of indirect light
 };
 

@@ -1,8 +1,8 @@
 // The keystone: recipe → prepared pass → radiance.
 //
-// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, virtual
-// lights; the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from
-// any thread.
+// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, VPLs;
+// the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from any
+// thread.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "engine/render/settings.h"
@@ -26,19 +26,19 @@ namespace lucerna {
 class Estimator {
   public:
     virtual ~Estimator() = default;
-    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over streams is what the method converges
-    // to.
-    virtual Rgb radiance(const Ray& ray, Stream& stream) const = 0;
+    // Radiance that arrives along a camera ray, W/(m² sr). Its mean over samplers is what the method
+    // converges to.
+    virtual Rgb radiance(const Ray& ray, Sampler& sampler) const = 0;
 };
 
 // What all passes of a method share and none of them changes. A function of scene and seed alone: whoever
 // renders a pass elsewhere makes the same.
-class Groundwork {
+class SharedState {
   public:
-    virtual ~Groundwork() = default;
+    virtual ~SharedState() = default;
 };
 
-// What prepare() may use. The scene and the groundwork outlive the estimator.
+// What prepare() may use. The scene and the shared state outlive the estimator.
 struct PassContext {
     const Scene& scene;
     std::uint64_t seed;
@@ -46,7 +46,7 @@ struct PassContext {
     const Workers& workers;
     Monitor& monitor;
     RenderReport& report;
-    const Groundwork* groundwork = nullptr;  // what groundwork() gave
+    const SharedState* shared_state = nullptr;  // what shared_state() gave
     const MapFiles* map_files = nullptr;
     std::optional<View> view = {};  // what the image shows; maps may be built for it alone
 };
@@ -60,19 +60,19 @@ class Integrator {
     // Null if the monitor stopped it.
     virtual std::unique_ptr<const Estimator> prepare(const PassContext& context) const = 0;
     // What prepare() would build for this scene, a line each; nothing for a method that only traces rays.
-    virtual std::vector<std::string> plan(const Scene& /*scene*/) const { return {}; }
+    virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
     // Camera samples per pixel that one prepared pass serves; 0: all there are.
     virtual int samples_per_pass() const { return 0; }
-    // Made once, before the first pass (context.groundwork is null). Null if there is none or the monitor
+    // Made once, before the first pass (context.shared_state is null). Null if there is none or the monitor
     // stopped it.
-    virtual std::unique_ptr<const Groundwork> groundwork(const PassContext& /*context*/) const {
+    virtual std::unique_ptr<const SharedState> shared_state(const PassContext& /*context*/) const {
         return nullptr;
     }
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings);
 
-// One for each room's file.
+// One for each integrator's file.
 std::unique_ptr<Integrator> make_path(const PathSettings& settings);
 std::unique_ptr<Integrator> make_direct(const DirectSettings& settings);
 std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings);

@@ -42,8 +42,9 @@ float LightChoice::plain_probability(const Scene& scene, std::uint32_t light) co
 }
 
 float LightChoice::mixture(float plain, std::uint32_t light, const PartPdf& pdf) const {
-    float density = floor_ * plain * pdf.whole_pdf_w;
-    if (floor_ < 1) density += (1 - floor_) * guide_.probability(light, pdf.part) * pdf.part_pdf_w;
+    float density = defensive_weight_ * plain * pdf.whole_pdf_w;
+    if (defensive_weight_ < 1)
+        density += (1 - defensive_weight_) * guide_.probability(light, pdf.part) * pdf.part_pdf_w;
     return density;
 }
 
@@ -52,33 +53,34 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
     Draw draw{};
     std::optional<CellId> part;
     std::optional<Plain> plain;
-    if (u_light < floor_) {  // always, without a guide: floor_ is 1
-        plain = pick_plainly(scene, std::min(u_light / floor_, kBelowOne));
+    if (u_light < defensive_weight_) {  // always, without a guide: defensive_weight_ is 1
+        plain = pick_plainly(scene, std::min(u_light / defensive_weight_, kBelowOne));
         if (!plain) return std::nullopt;
         draw.light = plain->light;
     } else {
-        const Guide::Choice& choice = guide_.draw(std::min((u_light - floor_) / (1 - floor_), kBelowOne));
+        const Guide::Choice& choice =
+            guide_.draw(std::min((u_light - defensive_weight_) / (1 - defensive_weight_), kBelowOne));
         draw.light = choice.light;
         if (choice.part != kNoCell) part = choice.part;
     }
     const Light& light = *scene.lights()[draw.light];
-    const auto incident = light.illuminate(x, u_place, part);
-    if (!incident) return std::nullopt;
+    const auto light_sample = light.sample_Li(x, u_place, part);
+    if (!light_sample) return std::nullopt;
 
     // What was drawn has a density above 0, unless float32 takes it for 0: then it is as if it were not
     // drawn.
     const bool delta = light.is_delta();
-    const PartPdf pdf = delta ? whole(1) : incident->part.value_or(whole(incident->pdf_w));
+    const PartPdf pdf = delta ? whole(1) : light_sample->part.value_or(whole(light_sample->pdf_w));
     const float density =
         mixture(plain ? plain->probability : plain_probability(scene, draw.light), draw.light, pdf);
     if (!(density > 0) || !std::isfinite(density)) return std::nullopt;
-    draw.incident = *incident;
-    draw.gain = (delta ? 1 : incident->pdf_w) / density;
+    draw.light_sample = *light_sample;
+    draw.gain = (delta ? 1 : light_sample->pdf_w) / density;
     draw.pdf_w = delta ? 0 : density;
     return draw;
 }
 
-float LightChoice::pdf_w(const Scene& scene, std::uint32_t light, const Seen& seen) const {
+float LightChoice::pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
     return mixture(plain_probability(scene, light), light, seen.part.value_or(whole(seen.pdf_w)));
 }
 

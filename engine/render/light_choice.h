@@ -25,18 +25,18 @@ class LightChoice {
     LightChoice() = default;
     // By the tree, at x; `n` as LightTree has it.
     LightChoice(const LightTree& tree, const V3f& x, const V3f& n) : tree_(&tree), x_(x), n_(n) {}
-    // The same, mixed with a guide. `floor` in (0, 1]: the share of the plain choice; 1 if the guide knows
-    // nothing.
-    LightChoice guided(const Guide& guide, float floor) const {
+    // The same, mixed with a guide. `defensive_weight` in (0, 1]: the share of the plain choice; 1 if the
+    // guide knows nothing.
+    LightChoice guided(const Guide& guide, float defensive_weight) const {
         LightChoice choice = *this;
         choice.guide_ = guide;
-        choice.floor_ = guide.empty() ? 1 : floor;
+        choice.defensive_weight_ = guide.empty() ? 1 : defensive_weight;
         return choice;
     }
 
     struct Draw {
         std::uint32_t light;
-        Incident incident;
+        LightSample light_sample;
         float gain;   // incident.weight times this is radiance over the density of light and direction
         float pdf_w;  // that density, per solid angle; 0 for a delta light
     };
@@ -44,7 +44,7 @@ class LightChoice {
     std::optional<Draw> draw(const Scene& scene, const V3f& x, float u_light, const V2f& u_place) const;
 
     // Density per solid angle with which draw() would have chosen this light and this direction.
-    float pdf_w(const Scene& scene, std::uint32_t light, const Seen& seen) const;
+    float pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const;
 
   private:
     // Of a light and a direction towards it, from the plain choice's probability of the light.
@@ -59,7 +59,7 @@ class LightChoice {
     const LightTree* tree_ = nullptr;
     V3f x_{0, 0, 0}, n_{0, 0, 0};
     Guide guide_;
-    float floor_ = 1;
+    float defensive_weight_ = 1;
 };
 
 // Whether there is only one light to ask, and one without parts: then no choice is better than another.

@@ -22,7 +22,7 @@ constexpr double kJudgeShare = 0.35;  // of the trial, for the method that is un
 
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
-constexpr std::int64_t kPilotPaths = 65'536;
+constexpr std::int64_t kPrePassPaths = 65'536;
 
 PhotonMapSettings photon_map_like(const IntegratorSettings& asked) {
     PhotonMapSettings settings;
@@ -72,7 +72,7 @@ std::string short_text(const IntegratorSettings& settings) {
         return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)" : "");
     }
     if (const auto* igi = std::get_if<IgiSettings>(&settings))
-        return fmt::format("igi{}", igi->pilot > 0 ? " (pilot)" : "");
+        return fmt::format("igi{}", igi->pre_pass > 0 ? " (pre-pass)" : "");
     return std::string(integrator_name(settings));
 }
 
@@ -151,8 +151,8 @@ MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales,
         return cost;
     }
     cost.kind = MethodCost::Kind::maps;
-    // Of virtual lights it is noise. Of photons, with a fixed number in an estimate, it falls by the
-    // estimates' area; the studies give somewhat less.
+    // Of VPLs it is noise. Of photons, with a fixed number in an estimate, it falls by the estimates' area;
+    // the studies give somewhat less.
     const bool photons = std::holds_alternative<PhotonMapSettings>(trial.settings());
     cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;
     cost.most_work = photons ? static_cast<double>(kMostPhotons) / kTrialPhotons : kMostSets / kTrialSets;
@@ -172,10 +172,10 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     ProgressiveSettings progressive;
     if (const auto* own = std::get_if<ProgressiveSettings>(&asked)) progressive = *own;
     progressive.quantity = quantity_of(asked);
-    IgiSettings igi = igi_like(asked), pilot = igi;
-    igi.pilot = 0;
-    pilot.pilot = kPilotPaths;
-    return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pilot, 0.4}, {guided, 0.4}, {progressive, 0.6}};
+    IgiSettings igi = igi_like(asked), pre_pass = igi;
+    igi.pre_pass = 0;
+    pre_pass.pre_pass = kPrePassPaths;
+    return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pre_pass, 0.4}, {guided, 0.4}, {progressive, 0.6}};
 }
 
 namespace {

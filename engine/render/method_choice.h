@@ -19,13 +19,13 @@ struct MethodChoice {
     // Expected, as Film::relative_error() counts it; and seconds of preparation and image.
     double error = 0, seconds = 0;
     // The part of the error that more samples do not mend, as large as it may well be: what photons or
-    // virtual lights of their number leave. 0 where there is none.
+    // VPLs of their number leave. 0 where there is none.
     double beyond_noise = 0;
     std::string tried;  // every method and what was expected of it, for people
 };
 
 struct Method {
-    IntegratorSettings settings;  // of its trial: few photons, few sets of virtual lights
+    IntegratorSettings settings;  // of its trial: few photons, few sets of VPLs
     double least_seconds;         // with which it is worth trying
 };
 // What shows the same picture as `asked`, first the one that has no bias; `asked` alone if nothing else does.

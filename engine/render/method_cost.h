@@ -11,10 +11,10 @@ inline constexpr double kNever = std::numeric_limits<double>::infinity();
 struct MethodCost {
     enum class Kind {
         rays,    // every sample is worth the same, and nothing else matters
-        maps,    // photons or virtual lights are made once: more of them, or more samples
+        maps,    // photons or VPLs are made once: more of them, or more samples
         passes,  // all is made anew in every pass
     } kind = Kind::rays;
-    double once = 0;      // seconds before it that do not grow with the work: a pilot, guides
+    double once = 0;      // seconds before it that do not grow with the work: a pre-pass, guides
     double prepare = 0;   // seconds; of a pass
     double sample = 0;    // seconds, of one sample of every pixel of the image; of a pass, all of its samples
     double variance = 0;  // of one sample (pass), squared share, mean over pixels
@@ -27,7 +27,7 @@ struct MethodCost {
 struct Expectation {
     double error = 0, seconds = 0;  // infinite: cannot be done
     double beyond = 0;              // squared share
-    double work = 1;                // times the trial's, a power of two: photons or sets of virtual lights
+    double work = 1;                // times the trial's, a power of two: photons or sets of VPLs
 };
 // The least error in the time; infinite where it is too short for one sample of every pixel, or two passes.
 Expectation best_in(double seconds, const MethodCost& cost);

@@ -1,4 +1,5 @@
-// Which photon maps are built, and why: only what the scene and the chosen methods need [photon-maps 1].
+// Which photon maps are built, and why: only what the scene and the chosen methods need [Jensen 2001, 9;
+// Goesele 2003, 5.2].
 #pragma once
 
 #include <string>

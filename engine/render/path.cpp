@@ -2,7 +2,7 @@
 // else.
 #include "engine/render/direct_light.h"
 #include "engine/render/path_estimators.h"
-#include "photon/walk.h"
+#include "photon/light_path.h"
 
 namespace lucerna {
 namespace {
@@ -12,16 +12,16 @@ class PathEstimator final : public Estimator {
     PathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& camera_ray, Stream& stream) const override {
+    Rgb radiance(const Ray& camera_ray, Sampler& sampler) const override {
         Rgb result(0);
         Rgb throughput(1);
-        float eta_scale = 1;  // radiance compression inside glass says nothing about what a path is worth
+        float eta_scale = 1;  // radiance compression inside glass says nothing about how much a path carries
         Ray ray = camera_ray;
         EmissionRule rule = EmissionRule::all();
         const bool meter = settings_.quantity == Quantity::illuminance;
 
         for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
-            const auto hit = scene_.hit(ray);
+            const auto hit = scene_.intersect(ray);
             const bool metered = meter && bounce == 0;
             if (!metered) result += throughput * emission(scene_, ray, hit, rule);
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
@@ -31,11 +31,11 @@ class PathEstimator final : public Estimator {
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
             const LightChoice choice = specular ? LightChoice() : lights_.at(hit->at, bsdf, wo);
-            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, stream, choice);
+            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice);
 
             // Go on.
-            const BsdfU u{stream.next(), stream.next2()};
-            const float u_survive = stream.next();
+            const BsdfU u{sampler.next(), sampler.next2()};
+            const float u_survive = sampler.next();
             const auto sample = bsdf.sample(wo, u, Transport::radiance);
             if (!sample) break;
             throughput *= sample->weight;
@@ -43,7 +43,7 @@ class PathEstimator final : public Estimator {
             rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
             ray = Ray{hit->at.towards(sample->wi), sample->wi};
 
-            // Russian roulette by what the path is still worth.
+            // Russian roulette by the throughput that is left.
             if (bounce + 1 < kRouletteFrom) continue;
             const float survival = std::min(kMaxSurvival, max_component(throughput) / eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0

@@ -6,7 +6,7 @@
 #include "engine/render/path_estimators.h"
 #include "engine/world/passage.h"
 #include "engine/world/phase.h"
-#include "photon/walk.h"
+#include "photon/light_path.h"
 
 namespace lucerna {
 namespace {
@@ -18,7 +18,7 @@ class MediaPathEstimator final : public Estimator {
     MediaPathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& camera_ray, Stream& stream) const override;
+    Rgb radiance(const Ray& camera_ray, Sampler& sampler) const override;
 
   private:
     struct Path {
@@ -29,17 +29,17 @@ class MediaPathEstimator final : public Estimator {
         Rgb result{0.0F};
         float eta_scale = 1;
     };
-    // The end of a leg: scattered in a medium, or a surface, or neither (the path is over).
-    struct Leg {
+    // The end of a segment: scattered in a medium, or a surface, or neither (the path is over).
+    struct Segment {
         std::optional<Hit> hit;
         std::optional<MediumVertex> scattered;
     };
 
-    Leg travel(Path& path, Stream& stream) const;
-    Leg look(Path& path) const;
-    void meet_lamps(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
-                    Stream& stream) const;
-    bool leave(Path& path, const Leg& leg, bool metered, Stream& stream) const;
+    Segment propagate(Path& path, Sampler& sampler) const;
+    Segment look(Path& path) const;
+    void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
+                       Sampler& sampler) const;
+    bool scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const;
 
     const Scene& scene_;
     const SceneMedia& media_;
@@ -47,20 +47,20 @@ class MediaPathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Stream& stream) const {
+Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Sampler& sampler) const {
     Path path;
     path.ray = camera_ray;
     path.medium = media_.camera;
     const bool meter = settings_.quantity == Quantity::illuminance;
     for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
         const bool metered = meter && bounce == 0;
-        const Leg leg = metered ? look(path) : travel(path, stream);
-        if (!leg.hit && !leg.scattered) break;
+        const Segment segment = metered ? look(path) : propagate(path, sampler);
+        if (!segment.hit && !segment.scattered) break;
         if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
-        if (!leave(path, leg, metered, stream)) break;
+        if (!scatter(path, segment, metered, sampler)) break;
 
-        // Russian roulette by what the path is still worth.
-        const float u_survive = stream.next();
+        // Russian roulette by the throughput that is left.
+        const float u_survive = sampler.next();
         if (is_black(path.throughput)) break;
         if (bounce + 1 < kRouletteFrom) continue;
         const float survival = std::min(kMaxSurvival, max_component(path.throughput) / path.eta_scale);
@@ -71,9 +71,9 @@ Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Stream& stream) const {
 }
 
 // The first surface, for a meter that lies on it: what is between it and the camera does not matter.
-MediaPathEstimator::Leg MediaPathEstimator::look(Path& path) const {
+MediaPathEstimator::Segment MediaPathEstimator::look(Path& path) const {
     for (int borders = 0; borders < kMaxBorders; ++borders) {
-        const auto hit = scene_.hit_or_border(path.ray);
+        const auto hit = scene_.intersect_with_borders(path.ray);
         if (!hit) return {};
         if (!scene_.is_border(*hit)) return {hit, {}};
         path.medium = medium_towards(hit->media, hit->at.n, path.ray.d, path.medium);
@@ -83,16 +83,16 @@ MediaPathEstimator::Leg MediaPathEstimator::look(Path& path) const {
 }
 
 // From one vertex to the next, through borders, with what is emitted on the way.
-MediaPathEstimator::Leg MediaPathEstimator::travel(Path& path, Stream& stream) const {
+MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& sampler) const {
     Ray rest = path.ray;  // from the last border on
     float travelled = 0;
     for (int borders = 0; borders < kMaxBorders; ++borders) {
-        const auto hit = scene_.hit_or_border(rest);
-        meet_lamps(path, rest, travelled, hit, stream);
+        const auto hit = scene_.intersect_with_borders(rest);
+        add_impostors(path, rest, travelled, hit, sampler);
         const double end = static_cast<double>(hit ? hit->t : rest.t_max);
         const MediumPiece piece{rest, end, path.medium, MediaAlong(media_, path.medium, rest, end)};
         if (!piece.along.empty()) {
-            const Flight flight = fly(piece.along, path.throughput, stream);
+            const Flight flight = fly(piece.along, path.throughput, sampler);
             path.result += flight.emitted;
             path.throughput = flight.throughput;
             if (is_black(path.throughput)) return {};
@@ -118,13 +118,13 @@ MediaPathEstimator::Leg MediaPathEstimator::travel(Path& path, Stream& stream) c
 }
 
 // Light from what is no surface: a lamp's impostor within reach, or the sky if nothing is met.
-void MediaPathEstimator::meet_lamps(Path& path, const Ray& rest, float travelled,
-                                    const std::optional<Hit>& hit, Stream& stream) const {
+void MediaPathEstimator::add_impostors(Path& path, const Ray& rest, float travelled,
+                                       const std::optional<Hit>& hit, Sampler& sampler) const {
     if (path.rule.kind == EmissionRule::Kind::none || scene_.impostors().empty()) return;
     const float end = hit ? travelled + hit->t : INFINITY;
-    Stream more = stream.split(kLampBranch);
+    Sampler more = sampler.split(kLampBranch);
     for (const std::uint32_t light : scene_.impostors()) {
-        const auto seen = scene_.lights()[light]->seen(path.ray);
+        const auto seen = scene_.lights()[light]->Le(path.ray);
         if (!seen || seen->distance < travelled) continue;
         if (!(seen->distance < end) && !(!hit && std::isinf(seen->distance))) continue;
         const float share = path.rule.share(scene_, light, *seen);
@@ -135,25 +135,25 @@ void MediaPathEstimator::meet_lamps(Path& path, const Ray& rest, float travelled
 }
 
 // Asks the lights, and chooses where the path goes on. False: it ends.
-bool MediaPathEstimator::leave(Path& path, const Leg& leg, bool metered, Stream& stream) const {
-    if (leg.scattered) {
-        const LightChoice choice = lights_.at(leg.scattered->p);
-        path.result += path.throughput * next_event(scene_, *leg.scattered, stream, choice);
-        const V3f wi = leg.scattered->phase.sample(leg.scattered->wo, stream.next2());
-        path.rule = EmissionRule::mis(leg.scattered->pdf_w(wi), choice);
-        path.ray = Ray{leg.scattered->p, wi};
+bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const {
+    if (segment.scattered) {
+        const LightChoice choice = lights_.at(segment.scattered->p);
+        path.result += path.throughput * next_event(scene_, *segment.scattered, sampler, choice);
+        const V3f wi = segment.scattered->phase.sample(segment.scattered->wo, sampler.next2());
+        path.rule = EmissionRule::mis(segment.scattered->pdf_w(wi), choice);
+        path.ray = Ray{segment.scattered->p, wi};
         return true;
     }
-    const Hit& hit = *leg.hit;
+    const Hit& hit = *segment.hit;
     const Bsdf bsdf = metered ? white_receiver(hit) : scene_.bsdf(hit);
     const V3f wo = -path.ray.d;
     const bool specular = bsdf.is_delta();
     const LightChoice choice = specular ? LightChoice() : lights_.at(hit.at, bsdf, wo);
     if (!specular) {
         const Vertex vertex{hit, bsdf, wo, path.medium};
-        path.result += path.throughput * next_event(scene_, vertex, stream, choice);
+        path.result += path.throughput * next_event(scene_, vertex, sampler, choice);
     }
-    const BsdfU u{stream.next(), stream.next2()};
+    const BsdfU u{sampler.next(), sampler.next2()};
     const auto sample = bsdf.sample(wo, u, Transport::radiance);
     if (!sample) return false;
     path.throughput *= sample->weight;

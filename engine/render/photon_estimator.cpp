@@ -2,10 +2,10 @@
 
 #include "engine/render/direct_light.h"
 #include "engine/render/guided_light.h"
-#include "engine/render/irradiance_ahead.h"
+#include "engine/render/precompute_irradiance.h"
 #include "engine/render/specular_chain.h"
-#include "photon/gather.h"
-#include "photon/volume_gather.h"
+#include "photon/density_estimate.h"
+#include "photon/volume_estimate.h"
 
 namespace lucerna {
 namespace {
@@ -20,7 +20,7 @@ constexpr int kSureBounces = 4;
 // slowly, by less than half of the way from one place to the other.
 constexpr float kCausticReach = 2;
 
-// Branches of a sample's stream: 0 gathers; one for each map's probes.
+// Branches of a sample's sampler: 0 for gather rays; one for each map's probes.
 constexpr std::uint32_t kProbesBranch = 1;
 
 // Which quality a surface is shaded with.
@@ -31,31 +31,31 @@ enum class Stage : std::uint8_t {
 
 class PhotonMapEstimator final : public Estimator {
   public:
-    PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, const GatherPair& gather,
-                       PhotonEstimatorParts parts)
+    PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings,
+                       const DensityEstimatePair& estimates, PhotonEstimatorParts parts)
         : scene_(scene),
           settings_(settings),
-          gather_(gather),
+          estimates_(estimates),
           maps_(std::move(parts.maps)),
           guides_(std::move(parts.guides)),
           irradiance_(std::move(parts.irradiance)),
           radii_(std::move(parts.radii)),
           caustic_radii_(std::move(parts.caustic_radii)),
-          guided_{settings.guide_floor,
+          guided_{settings.guide_defensive_weight,
                   settings.candidates > 0 ? settings.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& ray, Stream& stream) const override {
+    Rgb radiance(const Ray& ray, Sampler& sampler) const override {
         if (settings_.quantity == Quantity::illuminance) {
             return meter_and_shade(scene_, ray, [&](const Vertex& vertex) {
-                return DirectLight{seen(vertex, stream), {}};
+                return DirectLight{shade_eye(vertex, sampler), {}};
             });
         }
-        return trace(ray, scene_.media().camera, EmissionRule::all(), Stage::eye, stream);
+        return trace(ray, scene_.media().camera, EmissionRule::all(), Stage::eye, sampler);
     }
 
   private:
-    // A surface's diffuse part, which photons are gathered for, and the rest, which is traced.
+    // A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
     struct Split {
         std::optional<Bsdf> diffuse, rest;
 
@@ -67,64 +67,65 @@ class PhotonMapEstimator final : public Estimator {
 
     // What is not diffuse at a surface. Where the light of all chains of specular bounces is counted already
     // (the rule is none: the ray began at a surface that has its direct light and its caustics), gloss that
-    // counts as specular asks no lights and passes that rule on.
-    struct Sheen {
-        std::optional<Bsdf> asks, counted;
+    // counts as specular samples no lights and passes that rule on.
+    struct GlossySplit {
+        std::optional<Bsdf> sampled, counted;
 
-        Sheen(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
+        GlossySplit(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
             if (!rest) return;
-            asks = rest;
+            sampled = rest;
             if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
             const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
             if (sharp.is_black()) return;
             counted = sharp;
-            asks = blurred.is_black() ? std::nullopt : std::optional(blurred);
+            sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
         }
     };
 
     // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
     // The ray begins in `medium`.
-    Rgb trace(Ray ray, std::int32_t medium, EmissionRule rule, Stage stage, Stream& stream) const {
+    Rgb trace(Ray ray, std::int32_t medium, EmissionRule rule, Stage stage, Sampler& sampler) const {
         Rgb result(0);
         Rgb throughput(1);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return in_scattered(vertex, sigma_s, stage, stream);
+            return in_scattered(vertex, sigma_s, stage, sampler);
         };
         for (int depth = 0; depth < kMostEyeBounces; ++depth) {
             const SpecularChain chain =
-                follow_specular(scene_, ray, medium, rule, settings_.max_specular_depth, stream, source);
+                follow_specular(scene_, ray, medium, rule, settings_.max_specular_depth, sampler, source);
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const Split split(bsdf);
-            Ways ways;
+            ContinuationLobes lobes;
             LightChoice rest_lights;
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
-                    result += throughput * seen(vertex, stream);
+                    result += throughput * shade_eye(vertex, sampler);
                 } else {
-                    const Landing landing = landed(vertex, chain.length, depth, stream);
-                    result += throughput * landing.radiance;
-                    if (landing.goes_on) ways.diffuse = &*split.diffuse;
+                    const GatherShading shading = shade_gather(vertex, chain.length, depth, sampler);
+                    result += throughput * shading.radiance;
+                    if (shading.continues) lobes.diffuse = &*split.diffuse;
                 }
             }
-            const Sheen sheen(split.rest, rule, settings_.specular_below);
-            if (sheen.asks) {  // no photons there: ask the lights, then follow the BSDF
-                rest_lights = lights_.at(chain.hit->at, *sheen.asks, chain.wo);
-                result += throughput * next_event(scene_, chain.vertex(*sheen.asks), stream, rest_lights);
-                ways.rest = &*sheen.asks;
+            const GlossySplit glossy(split.rest, rule, settings_.specular_below);
+            if (glossy.sampled) {  // no photons there: ask the lights, then follow the BSDF
+                rest_lights = lights_.at(chain.hit->at, *glossy.sampled, chain.wo);
+                result +=
+                    throughput * next_event(scene_, chain.vertex(*glossy.sampled), sampler, rest_lights);
+                lobes.rest = &*glossy.sampled;
             }
-            if (sheen.counted) ways.counted = &*sheen.counted;
-            const auto next = go_on(ways, chain.wo, rule, rest_lights, stream);
+            if (glossy.counted) lobes.counted = &*glossy.counted;
+            const auto next = sample_continuation(lobes, chain.wo, rule, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
             // Faint gloss that the camera sees is followed all the same: one ray beside all those that
             // gather, where roulette would make bright specks of what lamps it mirrors.
             const bool sure = stage == Stage::eye && depth < kSureBounces;
             const float survival = sure ? 1.0F : std::min(1.0F, max_component(throughput));
-            if (!(stream.next() < survival)) break;
+            if (!(sampler.next() < survival)) break;
             throughput /= survival;
             rule = next->rule;
             medium = chain.vertex(bsdf).medium_towards(next->sample.wi);
@@ -134,144 +135,147 @@ class PhotonMapEstimator final : public Estimator {
     }
 
     // What media scatter into a ray at a place: radiance per unit of length.
-    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, Stream& stream) const {
+    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, Sampler& sampler) const {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
-            result += sigma_s * direct_light(scene_, vertex, stream, lights_.at(vertex.p));
+            result += sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
         }
         if (const PhotonMap* map = maps_.find(MapKind::volume)) {
-            const GatherSettings& how = stage == Stage::eye ? gather_.seen : gather_.landed;
-            VolumeGatherSettings volume{how.k, gather_.volume_radius};
+            const DensityEstimateSettings& how = stage == Stage::eye ? estimates_.eye : estimates_.gather;
+            VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius};
             if (radii_) volume = {0, radii_->volume_radius()};
-            const VolumeGather gather(scene_, *map, volume);
+            const VolumeDensityEstimate density(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
-            result += gather.in_scattered(at, stream).value;
+            result += density.in_scattered(at, sampler).value;
         }
         return result;
     }
 
     // A diffuse surface that the camera sees.
-    Rgb seen(const Vertex& vertex, Stream& stream) const {
-        Rgb result = direct(vertex, gather_.seen, stream);
+    Rgb shade_eye(const Vertex& vertex, Sampler& sampler) const {
+        Rgb result = direct(vertex, estimates_.eye, sampler);
         if (settings_.indirect == IndirectMethod::none) return result;
-        result += estimate(MapKind::caustic, vertex, gather_.seen, stream).value;
+        result += estimate(MapKind::caustic, vertex, estimates_.eye, sampler).value;
         if (settings_.indirect == IndirectMethod::map) {
-            return result + estimate(MapKind::global, vertex, gather_.seen, stream).value;
+            return result + estimate(MapKind::global, vertex, estimates_.eye, sampler).value;
         }
         Rgb gathered(0);
         for (int i = 0; i < settings_.gather_rays; ++i) {
-            Stream branch = stream.split_stratified(0, static_cast<std::uint32_t>(i));
+            Sampler branch = sampler.split_stratified(0, static_cast<std::uint32_t>(i));
             gathered += gather_ray(vertex, branch);
         }
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
-    struct Landing {
+    struct GatherShading {
         Rgb radiance;
-        bool goes_on;  // what arrives over more than one bounce is still to be found
+        bool continues;  // what arrives over more than one bounce is still to be found
     };
     // A diffuse surface where a gather ray landed, `length` away from where it began. An estimate whose
-    // disc is wider than that would take in light from around the corner it is gathered for; then the ray
+    // disc is wider than that would take in light from around the corner of the place it is for; then the ray
     // goes on.
-    Landing landed(const Vertex& vertex, float length, int depth, Stream& stream) const {
-        const Looked looked = look(vertex, stream);
-        if (looked.radius > length && depth + 1 < kMostEyeBounces) {
-            const Rgb sampled = asked(vertex, stream);
-            return {sampled + estimate(MapKind::caustic, vertex, gather_.landed, stream).value, true};
+    GatherShading shade_gather(const Vertex& vertex, float length, int depth, Sampler& sampler) const {
+        const IrradianceLookup lookup = lookup_irradiance(vertex, sampler);
+        if (lookup.radius > length && depth + 1 < kMostEyeBounces) {
+            const Rgb sampled = sample_direct(vertex, sampler);
+            return {sampled + estimate(MapKind::caustic, vertex, estimates_.gather, sampler).value, true};
         }
-        if (looked.has_direct) return {looked.radiance, false};
-        return {direct(vertex, gather_.landed, stream) + looked.radiance, false};
+        if (lookup.has_direct) return {lookup.radiance, false};
+        return {direct(vertex, estimates_.gather, sampler) + lookup.radiance, false};
     }
 
     // Direct light by the chosen method.
-    Rgb direct(const Vertex& vertex, const GatherSettings& how, Stream& stream) const {
+    Rgb direct(const Vertex& vertex, const DensityEstimateSettings& how, Sampler& sampler) const {
         if (settings_.direct == DirectMethod::map)
-            return estimate(MapKind::direct, vertex, how, stream).value;
-        return asked(vertex, stream);
+            return estimate(MapKind::direct, vertex, how, sampler).value;
+        return sample_direct(vertex, sampler);
     }
-    // The same, by rays: where the Direct map is read elsewhere, plainly.
-    Rgb asked(const Vertex& vertex, Stream& stream) const {
+    // The same, by shadow rays, whatever the Direct map is used for elsewhere.
+    Rgb sample_direct(const Vertex& vertex, Sampler& sampler) const {
         const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        if (!guides_) return direct_light(scene_, vertex, stream, plain).radiance;
+        if (!guides_) return direct_light(scene_, vertex, sampler, plain).radiance;
         if (settings_.direct == DirectMethod::gated) {
-            return gated_light(scene_, *guides_, vertex, stream, plain).radiance;
+            return gated_light(scene_, *guides_, vertex, sampler, plain).radiance;
         }
-        return GuidedLight(scene_, *guides_, guided_)(vertex, stream, plain).radiance;
+        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain).radiance;
     }
 
-    // The parts of a surface by which a ray may go on.
-    struct Ways {
+    // The lobes of a surface by which a ray may continue.
+    struct ContinuationLobes {
         const Bsdf* diffuse = nullptr;
         const Bsdf* rest = nullptr;
-        const Bsdf* counted = nullptr;  // Sheen's
+        const Bsdf* counted = nullptr;  // GlossySplit's
     };
-    struct Step {
+    struct Continuation {
         BsdfSample sample;
         EmissionRule rule;
     };
-    // One of them, by chance where there are several: a ray that split at every surface would never end.
-    std::optional<Step> go_on(const Ways& ways, const V3f& wo, const EmissionRule& rule,
-                              const LightChoice& rest_lights, Stream& stream) const {
-        const float u_way = stream.next();
-        const BsdfU u{stream.next(), stream.next2()};
+    // Samples one of them, by chance where there are several: a ray that split at every surface would never
+    // end.
+    std::optional<Continuation> sample_continuation(const ContinuationLobes& lobes, const V3f& wo,
+                                                    const EmissionRule& rule, const LightChoice& rest_lights,
+                                                    Sampler& sampler) const {
+        const float u_lobe = sampler.next();
+        const BsdfU u{sampler.next(), sampler.next2()};
         std::array<const Bsdf*, 3> open{};
         std::size_t count = 0;
-        for (const Bsdf* way : {ways.diffuse, ways.rest, ways.counted}) {
-            if (way) open[count++] = way;
+        for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.counted}) {
+            if (lobe) open[count++] = lobe;
         }
         if (count == 0) return std::nullopt;
         const auto share = static_cast<float>(count);
-        const Bsdf* way = open[std::min(static_cast<std::size_t>(u_way * share), count - 1)];
-        const auto sample = way->sample(wo, u, Transport::radiance);
+        const Bsdf* lobe = open[std::min(static_cast<std::size_t>(u_lobe * share), count - 1)];
+        const auto sample = lobe->sample(wo, u, Transport::radiance);
         if (!sample) return std::nullopt;
-        Step step{*sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
-        step.sample.weight *= share;
-        if (way == ways.rest) {
-            step.rule =
+        Continuation continuation{
+            *sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
+        continuation.sample.weight *= share;
+        if (lobe == lobes.rest) {
+            continuation.rule =
                 sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w, rest_lights);
         }
-        return step;
+        return continuation;
     }
 
-    struct Looked {
+    struct IrradianceLookup {
         Rgb radiance;
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
-    // What the maps say where a gather ray landed: looked up if it was computed ahead of time and says all
-    // there is to know, else estimated. A base under varnish that a lamp shines on from one side would be off
-    // by percents, and a wall whose relief leans towards the light by as much as the cosine is.
-    Looked look(const Vertex& vertex, const Stream& stream) const {
+    // What the maps say where a gather ray landed: looked up if it was precomputed and says all there is to
+    // know, else estimated. A base under varnish that a lamp shines on from one side would be off by
+    // percents, and a wall whose relief leans towards the light by as much as the cosine is.
+    IrradianceLookup lookup_irradiance(const Vertex& vertex, const Sampler& sampler) const {
         if (irradiance_ && irradiance_suffices(vertex.bsdf)) {
             const V3f& n = vertex.hit.at.n;
             const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
-            if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, gather_.landed.radius)) {
+            if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, estimates_.gather.radius)) {
                 return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius,
                         holds_direct(settings_, scene_)};
             }
         }
-        const GatherResult global = estimate(MapKind::global, vertex, gather_.landed, stream);
-        return {global.value + estimate(MapKind::caustic, vertex, gather_.landed, stream).value,
+        const DensityEstimateResult global = estimate(MapKind::global, vertex, estimates_.gather, sampler);
+        return {global.value + estimate(MapKind::caustic, vertex, estimates_.gather, sampler).value,
                 global.radius, false};
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
     // elsewhere.
-    Rgb gather_ray(const Vertex& vertex, Stream& stream) const {
-        const BsdfU u{stream.next(), stream.next2()};
+    Rgb gather_ray(const Vertex& vertex, Sampler& sampler) const {
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) return Rgb(0);
         const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
         return sample->weight *
-               trace(ray, vertex.medium_towards(sample->wi), EmissionRule::none(), Stage::gather, stream);
+               trace(ray, vertex.medium_towards(sample->wi), EmissionRule::none(), Stage::gather, sampler);
     }
 
-    // Draws nothing of the stream itself.
-    GatherResult estimate(MapKind kind, const Vertex& vertex, const GatherSettings& how,
-                          const Stream& stream) const {
+    // Draws nothing of the sampler itself.
+    DensityEstimateResult estimate(MapKind kind, const Vertex& vertex, const DensityEstimateSettings& how,
+                                   const Sampler& sampler) const {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
-        GatherSettings own = how;
+        DensityEstimateSettings own = how;
         // A correction takes light to be even over the disc; a caustic is not.
         if (kind == MapKind::caustic) own.boundary = Boundary::none;
         const Hit& hit = vertex.hit;
@@ -283,16 +287,16 @@ class PhotonMapEstimator final : public Estimator {
                 std::max(radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n), at.error);
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
-                return Gather(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
+                return DensityEstimate(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
             }
         }
-        const Probing probing{scene_, stream.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
-        return Gather(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo);
+        const Probing probing{scene_, sampler.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
+        return DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo);
     }
 
     const Scene& scene_;
     PhotonMapSettings settings_;
-    GatherPair gather_;
+    DensityEstimatePair estimates_;
     PhotonMaps maps_;
     std::optional<GuideMap> guides_;
     std::optional<IrradiancePoints> irradiance_;
@@ -305,8 +309,9 @@ class PhotonMapEstimator final : public Estimator {
 }  // namespace
 
 std::unique_ptr<const Estimator> make_photon_estimator(const Scene& scene, const PhotonMapSettings& settings,
-                                                       const GatherPair& gather, PhotonEstimatorParts parts) {
-    return std::make_unique<PhotonMapEstimator>(scene, settings, gather, std::move(parts));
+                                                       const DensityEstimatePair& estimates,
+                                                       PhotonEstimatorParts parts) {
+    return std::make_unique<PhotonMapEstimator>(scene, settings, estimates, std::move(parts));
 }
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// What the camera sees by photon maps [photon-maps 1, 4, 5].
+// What the camera sees by photon maps [Jensen 2001, 9; Goesele 2003, 5.2, 5.3].
 //
 // Every path of light is counted once. At a diffuse surface, what arrives is split by where it comes from:
 //   straight from a light        lights sampled (plainly or by the Direct map), or the Direct map itself
@@ -19,18 +19,18 @@
 #include "engine/render/integrator.h"
 #include "engine/render/photon_mapping.h"
 #include "photon/build_maps.h"
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 #include "photon/guide.h"
 #include "photon/irradiance.h"
 
 namespace lucerna {
 
-struct GatherPair {
-    GatherSettings seen, landed;
-    float volume_radius = 1;  // the largest of an estimate in space
+struct DensityEstimatePair {
+    DensityEstimateSettings eye, gather;  // of estimates at what the camera sees, and where gather rays land
+    float volume_radius = 1;              // the largest of an estimate in space
 };
 
-// What has been made ahead; the maps that are absent are not read.
+// What has been precomputed; the maps that are absent are not read.
 struct PhotonEstimatorParts {
     PhotonMaps maps;
     std::optional<GuideMap> guides;              // for the direct methods that go by one
@@ -40,6 +40,7 @@ struct PhotonEstimatorParts {
 };
 
 std::unique_ptr<const Estimator> make_photon_estimator(const Scene& scene, const PhotonMapSettings& settings,
-                                                       const GatherPair& gather, PhotonEstimatorParts parts);
+                                                       const DensityEstimatePair& estimates,
+                                                       PhotonEstimatorParts parts);
 
 }  // namespace lucerna

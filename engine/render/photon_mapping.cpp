@@ -5,9 +5,9 @@
 #include "engine/base/stopwatch.h"
 #include "engine/render/energy_report.h"
 #include "engine/render/integrator.h"
-#include "engine/render/irradiance_ahead.h"
 #include "engine/render/needed_maps.h"
 #include "engine/render/photon_estimator.h"
+#include "engine/render/precompute_irradiance.h"
 #include "engine/render/steering.h"
 #include "photon/resting_point.h"
 
@@ -22,31 +22,32 @@ class PhotonMapIntegrator final : public Integrator {
     explicit PhotonMapIntegrator(const PhotonMapSettings& settings) : settings_(settings) {}
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        const std::optional<Pilot> pilot = learn_emission(settings_, gather(context.scene).seen, context);
+        const std::optional<ImportancePrePass> pre_pass =
+            learn_emission(settings_, density_settings(context.scene).eye, context);
         if (context.monitor.stopped()) return nullptr;
-        return prepare(context, nullptr, pilot ? &pilot->plan : nullptr);
+        return prepare(context, nullptr, pre_pass ? &pre_pass->emission : nullptr);
     }
     std::unique_ptr<const Estimator> prepare(const PassContext& context,
                                              std::unique_ptr<const RadiusRule> radii,
-                                             const EmissionPlan* emission) const {
+                                             const LearnedEmission* emission) const {
         PhotonEstimatorParts parts;
         parts.radii = std::move(radii);
-        MapPlan plan = map_plan(context);
-        plan.emission = emission;
-        if (plan.wanted != std::array<bool, kMapKinds>{}) {
-            parts.maps = make_maps(plan, context);
+        MapParameters parameters = map_parameters(context);
+        parameters.emission = emission;
+        if (parameters.wanted != std::array<bool, kMapKinds>{}) {
+            parts.maps = make_maps(parameters, context);
             if (context.monitor.stopped()) return nullptr;
             report(parts.maps, context.report);
             if (context.pass == 0) warn_of_endless_light(parts.maps.ledger, context.monitor);
         }
         const PhotonMap* caustics = parts.maps.find(MapKind::caustic);
         if (parts.radii && caustics) parts.caustic_radii = radii_of(*caustics, *parts.radii, context);
-        const GatherPair how = gather(context.scene);
-        parts.guides = guide(context, how.seen.radius);
+        const DensityEstimatePair how = density_settings(context.scene);
+        parts.guides = guide(context, how.eye.radius);
         if (context.monitor.stopped()) return nullptr;
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             const Stopwatch computing;
-            parts.irradiance.emplace(irradiance_ahead(context, parts.maps, how.landed, settings_));
+            parts.irradiance.emplace(precompute_irradiance(context, parts.maps, how.gather, settings_));
             context.report.seconds.emplace_back("irradiance", computing.seconds());
             context.report.numbers["irradiance.points"] = static_cast<double>(parts.irradiance->size());
             if (context.monitor.stopped()) return nullptr;
@@ -54,14 +55,14 @@ class PhotonMapIntegrator final : public Integrator {
         return make_photon_estimator(context.scene, settings_, how, std::move(parts));
     }
 
-    std::vector<std::string> plan(const Scene& scene) const override {
+    std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines;
         for (std::size_t i = 0; i < kMapKinds; ++i) {
             const auto kind = static_cast<MapKind>(i);
             lines.push_back(
                 fmt::format("{} map {}", map_name(kind), map_need(kind, settings_, scene).text()));
         }
-        if (settings_.pilot > 0) lines.push_back(pilot_line(settings_.pilot));
+        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
         const bool targets = settings_.caustic_photons > 0 || settings_.indirect_photons > 0;
         lines.push_back(targets ? "light paths until the targets are met"
                                 : fmt::format("{} light paths", settings_.photons));
@@ -73,31 +74,31 @@ class PhotonMapIntegrator final : public Integrator {
     }
 
   private:
-    MapPlan map_plan(const PassContext& context) const {
-        MapPlan plan;
-        plan.paths = settings_.photons;
-        plan.wanted = wanted(context);
-        plan.targets[static_cast<std::size_t>(MapKind::caustic)] = settings_.caustic_photons;
-        plan.targets[static_cast<std::size_t>(MapKind::global)] = settings_.indirect_photons;
-        plan.volume_direct = settings_.direct == DirectMethod::map;
-        plan.specular_below = settings_.specular_below;
-        plan.seed = context.seed;
-        plan.pass = context.pass;
-        plan.index = settings_.index;
-        return plan;
+    MapParameters map_parameters(const PassContext& context) const {
+        MapParameters parameters;
+        parameters.paths = settings_.photons;
+        parameters.wanted = wanted(context);
+        parameters.targets[static_cast<std::size_t>(MapKind::caustic)] = settings_.caustic_photons;
+        parameters.targets[static_cast<std::size_t>(MapKind::global)] = settings_.indirect_photons;
+        parameters.volume_direct = settings_.direct == DirectMethod::map;
+        parameters.specular_below = settings_.specular_below;
+        parameters.seed = context.seed;
+        parameters.pass = context.pass;
+        parameters.index = settings_.index;
+        return parameters;
     }
 
-    static PhotonMaps make_maps(const MapPlan& plan, const PassContext& context) {
+    static PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context) {
         const Scene& scene = context.scene;
         const MapFiles files = context.map_files ? *context.map_files : MapFiles{};
         if (!files.load.empty()) {
             context.report.notes["maps"] = "read from a file";
-            return load_maps(files.load, map_key(scene, plan), scene.lights().size(), plan.index,
+            return load_maps(files.load, map_key(scene, parameters), scene.lights().size(), parameters.index,
                              context.workers);
         }
-        PhotonMaps maps = build_photon_maps(scene, plan, context.workers, context.monitor);
+        PhotonMaps maps = build_photon_maps(scene, parameters, context.workers, context.monitor);
         if (!files.save.empty() && !context.monitor.stopped()) {
-            save_maps(files.save, maps, map_key(scene, plan));
+            save_maps(files.save, maps, map_key(scene, parameters));
         }
         return maps;
     }
@@ -136,27 +137,27 @@ class PhotonMapIntegrator final : public Integrator {
         if (!goes_by_guides(settings_, context.scene)) return std::nullopt;
         const bool gate = settings_.direct == DirectMethod::gated;
         const Stopwatch building;
-        const GuidePlan plan{
+        const GuideParameters parameters{
             settings_.guide_photons, context.seed, context.pass, {gate ? 0 : settings_.guide_k, radius}};
-        GuideMap map = build_guides(context.scene, plan, context.workers, context.monitor);
+        GuideMap map = build_guides(context.scene, parameters, context.workers, context.monitor);
         context.report.seconds.emplace_back("guide", building.seconds());
         context.report.numbers["guide.photons"] = static_cast<double>(map.map().size());
-        context.report.numbers["guide.stations"] = static_cast<double>(map.stations());
+        context.report.numbers["guide.stations"] = static_cast<double>(map.distributions());
         return map;
     }
 
-    GatherPair gather(const Scene& scene) const {
-        GatherSettings how;
+    DensityEstimatePair density_settings(const Scene& scene) const {
+        DensityEstimateSettings how;
         how.radius = settings_.radius > 0 ? settings_.radius : kDefaultRadius * diagonal(scene);
         how.ratio = settings_.ratio;
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;
         how.boundary = settings_.boundary;
-        GatherPair pair{how, how};
+        DensityEstimatePair pair{how, how};
         pair.volume_radius =
             settings_.radius > 0 ? settings_.radius : kDefaultRadius * diagonal_with_media(scene);
-        pair.seen.k = settings_.k;
-        pair.landed.k = settings_.gather_k;
+        pair.eye.k = settings_.k;
+        pair.gather.k = settings_.gather_k;
         return pair;
     }
 
@@ -186,7 +187,7 @@ std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& setting
 std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
                                                      const PassContext& context,
                                                      std::unique_ptr<const RadiusRule> radii,
-                                                     const EmissionPlan* emission) {
+                                                     const LearnedEmission* emission) {
     return PhotonMapIntegrator(settings).prepare(context, std::move(radii), emission);
 }
 

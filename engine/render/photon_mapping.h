@@ -24,6 +24,6 @@ class RadiusRule {
 std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
                                                      const PassContext& context,
                                                      std::unique_ptr<const RadiusRule> radii,
-                                                     const EmissionPlan* emission = nullptr);
+                                                     const LearnedEmission* emission = nullptr);
 
 }  // namespace lucerna

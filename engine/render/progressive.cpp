@@ -1,4 +1,4 @@
-// Progressive photon mapping in memoryless passes (Knaus and Zwicker 2011) [photon-maps 5; photon/shrink.h].
+// Progressive photon mapping in memoryless passes [Knaus and Zwicker 2011; photon/radius_schedule.h].
 //
 // A pass builds maps of its own, a function of (seed, pass), and looks at them once per camera sample: at the
 // first diffuse surface all photons within a fixed radius count. Direct light is sampled (or read from the
@@ -7,15 +7,15 @@
 //
 //   r_i(x)² = s_i r_1(x)²,
 //
-// s_i the sequence of photon/shrink.h and r_1(x) the radius that holds k photons near x in pilot maps, which
-// are made once, before the first pass, of as many light paths as a pass has.
+// s_i the sequence of photon/radius_schedule.h and r_1(x) the radius that holds k photons near x in pre-pass
+// maps, which are made once, before the first pass, of as many light paths as a pass has.
 //
-// Why that is consistent. The pilot's photons are those of no pass. Given r_1, which is then a fixed function
-// of the place with a positive lower and a finite upper bound, the passes are independent and each is the
-// estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the pilot
-// happened to find, and therefore on the average over pilots. A radius found in the pass's own map would be a
-// function of the photons it then averages over: unbiased in the limit only if photons fell independently of
-// each other, which those of one light path, and those of a net, do not.
+// Why that is consistent. The pre-pass's photons are those of no pass. Given r_1, which is then a fixed
+// function of the place with a positive lower and a finite upper bound, the passes are independent and each
+// is the estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the
+// pre-pass happened to find, and therefore on the average over pre-passes. A radius found in the pass's own
+// map would be a function of the photons it then averages over: unbiased in the limit only if photons fell
+// independently of each other, which those of one light path, and those of a net, do not.
 #include <array>
 
 #include "engine/base/stopwatch.h"
@@ -24,32 +24,32 @@
 #include "engine/render/photon_mapping.h"
 #include "engine/render/steering.h"
 #include "photon/local_radius.h"
-#include "photon/shrink.h"
+#include "photon/radius_schedule.h"
 
 namespace lucerna {
 namespace {
 
-// The largest first radius, as a share of the scene's diagonal: where the pilot has too few photons.
+// The largest first radius, as a share of the scene's diagonal: where the pre-pass has too few photons.
 constexpr float kLargestRadius = 0.05F;
 
-// The pilot's place among the passes: none of them ever has that number.
-constexpr std::uint32_t kPilotPass = 0xffffffffU;
+// The pre-pass's place among the passes: none of them ever has that number.
+constexpr std::uint32_t kRadiusPrePass = 0xffffffffU;
 
 // Points at which the first radius is known, at most, per map. Radii change as slowly as the light does.
-constexpr std::size_t kPilotPoints = 8192;
+constexpr std::size_t kPrePassPoints = 8192;
 
-// r_1: one length, or what the pilot found near by.
+// r_1: one length, or what the pre-pass found near by.
 class FirstRadii {
   public:
     explicit FirstRadii(float radius) : largest_(radius) {}
-    FirstRadii(const PhotonMaps& maps, const GatherSettings& how, const Workers& workers)
+    FirstRadii(const PhotonMaps& maps, const DensityEstimateSettings& how, const Workers& workers)
         : largest_(how.radius) {
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             const PhotonMap* map = maps.find(static_cast<MapKind>(kind));
             if (map && kind == static_cast<std::size_t>(MapKind::volume)) {
                 volume_ = radius_in_space(*map, how.k);
             } else if (map) {
-                found_[kind].emplace(*map, how, kPilotPoints, workers);
+                found_[kind].emplace(*map, how, kPrePassPoints, workers);
             }
         }
     }
@@ -105,12 +105,13 @@ class PassRadii final : public RadiusRule {
     float scale_, volume_scale_;
 };
 
-// What every pass goes by.
-struct Ahead final : Groundwork {
-    Ahead(FirstRadii r, std::optional<Pilot> e) : radii(std::move(r)), emission(std::move(e)) {}
+// The state that all passes share: first radii and the importance pre-pass.
+struct ProgressiveState final : SharedState {
+    ProgressiveState(FirstRadii r, std::optional<ImportancePrePass> p)
+        : radii(std::move(r)), pre_pass(std::move(p)) {}
 
     FirstRadii radii;
-    std::optional<Pilot> emission;
+    std::optional<ImportancePrePass> pre_pass;
 };
 
 class ProgressiveIntegrator final : public Integrator {
@@ -119,57 +120,61 @@ class ProgressiveIntegrator final : public Integrator {
 
     int samples_per_pass() const override { return settings_.samples; }
 
-    std::unique_ptr<const Groundwork> groundwork(const PassContext& context) const override {
-        GatherSettings how;
+    std::unique_ptr<const SharedState> shared_state(const PassContext& context) const override {
+        DensityEstimateSettings how;
         how.k = settings_.k;
         how.radius = settings_.radius > 0 ? settings_.radius : kLargestRadius * diagonal(context.scene);
         how.ratio = settings_.ratio;
         how.kernel = settings_.kernel;
         how.metric = settings_.metric;
-        auto emission = learn_emission(photon_settings(), how, context);
+        auto pre_pass = learn_emission(photon_settings(), how, context);
         if (context.monitor.stopped()) return nullptr;
         if (settings_.radius > 0) {
-            return std::make_unique<Ahead>(FirstRadii(settings_.radius), std::move(emission));
+            return std::make_unique<ProgressiveState>(FirstRadii(settings_.radius), std::move(pre_pass));
         }
         const Stopwatch watch;
-        MapPlan plan;
-        plan.emission = emission ? &emission->plan : nullptr;
-        plan.paths = settings_.photons;
-        plan.seed = context.seed;
-        plan.pass = kPilotPass;
-        plan.volume_direct = settings_.direct == DirectMethod::map;
+        MapParameters parameters;
+        parameters.emission = pre_pass ? &pre_pass->emission : nullptr;
+        parameters.paths = settings_.photons;
+        parameters.seed = context.seed;
+        parameters.pass = kRadiusPrePass;
+        parameters.volume_direct = settings_.direct == DirectMethod::map;
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-            plan.wanted[kind] = map_need(static_cast<MapKind>(kind), photon_settings(), context.scene).build;
+            parameters.wanted[kind] =
+                map_need(static_cast<MapKind>(kind), photon_settings(), context.scene).build;
         }
-        const PhotonMaps maps = build_photon_maps(context.scene, plan, context.workers, context.monitor);
+        const PhotonMaps maps =
+            build_photon_maps(context.scene, parameters, context.workers, context.monitor);
         if (context.monitor.stopped()) return nullptr;
-        auto ahead = std::make_unique<Ahead>(FirstRadii(maps, how, context.workers), std::move(emission));
-        ahead->radii.report(context.report);
+        auto state =
+            std::make_unique<ProgressiveState>(FirstRadii(maps, how, context.workers), std::move(pre_pass));
+        state->radii.report(context.report);
         context.report.seconds.emplace_back("radii", watch.seconds());
-        return ahead;
+        return state;
     }
 
     std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        const auto& ahead = static_cast<const Ahead&>(*context.groundwork);
-        const double share = Shrink(static_cast<double>(settings_.alpha)).share(context.pass);
+        const auto& state = static_cast<const ProgressiveState&>(*context.shared_state);
+        const double share = RadiusSchedule(static_cast<double>(settings_.alpha)).r2_ratio(context.pass);
         context.report.numbers["radius.share"] = std::sqrt(share);  // of the first
         return prepare_photon_maps(photon_settings(), context,
-                                   std::make_unique<PassRadii>(ahead.radii, share),
-                                   ahead.emission ? &ahead.emission->plan : nullptr);
+                                   std::make_unique<PassRadii>(state.radii, share),
+                                   state.pre_pass ? &state.pre_pass->emission : nullptr);
     }
 
-    std::vector<std::string> plan(const Scene& scene) const override {
+    std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines{fmt::format("for every pass: {} light paths", settings_.photons)};
         for (std::size_t i = 0; i < kMapKinds; ++i) {
             const auto kind = static_cast<MapKind>(i);
             if (map_need(kind, photon_settings(), scene).build)
                 lines.push_back(fmt::format("a {} map", map_name(kind)));
         }
-        lines.push_back(settings_.radius > 0
-                            ? fmt::format("the first radius is {:g}", settings_.radius)
-                            : fmt::format("once: pilot maps, whose radius for {} photons is the first radius",
-                                          settings_.k));
-        if (settings_.pilot > 0) lines.push_back("once: " + pilot_line(settings_.pilot));
+        lines.push_back(
+            settings_.radius > 0
+                ? fmt::format("the first radius is {:g}", settings_.radius)
+                : fmt::format("once: pre-pass maps, whose radius for {} photons is the first radius",
+                              settings_.k));
+        if (settings_.pre_pass > 0) lines.push_back("once: " + describe_pre_pass(settings_.pre_pass));
         return lines;
     }
 
@@ -186,8 +191,8 @@ class ProgressiveIntegrator final : public Integrator {
         settings.max_specular_depth = settings_.max_specular_depth;
         settings.quantity = settings_.quantity;
         settings.boundary = settings_.boundary;
-        settings.pilot = settings_.pilot;
-        settings.pilot_floor = settings_.pilot_floor;
+        settings.pre_pass = settings_.pre_pass;
+        settings.pre_pass_defensive_weight = settings_.pre_pass_defensive_weight;
         return settings;
     }
 

@@ -59,9 +59,9 @@ class Run {
                 FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1),
           tiles_(job, options.seed, film_, integrator_->samples_per_pass() > 1),
           samples_(static_cast<std::size_t>(tiles_.tiles())),
-          showing_(options.show ? options.show_every : kNever),
-          watching_(options.watch ? options.watch_every : kNever, true),
-          keeping_(options.keep ? options.keep_every : kNever) {
+          show_timer_(options.show ? options.show_every : kNever),
+          watch_timer_(options.watch ? options.watch_every : kNever, true),
+          checkpoint_timer_(options.keep ? options.keep_every : kNever) {
         report_.notes["unit"] = unit();
         if (options.resume) take_up(*options.resume);
     }
@@ -140,31 +140,32 @@ class Run {
             return end(rule.reason());
         }
         const Stopwatch founding;
-        const auto groundwork = integrator_->groundwork({job_.scene, options_.seed, 0, options_.workers,
-                                                         monitor_, report_, nullptr, nullptr, view_of(job_)});
+        const auto shared_state =
+            integrator_->shared_state({job_.scene, options_.seed, 0, options_.workers, monitor_, report_,
+                                       nullptr, nullptr, view_of(job_)});
         preparing_ = founding.seconds();
         if (monitor_.stopped()) return end("user");
         take_up_report();
         Progress progress(monitor_, "passes", way(), options_.limits);
         while (rule.next(done, 1, elapsed()) > 0) {
-            if (!render_pass(groundwork.get(), progress)) return end("user");
+            if (!render_pass(shared_state.get(), progress)) return end("user");
             progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
-        if (rule.out_of_time() && !fill_pass(groundwork.get(), progress)) return end("user");
+        if (rule.out_of_time() && !fill_pass(shared_state.get(), progress)) return end("user");
         progress.finish();
         end(rule.reason());
     }
 
     // False if it was stopped on the way.
-    bool render_pass(const Groundwork* groundwork, Progress& progress) {
+    bool render_pass(const SharedState* shared_state, Progress& progress) {
         const int end = std::min(report_.samples_done + integrator_->samples_per_pass(), job_.spp);
         // The samples of a pass belong together, and a render that goes on to more passes has all of them:
         // what it needs is the image before a last pass that is cut short.
         if (end - report_.samples_done < integrator_->samples_per_pass()) keep_the_last();
         RenderReport report;
-        const auto estimator = prepare_pass(groundwork, report);
+        const auto estimator = prepare_pass(shared_state, report);
         if (!estimator) return false;
         if (!look(*estimator, end, progress)) return false;
         add_pass(report_, report);
@@ -173,23 +174,23 @@ class Run {
         return true;
     }
 
-    std::unique_ptr<const Estimator> prepare_pass(const Groundwork* groundwork, RenderReport& report) {
+    std::unique_ptr<const Estimator> prepare_pass(const SharedState* shared_state, RenderReport& report) {
         const Stopwatch preparing;
         PassMonitor quiet(monitor_);
         auto estimator =
             integrator_->prepare({job_.scene, options_.seed, static_cast<std::uint32_t>(report_.passes_done),
-                                  options_.workers, quiet, report, groundwork});
+                                  options_.workers, quiet, report, shared_state});
         last_preparing_ = preparing.seconds();
         preparing_ += last_preparing_;
         return estimator;
     }
 
     // A last pass for as many tiles as there is time for, if it can be prepared in it.
-    bool fill_pass(const Groundwork* groundwork, Progress& progress) {
+    bool fill_pass(const SharedState* shared_state, Progress& progress) {
         if (elapsed() + last_preparing_ >= options_.limits.seconds) return true;
         keep_the_last();
         RenderReport report;
-        const auto estimator = prepare_pass(groundwork, report);
+        const auto estimator = prepare_pass(shared_state, report);
         return estimator &&
                fill(*estimator, report_.samples_done + integrator_->samples_per_pass(), progress);
     }
@@ -240,15 +241,15 @@ class Run {
     // Nothing works on the image in between.
     bool pause_due() const {
         const double now = clock_.seconds();
-        return watching_.due(now) || (keepable_ && keeping_.due(now));
+        return watch_timer_.due(now) || (keepable_ && checkpoint_timer_.due(now));
     }
     void pause() {
-        if (keeping_.due(clock_.seconds())) keep();
-        if (watching_.due(clock_.seconds())) present(options_.watch, watching_);
+        if (checkpoint_timer_.due(clock_.seconds())) keep();
+        if (watch_timer_.due(clock_.seconds())) present(options_.watch, watch_timer_);
     }
     // After whole rounds and passes.
     void show() {
-        if (showing_.due(clock_.seconds())) present(options_.show, showing_);
+        if (show_timer_.due(clock_.seconds())) present(options_.show, show_timer_);
         pause();
     }
     void present(const std::function<void(const RenderResult&)>& to, Recurring& when) {
@@ -281,7 +282,7 @@ class Run {
             now.notes = report_.notes;
         }
         options_.keep(std::move(now));
-        keeping_.done(begin, clock_.seconds());
+        checkpoint_timer_.done(begin, clock_.seconds());
     }
 
     // Whether what was taken up needs nothing more: then nothing is prepared. Asked at the end of a round or
@@ -365,7 +366,7 @@ class Run {
     RenderReport report_;
     double preparing_ = 0, imaging_ = 0;  // seconds, of this render
     double last_preparing_ = 0;           // of them, the last pass's
-    Recurring showing_, watching_, keeping_;
+    Recurring show_timer_, watch_timer_, checkpoint_timer_;
     bool keepable_ = true;  // the image is one from which others can go on
 };
 

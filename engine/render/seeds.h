@@ -11,7 +11,7 @@
 // The reference's own noise is in every d_i alike and would count as bias: its variance, if it carries one,
 // is taken off; samples that are stratified state more noise than they have, so that this may be too much:
 // what bias² is with that noise left in is told, too, and the truth lies between the two. Standard errors are
-// those of a jackknife over the seeds [Efron, Stein 1981: rather too large than too small], so errors that
+// those of a jackknife over the seeds [Efron and Stein 1981: rather too large than too small], so errors that
 // hang together across an image, as those of photon maps do, are no matter; bias² adds what the reference's
 // noise does to it, taken as independent from pixel to pixel.
 #pragma once

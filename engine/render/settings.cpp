@@ -66,14 +66,16 @@ Field metric(MetricKind& target) {
     return choice("metric", "photon distance: projected (tangent plane) or euclidean",
                   {"projected", "euclidean"}, target);
 }
-Field pilot(std::int64_t& target) {
-    return whole("pilot",
-                 "light paths that learn which emission the view needs, ahead; 65536 are plenty; 0: by power",
+Field pre_pass(std::int64_t& target) {
+    return whole("prepass",
+                 "light paths of the importance pre-pass, from which emission for the view is learned; 65536 "
+                 "are plenty; 0: by power",
                  0, 1 << 24, target);
 }
-Field pilot_floor(float& target) {
-    return real("pilotfloor", "least share of emission by power beside what the pilot learned", 0.01, 1,
-                target);
+Field pre_pass_defensive_weight(float& target) {
+    return real("prepassdefensive",
+                "defensive mixture weight: least share of emission by power beside the learned density", 0.01,
+                1, target);
 }
 Field boundary(Boundary& target) {
     return choice("boundary",
@@ -111,8 +113,9 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
               s.guide_photons),
         whole("guidek", "direct photons around a place that guide what is near", 1,
               GuideSettings::kMostPhotons, s.guide_k),
-        real("guidefloor", "least share of the plain choice of lights beside the guide", 0.01, 1,
-             s.guide_floor),
+        real("guidedefensive",
+             "defensive mixture weight: least share of the plain choice of lights beside the guide", 0.01, 1,
+             s.guide_defensive_weight),
         whole("candidates",
               "places of lights that guided weighs for one shadow ray; 0: 16 where a light has parts, else 4",
               0, GuidedLightSettings::kMostCandidates, s.candidates),
@@ -121,8 +124,8 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "alone)",
                {"gather", "map", "none"}, s.indirect),
         whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
-        whole("precompute", "irradiance ahead of time for gather rays, a point for one photon in n; 0: off",
-              0, 1'000'000, s.precompute),
+        whole("precompute", "precomputed irradiance for gather rays, a point for one photon in n; 0: off", 0,
+              1'000'000, s.precompute),
         whole("precomputelights", "light samples at each such point; 0: gather rays ask the lights", 0,
               10'000, s.precompute_lights),
         whole("k", "photons in an estimate that the camera sees; 0: all within the radius", 0, kMostInt, s.k),
@@ -136,8 +139,8 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
                {"tree", "flann"}, s.index),
         boundary(s.boundary),
-        pilot(s.pilot),
-        pilot_floor(s.pilot_floor),
+        pre_pass(s.pre_pass),
+        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
         real("specularbelow",
              "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
              s.specular_below),
@@ -153,11 +156,13 @@ std::vector<Field> fields_of(IgiSettings& s) {
         whole("nsets", "independent sets, rounded up to a power of 2; best near the samples per pixel", 1,
               kMostPowerOf2, s.nsets),
         real("mindist",
-             "virtual lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the diagonal",
+             "virtual point lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the "
+             "diagonal",
              -1, kMost, s.mindist),
-        real("glimit",
-             "limit of a virtual light's cos cos / d^2, per scene unit squared, beside mindist; 0: none", 0,
-             kMost, s.glimit),
+        real(
+            "glimit",
+            "limit of a virtual point light's cos cos / d^2, per scene unit squared, beside mindist; 0: none",
+            0, kMost, s.glimit),
         flag(
             "compensate",
             "rays put back the light that mindist and glimit cut off, and what mirrors, glass and gloss turn",
@@ -172,7 +177,7 @@ std::vector<Field> fields_of(IgiSettings& s) {
               4294967296.0, s.caustic_paths),
         choice("choice", "loop: a place looks at all lights of one set; tree: it draws some, of all sets",
                {"loop", "tree"}, s.choice),
-        whole("treesamples", "virtual lights that a place draws from the tree", 1, kMostTreeSamples,
+        whole("treesamples", "virtual point lights that a place draws from the tree", 1, kMostTreeSamples,
               s.tree_samples),
         real("rrthreshold",
              "luminance below which shadow rays play roulette; -1: rays go where they count, see shadowrays",
@@ -183,8 +188,8 @@ std::vector<Field> fields_of(IgiSettings& s) {
               0, kMostShadowRays, s.shadow_rays),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
         lights(s.lights),
-        pilot(s.pilot),
-        pilot_floor(s.pilot_floor),
+        pre_pass(s.pre_pass),
+        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };
@@ -206,8 +211,8 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
         kernel_shape(s.kernel),
         metric(s.metric),
         boundary(s.boundary),
-        pilot(s.pilot),
-        pilot_floor(s.pilot_floor),
+        pre_pass(s.pre_pass),
+        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };

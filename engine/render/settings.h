@@ -48,13 +48,13 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     // For `gated` and `guided`: light paths of the Direct map they go by.
     std::int64_t guide_photons = 200'000;
-    int guide_k = 64;           // photons around a station that guide what is near
-    float guide_floor = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
+    int guide_k = 64;                      // photons of each cached distribution of direct light
+    float guide_defensive_weight = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
     // Places of lights that `guided` weighs for one shadow ray; 0: 16 where a light has parts, else 4.
     int candidates = 0;
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
-    // Irradiance ahead of time, a point for one photon in n; 0: estimate at each gather ray's end.
+    // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
     // Light samples at each such point; 0: gather rays ask the lights themselves where they land.
     int precompute_lights = 4;
@@ -70,17 +70,17 @@ struct PhotonMapSettings {
     // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
     // gather rays, or go to the Global map.
     float specular_below = 0;
-    // Light paths of the pilot that learns which lights, and which of their particles, the camera's view
-    // needs (photon/pilot.h); 0: emission by power alone. And the least share of that, which keeps it
-    // unbiased and its weights below 1/floor.
-    std::int64_t pilot = 0;
-    float pilot_floor = 0.25F;
+    // Light paths of the pre-pass that learns which lights, and which of their particles, the camera's view
+    // needs (photon/importance_pre_pass.h); 0: emission by power alone. And the least share of that, which
+    // keeps it unbiased and its weights below 1/weight.
+    std::int64_t pre_pass = 0;
+    float pre_pass_defensive_weight = 0.25F;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
 
-// Which virtual lights a place asks: it looks at all of a set, or draws some from a tree over all sets.
-enum class VirtualLightChoice : std::uint8_t { loop, tree };
+// Which VPLs a place asks: it looks at all of a set, or draws some from a tree over all sets.
+enum class VplChoice : std::uint8_t { loop, tree };
 
 // How light comes that mirrors, glass and gloss turned on its way from a lamp to a surface: from photons, by
 // compensating rays, or not at all.
@@ -90,32 +90,32 @@ struct IgiSettings {
     int nlights = 64;    // light paths per set, rounded up to a power of 2
     int nsets = 16;      // independent sets, rounded up to a power of 2
     float mindist = -1;  // scene units; negative: 2 % of the scene's diagonal
-    float glimit = 0;    // largest cos cos / d² of a virtual light, 1/(scene unit)²; 0: no limit
+    float glimit = 0;    // largest cos cos / d² of a VPL, 1/(scene unit)²; 0: no limit
     // Rays put back what these two cut off, and what mirrors, glass and gloss turn: the whole picture, and
-    // noisier near lamps. The note's method is without.
+    // noisier near lamps. [Pharr 2004] has none.
     bool compensate = false;
     int gather_samples = 1;  // such rays per camera sample
     CausticMethod caustics = CausticMethod::map;
     std::int64_t caustic_paths = 1'000'000;  // light paths of the map
-    VirtualLightChoice choice = VirtualLightChoice::loop;
+    VplChoice choice = VplChoice::loop;
     int tree_samples = 16;  // lights that a place draws from the tree
-    // Luminance below which shadow rays play roulette, with the chance rr_continue of going on, as the note
-    // has it; negative: rays go where they count, about shadow_rays of them for a place.
+    // Luminance below which shadow rays play roulette, with the chance rr_continue of going on, as in [Pharr
+    // 2004]; negative: rays go where they count, about shadow_rays of them for a place.
     float rr_threshold = -1;
     float rr_continue = 0.1F;
     int shadow_rays = 4;  // 0: one for every light
     float indirect_scale = 1;
     LightSelection lights = LightSelection::tree;  // that are asked for direct light
-    // Light paths of a pilot (igi_pilot.h): it learns where paths start, which virtual lights stay and which
+    // Light paths of a pre-pass (igi_pre_pass.h): it learns where paths start, which VPLs stay and which
     // lights surfaces ask; 0: none. And the least share of what is done without it.
-    std::int64_t pilot = 0;
-    float pilot_floor = 0.25F;
+    std::int64_t pre_pass = 0;
+    float pre_pass_defensive_weight = 0.25F;
     int max_specular_depth = 5;
     Quantity quantity = Quantity::radiance;
 };
 
 // Photon maps seen directly, in passes of their own photons each, within a radius that shrinks
-// (photon/shrink.h): biased in every pass, consistent in their mean.
+// (photon/radius_schedule.h): biased in every pass, consistent in their mean.
 struct ProgressiveSettings {
     std::int64_t photons = 100'000;  // light paths emitted in a pass
     int samples = 1;                 // camera samples per pixel in a pass
@@ -130,8 +130,8 @@ struct ProgressiveSettings {
     // At edges the bias of a shrinking disc falls slowest. A correction that counts the photons of the disc
     // (hull) is not consistent when they become few; probes are.
     Boundary boundary = Boundary::probes;
-    std::int64_t pilot = 0;  // PhotonMapSettings'; flown once, before the first pass
-    float pilot_floor = 0.25F;
+    std::int64_t pre_pass = 0;  // PhotonMapSettings'; made once, before the first pass
+    float pre_pass_defensive_weight = 0.25F;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };

@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/render/direct_light.h"
-#include "engine/render/media_leg.h"
+#include "engine/render/media_segment.h"
 #include "engine/render/quantity.h"
 #include "engine/world/scene.h"
 
@@ -27,29 +27,29 @@ struct SpecularChain {
 // begins in `medium`; `source` as cross_with() has it.
 template <typename Source>
 SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule,
-                              int max_depth, Stream& stream, Source&& source) {
+                              int max_depth, Sampler& sampler, Source&& source) {
     SpecularChain chain;
     for (int depth = 0;; ++depth) {
-        auto hit = scene.hit(ray);
-        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, stream);
+        auto hit = scene.intersect(ray);
+        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler);
         if (depth == 0) chain.length = hit ? hit->t : INFINITY;
-        MediaLeg leg = cross_with(scene, ray, hit, medium, chain.throughput, stream, source);
-        chain.emitted += chain.throughput * leg.added;
-        if (!hit || !leg.survives(stream)) return chain;
-        chain.throughput *= leg.passed;
-        chain.medium = leg.medium;
+        MediaSegment segment = cross_with(scene, ray, hit, medium, chain.throughput, sampler, source);
+        chain.emitted += chain.throughput * segment.added;
+        if (!hit || !segment.survives(sampler)) return chain;
+        chain.throughput *= segment.passed;
+        chain.medium = segment.medium;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (!bsdf.is_delta()) {
             chain.wo = -ray.d;
             chain.hit = hit;
             return chain;
         }
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
         if (!sample || depth >= max_depth) return chain;
         chain.throughput *= sample->weight;
         rule = rule.through_specular();
-        medium = medium_towards(hit->media, hit->at.n, sample->wi, leg.medium);
+        medium = medium_towards(hit->media, hit->at.n, sample->wi, segment.medium);
         ray = Ray{hit->at.towards(sample->wi), sample->wi};
     }
 }
@@ -58,14 +58,14 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
 // DirectLight (its radiance may hold more than direct light); `source` is what media scatter into a ray.
 // Where a surface is shiny as well as rough (varnish), the mirrored part is followed too.
 template <typename Shade, typename Source>
-Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream, Shade&& shade,
+Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Sampler& sampler, Shade&& shade,
                      Source&& source) {
     Rgb result(0);
     std::int32_t medium = scene.media().camera;
     Rgb throughput(1);
     for (int depth = 0;; ++depth) {
         const SpecularChain chain =
-            follow_specular(scene, ray, medium, EmissionRule::all(), max_depth, stream, source);
+            follow_specular(scene, ray, medium, EmissionRule::all(), max_depth, sampler, source);
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
@@ -82,7 +82,7 @@ Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Stream& stream,
 // What a meter reads on the first surface along a camera ray, by the same `shade`.
 template <typename Shade>
 Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
-    const auto hit = scene.hit(ray);
+    const auto hit = scene.intersect(ray);
     if (!hit) return Rgb(0);
     const Bsdf white = white_receiver(*hit);
     std::int32_t medium = scene.media().camera;

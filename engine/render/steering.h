@@ -1,5 +1,5 @@
-// Whether and how the emission is steered towards what the camera sees: of photon maps (photon/pilot.h), of
-// virtual lights (igi_pilot.h).
+// Whether and how the emission is steered towards what the camera sees: of photon maps
+// (photon/importance_pre_pass.h), of VPLs (igi_pre_pass.h).
 #pragma once
 
 #include <fmt/format.h>
@@ -7,25 +7,26 @@
 #include <optional>
 #include <string>
 
-#include "engine/render/igi_pilot.h"
+#include "engine/render/igi_pre_pass.h"
 #include "engine/render/integrator.h"
-#include "photon/pilot.h"
+#include "photon/importance_pre_pass.h"
 
 namespace lucerna {
 
 // Learns by which paths maps with these settings are best built, and writes into the context's report what it
-// learned: `pilot.*`, or a note that says why emission stays plain. None: it stays plain (or the monitor
-// stopped it). `estimate`: as the image gathers from `paths` light paths; k = 0: all within the radius.
-std::optional<Pilot> learn_emission(const PhotonMapSettings& settings, const GatherSettings& estimate,
-                                    const PassContext& context);
+// learned: `prepass.*`, or a note that says why emission stays plain. None: it stays plain (or the monitor
+// stopped it). `estimate`: as the image's from `paths` light paths; k = 0: all within the radius.
+std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& settings,
+                                                const DensityEstimateSettings& estimate,
+                                                const PassContext& context);
 
-// The same for virtual lights, whose paths it starts, and the choice of lights for direct light besides.
-// Settings as with_distance() (igi_estimator.h) gives them.
-std::optional<IgiPilot> learn_emission(const IgiSettings& settings, const PassContext& context);
+// The same for VPLs, whose paths it starts, and the choice of lights for direct light besides. Settings as
+// with_distance() (igi_estimator.h) gives them.
+std::optional<IgiPrePass> learn_emission(const IgiSettings& settings, const PassContext& context);
 
-// How a plan of a render names the pilot.
-inline std::string pilot_line(std::int64_t paths) {
-    return fmt::format("a pilot of {} light paths, by which all others are emitted", paths);
+// The line of Integrator::describe() that names the pre-pass.
+inline std::string describe_pre_pass(std::int64_t paths) {
+    return fmt::format("an importance pre-pass of {} light paths, by which all others are emitted", paths);
 }
 
 }  // namespace lucerna

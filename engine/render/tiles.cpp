@@ -12,11 +12,11 @@ Film::Sample PixelSampler::sample(const Estimator& estimator, const V2i& at, int
     const V2i whole = at + job_.film.crop_begin;
     const auto pixel = static_cast<std::uint64_t>(whole.y) * static_cast<std::uint64_t>(job_.film.width) +
                        static_cast<std::uint64_t>(whole.x);
-    Stream stream = Stream::stratified(seed_, Purpose::camera, pixel, static_cast<std::uint32_t>(sample));
-    const FilterSampler::Sample place = filter_.sample(stream.next2());
+    Sampler sampler = Sampler::stratified(seed_, Purpose::camera, pixel, static_cast<std::uint32_t>(sample));
+    const FilterSampler::Sample place = filter_.sample(sampler.next2());
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
-    const V2f lens = stream.next2();
-    return {estimator.radiance(job_.camera.ray(centre + place.offset, lens), stream), place.weight};
+    const V2f lens = sampler.next2();
+    return {estimator.radiance(job_.camera.ray(centre + place.offset, lens), sampler), place.weight};
 }
 
 void TileRenderer::render(const Estimator& estimator, int tile, int first, int end) {
@@ -32,7 +32,7 @@ void TileRenderer::render(const Estimator& estimator, int tile, int first, int e
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
     for (int s = first; s < end; ++s) {
-        const Film::Sample taken = sampler_.sample(estimator, at, s);
+        const Film::Sample taken = pixel_sampler_.sample(estimator, at, s);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {

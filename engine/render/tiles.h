@@ -31,7 +31,7 @@ class TileRenderer {
   public:
     // `by_pass`: the samples of one call of render() depend on each other (the film was made for that).
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, bool by_pass)
-        : sampler_(job, seed), seed_(seed), film_(film), by_pass_(by_pass) {}
+        : pixel_sampler_(job, seed), seed_(seed), film_(film), by_pass_(by_pass) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
 
@@ -56,7 +56,7 @@ class TileRenderer {
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
-    PixelSampler sampler_;
+    PixelSampler pixel_sampler_;
     std::uint64_t seed_;
     Film& film_;
     bool by_pass_;

@@ -105,14 +105,14 @@ bool Trial::prepare() {
     PassMonitor quiet(monitor_);
     RenderReport report;
     if (in_passes() && passes_ == 0) {
-        groundwork_ = integrator_->groundwork(
+        shared_state_ = integrator_->shared_state(
             {job_.scene, seed_, 0, workers_, quiet, report, nullptr, nullptr, view_of(job_)});
     }
     estimator_ = integrator_->prepare(
-        {job_.scene, seed_, passes_, workers_, quiet, report, groundwork_.get(), nullptr, view_of(job_)});
+        {job_.scene, seed_, passes_, workers_, quiet, report, shared_state_.get(), nullptr, view_of(job_)});
     preparing_ += clock.seconds();
     for (const auto& [phase, seconds] : report.seconds) {
-        if (!in_passes() && (phase == "pilot" || phase == "guide")) once_ += seconds;
+        if (!in_passes() && (phase == "prepass" || phase == "guide")) once_ += seconds;
     }
     return estimator_ != nullptr;
 }
@@ -122,7 +122,7 @@ void Trial::look_at(std::size_t begin, std::size_t end, int first, int last) {
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
     if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels)});
-    const PixelSampler sampler(job_, seed_);
+    const PixelSampler pixel_sampler(job_, seed_);
     parallel_chunks(workers_, static_cast<std::int64_t>(end - begin), [&](std::int64_t i) {
         const std::size_t block = begin + static_cast<std::size_t>(i);
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -130,7 +130,7 @@ void Trial::look_at(std::size_t begin, std::size_t end, int first, int last) {
             const V2i at = places_[block] + V2i(p % size.x, p / size.x);
             RunningStats seen;
             for (int s = first; s < last; ++s) {
-                const Film::Sample sample = sampler.sample(*estimator_, at, s);
+                const Film::Sample sample = pixel_sampler.sample(*estimator_, at, s);
                 if (!is_finite(sample.radiance)) continue;
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
                 (in_passes() ? seen : blocks_[block].pixels[pixel]).add(value);

@@ -34,7 +34,7 @@ class Trial {
     // Seconds, all workers at it: of preparation (of one pass, where it works in passes), and of one sample
     // of one pixel.
     double prepare_seconds() const;
-    // Of preparation, what would take as long for more photons or more sets of virtual lights; 0 in passes.
+    // Of preparation, what would take as long for more photons or more sets of VPLs; 0 in passes.
     double once_seconds() const { return once_; }
     double sample_seconds() const;
     // Of every block that was looked at, in the order of trial_blocks(): luminance of its pixels' samples;
@@ -63,7 +63,7 @@ class Trial {
     const Workers& workers_;
     Monitor& monitor_;
     std::unique_ptr<Integrator> integrator_;
-    std::unique_ptr<const Groundwork> groundwork_;
+    std::unique_ptr<const SharedState> shared_state_;
     std::unique_ptr<const Estimator> estimator_;
     std::vector<V2i> places_;
     std::vector<Block> blocks_;

@@ -42,16 +42,16 @@ using Device = std::unique_ptr<RTCDeviceTy, DeviceDeleter>;
 using EmbreeScene = std::unique_ptr<RTCSceneTy, SceneDeleter>;
 using Geometry = std::unique_ptr<RTCGeometryTy, GeometryDeleter>;
 
-// Remembers Embree's first complaint: an exception must not pass through its C frames.
-struct Complaint {
+// Remembers Embree's first error: an exception must not pass through its C frames.
+struct EmbreeError {
     RTCError code = RTC_ERROR_NONE;
     std::string text;
 
-    static void note(void* self, RTCError code, const char* text) {
-        auto& complaint = *static_cast<Complaint*>(self);
-        if (complaint.code != RTC_ERROR_NONE) return;
-        complaint.code = code;
-        complaint.text = text != nullptr ? text : "";
+    static void record(void* self, RTCError code, const char* text) {
+        auto& error = *static_cast<EmbreeError*>(self);
+        if (error.code != RTC_ERROR_NONE) return;
+        error.code = code;
+        error.text = text != nullptr ? text : "";
     }
     void check() const {
         if (code == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
@@ -74,7 +74,7 @@ struct RayContext {
     const V3d& origin;
     bool shadow;                      // the ray only asks what it can see
     int traps = FloatTraps::armed();  // Embree's own arithmetic has none; what it calls of ours has
-    Meeting nearest = {};             // the last user primitive that was met, with all its digits
+    PrimitiveHit nearest = {};        // the last user primitive that was met, with all its digits
 
     static RayContext& of(RTCIntersectContext* context) { return *reinterpret_cast<RayContext*>(context); }
 
@@ -96,15 +96,15 @@ std::uint64_t mixed(std::uint64_t state, std::uint32_t value) {  // splitmix64, 
 }
 
 // A number in [0, 1) that belongs to this ray and this place on it.
-float chance(const Ray& ray, unsigned instance, const Meeting& meeting) {
+float chance(const Ray& ray, unsigned instance, const PrimitiveHit& primitive_hit) {
     std::uint64_t state = 0;
     for (int i = 0; i < 3; ++i) {
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.o[i]));
         state = mixed(state, std::bit_cast<std::uint32_t>(ray.d[i]));
     }
     const auto t =
-        std::bit_cast<std::uint32_t>(static_cast<float>(meeting.t));  // tells two walls of one apart
-    for (const std::uint32_t id : {instance, meeting.geometry, meeting.primitive, t})
+        std::bit_cast<std::uint32_t>(static_cast<float>(primitive_hit.t));  // tells two walls of one apart
+    for (const std::uint32_t id : {instance, primitive_hit.geometry, primitive_hit.primitive, t})
         state = mixed(state, id);
     return static_cast<float>(state >> 40) * 0x1p-24F;
 }
@@ -117,30 +117,31 @@ bool has_cut_outs(const SurfaceTraits& traits) {
 // struct.
 
 // Whether the ray goes through a hole there.
-bool passes(const RayContext& context, unsigned instance, const ShapeSet& set, const Meeting& meeting) {
-    const SurfaceTraits& traits = set.traits(meeting.geometry, meeting.primitive);
+bool passes(const RayContext& context, unsigned instance, const ShapeSet& set,
+            const PrimitiveHit& primitive_hit) {
+    const SurfaceTraits& traits = set.traits(primitive_hit.geometry, primitive_hit.primitive);
     if (!has_cut_outs(traits)) return false;
-    const V3d p = V3d(context.ray.o) + meeting.t * V3d(context.ray.d) + context.origin;
-    const TexturePoint at(set.uv(meeting, context.local(instance)), p);
+    const V3d p = V3d(context.ray.o) + primitive_hit.t * V3d(context.ray.d) + context.origin;
+    const TexturePoint at(set.uv(primitive_hit, context.local(instance)), p);
     const auto through = [&](const FloatTexture* texture) {
         if (!texture) return false;
         const float alpha = texture->at(at);
-        return alpha < 1 && (!(alpha > 0) || chance(context.ray, instance, meeting) >= alpha);
+        return alpha < 1 && (!(alpha > 0) || chance(context.ray, instance, primitive_hit) >= alpha);
     };
     return through(traits.alpha.get()) || (context.shadow && through(traits.shadow_alpha.get()));
 }
 
 // The nearest crossing of a quadric or patch that is no hole.
-std::optional<Meeting> cross(const RayContext& context, unsigned instance, const GeometryUser& user,
-                             std::uint32_t primitive, unsigned layers, double t_max) {
+std::optional<PrimitiveHit> cross(const RayContext& context, unsigned instance, const GeometryUser& user,
+                                  std::uint32_t primitive, unsigned layers, double t_max) {
     const ShapeSet& set = *user.set;
     if ((set.layer(set.traits(user.geometry, primitive)) & layers) == 0) return std::nullopt;
     const LocalRay ray = context.local(instance);
     double t_min = 0;
     for (;;) {
-        const auto meeting = set.cross(user.geometry, primitive, ray, t_min, t_max);
-        if (!meeting || !passes(context, instance, set, *meeting)) return meeting;
-        t_min = meeting->t;
+        const auto primitive_hit = set.cross(user.geometry, primitive, ray, t_min, t_max);
+        if (!primitive_hit || !passes(context, instance, set, *primitive_hit)) return primitive_hit;
+        t_min = primitive_hit->t;
     }
 }
 
@@ -160,14 +161,14 @@ void user_intersect(const RTCIntersectFunctionNArguments* args) {
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     auto& rayhit = *reinterpret_cast<RTCRayHit*>(args->rayhit);
     const unsigned instance = args->context->instID[0];
-    const auto meeting =
+    const auto primitive_hit =
         cross(context, instance, user, args->primID, rayhit.ray.mask, static_cast<double>(rayhit.ray.tfar));
-    if (!meeting) return;
-    rayhit.ray.tfar = static_cast<float>(meeting->t);
+    if (!primitive_hit) return;
+    rayhit.ray.tfar = static_cast<float>(primitive_hit->t);
     rayhit.hit.geomID = args->geomID;
     rayhit.hit.primID = args->primID;
     rayhit.hit.instID[0] = instance;
-    context.nearest = *meeting;
+    context.nearest = *primitive_hit;
 }
 
 void user_occluded(const RTCOccludedFunctionNArguments* args) {
@@ -189,16 +190,16 @@ void cut_out(const RTCFilterFunctionNArguments* args) {
     const auto& user = *static_cast<const GeometryUser*>(args->geometryUserPtr);
     const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
     const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
-    const Meeting embrees{user.geometry,
-                          hit.primID,
-                          static_cast<double>(ray.tfar),
-                          static_cast<double>(hit.u),
-                          static_cast<double>(hit.v),
-                          {hit.Ng_x, hit.Ng_y, hit.Ng_z}};
+    const PrimitiveHit embrees{user.geometry,
+                               hit.primID,
+                               static_cast<double>(ray.tfar),
+                               static_cast<double>(hit.u),
+                               static_cast<double>(hit.v),
+                               {hit.Ng_x, hit.Ng_y, hit.Ng_z}};
     const RayContext& context = RayContext::of(args->context);
     const FloatTraps ours(context.traps);
-    const Meeting meeting = user.set->exact(embrees, context.local(hit.instID[0]));
-    if (passes(context, hit.instID[0], *user.set, meeting)) args->valid[0] = 0;
+    const PrimitiveHit primitive_hit = user.set->exact(embrees, context.local(hit.instID[0]));
+    if (passes(context, hit.instID[0], *user.set, primitive_hit)) args->valid[0] = 0;
 }
 
 RTCRay embree_ray(const Ray& from, unsigned layers) {
@@ -246,7 +247,7 @@ struct Accelerator::Impl {
     std::atomic<std::int64_t> bytes{0};
 
     // In the order of their making: the scenes go before the device, both before what they refer to.
-    Complaint complaint;
+    EmbreeError error;
     Device device;
     std::vector<EmbreeScene> prototypes;
     EmbreeScene scene;
@@ -276,12 +277,12 @@ Accelerator::Impl::Impl(const ShapeSet& own, const std::vector<ShapeSet>& of_pro
     for (const ShapeSet& set : sets) {
         prototypes.push_back(fill(set));
         rtcCommitScene(prototypes.back().get());
-        complaint.check();
+        error.check();
     }
     scene = fill(world);
     for (std::uint32_t i = 0; i < instances.size(); ++i) attach_instance(i);
     rtcCommitScene(scene.get());
-    complaint.check();
+    error.check();
 }
 
 void Accelerator::Impl::open_device(int threads) {
@@ -293,7 +294,7 @@ void Accelerator::Impl::open_device(int threads) {
             "memory or a smaller --threads is needed",
             std::max(1, threads), static_cast<int>(rtcGetDeviceError(nullptr))));
     }
-    rtcSetDeviceErrorFunction(device.get(), &Complaint::note, &complaint);
+    rtcSetDeviceErrorFunction(device.get(), &EmbreeError::record, &error);
     if (rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {
         throw std::runtime_error("Embree: this build of the library knows no ray masks");
     }
@@ -308,7 +309,7 @@ void Accelerator::Impl::open_device(int threads) {
 
 EmbreeScene Accelerator::Impl::fill(const ShapeSet& set) {
     EmbreeScene made(rtcNewScene(device.get()));
-    complaint.check();
+    error.check();
     rtcSetSceneFlags(made.get(), RTC_SCENE_FLAG_ROBUST);  // no cracks between neighbours
     for (std::uint32_t id = 0; id < set.curves_begin(); ++id) attach_mesh(made.get(), set, id);
     for (std::uint32_t id = set.curves_begin(); id < set.quadrics_id(); ++id) {
@@ -364,7 +365,7 @@ void Accelerator::Impl::attach_user(RTCScene to, const ShapeSet& set, std::uint3
     rtcSetGeometryOccludedFunction(geometry.get(), &user_occluded);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(to, geometry.get(), id);
-    complaint.check();
+    error.check();
 }
 
 void Accelerator::Impl::finish(RTCScene to, RTCGeometry geometry, const ShapeSet& set, std::uint32_t id) {
@@ -378,7 +379,7 @@ void Accelerator::Impl::finish(RTCScene to, RTCGeometry geometry, const ShapeSet
     }
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(to, geometry, id);
-    complaint.check();
+    error.check();
 }
 
 void Accelerator::Impl::attach_instance(std::uint32_t index) {
@@ -396,7 +397,7 @@ void Accelerator::Impl::attach_instance(std::uint32_t index) {
     rtcSetGeometryMask(geometry.get(), kSurfaces | kBorders);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometryByID(scene.get(), geometry.get(), world.geometries() + index);
-    complaint.check();
+    error.check();
 }
 
 Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& prototypes,
@@ -404,7 +405,7 @@ Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& pro
     : impl_(std::make_unique<Impl>(world, prototypes, instances, origin, threads)) {}
 Accelerator::~Accelerator() = default;
 
-std::optional<Met> Accelerator::nearest(const Ray& ray, unsigned layers) const {
+std::optional<ClosestHit> Accelerator::nearest(const Ray& ray, unsigned layers) const {
     RayContext context = impl_->context(ray, false);
     const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
     const RTCHit& hit = found.hit;
@@ -414,17 +415,17 @@ std::optional<Met> Accelerator::nearest(const Ray& ray, unsigned layers) const {
         hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? kNoInstance : hit.instID[0] - impl_->world.geometries();
     const ShapeSet& set =
         instance == kNoInstance ? impl_->world : impl_->sets[impl_->instances[instance].prototype];
-    if (hit.geomID >= set.quadrics_id()) return Met{context.nearest, instance};
-    return Met{{hit.geomID,
-                hit.primID,
-                static_cast<double>(found.ray.tfar),
-                static_cast<double>(hit.u),
-                static_cast<double>(hit.v),
-                {hit.Ng_x, hit.Ng_y, hit.Ng_z}},
-               instance};
+    if (hit.geomID >= set.quadrics_id()) return ClosestHit{context.nearest, instance};
+    return ClosestHit{{hit.geomID,
+                       hit.primID,
+                       static_cast<double>(found.ray.tfar),
+                       static_cast<double>(hit.u),
+                       static_cast<double>(hit.v),
+                       {hit.Ng_x, hit.Ng_y, hit.Ng_z}},
+                      instance};
 }
 
-bool Accelerator::hidden(const Ray& from, unsigned layers) const {
+bool Accelerator::occluded(const Ray& from, unsigned layers) const {
     RTCRay ray = embree_ray(from, layers);
     RayContext context = impl_->context(from, true);
     const FloatTraps embrees(kNoFaults);
@@ -432,7 +433,7 @@ bool Accelerator::hidden(const Ray& from, unsigned layers) const {
     return !(ray.tfar >= 0);  // Embree marks what is hidden with -infinity
 }
 
-std::uint64_t Accelerator::count_met(std::span<const Ray> rays, unsigned layers) const {
+std::uint64_t Accelerator::count_hits(std::span<const Ray> rays, unsigned layers) const {
     std::uint64_t met = 0;
     for (const Ray& ray : rays) {
         RayContext context = impl_->context(ray, false);

@@ -27,13 +27,13 @@ class Accelerator {
     Accelerator& operator=(Accelerator&&) = delete;
 
     // The nearest surface of these layers at 0 < t <= ray.t_max. The ray must be of usable numbers.
-    std::optional<Met> nearest(const Ray& ray, unsigned layers) const;
+    std::optional<ClosestHit> nearest(const Ray& ray, unsigned layers) const;
     // Whether there is any.
-    bool hidden(const Ray& ray, unsigned layers) const;
+    bool occluded(const Ray& ray, unsigned layers) const;
 
     // How many of the rays meet a surface of these layers, by Embree alone: nothing is made of what it finds.
     // For measuring what the engine adds to it.
-    std::uint64_t count_met(std::span<const Ray> rays, unsigned layers) const;
+    std::uint64_t count_hits(std::span<const Ray> rays, unsigned layers) const;
 
     // Memory that Embree holds.
     std::uint64_t bytes() const;

@@ -22,7 +22,7 @@
 namespace lucerna {
 
 // What travels along the path. Radiance is compressed by η² where it enters glass; particles' power is not
-// (Veach 1997, section 5.2). In numbers: let η_o and η_i be the absolute indices on wo's and on wi's side.
+// [Veach 1997, 5.2]. In numbers: let η_o and η_i be the absolute indices on wo's and on wi's side.
 // Transmitted radiance arrives from wi and leaves towards wo with (1 - F) (η_o/η_i)²; particles arrive from
 // wo and go on towards wi with (1 - F). So f(wo, wi, particles) = f(wi, wo, radiance).
 enum class Transport : std::uint8_t { radiance, particles };
@@ -89,8 +89,8 @@ class Bsdf {
     bool is_black() const { return std::holds_alternative<BlackLobe>(lobes_[0]); }
 
     // A split in two that add up to the whole: reflection without any peak (Lambertian, Oren-Nayar, a base
-    // under varnish), which photons can be gathered for, and everything else. Same normals; a black Bsdf
-    // where there is nothing.
+    // under varnish), for which radiance can be estimated from photons, and everything else. Same normals; a
+    // black Bsdf where there is nothing.
     bool has_diffuse() const { return diffuse_ > 0; }
     bool is_diffuse() const { return diffuse_ == count_; }
     Bsdf diffuse_part() const;

@@ -37,7 +37,7 @@ struct Facet {
 std::optional<Facet> facet_between(const Local& at, float eta) {
     if (!(at.wo.z > kGrazing) || !(std::fabs(at.wi.z) > kGrazing)) return std::nullopt;
     if (at.transmission != (at.wi.z < 0)) return std::nullopt;
-    // [Walter 2007 (13), (16)]. The length of the sum is at least |1 - η|, far from 0 (kLeastBend).
+    // [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, far from 0 (kLeastBend).
     V3f m = at.transmission ? at.wo + eta * at.wi : at.wo + at.wi;
     const float bend = m.length2();
     m.normalize();
@@ -65,7 +65,7 @@ Rgb value(const DielectricLobe& lobe, const Local& at, Transport transport) {
     if (!at.transmission) {
         return lobe.reflect * (fresnel * d * facets.masking_shadowing_over_cos2(at.wo, at.wi) / 4);
     }
-    // [Walter 2007 (21)] divided by η_o². The two sides of the surface mask independently (23).
+    // [Walter 2007, (21)] divided by η_o². The two sides of the surface mask independently (23).
     const float masking = facets.masking_over_cos(at.wo) * facets.masking_over_cos(at.wi);
     const float f = (1 - fresnel) * d * masking * facet->cos_o * -facet->cos_i / facet->bend;
     return lobe.transmit * (transport == Transport::radiance ? f : f * eta * eta);
@@ -81,7 +81,7 @@ float density(const DielectricLobe& lobe, const Local& at) {
     const Ggx facets = facets_of(lobe);
     if (!at.transmission)
         return choice->reflect * facets.masking_over_cos(at.wo) * facets.density(facet->m) / 4;
-    // dω_m = η² |wi·m| / bend dω_i [Walter 2007 (17)].
+    // dω_m = η² |wi·m| / bend dω_i [Walter 2007, (17)].
     return choice->transmit * facets.visible_density(at.wo, facet->m) * eta * eta * -facet->cos_i /
            facet->bend;
 }

@@ -62,7 +62,7 @@ bool reflects_at_facets(const Local& at) {
     return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
 }
 
-// F D G2 / (4 cos_o cos_i) [Walter 2007 (20)].
+// F D G2 / (4 cos_o cos_i) [Walter 2007, (20)].
 template <typename Rough>
 Rgb value_of(const Rough& lobe, const Local& at) {
     if (is_delta_of(lobe) || !reflects_at_facets(at)) return Rgb(0.0F);

@@ -12,7 +12,7 @@ float fifth(float x) {
 Rgb schlick(const SubstrateGlossLobe& lobe, float cos_o) {
     return lobe.specular + fifth(1 - std::clamp(cos_o, 0.0F, 1.0F)) * (Rgb(1.0F) - lobe.specular);
 }
-// How much of the base shows at a cosine [Ashikhmin 2000 (5)].
+// How much of the base shows at a cosine [Ashikhmin and Shirley 2000, (5)].
 float shown(float cos) {
     return 1 - fifth(1 - std::min(cos, 1.0F) / 2);
 }
@@ -59,7 +59,7 @@ bool is_sound(const SubstrateBaseLobe& lobe) {
 // --- The gloss
 // -------------------------------------------------------------------------------------------------
 
-// D F / (4 (wo·m) max(cos_o, cos_i)) [Ashikhmin 2000 (3)].
+// D F / (4 (wo·m) max(cos_o, cos_i)) [Ashikhmin and Shirley 2000, (3)].
 Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport) {
     if (!is_above(at)) return Rgb(0.0F);
     const V3f m = (at.wo + at.wi).normalized();  // not 0: both are above the horizon

@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-constexpr std::uint32_t kBranch = 0xf1;  // of the path's stream
+constexpr std::uint32_t kBranch = 0xf1;  // of the path's sampler
 
 // Under this transmittance roulette is played, and survived by half.
 constexpr double kFaint = 0.05;
@@ -64,7 +64,7 @@ class Channels {
 };
 
 Flight scatter(const MediaAlong& along, double t, const Channels& channels, const Coefficients& here,
-               Stream& more) {
+               Sampler& more) {
     Flight flight;
     flight.scattered = true;
     flight.t = t;
@@ -78,7 +78,7 @@ Flight scatter(const MediaAlong& along, double t, const Channels& channels, cons
 
 // To the next collision that is none of the null ones, `depth` away in the hero's optical depth; none: the
 // end was reached. Leaves `along` in that stretch.
-std::optional<double> collide(MediaAlong& along, Channels& channels, double depth, Stream& more,
+std::optional<double> collide(MediaAlong& along, Channels& channels, double depth, Sampler& more,
                               Rgb& emitted) {
     const int hero = channels.hero();
     while (along.next()) {
@@ -125,14 +125,14 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
     for (MediaAlong way = along; way.next();) all += uniform_depth(way, way.end());
     V3d met(0);
     for (int k = 0; k < 3; ++k) met[k] = -std::expm1(-all[k]);
-    const V3d worth = V3d(throughput) * met;
-    const double sum = worth.x + worth.y + worth.z;
+    const V3d contribution = V3d(throughput) * met;
+    const double sum = contribution.x + contribution.y + contribution.z;
     if (!(sum > 0)) return std::nullopt;
     int hero = 0;
     double rest = static_cast<double>(u.x) * sum;
     for (int k = 0; k < 3; ++k) {
-        if (worth[k] > 0 && rest >= 0) hero = k;
-        rest -= worth[k];
+        if (contribution[k] > 0 && rest >= 0) hero = k;
+        rest -= contribution[k];
     }
     const double goal = -std::log1p(-static_cast<double>(u.y) * met[hero]);  // finite: u < 1, met <= 1
     V3d before(0);
@@ -148,7 +148,7 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
         const V3d depth = before + uniform_depth(along, t);
         for (int k = 0; k < 3; ++k) {
             passed[k] = std::exp(-depth[k]);
-            if (worth[k] > 0) pdf += worth[k] / sum * along.uniform()[k] * passed[k] / met[k];
+            if (contribution[k] > 0) pdf += contribution[k] / sum * along.uniform()[k] * passed[k] / met[k];
         }
         return DrawnWithin{t, passed / pdf};  // > 0: the hero's part is
     }
@@ -157,9 +157,9 @@ std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput,
 
 }  // namespace
 
-Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
-    const V2f u = stream.next2();
-    Stream more = stream.split(kBranch);
+Flight fly(MediaAlong along, const Rgb& throughput, Sampler& sampler) {
+    const V2f u = sampler.next2();
+    Sampler more = sampler.split(kBranch);
     Flight flight;
     if (!along.scatters() && !along.emits()) {
         flight.throughput = throughput * transmittance(std::move(along), more);
@@ -176,10 +176,10 @@ Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream) {
     return flight;
 }
 
-std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Stream& stream) {
-    const V2f u = stream.next2();
+std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Sampler& sampler) {
+    const V2f u = sampler.next2();
     if (!along.scatters()) return std::nullopt;
-    Stream more = stream.split(kBranch);
+    Sampler more = sampler.split(kBranch);
     InScattering place;
     V3d flow;
     if (along.is_uniform()) {
@@ -208,7 +208,7 @@ std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughp
     return place;
 }
 
-Rgb transmittance(MediaAlong along, Stream& stream) {
+Rgb transmittance(MediaAlong along, Sampler& sampler) {
     V3d result(1);
     double depth = 0;
     bool drawn = false;
@@ -216,7 +216,7 @@ Rgb transmittance(MediaAlong along, Stream& stream) {
         result *= decay(along.uniform(), along.end() - along.begin());
         const double bound = largest(along.bound());
         if (!(bound > 0)) continue;
-        if (!drawn) depth = exponential(stream.next());
+        if (!drawn) depth = exponential(sampler.next());
         drawn = true;
         double t = along.begin();
         while (t + depth / bound < along.end()) {
@@ -224,10 +224,10 @@ Rgb transmittance(MediaAlong along, Stream& stream) {
             const V3d there = along.varying_at(t) / bound;
             for (int k = 0; k < 3; ++k) result[k] *= std::max(0.0, 1 - there[k]);
             if (largest(result) < kFaint) {
-                if (stream.next() < 0.5F) return Rgb(0);
+                if (sampler.next() < 0.5F) return Rgb(0);
                 result *= 2;
             }
-            depth = exponential(stream.next());
+            depth = exponential(sampler.next());
         }
         depth = std::max(0.0, depth - bound * (along.end() - t));
     }

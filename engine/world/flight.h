@@ -14,7 +14,7 @@
 
 #include <optional>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/media_along.h"
 
 namespace lucerna {
@@ -27,8 +27,8 @@ struct Flight {
     Rgb emitted{0.0F};       // by the media on the way, throughput included, W/(m² sr)
 };
 
-// `throughput` is not black. Takes one pair of numbers from `stream`, the rest from a branch of it.
-Flight fly(MediaAlong along, const Rgb& throughput, Stream& stream);
+// `throughput` is not black. Takes one pair of numbers from `sampler`, the rest from a branch of it.
+Flight fly(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
 // A place at which light is scattered into the way, back towards its beginning.
 struct InScattering {
@@ -40,12 +40,12 @@ struct InScattering {
 
 // For any function F of place and phase function, the mean of flow·F (0 without a place) is the integral over
 // the way of transmittance · F, where media scatter at all. `throughput`, not black, is what the light is
-// worth to the path, and only serves to choose well. Takes one pair of numbers from `stream`, the rest from a
-// branch of it.
-std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Stream& stream);
+// worth to the path, and only serves to choose well. Takes one pair of numbers from `sampler`, the rest from
+// a branch of it.
+std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Sampler& sampler);
 
 // Its mean is the transmittance from end to end: 0 over an infinite way through a medium. Exact, and without
 // random numbers, where nothing varies.
-Rgb transmittance(MediaAlong along, Stream& stream);
+Rgb transmittance(MediaAlong along, Sampler& sampler);
 
 }  // namespace lucerna

@@ -15,7 +15,7 @@ float alpha_of(RoughnessMap map, float roughness) {
         case RoughnessMap::alpha:
             break;
         case RoughnessMap::v2: {
-            // Blinn's D ∝ cos^n is GGX's of alpha² = 2/(n + 2) for narrow lobes [Walter 2007, section 5.2].
+            // Blinn's D ∝ cos^n is GGX's of alpha² = 2/(n + 2) for narrow lobes [Walter 2007, 5.2].
             // pbrt takes n = 10000 at most.
             return static_cast<float>(std::sqrt(2 / (1 / std::max(r, 1e-4) + 2)));
         }

@@ -1,7 +1,7 @@
 // All media along a piece of a ray, cut into stretches.
 //
 // On a stretch the same media are met from end to end, and each of those that vary stays under one bound:
-// what closed forms and tracking by null collisions (Woodcock 1965) need.
+// what closed forms and tracking by null collisions [Woodcock 1965] need.
 #pragma once
 
 #include <cstdint>

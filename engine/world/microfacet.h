@@ -31,11 +31,11 @@ class Ggx {
     // s of the preface.
     float stretch(const V3f& w) const { return std::sqrt(sqr(ax_ * w.x) + sqr(ay_ * w.y) + w.z * w.z); }
 
-    // G1(w) / |cosθ_w| [Heitz 2014 (43)]; either side's direction.
+    // G1(w) / |cosθ_w| [Heitz 2014, (43)]; either side's direction.
     float masking_over_cos(const V3f& w) const { return 2 / (std::fabs(w.z) + stretch(w)); }
     // G1(w) = 1 / (1 + Λ).
     float masking(const V3f& w) const { return masking_over_cos(w) * std::fabs(w.z); }
-    // G2(o, i) / (cos_o cos_i), both on the upper side: height-correlated, 1 / (1 + Λ_o + Λ_i) [Heitz 2014
+    // G2(o, i) / (cos_o cos_i), both on the upper side: height-correlated, 1 / (1 + Λ_o + Λ_i) [Heitz 2014,
     // (99)]. Not both cosines may be 0.
     float masking_shadowing_over_cos2(const V3f& o, const V3f& i) const {
         return 2 / (stretch(o) * i.z + stretch(i) * o.z);

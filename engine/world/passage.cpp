@@ -19,7 +19,7 @@ V3f look_direction(int i) {
 // The medium on the near side of the first border that a ray meets, through all surfaces that are none.
 std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
     for (int i = 0; i < kMostPassages; ++i) {
-        const auto hit = scene.hit_or_border(ray);
+        const auto hit = scene.intersect_with_borders(ray);
         if (!hit) return std::nullopt;
         if (hit->media.border) return medium_towards(hit->media, hit->at.n, -ray.d, kNoMedium);
         ray = Ray{hit->at.towards(ray.d), ray.d};
@@ -29,11 +29,11 @@ std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
 
 }  // namespace
 
-Rgb passage(const Scene& scene, const Ray& ray, std::int32_t medium, Stream& stream) {
+Rgb passage(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler) {
     Rgb result(1);
     if (scene.media().empty()) return result;
     for_each_piece(scene, ray, medium, [&](MediumPiece piece) {
-        result *= transmittance(std::move(piece.along), stream);
+        result *= transmittance(std::move(piece.along), sampler);
         return !is_black(result);
     });
     return result;
@@ -48,11 +48,11 @@ V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit
 }
 
 Crossing cross_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, std::int32_t medium,
-                     const Rgb& power, Stream& stream) {
+                     const Rgb& power, Sampler& sampler) {
     Crossing crossing{power, medium, {}};
     const Ray way{ray.o, ray.d, hit ? hit->t : ray.t_max};
     crossing.medium = for_each_piece(scene, way, medium, [&](MediumPiece piece) {
-        const Flight flight = fly(piece.along, crossing.power, stream);
+        const Flight flight = fly(piece.along, crossing.power, sampler);
         crossing.power = flight.throughput;
         if (flight.scattered) {
             crossing.scattered = {scattering_point(piece, flight.t, hit), flight.g};

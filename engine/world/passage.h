@@ -9,7 +9,7 @@
 #include <optional>
 #include <utility>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/flight.h"
 #include "engine/world/scene.h"
 
@@ -31,7 +31,7 @@ template <typename Visit>
 std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t medium, Visit&& visit) {
     Ray rest = ray;
     for (int borders = 0; borders < kMaxBorders; ++borders) {
-        const auto hit = scene.has_borders() ? scene.hit_border(rest) : std::nullopt;
+        const auto hit = scene.has_borders() ? scene.intersect_border(rest) : std::nullopt;
         const double to_go = static_cast<double>(rest.t_max);
         const double end = hit ? static_cast<double>(hit->t) : to_go;
         MediaAlong along(scene.media(), medium, rest, end);
@@ -46,13 +46,13 @@ std::int32_t for_each_piece(const Scene& scene, const Ray& ray, std::int32_t med
 
 // The share that passes the media of the ray from 0 to t_max, begun in `medium`: unbiased, and exact where no
 // medium varies. 1 without media.
-Rgb passage(const Scene& scene, const Ray& ray, std::int32_t medium, Stream& stream);
+Rgb passage(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler);
 
 // The same over a way that leaves the point x towards w.
 inline Rgb passage(const Scene& scene, const SurfacePoint& x, const V3f& w, float distance,
-                   std::int32_t medium, Stream& stream) {
+                   std::int32_t medium, Sampler& sampler) {
     if (scene.media().empty()) return Rgb(1);
-    return passage(scene, Ray{x.towards(w), w, distance}, medium, stream);
+    return passage(scene, Ray{x.towards(w), w, distance}, medium, sampler);
 }
 
 // Where a way is scattered at distance t of a piece whose whole way ends on the surface `hit`: never on the
@@ -72,7 +72,7 @@ struct Crossing {
 
 // `hit` is what the ray meets, if anything. `power` is not black.
 Crossing cross_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, std::int32_t medium,
-                     const Rgb& power, Stream& stream);
+                     const Rgb& power, Sampler& sampler);
 
 // The medium of the borders around a point from which light leaves towards d. It is found by looking at
 // borders from there; where none is to be seen, it is that around the camera.

@@ -1,4 +1,4 @@
-// Bump maps and normal maps: the shading normal of a surface that is not moved (Blinn 1978).
+// Bump maps and normal maps: the shading normal of a surface that is not moved [Blinn 1978].
 #include <array>
 #include <cmath>
 

@@ -38,11 +38,11 @@ Box3f carried(const Box3f& box, const M44d& m) {
 }
 
 // Some particle of the light: not every one of its numbers needs to give one.
-std::optional<Emitted> first_particle(const Light& light) {
+std::optional<LeSample> first_particle(const Light& light) {
     constexpr std::uint32_t kTries = 64;
     for (std::uint32_t i = 0; i < kTries; ++i) {
-        Stream stream(0, Purpose::emission, 0, i);
-        if (auto emitted = light.emit({stream.next2(), stream.next2(), i})) return emitted;
+        Sampler sampler(0, Purpose::emission, 0, i);
+        if (auto emitted = light.sample_Le({sampler.next2(), sampler.next2(), i})) return emitted;
     }
     return std::nullopt;
 }
@@ -108,12 +108,12 @@ struct Scene::Impl {
     };
     std::vector<LightPlace> light_places;
 
-    const ShapeSet& set_of(const Met& met) const {
-        return met.instance == kNoInstance ? *world : prototypes[instances[met.instance].prototype];
+    const ShapeSet& set_of(const ClosestHit& closest) const {
+        return closest.instance == kNoInstance ? *world : prototypes[instances[closest.instance].prototype];
     }
     // The ray in the frame of what it met.
-    LocalRay local(const Ray& ray, const Met& met) const {
-        if (met.instance != kNoInstance) return instances[met.instance].placement.local(ray);
+    LocalRay local(const Ray& ray, const ClosestHit& closest) const {
+        if (closest.instance != kNoInstance) return instances[closest.instance].placement.local(ray);
         return {V3d(ray.o), V3d(ray.d)};
     }
 
@@ -197,15 +197,15 @@ Scene::~Scene() = default;
 Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 
-std::optional<Hit> Scene::hit(const Ray& ray) const {
+std::optional<Hit> Scene::intersect(const Ray& ray) const {
     return nearest(ray, kSurfaces);
 }
 
-std::optional<Hit> Scene::hit_or_border(const Ray& ray) const {
+std::optional<Hit> Scene::intersect_with_borders(const Ray& ray) const {
     return nearest(ray, kSurfaces | kBorders);
 }
 
-std::optional<Hit> Scene::hit_border(const Ray& ray) const {
+std::optional<Hit> Scene::intersect_border(const Ray& ray) const {
     return nearest(ray, kBorders);
 }
 
@@ -213,7 +213,7 @@ bool Scene::is_border(const Hit& hit) const {
     return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
 }
 
-std::optional<Met> Scene::meet(const Ray& ray, unsigned layers) const {
+std::optional<ClosestHit> Scene::closest_hit(const Ray& ray, unsigned layers) const {
     if (!is_usable_ray(ray)) {
         impl_->invalid_rays.add();
         return std::nullopt;
@@ -222,36 +222,37 @@ std::optional<Met> Scene::meet(const Ray& ray, unsigned layers) const {
     return impl_->accelerator->nearest(ray, layers);
 }
 
-std::optional<Met> Scene::meet(const Ray& ray) const {
-    return meet(ray, kSurfaces);
+std::optional<ClosestHit> Scene::closest_hit(const Ray& ray) const {
+    return closest_hit(ray, kSurfaces);
 }
 
-void Scene::prefetch_corners(const Met& met) const {
-    impl_->set_of(met).prefetch_corners(met.meeting);
+void Scene::prefetch_corners(const ClosestHit& closest) const {
+    impl_->set_of(closest).prefetch_corners(closest.primitive);
 }
 
-void Scene::prefetch_vertices(const Met& met) const {
-    impl_->set_of(met).prefetch_vertices(met.meeting);
+void Scene::prefetch_vertices(const ClosestHit& closest) const {
+    impl_->set_of(closest).prefetch_vertices(closest.primitive);
 }
 
 std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
-    const auto met = meet(ray, layers);
-    if (!met) return std::nullopt;
-    return hit(ray, *met);
+    const auto closest = closest_hit(ray, layers);
+    if (!closest) return std::nullopt;
+    return intersect(ray, *closest);
 }
 
-float Scene::distance(const Ray& ray, const Met& met) const {
-    const auto t = static_cast<float>(impl_->set_of(met).exact(met.meeting, impl_->local(ray, met)).t);
+float Scene::distance(const Ray& ray, const ClosestHit& closest) const {
+    const auto t =
+        static_cast<float>(impl_->set_of(closest).exact(closest.primitive, impl_->local(ray, closest)).t);
     return std::min(t, ray.t_max);  // beyond it by rounding
 }
 
-Hit Scene::hit(const Ray& ray, const Met& met) const {
-    const Meeting& meeting = met.meeting;
-    const ShapeSet& set = impl_->set_of(met);
-    const LocalRay there = impl_->local(ray, met);
-    Hit hit = set.hit(set.exact(meeting, there), there);
-    if (met.instance != kNoInstance) hit = impl_->instances[met.instance].placement.world(hit);
-    const SurfaceTraits& traits = set.traits(meeting.geometry, meeting.primitive);
+Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
+    const PrimitiveHit& primitive = closest.primitive;
+    const ShapeSet& set = impl_->set_of(closest);
+    const LocalRay there = impl_->local(ray, closest);
+    Hit hit = set.hit(set.exact(primitive, there), there);
+    if (closest.instance != kNoInstance) hit = impl_->instances[closest.instance].placement.world(hit);
+    const SurfaceTraits& traits = set.traits(primitive.geometry, primitive.primitive);
     hit.t = std::min(hit.t, ray.t_max);  // beyond it by rounding
     hit.wo = -ray.d;
     hit.material = traits.material;
@@ -260,7 +261,7 @@ Hit Scene::hit(const Ray& ray, const Met& met) const {
     return hit;
 }
 
-bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
+bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) const {
     Ray ray{x.towards(w), w, distance};
     if (std::isfinite(distance)) {
         // The start was moved along the normal, the end must not move with it: a large surface's shift would
@@ -275,17 +276,17 @@ bool Scene::visible(const SurfacePoint& x, const V3f& w, float distance) const {
         return false;
     }
     impl_->rays.add();
-    return !impl_->accelerator->hidden(ray, kSurfaces);
+    return !impl_->accelerator->occluded(ray, kSurfaces);
 }
 
-std::uint64_t Scene::count_met(std::span<const Ray> rays, const Workers& workers) const {
+std::uint64_t Scene::count_hits(std::span<const Ray> rays, const Workers& workers) const {
     constexpr std::int64_t kGrain = 4096;
     std::atomic<std::uint64_t> met{0};
     parallel_ranges(workers, static_cast<std::int64_t>(rays.size()), kGrain,
                     [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
                         const auto first = static_cast<std::size_t>(begin);
                         const auto count = static_cast<std::size_t>(end - begin);
-                        met += impl_->accelerator->count_met(rays.subspan(first, count), kSurfaces);
+                        met += impl_->accelerator->count_hits(rays.subspan(first, count), kSurfaces);
                     });
     return met;
 }

@@ -53,16 +53,17 @@ struct Hit {
     MediumInterface media;
 };
 
-// Where a ray met a primitive, as the acceleration structure says it: before anything is worked out there.
+// Where a ray hits a primitive, as the acceleration structure says it: before the surface there is evaluated.
 // `u`, `v` as surface_hit.h has them; not used by quadrics.
-struct Meeting {
+struct PrimitiveHit {
     std::uint32_t geometry = 0, primitive = 0;
     double t = 0, u = 0, v = 0;
     V3f n{0, 0, 0};  // of a curve, as Embree says
 };
 inline constexpr std::uint32_t kNoInstance = 0xffffffffU;
-struct Met {
-    Meeting meeting;
+// The closest hit along a ray, and the instance whose primitive it is.
+struct ClosestHit {
+    PrimitiveHit primitive;
     std::uint32_t instance = kNoInstance;  // kNoInstance: one of the world's own shapes
 };
 
@@ -77,28 +78,28 @@ class Scene {
 
     // The nearest surface at 0 < t <= ray.t_max. Interface materials are passed through; one that carries a
     // light is a black surface instead.
-    std::optional<Hit> hit(const Ray& ray) const;
-    // hit() in steps, for whoever has many rays at hand: what memory is slow to bring of one surface comes
-    // while other rays are traced. First meet(); then, other work later, prefetch_corners(),
-    // prefetch_vertices() and hit() with the same ray. Any of the two in between may be left out.
-    std::optional<Met> meet(const Ray& ray) const;
-    void prefetch_corners(const Met& met) const;
-    void prefetch_vertices(const Met& met) const;
-    Hit hit(const Ray& ray, const Met& met) const;
+    std::optional<Hit> intersect(const Ray& ray) const;
+    // intersect() in steps, for callers with many rays at hand: what memory is slow to bring of one surface
+    // comes while other rays are traced. First closest_hit(); then, other work later, prefetch_corners(),
+    // prefetch_vertices() and intersect() with the same ray. Any of the two in between may be left out.
+    std::optional<ClosestHit> closest_hit(const Ray& ray) const;
+    void prefetch_corners(const ClosestHit& closest) const;
+    void prefetch_vertices(const ClosestHit& closest) const;
+    Hit intersect(const Ray& ray, const ClosestHit& closest) const;
     // The t of that hit, and nothing else of it.
-    float distance(const Ray& ray, const Met& met) const;
-    // As hit(), but an interface that is a border between media is met, too: is_border() tells.
-    std::optional<Hit> hit_or_border(const Ray& ray) const;
+    float distance(const Ray& ray, const ClosestHit& closest) const;
+    // As intersect(), but interfaces that are borders between media count, too: is_border() tells.
+    std::optional<Hit> intersect_with_borders(const Ray& ray) const;
     // The nearest interface that is a border between media, whatever surfaces stand before it.
-    std::optional<Hit> hit_border(const Ray& ray) const;
+    std::optional<Hit> intersect_border(const Ray& ray) const;
     // True if nothing is there but a change of medium.
     bool is_border(const Hit& hit) const;
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
-    bool visible(const SurfacePoint& x, const V3f& w, float distance) const;
+    bool unoccluded(const SurfacePoint& x, const V3f& w, float distance) const;
 
     // How many of the rays meet a surface, by the acceleration structure alone: no Hit is made, no ray is
     // counted. For measuring. The rays must be of usable numbers.
-    std::uint64_t count_met(std::span<const Ray> rays, const Workers& workers) const;
+    std::uint64_t count_hits(std::span<const Ray> rays, const Workers& workers) const;
 
     Bsdf bsdf(const Hit& hit) const;
 
@@ -107,12 +108,12 @@ class Scene {
     const LightPicker& picker() const;
     // Lights chosen by what each may send to the place that asks.
     const LightTree& light_tree() const;
-    // Indices of the lights for which seen() can answer.
+    // Indices of the lights for which Le() can answer.
     std::span<const std::uint32_t> impostors() const;
     std::span<const Material> materials() const;
     bool has_specular() const;
     const SceneMedia& media() const;
-    bool has_borders() const;  // whether hit_border() can find anything
+    bool has_borders() const;  // whether intersect_border() can find anything
     // The medium of the borders in which a light's particles begin. A light has one place, as in pbrt: of a
     // lamp that reaches into several, the first particle decides.
     std::int32_t medium_of_light(std::uint32_t light) const;
@@ -139,7 +140,7 @@ class Scene {
     std::uint64_t invalid_rays() const;
 
   private:
-    std::optional<Met> meet(const Ray& ray, unsigned layers) const;
+    std::optional<ClosestHit> closest_hit(const Ray& ray, unsigned layers) const;
     std::optional<Hit> nearest(const Ray& ray, unsigned layers) const;
 
     struct Impl;

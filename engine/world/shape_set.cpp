@@ -147,17 +147,17 @@ const SurfaceTraits& ShapeSet::traits(std::uint32_t geometry, std::uint32_t prim
     return shapes_.patches[patches_[primitive].mesh].traits;
 }
 
-std::optional<Meeting> ShapeSet::cross(std::uint32_t geometry, std::uint32_t primitive, const LocalRay& ray,
-                                       double t_min, double t_max) const {
+std::optional<PrimitiveHit> ShapeSet::cross(std::uint32_t geometry, std::uint32_t primitive,
+                                            const LocalRay& ray, double t_min, double t_max) const {
     if (geometry == quadrics_id()) {
         const std::optional<double> t = quadrics_[primitive].nearest(ray.o, ray.d, t_min, t_max);
         if (!t) return std::nullopt;
-        return Meeting{geometry, primitive, *t};
+        return PrimitiveHit{geometry, primitive, *t};
     }
     const PatchAddress& at = patches_[primitive];
     const auto crossing = PatchShape(shapes_.patches[at.mesh], at.patch).nearest(ray.o, ray.d, t_min, t_max);
     if (!crossing) return std::nullopt;
-    return Meeting{geometry, primitive, crossing->t, crossing->u, crossing->v};
+    return PrimitiveHit{geometry, primitive, crossing->t, crossing->u, crossing->v};
 }
 
 Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const {
@@ -174,11 +174,11 @@ Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive
     return box;
 }
 
-Meeting ShapeSet::exact(const Meeting& m, const LocalRay& ray) const {
+PrimitiveHit ShapeSet::exact(const PrimitiveHit& m, const LocalRay& ray) const {
     if (m.geometry >= curves_begin()) return m;
     const auto point = triangle_point(shapes_.meshes[m.geometry], m.primitive, ray);
     if (!point) return m;
-    Meeting out = m;
+    PrimitiveHit out = m;
     // A ray may begin within rounding of the plane, and behind it.
     out.t = std::max(point->t, double{std::numeric_limits<float>::min()});
     out.u = point->b1;
@@ -186,7 +186,7 @@ Meeting ShapeSet::exact(const Meeting& m, const LocalRay& ray) const {
     return out;
 }
 
-V2f ShapeSet::uv(const Meeting& m, const LocalRay& ray) const {
+V2f ShapeSet::uv(const PrimitiveHit& m, const LocalRay& ray) const {
     const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
     if (m.geometry < curves_begin()) return triangle_uv(shapes_.meshes[m.geometry], m.primitive, u, v);
     if (m.geometry < quadrics_id()) {
@@ -197,7 +197,7 @@ V2f ShapeSet::uv(const Meeting& m, const LocalRay& ray) const {
     return patch_uv(shapes_.patches[at.mesh], at.patch, m.u, m.v);
 }
 
-void ShapeSet::prefetch_vertices(const Meeting& m) const {
+void ShapeSet::prefetch_vertices(const PrimitiveHit& m) const {
     if (m.geometry >= curves_begin()) return;
     const Mesh& mesh = shapes_.meshes[m.geometry];
     const V3i& triangle = mesh.triangles[m.primitive];
@@ -209,7 +209,7 @@ void ShapeSet::prefetch_vertices(const Meeting& m) const {
     }
 }
 
-Hit ShapeSet::surface(const Meeting& m, const LocalRay& ray) const {
+Hit ShapeSet::surface(const PrimitiveHit& m, const LocalRay& ray) const {
     const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
     if (m.geometry < curves_begin()) return triangle_hit(shapes_.meshes[m.geometry], m.primitive, u, v);
     if (m.geometry < quadrics_id()) {
@@ -221,7 +221,7 @@ Hit ShapeSet::surface(const Meeting& m, const LocalRay& ray) const {
     return patch_hit(shapes_.patches[at.mesh], at.patch, m.u, m.v);
 }
 
-Hit ShapeSet::hit(const Meeting& m, const LocalRay& ray) const {
+Hit ShapeSet::hit(const PrimitiveHit& m, const LocalRay& ray) const {
     Hit hit = surface(m, ray);
     hit.t = static_cast<float>(m.t);
     return hit;

@@ -1,8 +1,8 @@
 // The shapes of one frame of reference (the world's, or a prototype's), made ready to be met by rays.
 //
 // A geometry is a mesh, a set of curves, all quadrics together or all patches together; a primitive is one
-// triangle, segment, quadric or patch of it. What the acceleration structure reports is a Meeting; the set
-// turns it into a Hit.
+// triangle, segment, quadric or patch of it. What the acceleration structure reports is a PrimitiveHit; the
+// set turns it into a Hit.
 #pragma once
 
 #include <cstdint>
@@ -47,23 +47,23 @@ class ShapeSet {
     unsigned layer(const SurfaceTraits& traits) const;
 
     // Quadrics and patches: the nearest crossing of that primitive with t_min < t <= t_max.
-    std::optional<Meeting> cross(std::uint32_t geometry, std::uint32_t primitive, const LocalRay& ray,
-                                 double t_min, double t_max) const;
+    std::optional<PrimitiveHit> cross(std::uint32_t geometry, std::uint32_t primitive, const LocalRay& ray,
+                                      double t_min, double t_max) const;
     Box3f primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const;
 
-    // The same meeting with all digits of double, worked out from the primitive. Embree's own t, u and v rest
+    // The same hit with all digits of double, worked out from the primitive. Embree's own t, u and v rest
     // on approximate reciprocals, whose last digits are not the same on every processor. Curves keep them.
-    Meeting exact(const Meeting& meeting, const LocalRay& ray) const;
-    V2f uv(const Meeting& exact, const LocalRay& ray) const;
+    PrimitiveHit exact(const PrimitiveHit& hit, const LocalRay& ray) const;
+    V2f uv(const PrimitiveHit& exact, const LocalRay& ray) const;
     // With its t.
-    Hit hit(const Meeting& exact, const LocalRay& ray) const;
+    Hit hit(const PrimitiveHit& exact, const LocalRay& ray) const;
     // Begins to fetch what hit() will read of a triangle: its corners' numbers, then, once these are there,
     // what stands at them.
-    void prefetch_corners(const Meeting& meeting) const {
-        if (meeting.geometry >= curves_begin()) return;
-        __builtin_prefetch(&shapes_.meshes[meeting.geometry].triangles[meeting.primitive]);
+    void prefetch_corners(const PrimitiveHit& hit) const {
+        if (hit.geometry >= curves_begin()) return;
+        __builtin_prefetch(&shapes_.meshes[hit.geometry].triangles[hit.primitive]);
     }
-    void prefetch_vertices(const Meeting& meeting) const;
+    void prefetch_vertices(const PrimitiveHit& hit) const;
 
     const Shapes& shapes() const { return shapes_; }
     std::uint32_t quadrics() const { return static_cast<std::uint32_t>(quadrics_.size()); }
@@ -88,7 +88,7 @@ class ShapeSet {
     void take_patches();
     // Notes what stands there; the layer.
     unsigned note(const SurfaceTraits& traits);
-    Hit surface(const Meeting& exact, const LocalRay& ray) const;
+    Hit surface(const PrimitiveHit& exact, const LocalRay& ray) const;
 
     Shapes shapes_;
     std::span<const Material> materials_;

@@ -40,9 +40,9 @@ Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
             spec.numbers == PictureNumbers::bytes};
 }
 
-// What the library of picture formats complains of becomes an error about the file.
+// What the library of picture formats reports becomes an error about the file.
 template <typename Work>
-auto complaints_of(const std::filesystem::path& file, Work&& work) {
+auto with_input_errors(const std::filesystem::path& file, Work&& work) {
     try {
         return work();
     } catch (const std::runtime_error& error) {
@@ -53,7 +53,7 @@ auto complaints_of(const std::filesystem::path& file, Work&& work) {
 std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
     require_readable(file);
     const Pictures& formats = pictures(file);
-    return complaints_of(file, [&] {
+    return with_input_errors(file, [&] {
         check_header(file);
         return formats.open(file, PictureUse::colour);
     });
@@ -69,7 +69,7 @@ std::vector<Stored> read_values(PictureReader& in, const Header& header, const s
         fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
         "fewer pixels are accepted");
     std::vector<Stored> values(header.values());
-    complaints_of(file, [&] { in.read({0, header.channels}, std::span(values)); });
+    with_input_errors(file, [&] { in.read({0, header.channels}, std::span(values)); });
     return values;
 }
 
@@ -189,7 +189,7 @@ class CachedTexels final : public Texels {
     CachedTexels(const TileCache& cache, const std::filesystem::path& file, const Header& header,
                  const Encoding& encoding)
         : file_(file),
-          picture_(complaints_of(file, [&] { return cache.open(file, header.channels); })),
+          picture_(with_input_errors(file, [&] { return cache.open(file, header.channels); })),
           header_(header),
           encoding_(encoding),
           table_(decoded_bytes(encoding)) {
@@ -234,11 +234,11 @@ class CachedTexels final : public Texels {
             std::array<std::uint8_t, 12> few{};
             std::vector<std::uint8_t> many(count > few.size() ? count : 0);
             std::uint8_t* bytes = many.empty() ? few.data() : many.data();
-            complaints_of(file_, [&] { picture_->read(box, std::span(bytes, count)); });
+            with_input_errors(file_, [&] { picture_->read(box, std::span(bytes, count)); });
             for (std::size_t i = 0; i < count; ++i) out[i] = table_[bytes[i]];
             return;
         }
-        complaints_of(file_, [&] { picture_->read(box, std::span(out, count)); });
+        with_input_errors(file_, [&] { picture_->read(box, std::span(out, count)); });
         if (!header_.whole_numbers) return;
         for (std::size_t i = 0; i < count; ++i) out[i] = encoding_.decode(out[i]);
     }

@@ -41,7 +41,7 @@ class TracedShape final : public LampShape {
         const double reach = 1.01 * static_cast<double>(sphere_.radius);
         if (!((to_centre - middle * d).length2() <= reach * reach)) return std::nullopt;
         const auto hit =
-            scene_.hit(Ray{V3f(p + (middle + reach) * d), V3f(-d), static_cast<float>(2 * reach)});
+            scene_.intersect(Ray{V3f(p + (middle + reach) * d), V3f(-d), static_cast<float>(2 * reach)});
         if (!hit) return std::nullopt;
         return hit->at;
     }

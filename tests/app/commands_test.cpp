@@ -350,7 +350,7 @@ TEST_F(RunInfo, Scene_SaysWhatWouldBeBuiltAndWhatWasIgnored) {
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("direct map built: direct light is read from it"));
     EXPECT_THAT(outcome.out, HasSubstr("caustic map built: the scene has mirrors"));
-    EXPECT_THAT(outcome.out, HasSubstr("16 sets of virtual lights from 64 light paths each"));
+    EXPECT_THAT(outcome.out, HasSubstr("16 sets of virtual point lights from 64 light paths each"));
     EXPECT_THAT(outcome.out, HasSubstr("\"float radios\" of Shape \"sphere\" has no effect"));
     EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("ignored      nothing"));
 }

@@ -58,24 +58,24 @@ class FullDisk {
 
 Image noise_image() {
     Image image(40, 30, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
-    Stream stream(1, Purpose::test, 0, 0);
-    for (float& value : image.data) value = stream.next();  // that no compression makes small
+    Sampler sampler(1, Purpose::test, 0, 0);
+    for (float& value : image.data) value = sampler.next();  // that no compression makes small
     return image;
 }
 
 Photograph noise_photograph(int most) {
     Photograph photograph{{40, 30}, std::vector<float>(1200), most};
-    Stream stream(2, Purpose::test, 0, 0);
-    for (float& count : photograph.counts) count = stream.next() * static_cast<float>(std::max(most, 1));
+    Sampler sampler(2, Purpose::test, 0, 0);
+    for (float& count : photograph.counts) count = sampler.next() * static_cast<float>(std::max(most, 1));
     return photograph;
 }
 
 PhotonMaps maps() {
-    MapPlan plan;
-    plan.paths = 2000;
-    plan.wanted = {true, true, true};
+    MapParameters parameters;
+    parameters.paths = 2000;
+    parameters.wanted = {true, true, true};
     Monitor silent;
-    return build_photon_maps(testing::small_cornell(), plan, Workers{1}, silent);
+    return build_photon_maps(testing::small_cornell(), parameters, Workers{1}, silent);
 }
 
 RaySet rays() {

@@ -130,7 +130,7 @@ class RunImport : public testing::RunTest {
 };
 
 std::optional<Hit> down(const Job& job, double x, double z) {
-    return job.scene.hit({V3f(V3d(x, 10, z) - job.scene.origin()), V3f(0, -1, 0)});
+    return job.scene.intersect({V3f(V3d(x, 10, z) - job.scene.origin()), V3f(0, -1, 0)});
 }
 
 TEST_F(RunImport, Square_IsReadBackWhereItWas) {

@@ -93,12 +93,12 @@ TEST(StudyPictures, ErrorCode_KeepsSignAndSize) {
 class StudyPage : public ::testing::Test {
   protected:
     StudyPage() {
-        plan_.title = "Ends </script> & <b>";
-        plan_.seeds = 2;
-        plan_.scenes.resize(2);  // of the second there are no results yet
-        plan_.scenes[0].name = "</script><script>alert(1)</script>";
-        plan_.reference.overrides.integrator = "path";
-        plan_.reference.settings = "spp=64";
+        description_.title = "Ends </script> & <b>";
+        description_.seeds = 2;
+        description_.scenes.resize(2);  // of the second there are no results yet
+        description_.scenes[0].name = "</script><script>alert(1)</script>";
+        description_.reference.overrides.integrator = "path";
+        description_.reference.settings = "spp=64";
         write_image("reference.exr", 1);
         add("slow & good", 4, 0.05, 1.05F);
         add("fast", 1, 0.5, 1.5F);
@@ -116,7 +116,7 @@ class StudyPage : public ::testing::Test {
         const std::string file = std::to_string(results_.size()) + ".exr";
         write_image(file, level);
         StudyResult result;
-        result.scene = plan_.scenes[0].name;
+        result.scene = description_.scenes[0].name;
         result.method = method;
         result.settings = "spp=4";
         result.set = {{"spp", "4"}};
@@ -124,14 +124,14 @@ class StudyPage : public ::testing::Test {
         result.error2 = error * error;
         result.image = folder_.path() / file;
         results_.push_back(result);
-        plan_.points.push_back({method, "spp=4", {}});
+        description_.points.push_back({method, "spp=4", {}});
     }
     std::string page() {
         Monitor silent;
         const auto pictures =
-            study_pictures(plan_, {folder_.path() / "reference.exr"}, results_, {1}, silent);
+            study_pictures(description_, {folder_.path() / "reference.exr"}, results_, {1}, silent);
         return study_page(
-            {plan_, results_, pictures, origin_, "lucerna study a.toml -o 'x y'", "plan <text>"});
+            {description_, results_, pictures, origin_, "lucerna study a.toml -o 'x y'", "plan <text>"});
     }
     static nlohmann::json data_of(const std::string& page) {
         const std::string open = "studyPage({", close = ");\n</script>";
@@ -140,7 +140,7 @@ class StudyPage : public ::testing::Test {
     }
 
     testing::TemporaryFolder folder_;
-    StudyPlan plan_;
+    StudyDescription description_;
     StudyOrigin origin_{{"Machine One"}, {2}, {"2026-01-01", "2026-01-03"}};
     std::vector<StudyResult> results_;
 };
@@ -172,7 +172,7 @@ TEST_F(StudyPage, Names_EndNoScriptAndNoTag) {
     const std::string text = page();
     EXPECT_THAT(text, Not(HasSubstr("alert(1)</script>")));
     EXPECT_THAT(text, HasSubstr("Ends &lt;/script&gt; &amp; &lt;b&gt;"));
-    EXPECT_EQ(data_of(text)["scenes"][0]["name"], plan_.scenes[0].name);
+    EXPECT_EQ(data_of(text)["scenes"][0]["name"], description_.scenes[0].name);
 }
 
 TEST_F(StudyPage, Origin_IsTold) {

@@ -9,7 +9,7 @@
 #include <regex>
 
 #include "engine/app/outputs.h"
-#include "engine/app/study_plan.h"
+#include "engine/app/study_description.h"
 #include "engine/app/study_trade.h"
 #include "engine/base/files.h"
 #include "tests/app/run_support.h"
@@ -45,12 +45,12 @@ spp = [2]
 
 class RunStudy : public testing::RunTest {
   protected:
-    static void plan(const std::string& text) { write_text("study.toml", text); }
+    static void write_study(const std::string& text) { write_text("study.toml", text); }
     static std::string with(std::string text, const std::string& old, const std::string& now) {
         return text.replace(text.find(old), old.size(), now);
     }
     static std::string refusal(const std::string& text) {
-        plan(text);
+        write_study(text);
         const Outcome outcome = lucerna_run({"study", "study.toml", "-o", "out"});
         EXPECT_NE(outcome.code, 0);
         EXPECT_FALSE(std::filesystem::exists("out/results.csv"));
@@ -58,9 +58,9 @@ class RunStudy : public testing::RunTest {
     }
 };
 
-TEST_F(RunStudy, Plan_HasEveryChoice) {
-    plan(kStudy);
-    const StudyPlan read = read_study("study.toml");
+TEST_F(RunStudy, Description_HasEveryChoice) {
+    write_study(kStudy);
+    const StudyDescription read = read_study("study.toml");
     EXPECT_EQ(read.title, "Two ways");
     EXPECT_EQ(read.seeds, 2);
     ASSERT_EQ(read.scenes.size(), 1U);
@@ -75,7 +75,7 @@ TEST_F(RunStudy, Plan_HasEveryChoice) {
 }
 
 TEST_F(RunStudy, SecondTime_FindsEveryRenderAndSaysTheSame) {
-    plan(kStudy);
+    write_study(kStudy);
     const Outcome first = lucerna_run({"study", "study.toml", "-o", "out"});
     ASSERT_EQ(first.code, 0) << first.err;
     EXPECT_THAT(first.out, HasSubstr("renders  11 made, 0 found"));
@@ -99,7 +99,7 @@ TEST_F(RunStudy, SecondTime_FindsEveryRenderAndSaysTheSame) {
 }
 
 TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
-    plan(kStudy);
+    write_study(kStudy);
     const Outcome outcome =
         lucerna_run({"study", "study.toml", "-o", "out dir", "--quiet", "--threads", "1"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -120,27 +120,27 @@ TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
 
 // A render of other threads is found, and its time does not pass for one of these.
 TEST_F(RunStudy, OtherThreads_AreToldOnThePage) {
-    plan(kStudy);
+    write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "1"}).code, 0);
     EXPECT_THAT(read_text("out/study.html"), Not(HasSubstr("times do not compare")));
-    plan(with(kStudy, "spp = [2]", "spp = [2, 3]"));
+    write_study(with(kStudy, "spp = [2]", "spp = [2, 3]"));
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "2"}).code, 0);
     EXPECT_THAT(read_text("out/study.html"), HasSubstr("times do not compare"));
 }
 
 // Stopped after some renders: the page shows what there is.
 TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
-    plan(kStudy);
+    write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
     std::filesystem::remove("out/study.html");
     const std::atomic<int> stop{SIGINT};
-    plan(with(kStudy, "spp = [2]", "spp = [2, 3]"));
+    write_study(with(kStudy, "spp = [2]", "spp = [2, 3]"));
     const Outcome some = lucerna_run({"study", "study.toml", "-o", "out"}, {false, &stop});
     EXPECT_EQ(some.code, 128 + SIGINT) << some.err;
     EXPECT_THAT(some.err, HasSubstr("stopped: 5 of 6 points are measured"));
     EXPECT_TRUE(std::filesystem::exists("out/study.html"));
 
-    plan(with(kStudy, "seeds = 2", "seeds = 3"));
+    write_study(with(kStudy, "seeds = 2", "seeds = 3"));
     const Outcome none = lucerna_run({"study", "study.toml", "-o", "out"}, {false, &stop});
     EXPECT_EQ(none.code, 128 + SIGINT) << none.err;
     EXPECT_THAT(none.err, HasSubstr("stopped: 0 of 5 points"));
@@ -148,7 +148,7 @@ TEST_F(RunStudy, Stopped_ShowsWhatThereIs) {
 
 // What a scene's reader would replace with a warning; also of renders that are there already.
 TEST_F(RunStudy, StrictWithADepartureInAScene_IsRefused) {
-    plan(kStudy);
+    write_study(kStudy);
     const std::vector<std::string> lenient = {"study", "study.toml", "-o", "out"};
     std::vector<std::string> strict = lenient;
     strict.emplace_back("--strict");
@@ -164,7 +164,7 @@ TEST_F(RunStudy, StrictWithADepartureInAScene_IsRefused) {
 }
 
 TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
-    plan(kStudy);
+    write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
     for (const auto& file : std::filesystem::directory_iterator("out/runs")) {
         if (file.path().extension() == ".json")
@@ -177,7 +177,7 @@ TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
 
 // A half-written image, a render that is lost, another setting: what is missing is made, and nothing else.
 TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
-    plan(kStudy);
+    write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out"}).code, 0);
     const std::string csv = read_text("out/results.csv");
     for (const auto& file : std::filesystem::directory_iterator("out/runs")) {
@@ -187,16 +187,16 @@ TEST_F(RunStudy, WhatIsMissingOrNew_IsMade) {
     }
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("1 made, 10 found"));
 
-    plan(with(kStudy, "spp = [2]", "spp = [2, 3]"));
+    write_study(with(kStudy, "spp = [2]", "spp = [2, 3]"));
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("2 made, 11 found"));
 
     // The scene itself.
     write_text("scene.pbrt", read_text("scene.pbrt") + "\n# another thought\n");
-    plan(kStudy);
+    write_study(kStudy);
     EXPECT_THAT(lucerna_run({"study", "study.toml", "-o", "out"}).out, HasSubstr("11 made, 0 found"));
 }
 
-TEST_F(RunStudy, WrongPlans_AreRefusedBeforeTheWorkByPlace) {
+TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
     EXPECT_THAT(refusal(with(kStudy, "photons=500", "fotons=500")),
                 AllOf(HasSubstr("study.toml:17"), HasSubstr("did you mean \"photons\"")));
     EXPECT_THAT(refusal(with(kStudy, "photons=500", "photons=many")), HasSubstr("study.toml:17"));

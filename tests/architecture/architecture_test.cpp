@@ -1,5 +1,5 @@
-// The walls of the house: who may include whom, which file may name which package, and a few habits that a
-// reader relies on. Reads the repository's sources; breaks when a wall is moved without saying so here.
+// The modules of the project: who may include whom, which file may name which package, and a few habits that
+// a reader relies on. Reads the repository's sources; breaks when an edge is added without saying so here.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,8 +19,8 @@ namespace architecture_test {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-// Each room and the rooms it stands on; a room may include itself and everything reachable from it.
-const std::map<std::string, std::set<std::string>> kRooms{
+// Each module and the modules it depends on; a module may include itself and everything reachable from it.
+const std::map<std::string, std::set<std::string>> kModules{
     {"engine/base", {}},
     {"engine/pictures", {"engine/base"}},  // nobody may include it: it is loaded
     {"kdtree", {"engine/base"}},
@@ -45,7 +45,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<dlfcn.h>", {"engine/base/pictures.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/world/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp", "engine/base/png_guard.cpp"}},
-    {"<Random123/", {"engine/base/stream.cpp"}},
+    {"<Random123/", {"engine/base/sampler.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/base/toml.cpp"}},
 };
@@ -54,17 +54,17 @@ const std::map<std::string, std::set<std::string>> kPackages{
 const std::set<std::string> kOpeners{"engine/base/files.h", "engine/base/files.cpp", "engine/base/memory.cpp",
                                      "engine/app/machine.cpp"};
 
-// The room whose folder holds the path; empty for what belongs to none (tests, bench).
-std::string room_of(const std::string& path) {
-    for (const auto& [room, below] : kRooms) {
-        if (path.starts_with(room + "/")) return room;
+// The module whose folder holds the path; empty for what belongs to none (tests, bench).
+std::string module_of(const std::string& path) {
+    for (const auto& [module, below] : kModules) {
+        if (path.starts_with(module + "/")) return module;
     }
     return {};
 }
 
 bool may_include(const std::string& from, const std::string& to) {
     if (from == to) return true;
-    for (const std::string& below : kRooms.at(from)) {
+    for (const std::string& below : kModules.at(from)) {
         if (may_include(below, to)) return true;
     }
     return false;
@@ -102,43 +102,43 @@ class Checker {
         if (is_header(path) && !once) report(path, 1, "a header has #pragma once");
     }
 
-    const std::vector<std::string>& complaints() const { return complaints_; }
+    const std::vector<std::string>& violations() const { return violations_; }
 
   private:
     static bool is_header(const std::string& path) { return path.ends_with(".h"); }
 
     void report(const std::string& path, int line, const std::string& what) {
-        complaints_.push_back(fmt::format("{}:{}: {}", path, line, what));
+        violations_.push_back(fmt::format("{}:{}: {}", path, line, what));
     }
 
     void check_line(const std::string& path, int number, const std::string& line) {
         const std::string_view code = trimmed(line);
-        const bool in_room = !room_of(path).empty();
+        const bool in_module = !module_of(path).empty();
         // A test or a benchmark is a program of its own: it may open a namespace, its headers may not.
-        if (code.starts_with("using namespace") && (in_room || is_header(path))) {
+        if (code.starts_with("using namespace") && (in_module || is_header(path))) {
             report(path, number, "no using namespace");
         }
-        if (in_room && room_of(path) != "engine/app" && line.find("std::exit") != std::string::npos) {
+        if (in_module && module_of(path) != "engine/app" && line.find("std::exit") != std::string::npos) {
             report(path, number, "no library ends the process");
         }
         if (code.starts_with("#pragma omp") && path != "engine/base/parallel.h") {
             report(path, number, "only engine/base/parallel.h writes #pragma omp");
         }
         static const std::regex opens_to_read("std::ifstream(\\s+\\w+)?[({]");
-        if (in_room && !kOpeners.contains(path) && std::regex_search(line, opens_to_read)) {
+        if (in_module && !kOpeners.contains(path) && std::regex_search(line, opens_to_read)) {
             report(path, number, "files are opened to read by open_to_read()");
         }
         const std::string header = included(line);
-        if (header.starts_with('"')) check_room(path, number, header.substr(1, header.size() - 2));
-        if (in_room) check_package(path, number, header);
+        if (header.starts_with('"')) check_module(path, number, header.substr(1, header.size() - 2));
+        if (in_module) check_package(path, number, header);
     }
 
-    void check_room(const std::string& path, int number, const std::string& header) {
-        const std::string from = room_of(path);
-        const std::string to = room_of(header);
-        if (from.empty()) return;  // tests and benchmarks may include any room
+    void check_module(const std::string& path, int number, const std::string& header) {
+        const std::string from = module_of(path);
+        const std::string to = module_of(header);
+        if (from.empty()) return;  // tests and benchmarks may include any module
         if (to.empty()) {
-            report(path, number, fmt::format("\"{}\" is in no room that {} may include", header, from));
+            report(path, number, fmt::format("\"{}\" is in no module that {} may include", header, from));
         } else if (!may_include(from, to)) {
             report(path, number, fmt::format("{} may not include {} (\"{}\")", from, to, header));
         }
@@ -152,20 +152,20 @@ class Checker {
         }
     }
 
-    std::vector<std::string> complaints_;
+    std::vector<std::string> violations_;
 };
 
-std::vector<std::string> complaints_about(const std::string& path, const std::string& text) {
+std::vector<std::string> violations_in(const std::string& path, const std::string& text) {
     Checker checker;
     checker.check(path, text);
-    return checker.complaints();
+    return checker.violations();
 }
 
 bool is_source(const std::filesystem::path& path) {
     return path.extension() == ".h" || path.extension() == ".cpp";
 }
 
-TEST(Architecture, Sources_OfTheRepository_KeepTheirRooms) {
+TEST(Architecture, Sources_OfTheRepository_KeepToTheirModules) {
     const std::filesystem::path root = LUCERNA_SOURCE_DIR;
     Checker checker;
     std::map<std::string, int> files;
@@ -177,89 +177,89 @@ TEST(Architecture, Sources_OfTheRepository_KeepTheirRooms) {
             std::ostringstream text;
             text << std::ifstream(entry.path()).rdbuf();
             checker.check(path, text.str());
-            ++files[room_of(path)];
+            ++files[module_of(path)];
         }
     }
-    for (const std::string& complaint : checker.complaints()) ADD_FAILURE() << complaint;
+    for (const std::string& violation : checker.violations()) ADD_FAILURE() << violation;
     // The test must have found what it is to judge.
-    for (const char* room :
+    for (const char* module :
          {"engine/base", "engine/world", "engine/render", "photon", "lights", "measure", "kdtree"}) {
-        EXPECT_GT(files[room], 3) << room;
+        EXPECT_GT(files[module], 3) << module;
     }
 }
 
-TEST(Architecture, Sources_OutsideARoom_HaveNoFolderOfTheirOwnInTheEngine) {
+TEST(Architecture, Sources_OutsideAModule_HaveNoFolderOfTheirOwnInTheEngine) {
     const std::filesystem::path engine = std::filesystem::path(LUCERNA_SOURCE_DIR) / "engine";
     for (const auto& entry : std::filesystem::directory_iterator(engine)) {
-        const std::string room = "engine/" + entry.path().filename().string();
-        EXPECT_TRUE(kRooms.contains(room)) << room << " is no room of the plan";
+        const std::string module = "engine/" + entry.path().filename().string();
+        EXPECT_TRUE(kModules.contains(module)) << module << " is not a module";
     }
 }
 
 TEST(ArchitectureChecker, AllowedLines_AreSilent) {
-    EXPECT_THAT(complaints_about("photon/a.cpp",
-                                 "#include <vector>\n#include \"kdtree/point_tree.h\"\n"
-                                 "#include \"engine/base/vec.h\"\n#include \"photon/photon.h\"\n"),
+    EXPECT_THAT(violations_in("photon/a.cpp",
+                              "#include <vector>\n#include \"kdtree/point_tree.h\"\n"
+                              "#include \"engine/base/vec.h\"\n#include \"photon/photon.h\"\n"),
                 IsEmpty());
-    EXPECT_THAT(complaints_about("engine/app/a.cpp", "#include \"engine/base/vec.h\"\n"), IsEmpty());
-    EXPECT_THAT(complaints_about("engine/world/accelerator.cpp", "#include <embree3/rtcore.h>\n"), IsEmpty());
+    EXPECT_THAT(violations_in("engine/app/a.cpp", "#include \"engine/base/vec.h\"\n"), IsEmpty());
+    EXPECT_THAT(violations_in("engine/world/accelerator.cpp", "#include <embree3/rtcore.h>\n"), IsEmpty());
     EXPECT_THAT(
-        complaints_about("tests/a.cpp", "#include \"tests/support/x.h\"\n#include \"photon/walk.h\"\n"),
+        violations_in("tests/a.cpp", "#include \"tests/support/x.h\"\n#include \"photon/light_path.h\"\n"),
         IsEmpty());
-    EXPECT_THAT(complaints_about("engine/base/a.h", "// What it is.\n#pragma once\n"), IsEmpty());
+    EXPECT_THAT(violations_in("engine/base/a.h", "// What it is.\n#pragma once\n"), IsEmpty());
 }
 
 TEST(ArchitectureChecker, ForbiddenEdges_AreReportedWithTheirLine) {
-    const auto complaint = [](const std::string& path, const std::string& text) {
-        const auto all = complaints_about(path, text);
-        return all.size() == 1 ? all.front() : fmt::format("{} complaints", all.size());
+    const auto violation = [](const std::string& path, const std::string& text) {
+        const auto all = violations_in(path, text);
+        return all.size() == 1 ? all.front() : fmt::format("{} violations", all.size());
     };
-    EXPECT_EQ(complaint("lights/a.cpp", "\n#include \"engine/world/scene.h\"\n"),
+    EXPECT_EQ(violation("lights/a.cpp", "\n#include \"engine/world/scene.h\"\n"),
               "lights/a.cpp:2: lights may not include engine/world (\"engine/world/scene.h\")");
-    EXPECT_THAT(complaint("kdtree/a.cpp", "#include \"lights/light.h\""),
+    EXPECT_THAT(violation("kdtree/a.cpp", "#include \"lights/light.h\""),
                 HasSubstr("kdtree may not include lights"));
-    EXPECT_THAT(complaint("lights/a.cpp", "#include \"kdtree/point_tree.h\""),
+    EXPECT_THAT(violation("lights/a.cpp", "#include \"kdtree/point_tree.h\""),
                 HasSubstr("may not include kdtree"));
-    EXPECT_THAT(complaint("engine/world/a.cpp", "  #  include \"kdtree/point_tree.h\""),
+    EXPECT_THAT(violation("engine/world/a.cpp", "  #  include \"kdtree/point_tree.h\""),
                 HasSubstr("may not include"));
-    EXPECT_THAT(complaint("engine/base/a.cpp", "#include \"photon/walk.h\""),
+    EXPECT_THAT(violation("engine/base/a.cpp", "#include \"photon/light_path.h\""),
                 HasSubstr("may not include photon"));
-    EXPECT_THAT(complaint("photon/a.cpp", "#include \"engine/render/film.h\""), HasSubstr("may not include"));
-    EXPECT_THAT(complaint("photon/a.cpp", "#include \"tests/support/scenes.h\""), HasSubstr("in no room"));
-    EXPECT_THAT(complaint("photon/a.cpp", "#include \"walk.h\""), HasSubstr("in no room"));
+    EXPECT_THAT(violation("photon/a.cpp", "#include \"engine/render/film.h\""), HasSubstr("may not include"));
+    EXPECT_THAT(violation("photon/a.cpp", "#include \"tests/support/scenes.h\""), HasSubstr("in no module"));
+    EXPECT_THAT(violation("photon/a.cpp", "#include \"light_path.h\""), HasSubstr("in no module"));
 }
 
 TEST(ArchitectureChecker, PackagesOutsideTheirFile_AreReported) {
     for (const char* line : {"#include <embree3/rtcore.h>", "#include <flann/flann.hpp>", "#include <omp.h>",
                              "#pragma omp parallel for", "#include <OpenEXR/ImfHeader.h>",
                              "#include <ImfHeader.h>", "#include <OpenImageIO/imageio.h>"}) {
-        EXPECT_THAT(complaints_about("engine/render/a.cpp", line), ::testing::SizeIs(1)) << line;
+        EXPECT_THAT(violations_in("engine/render/a.cpp", line), ::testing::SizeIs(1)) << line;
     }
-    EXPECT_THAT(complaints_about("tests/a.cpp", "#pragma omp parallel"), ::testing::SizeIs(1));
-    EXPECT_THAT(complaints_about("engine/world/scene.h", "// x\n#pragma once\n#include <embree3/rtcore.h>"),
+    EXPECT_THAT(violations_in("tests/a.cpp", "#pragma omp parallel"), ::testing::SizeIs(1));
+    EXPECT_THAT(violations_in("engine/world/scene.h", "// x\n#pragma once\n#include <embree3/rtcore.h>"),
                 ::testing::SizeIs(1));
 }
 
 TEST(ArchitectureChecker, FilesOpenedInAnotherWay_AreReported) {
     for (const char* line : {"std::ifstream in(file, std::ios::binary);", "  std::ifstream(file).read(x, 2);",
                              "const auto text = read(std::ifstream{file});"}) {
-        EXPECT_THAT(complaints_about("lights/a.cpp", line), ::testing::SizeIs(1)) << line;
-        EXPECT_THAT(complaints_about("engine/base/files.cpp", line), IsEmpty()) << line;
-        EXPECT_THAT(complaints_about("tests/a.cpp", line), IsEmpty()) << line;
+        EXPECT_THAT(violations_in("lights/a.cpp", line), ::testing::SizeIs(1)) << line;
+        EXPECT_THAT(violations_in("engine/base/files.cpp", line), IsEmpty()) << line;
+        EXPECT_THAT(violations_in("tests/a.cpp", line), IsEmpty()) << line;
     }
     for (const char* line : {"std::ifstream in = open_to_read(file);", "std::ofstream out(temporary);",
                              "Head read_head(std::ifstream& in);", "    std::ifstream in_;"})
-        EXPECT_THAT(complaints_about("lights/a.cpp", line), IsEmpty()) << line;
+        EXPECT_THAT(violations_in("lights/a.cpp", line), IsEmpty()) << line;
 }
 
 TEST(ArchitectureChecker, HeadersWithoutTheirHabits_AreReported) {
-    EXPECT_THAT(complaints_about("photon/a.h", "#pragma once\n"), ::testing::SizeIs(1));
-    EXPECT_THAT(complaints_about("photon/a.h", "// A comment.\nint x;\n"), ::testing::SizeIs(1));
-    EXPECT_THAT(complaints_about("photon/a.cpp", "  using namespace std;\n"), ::testing::SizeIs(1));
-    EXPECT_THAT(complaints_about("tests/a.h", "// X.\n#pragma once\nusing namespace std;"),
+    EXPECT_THAT(violations_in("photon/a.h", "#pragma once\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(violations_in("photon/a.h", "// A comment.\nint x;\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(violations_in("photon/a.cpp", "  using namespace std;\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(violations_in("tests/a.h", "// X.\n#pragma once\nusing namespace std;"),
                 ::testing::SizeIs(1));
-    EXPECT_THAT(complaints_about("tests/a_test.cpp", "using namespace std;"), IsEmpty());
-    EXPECT_THAT(complaints_about("photon/a.cpp", "    std::exit(1);\n"), ::testing::SizeIs(1));
+    EXPECT_THAT(violations_in("tests/a_test.cpp", "using namespace std;"), IsEmpty());
+    EXPECT_THAT(violations_in("photon/a.cpp", "    std::exit(1);\n"), ::testing::SizeIs(1));
 }
 
 }  // namespace architecture_test

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/net.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -18,8 +18,8 @@ const std::vector<double> kWeights{0, 3, 0, 0.5, 1e-6, 2, 0, 4.5, 0};
 
 std::vector<std::uint64_t> count_draws(const Cdf& cdf, int draws) {
     std::vector<std::uint64_t> counts(cdf.size());
-    Stream stream(31, Purpose::test, 0, 0);
-    for (int i = 0; i < draws; ++i) ++counts[cdf.draw(stream.next()).item];
+    Sampler sampler(31, Purpose::test, 0, 0);
+    for (int i = 0; i < draws; ++i) ++counts[cdf.draw(sampler.next()).item];
     return counts;
 }
 
@@ -53,9 +53,9 @@ TEST(Cdf, Remainder_IsUniformWithinEveryItem) {
     constexpr int kBins = 32;
     std::vector<std::uint64_t> counts(kBins * 2);
     std::vector<std::uint64_t> totals(2);
-    Stream stream(32, Purpose::test, 0, 0);
+    Sampler sampler(32, Purpose::test, 0, 0);
     for (int i = 0; i < 200'000; ++i) {
-        const auto drawn = cdf.draw(stream.next());
+        const auto drawn = cdf.draw(sampler.next());
         if (drawn.item != 1 && drawn.item != 7) continue;
         const std::size_t which = drawn.item == 1 ? 0 : 1;
         ++totals[which];
@@ -74,7 +74,7 @@ TEST(Cdf, LargestAndSmallestU_DrawItemsWithWeight) {
     EXPECT_EQ(last.item, 7U);
     EXPECT_LT(last.remainder, 1);
     EXPECT_EQ(cdf.draw(std::nextafter(1.0F, 0.0F)).item, 7U);
-    // Even 1 itself, which no stream draws, falls on an item that has weight.
+    // Even 1 itself, which no sampler draws, falls on an item that has weight.
     EXPECT_EQ(cdf.draw(1).item, 7U);
 }
 

@@ -10,7 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/pictures.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
@@ -21,8 +21,8 @@ using testing::error_of;
 
 Image noise(int width, int height, std::vector<std::string> channels) {
     Image image(width, height, std::move(channels));
-    Stream stream(51, Purpose::test, 0, 0);
-    for (float& value : image.data) value = 1e3F * (stream.next() - 0.5F);
+    Sampler sampler(51, Purpose::test, 0, 0);
+    for (float& value : image.data) value = 1e3F * (sampler.next() - 0.5F);
     return image;
 }
 

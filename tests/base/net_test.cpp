@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 
 namespace lucerna {
 namespace net_test {
@@ -66,16 +66,16 @@ TEST(Net, OwenScrambled_ConsecutivePoints_AreANet) {
     }
 }
 
-TEST(Net, StratifiedStream_EveryDraw_IsANet) {
+TEST(Net, StratifiedSampler_EveryDraw_IsANet) {
     for (std::uint64_t family = 0; family < 8; ++family) {
         for (int draw = 0; draw < 5; ++draw) {
             for (const std::uint32_t first : {0U, 256U, 4096U}) {
                 EXPECT_EQ(broken_shape(8,
                                        [&](std::uint32_t i) {
-                                           Stream stream =
-                                               Stream::stratified(3, Purpose::test, family, first + i);
-                                           for (int skip = 0; skip < draw; ++skip) stream.next2();
-                                           return stream.next2();
+                                           Sampler sampler =
+                                               Sampler::stratified(3, Purpose::test, family, first + i);
+                                           for (int skip = 0; skip < draw; ++skip) sampler.next2();
+                                           return sampler.next2();
                                        }),
                           -1)
                     << "family " << family << ", draw " << draw;
@@ -84,23 +84,23 @@ TEST(Net, StratifiedStream_EveryDraw_IsANet) {
     }
 }
 
-TEST(Net, StratifiedStream_OneDimension_HasOnePointPerStratum) {
+TEST(Net, StratifiedSampler_OneDimension_HasOnePointPerStratum) {
     std::vector<int> seen(1024);
     for (std::uint32_t i = 0; i < 1024; ++i) {
-        Stream stream = Stream::stratified(3, Purpose::test, 1, i);
-        stream.next2();
-        ++seen[static_cast<std::size_t>(stream.next() * 1024)];
+        Sampler sampler = Sampler::stratified(3, Purpose::test, 1, i);
+        sampler.next2();
+        ++seen[static_cast<std::size_t>(sampler.next() * 1024)];
     }
     for (const int count : seen) EXPECT_EQ(count, 1);
 }
 
 TEST(Net, SplitStratified_SamplesOfOneBranch_AreANet) {
-    const Stream parent(4, Purpose::test, 0, 17);
+    const Sampler parent(4, Purpose::test, 0, 17);
     EXPECT_EQ(broken_shape(6, [&](std::uint32_t i) { return parent.split_stratified(2, i).next2(); }), -1);
 }
 
 TEST(Net, IndependentPoints_AreNoNet) {
-    EXPECT_NE(broken_shape(8, [](std::uint32_t i) { return Stream(5, Purpose::test, 0, i).next2(); }), -1);
+    EXPECT_NE(broken_shape(8, [](std::uint32_t i) { return Sampler(5, Purpose::test, 0, i).next2(); }), -1);
 }
 
 RC_GTEST_PROP(NetProperties, OwenScramble_AnySeed_KeepsPrefixesTogether,

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 
 namespace lucerna {
 namespace parallel_test {
@@ -22,7 +22,7 @@ float ordered_sum(int threads, std::int64_t grain) {
                     [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
                         float sum = 0;
                         for (std::int64_t i = begin; i < end; ++i) {
-                            sum += Stream(1, Purpose::test, 0, static_cast<std::uint64_t>(i)).next();
+                            sum += Sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i)).next();
                         }
                         parts[static_cast<std::size_t>(chunk)] = sum;
                     });

@@ -68,7 +68,7 @@ TEST(Photograph, WrongSuffixes_AreRefused) {
                 HasSubstr("a.png"));
 }
 
-// Every beginning of a good file, and the file with bytes changed: counts or one line of complaint.
+// Every beginning of a good file, and the file with bytes changed: counts or one line that names the error.
 TEST(Photograph, GarbageAndTruncation_AreReadOrRefused) {
     const TemporaryFolder folder;
     EXPECT_THAT(error_of([&] { read_photograph(folder / "none.png"); }), HasSubstr("none.png"));

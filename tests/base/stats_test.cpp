@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -14,8 +14,8 @@ namespace stats_test {
 TEST(RunningStats, LargeOffset_EqualsTwoPasses) {
     for (const double offset : {0.0, 1e6, 1e12}) {
         std::vector<double> values;
-        Stream stream(41, Purpose::test, 0, 0);
-        for (int i = 0; i < 10'000; ++i) values.push_back(offset + static_cast<double>(stream.next()));
+        Sampler sampler(41, Purpose::test, 0, 0);
+        for (int i = 0; i < 10'000; ++i) values.push_back(offset + static_cast<double>(sampler.next()));
         RunningStats stats;
         for (const double x : values) stats.add(x);
         // Two passes, in long double.
@@ -38,10 +38,10 @@ TEST(RunningStats, TextbookFormula_WouldFailTheTestAbove) {
     // mean(x²) - mean(x)²: at an offset of 1e9 nothing of a variance of 1/12 is left.
     double sum = 0;
     double squares = 0;
-    Stream stream(41, Purpose::test, 0, 0);
+    Sampler sampler(41, Purpose::test, 0, 0);
     constexpr int kValues = 10'000;
     for (int i = 0; i < kValues; ++i) {
-        const double x = 1e9 + static_cast<double>(stream.next());
+        const double x = 1e9 + static_cast<double>(sampler.next());
         sum += x;
         squares += x * x;
     }
@@ -73,9 +73,9 @@ TEST(RunningStats, NaN_IsNotSwallowed) {
 TEST(TestStatistics, ChiSquareAndAgrees_RightAndWrong_AreToldApart) {
     std::vector<std::uint64_t> counts(10);
     RunningStats stats;
-    Stream stream(42, Purpose::test, 0, 0);
+    Sampler sampler(42, Purpose::test, 0, 0);
     for (int i = 0; i < 100'000; ++i) {
-        const float u = stream.next();
+        const float u = sampler.next();
         ++counts[static_cast<std::size_t>(u * 10)];
         stats.add(static_cast<double>(u));
     }

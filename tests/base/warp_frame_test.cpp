@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "engine/base/frame.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/surface_point.h"
 #include "engine/base/warp.h"
 #include "tests/support/statistics.h"
@@ -25,9 +25,9 @@ constexpr int kDraws = 200'000;
 double p_value(const std::function<V3f(const V2f&)>& warp, double z_min,
                const std::function<double(double)>& upto) {
     std::vector<std::uint64_t> counts(kRings * kSectors);
-    Stream stream(21, Purpose::test, 0, 0);
+    Sampler sampler(21, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const V3f w = warp(stream.next2());
+        const V3f w = warp(sampler.next2());
         EXPECT_NEAR(w.length(), 1, 1e-5F);
         const double height = (static_cast<double>(w.z) - z_min) / (1 - z_min);
         const double turn = std::atan2(static_cast<double>(w.y), static_cast<double>(w.x)) / (2 * M_PI) + 0.5;
@@ -62,17 +62,17 @@ TEST(Warp, Cone_Draws_AreUniformInside) {
         const auto upto = [&](double z) { return (z - z_min) / (1 - z_min); };
         // z itself is rounded to float: thin cones are looked at in rings no finer than that.
         EXPECT_GE(p_value(warp, z_min, upto), h < 0.01F ? 0 : kFalseAlarm) << h;
-        Stream stream(22, Purpose::test, 0, 0);
-        for (int i = 0; i < 1000; ++i) EXPECT_GE(warp(stream.next2()).z, 1 - h - 1e-6F);
+        Sampler sampler(22, Purpose::test, 0, 0);
+        for (int i = 0; i < 1000; ++i) EXPECT_GE(warp(sampler.next2()).z, 1 - h - 1e-6F);
     }
 }
 
 TEST(Warp, ThinCone_RadiusFollows_WithoutCancellation) {
     // 1 - cos = 1e-12 is lost in cos itself; the tangential part must still be right: sin² = h (2 - h).
     RunningStats share;
-    Stream stream(23, Purpose::test, 0, 0);
+    Sampler sampler(23, Purpose::test, 0, 0);
     for (int i = 0; i < 20'000; ++i) {
-        const V3f w = square_to_cone(stream.next2(), 1e-12F);
+        const V3f w = square_to_cone(sampler.next2(), 1e-12F);
         share.add((sqr(static_cast<double>(w.x)) + sqr(static_cast<double>(w.y))) / 2e-12);
     }
     EXPECT_TRUE(testing::agrees(share, 0.5)) << share.mean();
@@ -95,9 +95,9 @@ TEST(Warp, Densities_IntegratedOverTheirDomain_AreOne) {
 
 TEST(Warp, Disc_Draws_AreUniformAndEqualAreas) {
     std::vector<std::uint64_t> counts(kRings * kSectors);
-    Stream stream(24, Purpose::test, 0, 0);
+    Sampler sampler(24, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const V2f p = square_to_disc(stream.next2());
+        const V2f p = square_to_disc(sampler.next2());
         const double r2 = sqr(static_cast<double>(p.x)) + sqr(static_cast<double>(p.y));
         ASSERT_LE(r2, 1 + 1e-6);
         const double turn = std::atan2(static_cast<double>(p.y), static_cast<double>(p.x)) / (2 * M_PI) + 0.5;
@@ -110,9 +110,9 @@ TEST(Warp, Disc_Draws_AreUniformAndEqualAreas) {
 }
 
 TEST(Warp, Disc_Neighbours_StayNeighbours) {
-    Stream stream(25, Purpose::test, 0, 0);
+    Sampler sampler(25, Purpose::test, 0, 0);
     for (int i = 0; i < 10'000; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const V2f v = u + V2f(1e-4F, -1e-4F);
         EXPECT_LT((square_to_disc(u) - square_to_disc(v)).length(), 1e-3F);
     }
@@ -122,9 +122,9 @@ TEST(Warp, Triangle_Draws_AreUniform) {
     // The triangle is cut into 4^3 equal ones by its barycentric coordinates.
     constexpr int kCut = 8;
     std::vector<std::uint64_t> counts(kCut * kCut);
-    Stream stream(26, Purpose::test, 0, 0);
+    Sampler sampler(26, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const V2f b = square_to_triangle(stream.next2());
+        const V2f b = square_to_triangle(sampler.next2());
         ASSERT_GE(std::min({b.x, b.y, 1 - b.x - b.y}), -1e-6F);
         const int x = std::min(static_cast<int>(b.x * kCut), kCut - 1);
         const int y = std::min(static_cast<int>(b.y * kCut), kCut - 1 - x);

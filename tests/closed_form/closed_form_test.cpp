@@ -1,4 +1,4 @@
-// Scenes whose light has a formula [photon-maps 6].
+// Scenes whose light has a formula [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include <map>
@@ -63,7 +63,7 @@ TEST_P(IntegratingSphere, Radiance_WithinOnePercent) {
     constexpr float kFlux = 12;
     const double expected = albedo / M_PI * kFlux / (4 * M_PI) / (1 - albedo);
     // What is left of the noise at albedo 0.99 is that of how long light paths live: some 0.2 % of 200,000
-    // photon paths, 0.4 % of the 65,536 paths of the virtual lights.
+    // photon paths, 0.4 % of the 65,536 paths of the VPLs.
     const std::map<std::string, int> samples = {{"path", 256}, {"igi", 2}, {"progressive", 32}};
     const int spp = samples.contains(method) ? samples.at(method) : 16;
     const double mean = mean_luminance(testing::integrating_sphere(albedo, kFlux), inside_sphere(),

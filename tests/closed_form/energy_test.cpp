@@ -1,5 +1,5 @@
 // Energy: emitted = absorbed + escaped + still carried, for every map build; and the flux that the maps hold
-// [photon-maps 6].
+// [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -34,12 +34,12 @@ double flux(const PhotonMaps& maps, MapKind kind) {
 }
 
 PhotonMaps build(const Scene& scene, std::int64_t paths, unsigned kinds) {
-    MapPlan plan;
-    plan.paths = paths;
-    plan.seed = 11;
-    for (std::size_t kind = 0; kind < kMapKinds; ++kind) plan.wanted[kind] = (kinds >> kind & 1U) != 0;
+    MapParameters parameters;
+    parameters.paths = paths;
+    parameters.seed = 11;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) parameters.wanted[kind] = (kinds >> kind & 1U) != 0;
     Monitor silent;
-    return build_photon_maps(scene, plan, Workers{2}, silent);
+    return build_photon_maps(scene, parameters, Workers{2}, silent);
 }
 
 constexpr unsigned kEvery = (1U << kMapKinds) - 1;

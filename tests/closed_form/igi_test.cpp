@@ -1,5 +1,5 @@
-// What virtual lights alone lack, put back by compensation: light that mirrors and glass turn, surfaces that
-// are not Lambertian, both sides of what lets light through; and starts from a measured lamp.
+// What VPLs alone lack, put back by compensation: light that mirrors and glass turn, surfaces that are not
+// Lambertian, both sides of what lets light through; and starts from a measured lamp.
 #include <gtest/gtest.h>
 
 #include "lights/measured.h"
@@ -95,7 +95,7 @@ TEST(IgiCompensation, CausticsSeenByWayOfGlass_MakeNoSpecks) {
     EXPECT_LT(with, 1.5 * without);
 }
 
-// Where rays compensate, no virtual light stands for gloss: it is the path tracer's at any least distance.
+// Where rays compensate, no VPL stands for gloss: it is the path tracer's at any least distance.
 TEST(IgiCompensation, OnGloss_AtAnyLeastDistance_AgreesWithPath) {
     const auto glossy = [] {
         return testing::small_cornell_with([](SceneMaker& make) {

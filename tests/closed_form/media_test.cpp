@@ -40,8 +40,8 @@ TEST(Absorption, IntegratingSphereOfGas_ShowsItsSeriesUnderEveryMethod) {
 
 // --- furnaces
 
-// Virtual lights without a least distance have no bound on their variance, 1/d² on both ends of a connection
-// in a medium: the denser it is, the more of the mean lies in samples that seldom come.
+// VPLs without a least distance have no bound on their variance, 1/d² on both ends of a connection in a
+// medium: the denser it is, the more of the mean lies in samples that seldom come.
 double furnace_bound(const Method& method, int channel) {
     if (!std::holds_alternative<IgiSettings>(method.settings)) return 0.02;
     return channel == 2 ? 0.15 : 0.05;
@@ -66,8 +66,8 @@ TEST(MediaFurnaces, GlowingWallsAroundALosslessMedium_ShowTheirSeriesUnderEveryM
     }
 }
 
-// Virtual lights whose variance has a bound: what a least distance cuts off is put back. Light that glass has
-// turned before it is scattered is a caustic, which only compensating rays show.
+// VPLs whose variance has a bound: what a least distance cuts off is put back. Light that glass has turned
+// before it is scattered is a caustic, which only compensating rays show.
 IntegratorSettings bounded(IntegratorSettings settings) {
     if (auto* igi = std::get_if<IgiSettings>(&settings)) {
         igi->mindist = 0.3F;
@@ -121,7 +121,7 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
         all.push_back({"progressive", passes});
         for (const Method& method : all) {
             if (std::holds_alternative<PathSettings>(method.settings)) continue;
-            // A sample of virtual lights is noisier, and costs less, than one of photon maps.
+            // A sample of VPLs is noisier, and costs less, than one of photon maps.
             const int spp = std::holds_alternative<IgiSettings>(method.settings) ? 512 : 64;
             const Image image = image_of(foggy_cornell(sigma, g), bounded(method.settings), spp);
             const Rgb mean = testing::mean_rgb(image), expected = testing::mean_rgb(truth);

@@ -1,5 +1,5 @@
 // Rectangles by the contour formula, parallel plates with light between them, furnaces by every method
-// [photon-maps 6].
+// [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
@@ -24,7 +24,7 @@ PhotonMapSettings maps_seen_directly() {
     return maps;
 }
 
-IgiSettings many_virtual_lights() {
+IgiSettings many_vpls() {
     IgiSettings igi;
     igi.mindist = 0;
     igi.nlights = 256;
@@ -109,8 +109,8 @@ TEST(Furnace, EveryMethod_WithinOnePercent) {
     PhotonMapSettings map = maps_seen_directly();
     map.photons = 400'000;
     for (const double albedo : {0.0, 0.5, 0.8}) {
-        for (const IntegratorSettings& settings : {IntegratorSettings(gather), IntegratorSettings(map),
-                                                   IntegratorSettings(many_virtual_lights())}) {
+        for (const IntegratorSettings& settings :
+             {IntegratorSettings(gather), IntegratorSettings(map), IntegratorSettings(many_vpls())}) {
             SceneMaker make;
             Quadric& sphere = make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(static_cast<float>(albedo))));
             sphere.traits.reverse_orientation = true;

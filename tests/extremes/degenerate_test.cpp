@@ -1,5 +1,5 @@
 // Scenes with too little in them, or with what no scene should have: each ends, with the right number or with
-// a refusal that says what is wrong; never with NaN [photon-maps 7].
+// a refusal that says what is wrong; never with NaN [docs/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -207,7 +207,7 @@ TEST(PhotonExtremes, OneOfThem_OneNeighbour_OrAll_GiveFiniteImages) {
     }
 }
 
-// A beam as thin as float32 has it: all photons, and virtual lights, of the first impact in one place.
+// A beam as thin as float32 has it: all photons, and VPLs, of the first impact in one place.
 LightCase beam(std::string_view to) {
     return {"beam",
             fmt::format("LightSource \"spot\" \"point3 from\" [0 0.9 0] \"point3 to\" [{}] \"rgb I\" [1 1 1] "
@@ -229,7 +229,7 @@ TEST(PhotonExtremes, AllInOnePlace_GiveAFiniteImage) {
 
 // The camera looks at them from so near that its places and theirs are one: no distance, and nothing that
 // bounds what they send but the program.
-TEST(VirtualLightExtremes, AtNoDistance_GiveAFiniteImage) {
+TEST(VplExtremes, AtNoDistance_GiveAFiniteImage) {
     std::string text = lights().scene(beam("0 -1 0"));
     const std::size_t at = text.find("LookAt"), end = text.find('\n', at);
     text.replace(at, end - at, "LookAt 0 -0.99999 0.00001  0 -1 0  0 1 0");

@@ -1,5 +1,5 @@
 // Images of one pixel, of one line and of 16,384 on a side: the same pixels as ever, and a clear refusal of
-// what does not fit into memory, before any work [photon-maps 7].
+// what does not fit into memory, before any work [docs/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -88,7 +88,7 @@ TEST(PhotonMemory, MoreThanItHolds_IsRefusedAfterAFewPaths) {
         {"photonmap",
          {{"photons", "100"}, {"direct", "gated"}, {"guidephotons", "4000000000"}},
          "guidephotons"},
-        {"igi", {{"nlights", "4194304"}, {"nsets", "1024"}}, "virtual lights"}};
+        {"igi", {{"nlights", "4194304"}, {"nsets", "1024"}}, "virtual point lights"}};
     for (const Greedy& greedy : all) {
         ListeningMonitor monitor;
         const Method method{greedy.named, greedy.integrator, greedy.set};

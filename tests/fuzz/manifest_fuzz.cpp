@@ -1,5 +1,5 @@
 // libFuzzer's entry to manifests: text in, a measurement whose photographs are assembled from fake ones, or
-// one line of complaint out. Nothing but the text is read.
+// one line that names the error out. Nothing but the text is read.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

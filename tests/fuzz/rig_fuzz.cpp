@@ -1,5 +1,5 @@
-// libFuzzer's entry to rig descriptions: text in, a rig that light fields accept or one line of complaint
-// out.
+// libFuzzer's entry to rig descriptions: text in, a rig that light fields accept or one line that names the
+// error out.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>

@@ -1,9 +1,9 @@
-// libFuzzer's entry to the plans of studies: text in, a plan of which every part can be made or an InputError
-// out.
+// libFuzzer's entry to the descriptions of studies: text in, a description of which every part can be made or
+// an InputError out.
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/app/study_plan.h"
+#include "engine/app/study_description.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;
@@ -13,10 +13,10 @@ using lucerna::testing::require_one_line;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     const std::filesystem::path file = file_of_input(data, size, ".toml");
     try {
-        const lucerna::StudyPlan plan = lucerna::read_study(file);
-        require(plan.seeds > 0, "no seed");
-        require(!plan.scenes.empty() && !plan.points.empty(), "nothing to do");
-        for (const lucerna::StudyPoint& point : plan.points) {
+        const lucerna::StudyDescription description = lucerna::read_study(file);
+        require(description.seeds > 0, "no seed");
+        require(!description.scenes.empty() && !description.points.empty(), "nothing to do");
+        for (const lucerna::StudyPoint& point : description.points) {
             require(point.overrides.spp > 0, "no samples");
             require(!point.overrides.integrator.empty(), "no integrator");
         }

@@ -11,38 +11,40 @@
 namespace lucerna {
 namespace box_tree_test {
 
-// Plain distance, of the points whose label is even.
+// Plain distance, of the points whose payload is even.
 struct EvenMeasure {
     V3f x;
 
-    static float key(const V3f& v, std::uint32_t label) { return label % 2 == 0 ? v.length2() : INFINITY; }
+    static float key(const V3f& v, std::uint32_t payload) {
+        return payload % 2 == 0 ? v.length2() : INFINITY;
+    }
     BlockKeys keys(const PointBlock& block) const {
         BlockKeys keys;
         for (std::size_t i = 0; i < kBlock; ++i) {
-            keys[i] = key(V3f(block.x[i], block.y[i], block.z[i]) - x, block.label[i]);
+            keys[i] = key(V3f(block.x[i], block.y[i], block.z[i]) - x, block.payload[i]);
         }
         return keys;
     }
-    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x); }
+    Node8Keys bounds(const BoxNode8& node) const { return box_distances2(node, x); }
 };
 
-struct Labelled {
+struct WithPayload {
     std::vector<V3f> points;
-    std::vector<std::uint32_t> labels;
+    std::vector<std::uint32_t> payloads;
 };
 
-// In the tree's order, the label being the place before that.
-Labelled ordered(const std::vector<V3f>& points, int threads = 2) {
-    Labelled result;
-    result.labels = box_order(points, Workers{threads});
-    for (const std::uint32_t old : result.labels) result.points.push_back(points[old]);
+// In the tree's order, the payload being the place before that.
+WithPayload ordered(const std::vector<V3f>& points, int threads = 2) {
+    WithPayload result;
+    result.payloads = box_order(points, Workers{threads});
+    for (const std::uint32_t old : result.payloads) result.points.push_back(points[old]);
     return result;
 }
 
-std::vector<Neighbour> look_at_all(const Labelled& cloud, const V3f& x, float most) {
+std::vector<Neighbour> look_at_all(const WithPayload& cloud, const V3f& x, float most) {
     std::vector<Neighbour> all;
     for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
-        const float key = EvenMeasure::key(cloud.points[i] - x, cloud.labels[i]);
+        const float key = EvenMeasure::key(cloud.points[i] - x, cloud.payloads[i]);
         if (key < most) all.push_back({i, key});
     }
     std::sort(all.begin(), all.end());
@@ -59,18 +61,18 @@ class BoxTreeClouds : public ::testing::TestWithParam<std::tuple<Cloud, float, b
 TEST_P(BoxTreeClouds, NearestAndWithin_EqualALookAtEveryPoint) {
     const auto [kind, scale, in_order] = GetParam();
     for (const std::size_t n : {0U, 1U, 2U, 15U, 16U, 17U, 128U, 129U, 2000U}) {
-        Labelled cloud = ordered(make_cloud(kind, n, scale));
+        WithPayload cloud = ordered(make_cloud(kind, n, scale));
         if (!in_order) {
             // Right for any order, only slower.
             std::sort(cloud.points.begin(), cloud.points.end(),
                       [](const V3f& a, const V3f& b) { return std::fmod(a.x, 0.1F) < std::fmod(b.x, 0.1F); });
         }
-        const BoxTree tree = build_box_tree(cloud.points, cloud.labels, Workers{2});
+        const BoxTree tree = build_box_tree(cloud.points, cloud.payloads, Workers{2});
         EXPECT_EQ(tree.size, n);
-        Stream stream(8, Purpose::test, 0, n);
+        Sampler sampler(8, Purpose::test, 0, n);
         for (int query = 0; query < 20; ++query) {
-            const EvenMeasure measure{place_near(cloud.points, scale, stream)};
-            const float most = query % 4 == 0 ? INFINITY : sqr((0.01F + stream.next()) * scale);
+            const EvenMeasure measure{place_near(cloud.points, scale, sampler)};
+            const float most = query % 4 == 0 ? INFINITY : sqr((0.01F + sampler.next()) * scale);
             std::vector<Neighbour> expected = look_at_all(cloud, measure.x, most);
 
             std::vector<Neighbour> within;
@@ -100,7 +102,7 @@ INSTANTIATE_TEST_SUITE_P(All, BoxTreeClouds,
                          ::testing::Combine(::testing::ValuesIn(kClouds),
                                             ::testing::Values(1.0F, 1e-6F, 1e6F), ::testing::Bool()));
 
-// Plain distance, of the points whose label is at least that; labels stand for places on the x axis.
+// Plain distance, of the points whose payload is at least that; payloads stand for places on the x axis.
 struct LaterMeasure {
     V3f x;
     std::uint32_t least;
@@ -109,39 +111,40 @@ struct LaterMeasure {
         BlockKeys keys;
         for (std::size_t i = 0; i < kBlock; ++i) {
             const float d2 = (V3f(block.x[i], block.y[i], block.z[i]) - x).length2();
-            keys[i] = block.label[i] >= least ? d2 : INFINITY;
+            keys[i] = block.payload[i] >= least ? d2 : INFINITY;
         }
         return keys;
     }
-    FanKeys bounds(const BoxFan& fan) const { return box_distances2(fan, x); }
-    FanKeys bounds(const BoxFan& fan, const BoxFan& labels) const {
-        FanKeys all = bounds(fan);
-        for (std::size_t i = 0; i < kFan; ++i) {
-            if (labels.high_x[i] < static_cast<float>(least)) all[i] = INFINITY;
+    Node8Keys bounds(const BoxNode8& node) const { return box_distances2(node, x); }
+    Node8Keys bounds(const BoxNode8& node, const BoxNode8& payloads) const {
+        Node8Keys all = bounds(node);
+        for (std::size_t i = 0; i < kNodeWidth; ++i) {
+            if (payloads.high_x[i] < static_cast<float>(least)) all[i] = INFINITY;
         }
         return all;
     }
 };
 
-TEST(BoxTreeLabels, WhatTheyStandFor_KeepsWholeFansOut) {
+TEST(BoxTreePayloads, WhatTheyStandFor_KeepsWholeNodesOut) {
     for (const std::uint32_t n : {1U, 16U, 129U, 1024U, 1025U, 30'000U}) {
-        Labelled cloud = ordered(make_cloud(kClouds[0], n, 1));
-        std::iota(cloud.labels.begin(), cloud.labels.end(), 0U);  // neighbours in space have like labels
-        const auto place = [](std::uint32_t label) { return V3f(static_cast<float>(label), 0, 0); };
-        const BoxTree tree = build_box_tree(cloud.points, cloud.labels, Workers{2}, place);
+        WithPayload cloud = ordered(make_cloud(kClouds[0], n, 1));
+        std::iota(cloud.payloads.begin(), cloud.payloads.end(),
+                  0U);  // neighbours in space have like payloads
+        const auto place = [](std::uint32_t payload) { return V3f(static_cast<float>(payload), 0, 0); };
+        const BoxTree tree = build_box_tree(cloud.points, cloud.payloads, Workers{2}, place);
         const LaterMeasure measure{cloud.points[0], n / 4 * 3};
         std::uint32_t before = 0, counted = 0;
         const auto look = [&](const BlockKeys& keys, std::uint32_t first) {
             for (const float key : keys) counted += static_cast<std::uint32_t>(key < INFINITY);
-            before += static_cast<std::uint32_t>(first + kFan * kBlock < measure.least);
+            before += static_cast<std::uint32_t>(first + kNodeWidth * kBlock < measure.least);
             return just_below(INFINITY);
         };
         search_nearest(tree, measure, just_below(INFINITY), look);
         EXPECT_EQ(counted, n - measure.least);
         search_all(tree, measure, just_below(INFINITY), look);
         EXPECT_EQ(counted, 2 * (n - measure.least));
-        // Boxes of labels are beside boxes of whole fans: there must be two levels.
-        if (n > kFan * kBlock) {
+        // Boxes of payloads are beside boxes of whole nodes: there must be two levels.
+        if (n > kNodeWidth * kBlock) {
             EXPECT_EQ(before, 0U) << n;
         }
     }
@@ -170,11 +173,11 @@ INSTANTIATE_TEST_SUITE_P(All, BoxOrder, ::testing::ValuesIn(kClouds));
 TEST(BoxOrder, WallsOfACube_AreInTheSameOrderAtAnyScale) {
     constexpr std::size_t kPoints = 20'000;
     const auto cube = [](float scale) {
-        Stream stream(11, Purpose::test, 0, 0);
+        Sampler sampler(11, Purpose::test, 0, 0);
         std::vector<V3f> points(kPoints);
         for (V3f& p : points) {
-            p = V3f(stream.next(), stream.next(), stream.next());
-            const auto wall = static_cast<int>(6 * stream.next());
+            p = V3f(sampler.next(), sampler.next(), sampler.next());
+            const auto wall = static_cast<int>(6 * sampler.next());
             p[wall / 2] = static_cast<float>(wall % 2);
             p = (p + V3f(0.1F, 0.7F, 0.2F)) * scale;
         }
@@ -190,14 +193,14 @@ TEST(BoxOrder, WallsOfACube_AreInTheSameOrderAtAnyScale) {
 }
 
 // How many blocks a search for the 50 nearest looks at.
-double blocks_per_search(const Labelled& cloud) {
+double blocks_per_search(const WithPayload& cloud) {
     const BoxTree tree =
         build_box_tree(cloud.points, std::vector<std::uint32_t>(cloud.points.size()), Workers{2});
-    Stream stream(9, Purpose::test, 0, 0);
+    Sampler sampler(9, Purpose::test, 0, 0);
     int blocks = 0;
     constexpr int kSearches = 200;
     for (int i = 0; i < kSearches; ++i) {
-        const EvenMeasure measure{place_near(cloud.points, 1, stream)};
+        const EvenMeasure measure{place_near(cloud.points, 1, sampler)};
         Nearest nearest(50, INFINITY);
         search_nearest(tree, measure, nearest.bound(), [&](const BlockKeys& keys, std::uint32_t first) {
             ++blocks;

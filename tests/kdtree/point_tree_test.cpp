@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "kdtree/nearest.h"
 #include "tests/kdtree/clouds.h"
 
@@ -58,10 +58,10 @@ TEST_P(PointTreeClouds, Flann_BallAndNearest_EqualBruteForce) {
         const std::vector<V3f> points = make_cloud(kind, n, scale);
         const auto tree = make_flann_tree(points);
         const auto oracle = make_brute_force(points);
-        Stream stream(8, Purpose::test, 0, n);
+        Sampler sampler(8, Purpose::test, 0, n);
         for (int query = 0; query < 20; ++query) {
-            const V3f x = V3f(stream.next(), stream.next(), stream.next()) * scale;
-            const float r2 = sqr(stream.next() * 0.5F * scale);
+            const V3f x = V3f(sampler.next(), sampler.next(), sampler.next()) * scale;
+            const float r2 = sqr(sampler.next() * 0.5F * scale);
             ASSERT_EQ(ball(*tree, x, r2), ball(*oracle, x, r2));
             for (const std::size_t k : {std::size_t{1}, std::size_t{10}, std::size_t{300}, n + 5}) {
                 ASSERT_EQ(nearest(*tree, x, k), nearest(*oracle, x, k)) << "n " << n << " k " << k;

@@ -15,11 +15,11 @@ namespace three_led_test {
 constexpr std::int64_t kPaths = 1 << 20;
 
 RaySet rays_of_lamp(const Scene& scene, std::uint64_t seed) {
-    LuminairePlan plan;
-    plan.paths = kPaths;
-    plan.seed = seed;
+    LuminaireParameters parameters;
+    parameters.paths = kPaths;
+    parameters.seed = seed;
     Monitor silent;
-    return trace_rays(scene, plan, FluxUnit::lumen, Workers{}, silent);
+    return trace_rays(scene, parameters, FluxUnit::lumen, Workers{}, silent);
 }
 
 Scene read_lamp() {

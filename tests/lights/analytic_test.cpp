@@ -9,7 +9,7 @@
 #include <string>
 
 #include "engine/base/frame.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "tests/support/statistics.h"
 
@@ -19,23 +19,23 @@ namespace analytic_test {
 using testing::agrees;
 using testing::chi_square;
 
-V3f random_direction(Stream& s) {
+V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
-EmitU emit_u(Stream& s) {
+LeSampleU le_u(Sampler& s) {
     return {s.next2(), s.next2(), s.bits()};
 }
 
 // Where a ray meets an emitter, in plain double: distance and the normal of the emitting side.
-struct Met {
+struct ShapeHit {
     double t;
     V3d n;
 };
-using Meeting = std::function<std::optional<Met>(const Ray&)>;
+using Intersect = std::function<std::optional<ShapeHit>(const Ray&)>;
 
-Meeting meet_triangles(const TriangleEmitter& e) {
+Intersect intersect_triangles(const TriangleEmitter& e) {
     return [e](const Ray& ray) {
-        std::optional<Met> nearest;
+        std::optional<ShapeHit> nearest;
         for (const V3i& triangle : e.triangles) {
             const V3d p0(e.p[static_cast<std::size_t>(triangle.x)]);
             const V3d e1 = V3d(e.p[static_cast<std::size_t>(triangle.y)]) - p0;
@@ -44,32 +44,32 @@ Meeting meet_triangles(const TriangleEmitter& e) {
             const double det = -d.dot(n), t = o.dot(n) / det;
             const double b1 = -d.dot(o.cross(e2)) / det, b2 = -d.dot(e1.cross(o)) / det;
             if (!(t > 0 && b1 >= 0 && b2 >= 0 && b1 + b2 <= 1)) continue;
-            if (!nearest || t < nearest->t) nearest = Met{t, (e.reverse ? -n : n).normalized()};
+            if (!nearest || t < nearest->t) nearest = ShapeHit{t, (e.reverse ? -n : n).normalized()};
         }
         return nearest;
     };
 }
 
-Meeting meet_disk(const DiskEmitter& e) {
-    return [e](const Ray& ray) -> std::optional<Met> {
+Intersect intersect_disk(const DiskEmitter& e) {
+    return [e](const Ray& ray) -> std::optional<ShapeHit> {
         const V3d n(e.n), o = V3d(ray.o) - V3d(e.centre), d(ray.d);
         const double t = -o.dot(n) / d.dot(n);
         const double r = (o + t * d).length();
         if (!(t > 0) || r > static_cast<double>(e.radius) || r < static_cast<double>(e.inner_radius))
             return {};
-        return Met{t, n};
+        return ShapeHit{t, n};
     };
 }
 
-Meeting meet_sphere(const SphereEmitter& e) {
-    return [e](const Ray& ray) -> std::optional<Met> {
+Intersect intersect_sphere(const SphereEmitter& e) {
+    return [e](const Ray& ray) -> std::optional<ShapeHit> {
         const V3d o = V3d(ray.o) - V3d(e.centre), d(ray.d);
         const double b = o.dot(d),
                      disc = b * b - d.length2() * (o.length2() - sqr(static_cast<double>(e.radius)));
         if (disc < 0) return {};
         for (const double t : {(-b - std::sqrt(disc)) / d.length2(), (-b + std::sqrt(disc)) / d.length2()}) {
             const V3d n = (o + t * d).normalized();
-            if (t > 1e-9) return Met{t, e.reverse ? -n : n};
+            if (t > 1e-9) return ShapeHit{t, e.reverse ? -n : n};
         }
         return {};
     };
@@ -83,8 +83,8 @@ TriangleEmitter bent_sheet() {
 struct Lamp {
     std::string name;
     std::unique_ptr<Light> light;
-    Meeting meeting;  // empty: not an area light. All of it is seen from the origin, so its density
-                      // integrates to 1
+    Intersect intersect;  // empty: not an area light. All of it is seen from the origin, so its density
+                          // integrates to 1
 };
 
 std::vector<Lamp> all_lamps() {
@@ -99,21 +99,21 @@ std::vector<Lamp> all_lamps() {
     lamps.push_back({"distant", make_distant_light({0.3F, 0.2F, -1}, colour, scene), {}});
     lamps.push_back({"infinite", make_infinite_light(colour, scene), {}});
     lamps.push_back(
-        {"triangles", make_area_light(bent_sheet(), colour, false), meet_triangles(bent_sheet())});
-    lamps.push_back({"ball", make_area_light(ball, colour, false), meet_sphere(ball)});
-    lamps.push_back({"ball, two-sided", make_area_light(ball, colour, true), meet_sphere(ball)});
-    lamps.push_back({"room", make_area_light(room, colour, false), meet_sphere(room)});
-    lamps.push_back({"disk", make_area_light(disk, colour, false), meet_disk(disk)});
-    lamps.push_back({"ring, two-sided", make_area_light(ring, colour, true), meet_disk(ring)});
+        {"triangles", make_area_light(bent_sheet(), colour, false), intersect_triangles(bent_sheet())});
+    lamps.push_back({"ball", make_area_light(ball, colour, false), intersect_sphere(ball)});
+    lamps.push_back({"ball, two-sided", make_area_light(ball, colour, true), intersect_sphere(ball)});
+    lamps.push_back({"room", make_area_light(room, colour, false), intersect_sphere(room)});
+    lamps.push_back({"disk", make_area_light(disk, colour, false), intersect_disk(disk)});
+    lamps.push_back({"ring, two-sided", make_area_light(ring, colour, true), intersect_disk(ring)});
     return lamps;
 }
 
 TEST(AnalyticLight, Emission_WeighsTheFluxInTheMean) {
     for (const Lamp& lamp : all_lamps()) {
-        Stream s(1, Purpose::test, 0, 0);
+        Sampler s(1, Purpose::test, 0, 0);
         RunningStats stats;
         for (int i = 0; i < 10000; ++i) {
-            const auto emitted = lamp.light->emit(emit_u(s));
+            const auto emitted = lamp.light->sample_Le(le_u(s));
             ASSERT_TRUE(emitted) << lamp.name;
             stats.add(static_cast<double>(luminance(emitted->weight)));
             EXPECT_NEAR(emitted->d.length(), 1, 1e-5F) << lamp.name;
@@ -127,73 +127,76 @@ TEST(AnalyticLight, Emission_WeighsTheFluxInTheMean) {
 // Power through a disc of radius 0.4 about the origin, facing +z, counted by particles and by asking the
 // light.
 struct PatchFlux {
-    RunningStats by_particles, by_asking;
-    double gap() const { return by_particles.mean() - by_asking.mean(); }
-    double sigma() const { return std::hypot(by_particles.standard_error(), by_asking.standard_error()); }
+    RunningStats by_particles, by_sample_Li;
+    double gap() const { return by_particles.mean() - by_sample_Li.mean(); }
+    double sigma() const { return std::hypot(by_particles.standard_error(), by_sample_Li.standard_error()); }
 };
 
 PatchFlux patch_flux(const Lamp& lamp, int samples) {
     constexpr float kRadius = 0.4F;
     PatchFlux result;
-    Stream s(2, Purpose::test, 0, 0);
+    Sampler s(2, Purpose::test, 0, 0);
     for (int i = 0; i < samples; ++i) {
-        const auto emitted = lamp.light->emit(emit_u(s));
+        const auto emitted = lamp.light->sample_Le(le_u(s));
         double power = 0;
         if (emitted && emitted->d.z < 0 && emitted->from.p.z > 0) {
             const double way = static_cast<double>(-emitted->from.p.z / emitted->d.z);
             const V3f at = emitted->from.p + static_cast<float>(way) * emitted->d;
             // What a lamp sends into itself does not arrive.
             const Ray ray{emitted->from.towards(emitted->d), emitted->d};
-            const auto stopped = lamp.meeting ? lamp.meeting(ray) : std::nullopt;
+            const auto stopped = lamp.intersect ? lamp.intersect(ray) : std::nullopt;
             const bool arrives = V2f(at.x, at.y).length() < kRadius && !(stopped && stopped->t < way);
             if (arrives) power = static_cast<double>(luminance(emitted->weight));
         }
         result.by_particles.add(power);
 
         const V2f place = kRadius * square_to_disc(s.next2());
-        const auto incident = lamp.light->illuminate({place.x, place.y, 0}, s.next2());
-        const float cosine = incident ? std::max(0.0F, incident->w.z) : 0.0F;
-        result.by_asking.add(incident ? static_cast<double>(luminance(incident->weight) * cosine * kPi) *
-                                            sqr(static_cast<double>(kRadius))
-                                      : 0.0);
+        const auto light_sample = lamp.light->sample_Li({place.x, place.y, 0}, s.next2());
+        const float cosine = light_sample ? std::max(0.0F, light_sample->w.z) : 0.0F;
+        result.by_sample_Li.add(light_sample
+                                    ? static_cast<double>(luminance(light_sample->weight) * cosine * kPi) *
+                                          sqr(static_cast<double>(kRadius))
+                                    : 0.0);
     }
     return result;
 }
 
-TEST(AnalyticLight, ParticlesOnAPatch_CarryWhatIlluminatePromises) {
+TEST(AnalyticLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
     for (const Lamp& lamp : all_lamps()) {
         // Few of the particles that go everywhere meet the patch.
         const bool everywhere =
             lamp.name == "infinite" || lamp.name == "room" || lamp.name == "ball, two-sided";
         const PatchFlux flux = patch_flux(lamp, everywhere ? 1500000 : 300000);
-        EXPECT_GT(flux.by_asking.mean(), 0) << lamp.name;
-        EXPECT_LT(flux.sigma(), 0.02 * flux.by_asking.mean()) << lamp.name << ": too noisy to say anything";
-        EXPECT_LT(std::fabs(flux.gap()), 4 * flux.sigma()) << lamp.name << " " << flux.by_asking.mean();
+        EXPECT_GT(flux.by_sample_Li.mean(), 0) << lamp.name;
+        EXPECT_LT(flux.sigma(), 0.02 * flux.by_sample_Li.mean())
+            << lamp.name << ": too noisy to say anything";
+        EXPECT_LT(std::fabs(flux.gap()), 4 * flux.sigma()) << lamp.name << " " << flux.by_sample_Li.mean();
         // A light wrong by a tenth would have been noticed.
-        EXPECT_GT(std::fabs(flux.gap() + 0.1 * flux.by_asking.mean()), 4 * flux.sigma()) << lamp.name;
+        EXPECT_GT(std::fabs(flux.gap() + 0.1 * flux.by_sample_Li.mean()), 4 * flux.sigma()) << lamp.name;
     }
 }
 
-TEST(AreaLight, Meet_KnowsTheDensityThatIlluminateUsed) {
+TEST(AreaLight, LeOnSurface_KnowsTheDensityThatSampleLiUsed) {
     for (const Lamp& lamp : all_lamps()) {
-        if (!lamp.meeting) continue;
-        Stream s(3, Purpose::test, 0, 0);
+        if (!lamp.intersect) continue;
+        Sampler s(3, Purpose::test, 0, 0);
         int compared = 0;
         for (int i = 0; i < 20000; ++i) {
             const V3f x = 0.8F * s.next() * random_direction(s);
-            const auto incident = lamp.light->illuminate(x, s.next2());
-            if (!incident) continue;
-            const Ray ray{x, incident->w};
-            const auto met = lamp.meeting(ray);
+            const auto light_sample = lamp.light->sample_Li(x, s.next2());
+            if (!light_sample) continue;
+            const Ray ray{x, light_sample->w};
+            const auto hit = lamp.intersect(ray);
             // Directions that graze the emitter end beside it in float32.
-            if (!met || std::fabs(met->n.dot(V3d(ray.d))) < 0.02) continue;
-            const Seen seen = lamp.light->meet(ray, static_cast<float>(met->t), V3f(met->n));
-            EXPECT_NEAR(seen.pdf_w / incident->pdf_w, 1, 1e-3F) << lamp.name;
-            const Rgb radiance = incident->weight * incident->pdf_w;
+            if (!hit || std::fabs(hit->n.dot(V3d(ray.d))) < 0.02) continue;
+            const EmittedRadiance seen =
+                lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n));
+            EXPECT_NEAR(seen.pdf_w / light_sample->pdf_w, 1, 1e-3F) << lamp.name;
+            const Rgb radiance = light_sample->weight * light_sample->pdf_w;
             EXPECT_LT(std::fabs(luminance(radiance - seen.radiance)), 1e-4F) << lamp.name;
             // Just short of the emitter, but not far.
-            EXPECT_LT(static_cast<double>(incident->distance), met->t) << lamp.name;
-            EXPECT_GT(static_cast<double>(incident->distance), met->t * (1 - 1e-3)) << lamp.name;
+            EXPECT_LT(static_cast<double>(light_sample->distance), hit->t) << lamp.name;
+            EXPECT_GT(static_cast<double>(light_sample->distance), hit->t * (1 - 1e-3)) << lamp.name;
             ++compared;
         }
         EXPECT_GT(compared, 15000) << lamp.name;
@@ -202,36 +205,38 @@ TEST(AreaLight, Meet_KnowsTheDensityThatIlluminateUsed) {
 
 TEST(AreaLight, DensityOverAllDirections_IntegratesToOne) {
     for (const Lamp& lamp : all_lamps()) {
-        if (!lamp.meeting) continue;
-        Stream s(4, Purpose::test, 0, 0);
-        RunningStats density, by_meeting, by_asking;
+        if (!lamp.intersect) continue;
+        Sampler s(4, Purpose::test, 0, 0);
+        RunningStats density, by_Le, by_sample_Li;
         for (int i = 0; i < 400000; ++i) {
             const Ray ray{{0, 0, 0}, random_direction(s)};
-            Seen seen{Rgb(0), 0, 0};
-            if (const auto met = lamp.meeting(ray)) {
-                seen = lamp.light->meet(ray, static_cast<float>(met->t), V3f(met->n));
+            EmittedRadiance seen{Rgb(0), 0, 0};
+            if (const auto hit = lamp.intersect(ray)) {
+                seen = lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n));
             }
             density.add(4 * kPiD * static_cast<double>(seen.pdf_w));
-            by_meeting.add(4 * kPiD * static_cast<double>(luminance(seen.radiance) * std::fabs(ray.d.z)));
-            const auto incident = lamp.light->illuminate({0, 0, 0}, s.next2());
-            by_asking.add(
-                incident ? static_cast<double>(luminance(incident->weight) * std::fabs(incident->w.z)) : 0);
+            by_Le.add(4 * kPiD * static_cast<double>(luminance(seen.radiance) * std::fabs(ray.d.z)));
+            const auto light_sample = lamp.light->sample_Li({0, 0, 0}, s.next2());
+            by_sample_Li.add(light_sample ? static_cast<double>(luminance(light_sample->weight) *
+                                                                std::fabs(light_sample->w.z))
+                                          : 0);
         }
         EXPECT_TRUE(agrees(density, 1)) << lamp.name << " " << density.mean();
         EXPECT_FALSE(agrees(density, 1.1)) << lamp.name;
-        const double sigma = std::hypot(by_meeting.standard_error(), by_asking.standard_error());
-        EXPECT_LT(std::fabs(by_meeting.mean() - by_asking.mean()), 4 * sigma) << lamp.name;
+        const double sigma = std::hypot(by_Le.standard_error(), by_sample_Li.standard_error());
+        EXPECT_LT(std::fabs(by_Le.mean() - by_sample_Li.mean()), 4 * sigma) << lamp.name;
     }
 }
 
 // Mean irradiance at x on a plane with normal n, W/m².
 RunningStats irradiance(const Light& light, const V3f& x, const V3f& n, int samples = 100000) {
     RunningStats stats;
-    Stream s(5, Purpose::test, 0, 0);
+    Sampler s(5, Purpose::test, 0, 0);
     for (int i = 0; i < samples; ++i) {
-        const auto incident = light.illuminate(x, s.next2());
-        stats.add(incident ? static_cast<double>(incident->weight.x * std::max(0.0F, n.dot(incident->w)))
-                           : 0.0);
+        const auto light_sample = light.sample_Li(x, s.next2());
+        stats.add(light_sample
+                      ? static_cast<double>(light_sample->weight.x * std::max(0.0F, n.dot(light_sample->w)))
+                      : 0.0);
     }
     return stats;
 }
@@ -248,8 +253,7 @@ TEST(AreaLight, DiskOnItsAxis_EqualsClosedForm) {
             make_area_light(DiskEmitter{{0, 0, static_cast<float>(h)}, {0, 0, -1}, 1}, Rgb(3), false);
         expect_irradiance(irradiance(*light, {0, 0, 0}, {0, 0, 1}), kPiD * 3 / (1 + h * h),
                           std::to_string(h));
-        EXPECT_FALSE(light->illuminate({0, 0, static_cast<float>(2 * h)}, {0.5F, 0.5F}))
-            << "its back is dark";
+        EXPECT_FALSE(light->sample_Li({0, 0, static_cast<float>(2 * h)}, {0.5F, 0.5F})) << "its back is dark";
     }
 }
 
@@ -267,14 +271,14 @@ TEST(AreaLight, SphereFromOutside_EqualsClosedForm) {
 
 TEST(AreaLight, RoomOfLight_GivesPiLAnywhereInsideAndOnItsWall) {
     const auto room = make_area_light(SphereEmitter{{0.3F, 0, 0}, 2, true}, Rgb(3), false);
-    Stream s(6, Purpose::test, 0, 0);
+    Sampler s(6, Purpose::test, 0, 0);
     for (int i = 0; i < 10; ++i) {
         const V3f inside = V3f(0.3F, 0, 0) + 1.5F * s.next() * random_direction(s);
         expect_irradiance(irradiance(*room, inside, random_direction(s)), kPiD * 3, "inside");
         const V3f n = random_direction(s);
         expect_irradiance(irradiance(*room, V3f(0.3F, 0, 0) - 2.0F * n, n), kPiD * 3, "on the wall");
     }
-    EXPECT_FALSE(room->illuminate({5, 0, 0}, {0.5F, 0.5F})) << "its outside is dark";
+    EXPECT_FALSE(room->sample_Li({5, 0, 0}, {0.5F, 0.5F})) << "its outside is dark";
 }
 
 TEST(AreaLight, RectangleAnywhere_EqualsLambertsContourFormula) {
@@ -334,9 +338,9 @@ TEST(SpotLight, Directions_FollowTheFalloff) {
     constexpr int kBins = 40, kSamples = 200000;
     std::vector<std::uint64_t> counts(kBins);
     std::vector<double> expected(kBins), uniform(kBins, kSamples / static_cast<double>(kBins));
-    Stream s(7, Purpose::test, 0, 0);
+    Sampler s(7, Purpose::test, 0, 0);
     for (int i = 0; i < kSamples; ++i) {
-        const auto emitted = light->emit(emit_u(s));
+        const auto emitted = light->sample_Le(le_u(s));
         ASSERT_TRUE(emitted);
         const double place = (static_cast<double>(emitted->d.dot(axis)) - 0.5) / 0.5;
         ASSERT_GT(place, -1e-5);
@@ -355,17 +359,17 @@ TEST(SpotLight, Directions_FollowTheFalloff) {
 
 TEST(SpotLight, EdgeCases_AreFullOrDarkButNeverNaN) {
     const auto sharp = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), 30, 0);
-    EXPECT_EQ(sharp->illuminate({0, std::tan(29 * kPi / 180), 1}, {})->weight.x > 0, true);
-    EXPECT_FALSE(sharp->illuminate({0, std::tan(31 * kPi / 180), 1}, {}));
-    EXPECT_FALSE(sharp->illuminate({0, 0, -1}, {}));
-    EXPECT_FALSE(sharp->illuminate({0, 0, 0}, {}));
+    EXPECT_EQ(sharp->sample_Li({0, std::tan(29 * kPi / 180), 1}, {})->weight.x > 0, true);
+    EXPECT_FALSE(sharp->sample_Li({0, std::tan(31 * kPi / 180), 1}, {}));
+    EXPECT_FALSE(sharp->sample_Li({0, 0, -1}, {}));
+    EXPECT_FALSE(sharp->sample_Li({0, 0, 0}, {}));
     const auto none = make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), 0, 0);
     EXPECT_EQ(none->power(), 0);
-    EXPECT_FALSE(none->emit({}));
+    EXPECT_FALSE(none->sample_Le({}));
     for (const float u : {0.0F, 0.25F, 0.5F, 0x1.fffffep-1F}) {
         for (const auto& [cone, delta] : {std::pair{30.0F, 0.0F}, {30, 30}, {0.001F, 0.0005F}, {180, 180}}) {
             const auto emitted =
-                make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), cone, delta)->emit({{u, u}, {u, u}});
+                make_spot_light({0, 0, 0}, {0, 0, 1}, Rgb(1), cone, delta)->sample_Le({{u, u}, {u, u}});
             ASSERT_TRUE(emitted);
             EXPECT_NEAR(emitted->d.length(), 1, 1e-5F);
             EXPECT_GE(emitted->d.z, std::cos(cone * kPi / 180) - 1e-5F);
@@ -385,10 +389,10 @@ TEST(AreaLight, Emission_IsUniformInAreaAndLambertian) {
             const auto at = [&](int c) { return sheet.p[static_cast<std::size_t>(t[c])]; };
             areas[i] = static_cast<double>((at(1) - at(0)).cross(at(2) - at(0)).length()) / 2;
         }
-        const Meeting meeting = meet_triangles(sheet);
-        Stream s(8, Purpose::test, 0, 0);
+        const Intersect intersect = intersect_triangles(sheet);
+        Sampler s(8, Purpose::test, 0, 0);
         for (int i = 0; i < kSamples; ++i) {
-            const auto e = light->emit(emit_u(s));
+            const auto e = light->sample_Le(le_u(s));
             ASSERT_TRUE(e);
             // Which triangle, and which quarter of it (the middle one, or that of a corner).
             const std::size_t which =
@@ -428,9 +432,9 @@ TEST(AreaLight, RingEmission_IsUniformBetweenItsRadii) {
     const auto light = make_area_light(DiskEmitter{{1, 2, 3}, {0, 0, 1}, 0.9F, 0.5F}, Rgb(1), false);
     constexpr int kSamples = 100000, kBins = 10;
     std::vector<std::uint64_t> counts(kBins * kBins);
-    Stream s(11, Purpose::test, 0, 0);
+    Sampler s(11, Purpose::test, 0, 0);
     for (int i = 0; i < kSamples; ++i) {
-        const auto emitted = light->emit(emit_u(s));
+        const auto emitted = light->sample_Le(le_u(s));
         ASSERT_TRUE(emitted);
         const V3d p = V3d(emitted->from.p) - V3d(1, 2, 3);
         const double area = (p.length2() - 0.25) / (0.81 - 0.25);
@@ -451,14 +455,15 @@ TEST(AreaLight, SphereCone_IsSampledUniformly) {
     const double h_max = 1 - std::sqrt(1 - 4.0 / 9);
     constexpr int kSamples = 100000, kBins = 12;
     std::vector<std::uint64_t> counts(kBins * kBins);
-    Stream s(9, Purpose::test, 0, 0);
+    Sampler s(9, Purpose::test, 0, 0);
     for (int i = 0; i < kSamples; ++i) {
-        const auto incident = light->illuminate({0, 0, 0}, s.next2());
-        ASSERT_TRUE(incident);
-        EXPECT_NEAR(static_cast<double>(incident->pdf_w), 1 / (2 * kPiD * h_max), 1e-6);
-        const double h = (1 - static_cast<double>(incident->w.z)) / h_max;
+        const auto light_sample = light->sample_Li({0, 0, 0}, s.next2());
+        ASSERT_TRUE(light_sample);
+        EXPECT_NEAR(static_cast<double>(light_sample->pdf_w), 1 / (2 * kPiD * h_max), 1e-6);
+        const double h = (1 - static_cast<double>(light_sample->w.z)) / h_max;
         const double phi =
-            std::atan2(static_cast<double>(incident->w.y), static_cast<double>(incident->w.x)) / (2 * kPiD) +
+            std::atan2(static_cast<double>(light_sample->w.y), static_cast<double>(light_sample->w.x)) /
+                (2 * kPiD) +
             0.5;
         const auto bin = [](double u) {
             return static_cast<std::size_t>(std::clamp(u * kBins, 0.0, kBins - 1.0));
@@ -488,22 +493,23 @@ TEST(AnalyticLight, WithoutPower_GivesNoSamples) {
     dark.push_back(make_area_light(DiskEmitter{{0, 0, 2}, {0, 0, -1}, 1, 1}, Rgb(1), false));
     for (std::size_t i = 0; i < dark.size(); ++i) {
         EXPECT_EQ(dark[i]->power(), 0) << i;
-        EXPECT_FALSE(dark[i]->emit({{0.3F, 0.4F}, {0.5F, 0.6F}})) << i;
-        EXPECT_FALSE(dark[i]->illuminate({0, 0, 0}, {0.3F, 0.4F})) << i;
+        EXPECT_FALSE(dark[i]->sample_Le({{0.3F, 0.4F}, {0.5F, 0.6F}})) << i;
+        EXPECT_FALSE(dark[i]->sample_Li({0, 0, 0}, {0.3F, 0.4F})) << i;
     }
 }
 
 TEST(AnalyticLight, AskedFromThePlaceItself_GivesNoSampleOrAFiniteOne) {
     for (const Lamp& lamp : all_lamps()) {
-        Stream s(10, Purpose::test, 0, 0);
+        Sampler s(10, Purpose::test, 0, 0);
         for (int i = 0; i < 2000; ++i) {
-            const auto emitted = lamp.light->emit(emit_u(s));
+            const auto emitted = lamp.light->sample_Le(le_u(s));
             for (const V3f& x : {emitted->from.p, emitted->from.towards(emitted->d), V3f(0.5F, 0.4F, 2)}) {
-                const auto incident = lamp.light->illuminate(x, s.next2());
-                if (!incident) continue;
-                EXPECT_TRUE(is_finite(incident->weight) && std::isfinite(incident->pdf_w)) << lamp.name;
-                EXPECT_TRUE(incident->distance >= 0) << lamp.name;
-                EXPECT_NEAR(incident->w.length(), 1, 1e-5F) << lamp.name;
+                const auto light_sample = lamp.light->sample_Li(x, s.next2());
+                if (!light_sample) continue;
+                EXPECT_TRUE(is_finite(light_sample->weight) && std::isfinite(light_sample->pdf_w))
+                    << lamp.name;
+                EXPECT_TRUE(light_sample->distance >= 0) << lamp.name;
+                EXPECT_NEAR(light_sample->w.length(), 1, 1e-5F) << lamp.name;
             }
         }
     }
@@ -513,23 +519,23 @@ TEST(AreaLight, BackOfOneSided_IsDarkAndOfTwoSidedIsNot) {
     const DiskEmitter disk{{0, 0, 2}, {0, 0, -1}, 1};
     const Ray from_behind{{0.1F, 0, 4}, {0, 0, -1}};
     const auto one = make_area_light(disk, Rgb(1), false);
-    EXPECT_TRUE(is_black(one->meet(from_behind, 2, disk.n).radiance));
-    EXPECT_FALSE(is_black(one->meet({{0.1F, 0, 0}, {0, 0, 1}}, 2, disk.n).radiance));
+    EXPECT_TRUE(is_black(one->Le_on_surface(from_behind, 2, disk.n).radiance));
+    EXPECT_FALSE(is_black(one->Le_on_surface({{0.1F, 0, 0}, {0, 0, 1}}, 2, disk.n).radiance));
     const auto two = make_area_light(disk, Rgb(1), true);
-    EXPECT_FALSE(is_black(two->meet(from_behind, 2, disk.n).radiance));
-    EXPECT_TRUE(two->illuminate(from_behind.o, {0.5F, 0.5F}));
+    EXPECT_FALSE(is_black(two->Le_on_surface(from_behind, 2, disk.n).radiance));
+    EXPECT_TRUE(two->sample_Li(from_behind.o, {0.5F, 0.5F}));
     EXPECT_FLOAT_EQ(two->flux().x, 2 * one->flux().x);
 }
 
 TEST(InfiniteLight, Sky_IsSeenByRaysWithoutAnEnd) {
     const auto sky = make_infinite_light(Rgb(2), {});
     EXPECT_TRUE(sky->has_impostor());
-    const auto seen = sky->seen({{0, 0, 0}, {0, 0, 1}});
+    const auto seen = sky->Le({{0, 0, 0}, {0, 0, 1}});
     ASSERT_TRUE(seen);
     EXPECT_EQ(seen->radiance.x, 2);
     EXPECT_EQ(seen->distance, INFINITY);
-    EXPECT_FLOAT_EQ(seen->pdf_w, sky->illuminate({0, 0, 0}, {0.5F, 0.5F})->pdf_w);
-    EXPECT_FALSE(sky->seen({{0, 0, 0}, {0, 0, 1}, 100}));
+    EXPECT_FLOAT_EQ(seen->pdf_w, sky->sample_Li({0, 0, 0}, {0.5F, 0.5F})->pdf_w);
+    EXPECT_FALSE(sky->Le({{0, 0, 0}, {0, 0, 1}, 100}));
 }
 
 }  // namespace analytic_test

@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/bell_cell.h"
 #include "lights/gauss.h"
 #include "tests/support/statistics.h"
@@ -164,9 +164,9 @@ testing::ChiSquare test_draws(const BellCell& cell, const BellCell& truth, bool 
     // A bin cut by the clamp's edge may look empty to the grid of midpoints.
     for (double& e : expected) e = std::max(e, 1e-9);
     for (int i = 0; i < points; ++i) {
-        Stream stream(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f u = stream.next2();
-        const V2f at = by_inversion ? cell.draw_by_inversion(u) : cell.draw(u, stream.bits());
+        Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f u = sampler.next2();
+        const V2f at = by_inversion ? cell.draw_by_inversion(u) : cell.draw(u, sampler.bits());
         EXPECT_TRUE(at.x >= 0 && at.x <= 1 && at.y >= 0 && at.y <= 1);
         const auto bin = [](float x) { return std::min(kSide - 1, static_cast<int>(x * kSide)); };
         ++observed[static_cast<std::size_t>(bin(at.x) * kSide + bin(at.y))];

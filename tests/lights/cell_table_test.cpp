@@ -25,9 +25,9 @@ CellTable build(const LightField& field, int threads = 1) {
     return {field, Workers{threads}, silent};
 }
 
-std::array<float, 4> four(Stream& stream) {
-    const V2f a = stream.next2();
-    const V2f b = stream.next2();
+std::array<float, 4> four(Sampler& sampler) {
+    const V2f a = sampler.next2();
+    const V2f b = sampler.next2();
     return {a.x, a.y, b.x, b.y};
 }
 
@@ -113,8 +113,8 @@ TEST(CellTable, Draws_OfARandomSignedField_FollowTheFluxOfTheCells) {
         RunningStats remainder[4];
         RunningStats product;
         for (int i = 0; i < kDraws; ++i) {
-            Stream stream(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            const auto draw = table.draw(four(stream));
+            Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            const auto draw = table.draw(four(sampler));
             ++observed[draw.id];
             EXPECT_NEAR(draw.probability, table.probability(draw.cell), 1e-12);
             for (std::size_t k = 0; k < 4; ++k) remainder[k].add(double{draw.remainder[k]});
@@ -144,8 +144,8 @@ TEST(CellTable, Draws_InABlock_AreTheSingleOnes) {
         std::vector<std::array<float, 4>> u(size);
         CellTable::Block block;
         for (std::size_t i = 0; i < size; ++i) {
-            Stream stream(3, Purpose::test, 0, i);
-            u[i] = four(stream);
+            Sampler sampler(3, Purpose::test, 0, i);
+            u[i] = four(sampler);
             for (std::size_t axis = 0; axis < 4; ++axis) block.u[axis][i] = u[i][axis];
         }
         table.draw(block, size);
@@ -206,8 +206,8 @@ TEST(CellTable, Extremes_OneCoefficientZerosAndNegativeRows_AreRight) {
     const CellTable table = build({rig_b(), e});
     for (int n = 0; n < 4; ++n) EXPECT_EQ(table.interval_probability(n, 0), 0.0F);
     for (int i = 0; i < 10000; ++i) {
-        Stream stream(2, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        EXPECT_GT(table.draw(four(stream)).cell.o, 0);
+        Sampler sampler(2, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        EXPECT_GT(table.draw(four(sampler)).cell.o, 0);
     }
 }
 

@@ -63,7 +63,7 @@ std::vector<Point> points_of(std::uint32_t pass, std::uint32_t first, std::uint3
 
 TEST(EmitNet, ConsecutivePaths_AreNets) {
     // The quality t of a Sobol sequence is at most the sum of its polynomials' degrees less one each: here 0,
-    // 0, 1, 2 and 2 for the five dimensions (Niederreiter 1992, theorem 4.49).
+    // 0, 1, 2 and 2 for the five dimensions [Niederreiter 1992, 4.49].
     for (const std::uint32_t first : {0U, 512U, 0x12345600U}) {
         const auto points = points_of(3, first, 512);
         EXPECT_TRUE(is_net(points, {0, 1}, 9, 0));
@@ -77,14 +77,14 @@ TEST(EmitNet, ConsecutivePaths_AreNets) {
     // Independent numbers are no net of any kind.
     std::vector<Point> loose;
     for (std::uint32_t i = 0; i < 512; ++i) {
-        Stream stream(1, Purpose::test, 0, i);
-        loose.push_back({stream.next(), stream.next(), stream.next(), stream.next(), stream.next()});
+        Sampler sampler(1, Purpose::test, 0, i);
+        loose.push_back({sampler.next(), sampler.next(), sampler.next(), sampler.next(), sampler.next()});
     }
     EXPECT_FALSE(is_net(loose, {0, 1, 2, 3, 4}, 9, 5));
     EXPECT_FALSE(is_net(loose, {0}, 9, 0));
 }
 
-// [igi 1]: as sets of virtual lights take them, each set and all together.
+// [Wald 2002; Pharr 2004]: as sets of VPLs take them, each set and all together.
 TEST(EmitNetInPairs, EverySetAndAllSetsTogether_AreNetsInPlaceAndDirection) {
     constexpr std::uint32_t kPaths = 16, kSets = 32;
     const auto expect_nets = [](std::uint32_t first, std::uint32_t n, int k) {
@@ -196,13 +196,14 @@ TEST(EmitNet, ParticlesOfALamp_SpreadFarMoreEvenlyThanIndependentOnes) {
         const EmitNet net(12, Purpose::test, pass);
         double sum = 0;
         for (std::uint32_t i = 0; i < kParticles; ++i) {
-            const EmitU u = net.at(i).u;
+            const LeSampleU u = net.at(i).u;
             const auto draw = table.draw({u.position.x, u.position.y, u.direction.x, u.direction.y});
             Marginals::add(net_count.count, draw.cell, 1);
             sum += draw.cell.p * draw.cell.q + draw.cell.n;
-            Stream stream(13, Purpose::test, pass, i);
+            Sampler sampler(13, Purpose::test, pass, i);
             Marginals::add(loose_count.count,
-                           table.draw({stream.next(), stream.next(), stream.next(), stream.next()}).cell, 1);
+                           table.draw({sampler.next(), sampler.next(), sampler.next(), sampler.next()}).cell,
+                           1);
         }
         even.add(net_count.spread());
         loose.add(loose_count.spread());

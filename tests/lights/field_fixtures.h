@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/light_field.h"
 
 namespace lucerna::testing {
@@ -42,9 +42,9 @@ inline Rig rig_a() {  // the sensor travels
 // Coefficients in [low, high].
 inline LightField random_field(const Rig& rig, float low, float high, std::uint64_t seed,
                                LightFieldInfo info = {}) {
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     std::vector<float> e(rig.coefficients());
-    for (float& x : e) x = low + (high - low) * stream.next();
+    for (float& x : e) x = low + (high - low) * sampler.next();
     return {rig, std::move(e), std::move(info)};
 }
 

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "tests/support/statistics.h"
 
@@ -18,13 +18,13 @@ namespace image_lights_test {
 using testing::agrees;
 using testing::chi_square;
 
-EmitU emit_u(Stream& s) {
+LeSampleU le_u(Sampler& s) {
     return {s.next2(), s.next2(), s.bits()};
 }
 
 // Coloured noise with a bright spot and a black row: nothing about it is symmetric.
 std::shared_ptr<const Image> rough_image(int width, int height) {
-    Stream s(11, Purpose::test, 0, 0);
+    Sampler s(11, Purpose::test, 0, 0);
     auto image = std::make_shared<Image>(Image::rgb(width, height));
     for (float& value : image->data) value = s.next();
     for (int x = 0; x < width; ++x) image->set_rgb(x, height / 2, Rgb(0.0F));
@@ -68,10 +68,10 @@ std::vector<Lamp> all_lamps() {
 
 TEST(ImageLight, Emission_WeighsTheFluxInTheMean) {
     for (const Lamp& lamp : all_lamps()) {
-        Stream s(1, Purpose::test, 0, 0);
+        Sampler s(1, Purpose::test, 0, 0);
         RunningStats channel[3];
         for (int i = 0; i < 50000; ++i) {
-            const auto emitted = lamp.light->emit(emit_u(s));
+            const auto emitted = lamp.light->sample_Le(le_u(s));
             ASSERT_TRUE(emitted) << lamp.name;
             for (int c = 0; c < 3; ++c) channel[c].add(static_cast<double>(emitted->weight[c]));
             ASSERT_NEAR(emitted->d.length(), 1, 1e-5F) << lamp.name;
@@ -85,13 +85,13 @@ TEST(ImageLight, Emission_WeighsTheFluxInTheMean) {
 }
 
 // Power through a disc of radius 0.4 about the origin that faces +z, by particles and by asking.
-TEST(ImageLight, ParticlesOnAPatch_CarryWhatIlluminatePromises) {
+TEST(ImageLight, ParticlesOnAPatch_CarryWhatSampleLiPromises) {
     constexpr float kRadius = 0.4F;
     for (const Lamp& lamp : all_lamps()) {
         RunningStats by_particles, by_asking;
-        Stream s(2, Purpose::test, 0, 0);
+        Sampler s(2, Purpose::test, 0, 0);
         for (int i = 0; i < 600000; ++i) {
-            const auto emitted = lamp.light->emit(emit_u(s));
+            const auto emitted = lamp.light->sample_Le(le_u(s));
             double power = 0;
             if (emitted && emitted->d.z < 0 && emitted->from.p.z > 0) {
                 const V3f at = emitted->from.p - emitted->from.p.z / emitted->d.z * emitted->d;
@@ -101,11 +101,11 @@ TEST(ImageLight, ParticlesOnAPatch_CarryWhatIlluminatePromises) {
             }
             by_particles.add(power);
             const V2f place = kRadius * square_to_disc(s.next2());
-            const auto incident = lamp.light->illuminate({place.x, place.y, 0}, s.next2());
-            const float cosine = incident ? std::max(0.0F, incident->w.z) : 0.0F;
-            by_asking.add(incident ? static_cast<double>(luminance(incident->weight) * cosine * kPi) *
-                                         sqr(static_cast<double>(kRadius))
-                                   : 0.0);
+            const auto light_sample = lamp.light->sample_Li({place.x, place.y, 0}, s.next2());
+            const float cosine = light_sample ? std::max(0.0F, light_sample->w.z) : 0.0F;
+            by_asking.add(light_sample ? static_cast<double>(luminance(light_sample->weight) * cosine * kPi) *
+                                             sqr(static_cast<double>(kRadius))
+                                       : 0.0);
         }
         const double gap = by_particles.mean() - by_asking.mean();
         const double sigma = std::hypot(by_particles.standard_error(), by_asking.standard_error());
@@ -131,9 +131,9 @@ TEST(ImageInfiniteLight, Directions_FollowTheDensityThatSeenStates) {
         if (!lamp.light->has_impostor()) continue;
         constexpr int kSamples = 200000;
         std::vector<std::uint64_t> counts(kCosines * kAzimuths);
-        Stream s(3, Purpose::test, 0, 0);
+        Sampler s(3, Purpose::test, 0, 0);
         for (int i = 0; i < kSamples; ++i)
-            ++counts[bin_of(lamp.light->illuminate({1, 2, 3}, s.next2()).value().w)];
+            ++counts[bin_of(lamp.light->sample_Li({1, 2, 3}, s.next2()).value().w)];
         // What is expected, by a fine quadrature of the stated density.
         std::vector<double> expected(counts.size()), uniform(counts.size(), kSamples / 200.0);
         constexpr int kFine = 60;
@@ -144,7 +144,7 @@ TEST(ImageInfiniteLight, Directions_FollowTheDensityThatSeenStates) {
                 const double phi = 2 * kPiD * ((j + 0.5) / (kAzimuths * kFine) - 0.5),
                              r = std::sqrt(1 - z * z);
                 const V3f w(V3d(r * std::cos(phi), r * std::sin(phi), z));
-                const double mass = static_cast<double>(lamp.light->seen({V3f(0.0F), w}).value().pdf_w) * 4 *
+                const double mass = static_cast<double>(lamp.light->Le({V3f(0.0F), w}).value().pdf_w) * 4 *
                                     kPiD / (kCosines * kAzimuths * kFine * kFine);
                 expected[bin_of(w)] += mass * kSamples;
                 total += mass;
@@ -156,21 +156,21 @@ TEST(ImageInfiniteLight, Directions_FollowTheDensityThatSeenStates) {
     }
 }
 
-TEST(ImageInfiniteLight, Seen_AgreesWithIlluminate) {
+TEST(ImageInfiniteLight, Le_AgreesWithSampleLi) {
     for (const Lamp& lamp : all_lamps()) {
         if (!lamp.light->has_impostor()) continue;
-        Stream s(4, Purpose::test, 0, 0);
+        Sampler s(4, Purpose::test, 0, 0);
         int edge = 0;
         for (int i = 0; i < 20000; ++i) {
-            const auto incident = lamp.light->illuminate({0, 0, 0}, s.next2()).value();
-            const Seen seen = lamp.light->seen({{0, 0, 0}, incident.w}).value();
-            const Rgb radiance = incident.weight * incident.pdf_w;
-            const bool same = std::fabs(seen.pdf_w / incident.pdf_w - 1) < 1e-4F &&
+            const auto light_sample = lamp.light->sample_Li({0, 0, 0}, s.next2()).value();
+            const EmittedRadiance seen = lamp.light->Le({{0, 0, 0}, light_sample.w}).value();
+            const Rgb radiance = light_sample.weight * light_sample.pdf_w;
+            const bool same = std::fabs(seen.pdf_w / light_sample.pdf_w - 1) < 1e-4F &&
                               max_component(seen.radiance - radiance) < 1e-4F * max_component(radiance);
             edge += same ? 0 : 1;  // rounded into the neighbouring texel
         }
         EXPECT_LT(edge, 10) << lamp.name;
-        EXPECT_FALSE(lamp.light->seen({{0, 0, 0}, {0, 0, 1}, 5.0F})) << "a ray with an end";
+        EXPECT_FALSE(lamp.light->Le({{0, 0, 0}, {0, 0, 1}, 5.0F})) << "a ray with an end";
     }
 }
 
@@ -180,18 +180,18 @@ TEST(ImagePoints, Emission_GoesWhereTheIntensityIs) {
         // Intensity by particles in each bin against its quadrature by asking around.
         constexpr int kSamples = 150000;
         std::vector<RunningStats> emitted(kCosines * kAzimuths), asked(kCosines * kAzimuths);
-        Stream s(5, Purpose::test, 0, 0);
-        const V3f position = lamp.light->emit(emit_u(s)).value().from.p;
+        Sampler s(5, Purpose::test, 0, 0);
+        const V3f position = lamp.light->sample_Le(le_u(s)).value().from.p;
         for (int i = 0; i < kSamples; ++i) {
-            const auto particle = lamp.light->emit(emit_u(s)).value();
+            const auto particle = lamp.light->sample_Le(le_u(s)).value();
             const V3f w = square_to_sphere(s.next2());
-            const auto incident = lamp.light->illuminate(position + w, {});
+            const auto light_sample = lamp.light->sample_Li(position + w, {});
             for (std::size_t bin = 0; bin < emitted.size(); ++bin) {
                 if (i % 8 != static_cast<int>(bin % 8)) continue;  // each bin by an eighth of the samples
                 emitted[bin].add(bin_of(particle.d) == bin ? static_cast<double>(luminance(particle.weight))
                                                            : 0);
-                asked[bin].add(incident && bin_of(w) == bin
-                                   ? 4 * kPiD * static_cast<double>(luminance(incident->weight))
+                asked[bin].add(light_sample && bin_of(w) == bin
+                                   ? 4 * kPiD * static_cast<double>(luminance(light_sample->weight))
                                    : 0);
             }
         }
@@ -232,13 +232,13 @@ TEST(ImageLight, EdgeCases_AreFiniteOrNoSample) {
         std::make_shared<DirectionalImage>(std::make_shared<Image>(Image::rgb(4, 4)), SphereMap::equal_area);
     const auto dark = make_image_infinite_light(black, {}, Rgb(1.0F), {});
     EXPECT_EQ(dark->power(), 0);
-    EXPECT_FALSE(dark->emit({{0.5F, 0.5F}, {0.5F, 0.5F}}));
-    EXPECT_FALSE(dark->illuminate({0, 0, 0}, {0.5F, 0.5F}));
-    EXPECT_EQ(dark->seen({{0, 0, 0}, {0, 0, 1}})->pdf_w, 0);
+    EXPECT_FALSE(dark->sample_Le({{0.5F, 0.5F}, {0.5F, 0.5F}}));
+    EXPECT_FALSE(dark->sample_Li({0, 0, 0}, {0.5F, 0.5F}));
+    EXPECT_EQ(dark->Le({{0, 0, 0}, {0, 0, 1}})->pdf_w, 0);
     for (const Lamp& lamp : all_lamps()) {
         for (const float u : {0.0F, 0.5F, 0x1.fffffep-1F}) {
             for (const float v : {0.0F, 0.5F, 0x1.fffffep-1F}) {
-                const auto emitted = lamp.light->emit({{u, v}, {v, u}});
+                const auto emitted = lamp.light->sample_Le({{u, v}, {v, u}});
                 if (!emitted) continue;
                 EXPECT_TRUE(is_finite(emitted->weight)) << lamp.name;
                 EXPECT_NEAR(emitted->d.length(), 1, 1e-5F) << lamp.name;
@@ -260,7 +260,7 @@ RC_GTEST_PROP(EqualAreaMap, ThereAndBack_IsTheSamePoint, ()) {
 
 TEST(EqualAreaMap, Areas_BecomeEqualSolidAngles) {
     std::vector<std::uint64_t> counts(kCosines * kAzimuths);
-    Stream s(6, Purpose::test, 0, 0);
+    Sampler s(6, Purpose::test, 0, 0);
     constexpr int kSamples = 200000;
     for (int i = 0; i < kSamples; ++i) {
         const V2f u = s.next2();

@@ -31,11 +31,11 @@ std::string message_of(const std::function<void()>& action) {
 TEST(LightField, FluxDensity_BothSetups_IsTheSumOverTheBasis) {
     for (const Rig& rig : {rig_a(), rig_b()}) {
         const LightField field = testing::random_field(rig, -1, 2, 3);
-        Stream stream(4, Purpose::test, 0, 0);
+        Sampler sampler(4, Purpose::test, 0, 0);
         int bright = 0;
         for (int i = 0; i < 20000; ++i) {
-            const V2f a = stream.next2();
-            const V2f b = stream.next2();
+            const V2f a = sampler.next2();
+            const V2f b = sampler.next2();
             const V2d on_s(0.045 * (double{a.x} - 0.5), 0.065 * (double{a.y} - 0.5));
             const double m = rig.shift.x > 0 ? 0.06 : 0.13;
             const V2d on_m(m * (double{b.x} - 0.5), m * (double{b.y} - 0.5));
@@ -190,19 +190,19 @@ TEST(LightFieldFile, Damage_AnyByteOrLength_NeverCrashes) {
             EXPECT_THAT(error.what(), HasSubstr("bad.exr"));
         }
     };
-    Stream stream(11, Purpose::test, 0, 0);
+    Sampler sampler(11, Purpose::test, 0, 0);
     for (std::size_t length = 1; length < good.size(); length += 1 + good.size() / 60)
         survives(good.substr(0, length));
     for (int i = 0; i < 200; ++i) {
         std::string bad = good;
-        bad[stream.bits() % std::min<std::size_t>(bad.size(), 1600)] = static_cast<char>(stream.bits());
+        bad[sampler.bits() % std::min<std::size_t>(bad.size(), 1600)] = static_cast<char>(sampler.bits());
         survives(bad);
     }
 }
 
 TEST(LightField, ApproximateRadiance_OfOneFilter_ErrsByItsWidthOverDistance) {
     // One filter, one narrow pixel at 45 degrees from it, where g changes fastest: over the filter's support
-    // of width W the change is W/D at most [LF 3].
+    // of width W the change is W/D at most [lights/light_field.h].
     for (const double share : {0.1, 0.02}) {
         Rig rig;
         rig.views = {1, 1};
@@ -265,8 +265,8 @@ TEST(LightField, ContentHash_OfAFieldInMemory_IsThatOfItsFile) {
     const testing::TemporaryFolder folder;
     for (std::uint64_t seed = 0; seed < 8; ++seed) {
         std::vector<float> e(testing::rig_b().coefficients());
-        Stream stream(seed, Purpose::test, 0, 0);
-        for (float& x : e) x = (stream.next() - 0.3F) * std::exp(30 * stream.next() - 20);
+        Sampler sampler(seed, Purpose::test, 0, 0);
+        for (float& x : e) x = (sampler.next() - 0.3F) * std::exp(30 * sampler.next() - 20);
         if (seed % 2 == 1) e[3] = 4095.9F;  // rounds up to a power of 2
         const LightField field(testing::rig_b(), e);
         write_light_field(folder / "lamp.exr", field);

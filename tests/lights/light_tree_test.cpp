@@ -17,62 +17,63 @@ namespace light_tree_test {
 
 using Lights = std::vector<std::unique_ptr<Light>>;
 
-V3f random_point(Stream& stream, float size) {
-    const V2f a = stream.next2();
-    return size * (2.0F * V3f(a.x, a.y, stream.next()) - V3f(1.0F));
+V3f random_point(Sampler& sampler, float size) {
+    const V2f a = sampler.next2();
+    return size * (2.0F * V3f(a.x, a.y, sampler.next()) - V3f(1.0F));
 }
-V3f random_direction(Stream& stream) {
-    return square_to_sphere(stream.next2()).normalized();
+V3f random_direction(Sampler& sampler) {
+    return square_to_sphere(sampler.next2()).normalized();
 }
 
-std::unique_ptr<Light> random_triangle(Stream& stream, float size) {
-    const V3f p = random_point(stream, size);
+std::unique_ptr<Light> random_triangle(Sampler& sampler, float size) {
+    const V3f p = random_point(sampler, size);
     TriangleEmitter shape;
-    shape.p = {p, p + random_point(stream, 0.2F), p + random_point(stream, 0.2F),
-               p + random_point(stream, 0.2F)};
+    shape.p = {p, p + random_point(sampler, 0.2F), p + random_point(sampler, 0.2F),
+               p + random_point(sampler, 0.2F)};
     shape.triangles = {{0, 1, 2}, {0, 3, 1}};
-    shape.reverse = stream.next() < 0.5F;
-    return make_area_light(std::move(shape), Rgb(stream.next()), stream.next() < 0.2F);
+    shape.reverse = sampler.next() < 0.5F;
+    return make_area_light(std::move(shape), Rgb(sampler.next()), sampler.next() < 0.2F);
 }
 
-std::unique_ptr<Light> random_lamp(Stream& stream, float size) {
+std::unique_ptr<Light> random_lamp(Sampler& sampler, float size) {
     Rig rig = testing::rig_b();
     MeasuredSettings settings;
-    settings.world_from_light.rotate(V3d(random_point(stream, 3)));
+    settings.world_from_light.rotate(V3d(random_point(sampler, 3)));
     settings.world_from_light.scale(V3d(2));
-    for (int a = 0; a < 3; ++a) settings.world_from_light[3][a] = double{random_point(stream, size)[a]};
+    for (int a = 0; a < 3; ++a) settings.world_from_light[3][a] = double{random_point(sampler, size)[a]};
     Monitor silent;
-    LightField field = testing::random_field(rig, 0, 1, stream.bits());
+    LightField field = testing::random_field(rig, 0, 1, sampler.bits());
     CellTable table(field, {}, silent);
     return make_measured_light(std::move(field), std::move(table), settings, silent);
 }
 
 // Of every kind that has a place, at random places.
 Lights lights_of_every_kind(std::uint64_t seed, int count, float size) {
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     Lights lights;
     for (int i = 0; i < count; ++i) {
-        const V3f p = random_point(stream, size);
-        const V3f d = random_direction(stream);
-        const Rgb power(0.1F + 5 * stream.next());
+        const V3f p = random_point(sampler, size);
+        const V3f d = random_direction(sampler);
+        const Rgb power(0.1F + 5 * sampler.next());
         switch (i % 6) {
             case 0:
                 lights.push_back(make_point_light(p, power));
                 break;
             case 1:
-                lights.push_back(make_spot_light(p, d, power, 5 + 150 * stream.next(), 5));
+                lights.push_back(make_spot_light(p, d, power, 5 + 150 * sampler.next(), 5));
                 break;
             case 2:
                 lights.push_back(make_area_light(DiskEmitter{p, d, 0.3F}, power, false));
                 break;
             case 3:
-                lights.push_back(make_area_light(SphereEmitter{p, 0.1F, stream.next() < 0.3F}, power, false));
+                lights.push_back(
+                    make_area_light(SphereEmitter{p, 0.1F, sampler.next() < 0.3F}, power, false));
                 break;
             case 4:
-                lights.push_back(random_triangle(stream, size));
+                lights.push_back(random_triangle(sampler, size));
                 break;
             default:
-                lights.push_back(random_lamp(stream, size));
+                lights.push_back(random_lamp(sampler, size));
         }
     }
     return lights;
@@ -86,9 +87,9 @@ TEST(LightBounds, EveryParticle_StartsInsideAndFliesWithinTheCone) {
         box.min -= V3f(1e-5F);
         box.max += V3f(1e-5F);
         for (std::uint64_t i = 0; i < 300; ++i) {
-            Stream stream(2, Purpose::test, 0, i);
-            const EmitU u{stream.next2(), stream.next2(), stream.bits()};
-            const auto e = light->emit(u);
+            Sampler sampler(2, Purpose::test, 0, i);
+            const LeSampleU u{sampler.next2(), sampler.next2(), sampler.bits()};
+            const auto e = light->sample_Le(u);
             if (!e) continue;
             EXPECT_TRUE(box.intersects(e->from.p)) << light->kind() << " " << e->from.p;
             const float angle = std::acos(std::clamp(bounds->axis.dot(e->d), -1.0F, 1.0F));
@@ -99,12 +100,12 @@ TEST(LightBounds, EveryParticle_StartsInsideAndFliesWithinTheCone) {
 
 TEST(LightBounds, Together_HoldBothCones) {
     for (std::uint64_t i = 0; i < 3000; ++i) {
-        Stream stream(3, Purpose::test, 0, i);
+        Sampler sampler(3, Purpose::test, 0, i);
         const auto random = [&] {
-            const V3f p = random_point(stream, 1);
-            LightBounds bounds{Box3f(p, p + V3f(0.1F)), random_direction(stream)};
-            bounds.theta_o = stream.next() < 0.3F ? 0 : kPi * stream.next();
-            bounds.power = stream.next();
+            const V3f p = random_point(sampler, 1);
+            LightBounds bounds{Box3f(p, p + V3f(0.1F)), random_direction(sampler)};
+            bounds.theta_o = sampler.next() < 0.3F ? 0 : kPi * sampler.next();
+            bounds.power = sampler.next();
             return bounds;
         };
         const LightBounds a = random();
@@ -131,13 +132,13 @@ TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) 
     const LightTree tree(lights);
     constexpr int kDraws = 40'000;
     for (std::uint64_t place = 0; place < 6; ++place) {
-        Stream where(5, Purpose::test, 0, place);
+        Sampler where(5, Purpose::test, 0, place);
         const V3f x = random_point(where, 3);
         const V3f n = place % 2 == 0 ? V3f(0.0F) : random_direction(where);
         std::vector<std::uint64_t> observed(lights.size() + 1);
         for (std::uint64_t i = 0; i < kDraws; ++i) {
-            Stream stream(6, Purpose::test, 0, i);
-            const auto pick = tree.pick(x, n, stream.next());
+            Sampler sampler(6, Purpose::test, 0, i);
+            const auto pick = tree.pick(x, n, sampler.next());
             ++observed[pick ? pick->light : lights.size()];
             if (!pick) continue;
             EXPECT_NEAR(pick->probability, tree.probability(x, n, pick->light), 1e-6F);
@@ -167,11 +168,11 @@ TEST(LightTree, LightThatArrives_HasAChance) {
     const LightTree tree(lights);
     int arrived = 0;
     for (std::uint64_t i = 0; i < 3000; ++i) {
-        Stream stream(8, Purpose::test, 0, i);
-        const V3f x = random_point(stream, 3);
-        const V3f n = i % 3 == 0 ? V3f(0.0F) : random_direction(stream);
+        Sampler sampler(8, Purpose::test, 0, i);
+        const V3f x = random_point(sampler, 3);
+        const V3f n = i % 3 == 0 ? V3f(0.0F) : random_direction(sampler);
         for (std::uint32_t l = 0; l < lights.size(); ++l) {
-            const auto in = lights[l]->illuminate(x, stream.next2());
+            const auto in = lights[l]->sample_Li(x, sampler.next2());
             if (!in || !(luminance(in->weight) > 0)) continue;
             if (n != V3f(0.0F) && !(n.dot(in->w) > 0)) continue;
             ++arrived;
@@ -194,15 +195,15 @@ TEST(LightTree, AmongManyLamps_NearOnesAreAsked) {
     const V3f x(7.3F, -0.4F, 11.6F);
     const V3f up(0, 1, 0);
     const auto arriving = [&](std::uint32_t light) {
-        const auto in = lights[light]->illuminate(x, {});
+        const auto in = lights[light]->sample_Li(x, {});
         return double{in->weight.x} * std::max(0.0, double{in->w.dot(up)});
     };
     double truth = 0;
     for (std::uint32_t i = 0; i < lights.size(); ++i) truth += arriving(i);
     RunningStats by_tree, by_power;
     for (std::uint64_t i = 0; i < 20'000; ++i) {
-        Stream stream(9, Purpose::test, 0, i);
-        const float u = stream.next();
+        Sampler sampler(9, Purpose::test, 0, i);
+        const float u = sampler.next();
         const auto from_tree = tree.pick(x, up, u);
         by_tree.add(arriving(from_tree->light) / double{from_tree->probability});
         const auto from_power = picker.pick(u);

@@ -24,19 +24,19 @@ std::unique_ptr<Light> make(const LightField& field, const MeasuredSettings& set
     return make_measured_light(field, CellTable(field, Workers{1}, silent), settings, silent);
 }
 
-EmitU emit_numbers(std::uint64_t seed, int i) {
-    Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
-    EmitU u;
-    u.position = stream.next2();
-    u.direction = stream.next2();
-    u.salt = stream.bits();
+LeSampleU emit_numbers(std::uint64_t seed, int i) {
+    Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+    LeSampleU u;
+    u.position = sampler.next2();
+    u.direction = sampler.next2();
+    u.salt = sampler.bits();
     return u;
 }
 
 // Where a particle of a light under identity placement passed S and M.
 struct Passed {
     V2d on_s, on_m;
-    Passed(const Emitted& e, const Rig& rig) {
+    Passed(const LeSample& e, const Rig& rig) {
         on_s = V2d(double{e.from.p.x}, double{e.from.p.y}) - V2d(rig.centre.x, rig.centre.y);
         on_m = on_s + V2d(double{e.d.x}, double{e.d.y}) * (rig.distance / double{e.d.z});
     }
@@ -54,7 +54,7 @@ TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
     const double height = 6 - 2 * centre.z;
     int emitted = 0;
     for (int i = 0; i < 1000; ++i) {
-        const auto e = light->emit(emit_numbers(4, i));
+        const auto e = light->sample_Le(emit_numbers(4, i));
         if (!e) continue;
         ++emitted;
         EXPECT_NEAR(double{e->from.p.y}, height, 1e-5);
@@ -63,7 +63,7 @@ TEST(MeasuredLight, SamplingPlaneBeforeTheLamp_EmitsAndIsSeenThere) {
     EXPECT_GT(emitted, 100);
     const V3f below(static_cast<float>(5 + 2 * centre.x), static_cast<float>(height - 0.1),
                     static_cast<float>(7 + 2 * centre.y));
-    const auto seen = light->seen({below, V3f(0, 1, 0)});
+    const auto seen = light->Le({below, V3f(0, 1, 0)});
     ASSERT_TRUE(seen);
     EXPECT_NEAR(double{seen->distance}, 0.1, 1e-4);
 }
@@ -96,7 +96,7 @@ void expect_moments(const LightField& field, EmissionMode mode, bool expected_to
     const auto light = make(field, settings);
     RunningStats stats[6];
     for (int i = 0; i < 300000; ++i) {
-        const auto e = light->emit(emit_numbers(21, i));
+        const auto e = light->sample_Le(emit_numbers(21, i));
         if (!e) {
             for (RunningStats& s : stats) s.add(0);
             continue;
@@ -142,12 +142,12 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
         settings.world_from_light.rotate(V3d(0.3, -1.0, 0.5));
         const auto light = make(random_field(rig_a(), -1, 1.2F, 41), settings);
         for (const int size : {0, 1, 7, 63, 64, 65, 1000}) {
-            std::vector<EmitU> u;
+            std::vector<LeSampleU> u;
             for (int i = 0; i < size; ++i) u.push_back(emit_numbers(42, i));
-            std::vector<std::optional<Emitted>> many(u.size());
-            light->emit_many(u, many);
+            std::vector<std::optional<LeSample>> many(u.size());
+            light->sample_Le_many(u, many);
             for (std::size_t i = 0; i < u.size(); ++i) {
-                const auto one = light->emit(u[i]);
+                const auto one = light->sample_Le(u[i]);
                 ASSERT_EQ(one.has_value(), many[i].has_value());
                 if (!one) continue;
                 EXPECT_EQ(one->from.p, many[i]->from.p);
@@ -160,8 +160,8 @@ TEST(MeasuredLight, Particles_MadeManyAtOnce_AreTheSingleOnesBitForBit) {
         }
     }
     const auto dark = make({rig_b(), std::vector<float>(rig_b().coefficients())});
-    std::vector<std::optional<Emitted>> none(3, Emitted{});
-    dark->emit_many(std::vector<EmitU>(3), none);
+    std::vector<std::optional<LeSample>> none(3, LeSample{});
+    dark->sample_Le_many(std::vector<LeSampleU>(3), none);
     for (const auto& e : none) EXPECT_FALSE(e);
 }
 
@@ -180,7 +180,7 @@ TEST(MeasuredLight, SmallestFields_EmitWhatTheyHold) {
             const auto light = make(field, settings);
             RunningStats flux, square;
             for (int i = 0; i < 20000; ++i) {
-                const auto e = light->emit(emit_numbers(44, i));
+                const auto e = light->sample_Le(emit_numbers(44, i));
                 if (!e) {  // `weighted`, on the very edge of the outer bells
                     flux.add(0), square.add(0);
                     continue;
@@ -213,7 +213,7 @@ TEST(MeasuredLight, Particles_FallIntoTheirCellsByClampedFlux) {
     const auto light = make(field);
     std::vector<std::uint64_t> observed(table.cells());
     constexpr int kDraws = 300000;
-    for (int i = 0; i < kDraws; ++i) ++observed[light->emit(emit_numbers(22, i))->cell];
+    for (int i = 0; i < kDraws; ++i) ++observed[light->sample_Le(emit_numbers(22, i))->cell];
     std::vector<double> expected;
     for (CellId id = 0; id < table.cells(); ++id) {
         expected.push_back(std::max(1e-9, field.members(*table.cell(id)).clamped_mean() / table.flux() *
@@ -242,7 +242,7 @@ TEST(MeasuredLight, Flux_IsTheMeanOfEmission_WhateverThePlacement) {
             EXPECT_NEAR(light->flux().x / light->flux().z, info.colour.x / info.colour.z, 1e-4F);
             RunningStats stats;
             for (int i = 0; i < 40000; ++i) {
-                const auto e = light->emit(emit_numbers(23, i));
+                const auto e = light->sample_Le(emit_numbers(23, i));
                 stats.add(e ? double{luminance(e->weight)} : 0.0);
             }
             EXPECT_NEAR(stats.mean(), light->power(), 4 * stats.standard_error() + 1e-4 * light->power());
@@ -262,8 +262,8 @@ Irradiance irradiance_three_ways(const Light& light, const V3f& x, const V3f& n,
     Irradiance result;
     const Frame frame(n);
     for (int i = 0; i < samples; ++i) {
-        Stream stream(24, Purpose::test, 1, static_cast<std::uint64_t>(i));
-        const auto e = light.emit(emit_numbers(25, i));
+        Sampler sampler(24, Purpose::test, 1, static_cast<std::uint64_t>(i));
+        const auto e = light.sample_Le(emit_numbers(25, i));
         double hit = 0;
         if (e) {
             const float facing = -e->d.dot(n);
@@ -274,17 +274,17 @@ Irradiance irradiance_three_ways(const Light& light, const V3f& x, const V3f& n,
             }
         }
         result.emitted.add(hit);
-        const V2f offset = stream.next2() - V2f(0.5F, 0.5F);
+        const V2f offset = sampler.next2() - V2f(0.5F, 0.5F);
         const V3f at = x + frame.to_world({offset.x * side, offset.y * side, 0});
-        const auto in = light.illuminate(at, stream.next2());
+        const auto in = light.sample_Li(at, sampler.next2());
         result.illuminated.add(in ? double{luminance(in->weight)} * std::max(0.0, double{in->w.dot(n)})
                                   : 0.0);
-        const V3f w = frame.to_world(square_to_cosine_hemisphere(stream.next2()));
-        const auto seen = light.seen(Ray{at, w});
+        const V3f w = frame.to_world(square_to_cosine_hemisphere(sampler.next2()));
+        const auto seen = light.Le(Ray{at, w});
         result.seen.add(seen ? double{luminance(seen->radiance)} * double{kPi} : 0.0);  // L cosθ / (cosθ / π)
         if (in) {
             // The same ray, found the other way round, has the same radiance and density.
-            const auto back = light.seen(Ray{at, in->w});
+            const auto back = light.Le(Ray{at, in->w});
             EXPECT_TRUE(back.has_value());
             if (back) {
                 EXPECT_NEAR(back->pdf_w, in->pdf_w, 2e-3F * in->pdf_w);
@@ -302,7 +302,7 @@ void expect_same(const RunningStats& a, const RunningStats& b) {
     EXPECT_LT(sigma, 0.05 * a.mean());
 }
 
-TEST(MeasuredLight, Irradiance_EmittedIlluminatedAndSeen_IsOne) {
+TEST(MeasuredLight, Irradiance_BySampleLeSampleLiAndLe_IsOne) {
     for (const Rig& rig : {rig_a(), rig_b()}) {
         const LightField field = random_field(rig, -1, 2, 34);
         for (const double scale : {1.0, 20.0}) {
@@ -325,7 +325,7 @@ TEST(MeasuredLight, Irradiance_EmittedIlluminatedAndSeen_IsOne) {
     }
 }
 
-TEST(MeasuredLight, Illuminate_RestrictedToOneCell_AddsUpToTheWhole) {
+TEST(MeasuredLight, SampleLi_RestrictedToOneCell_AddsUpToTheWhole) {
     const LightField field = random_field(rig_b(), 0, 1, 35);
     Monitor silent;
     const CellTable table(field, {}, silent);
@@ -334,14 +334,14 @@ TEST(MeasuredLight, Illuminate_RestrictedToOneCell_AddsUpToTheWhole) {
     RunningStats whole;
     RunningStats parts;
     for (int i = 0; i < 40000; ++i) {
-        Stream stream(26, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f u = stream.next2();
-        const auto all = light->illuminate(x, u);
+        Sampler sampler(26, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f u = sampler.next2();
+        const auto all = light->sample_Li(x, u);
         whole.add(all ? double{luminance(all->weight)} : 0.0);
         double sum = 0;
         for (int n = 0; n < 4; ++n) {
             for (int o = 0; o < 3; ++o) {
-                const auto part = light->illuminate(x, u, table.id({n, o, 0, 0}));
+                const auto part = light->sample_Li(x, u, table.id({n, o, 0, 0}));
                 if (!part) continue;
                 sum += double{luminance(part->weight)};
                 EXPECT_EQ(table.cell(part->cell)->n, n);
@@ -351,20 +351,20 @@ TEST(MeasuredLight, Illuminate_RestrictedToOneCell_AddsUpToTheWhole) {
         parts.add(sum);
     }
     expect_same(whole, parts);
-    EXPECT_FALSE(light->illuminate(x, {0.5F, 0.5F}, static_cast<CellId>(table.cells())));
+    EXPECT_FALSE(light->sample_Li(x, {0.5F, 0.5F}, static_cast<CellId>(table.cells())));
 }
 
 TEST(MeasuredLight, FromBehindOrBeside_NothingIsSeen) {
     const auto light = make(random_field(rig_b(), 1, 2, 36));
-    EXPECT_FALSE(light->illuminate({0, 0, -1}, {0.5F, 0.5F}));
-    EXPECT_FALSE(light->illuminate({0, 0, 0.003F}, {0.5F, 0.5F}));
-    EXPECT_FALSE(light->illuminate({100, 0, 1}, {0.5F, 0.5F}));  // beyond M's edge
-    EXPECT_FALSE(light->seen({{0, 0, -1}, {0, 0, 1}}));
-    EXPECT_FALSE(light->seen({{0, 0, 1}, {0, 0, 1}}));
-    EXPECT_FALSE(light->seen({{1, 0, 1}, {0, 0, -1}}));
-    EXPECT_TRUE(light->seen({{0, 0, 1}, {0, 0, -1}}));
-    EXPECT_FALSE(light->seen({{0, 0, 1}, {0, 0, -1}, 0.5F}));
-    EXPECT_FALSE(light->seen({{0, 0, 1}, {1, 0, 0}}));
+    EXPECT_FALSE(light->sample_Li({0, 0, -1}, {0.5F, 0.5F}));
+    EXPECT_FALSE(light->sample_Li({0, 0, 0.003F}, {0.5F, 0.5F}));
+    EXPECT_FALSE(light->sample_Li({100, 0, 1}, {0.5F, 0.5F}));  // beyond M's edge
+    EXPECT_FALSE(light->Le({{0, 0, -1}, {0, 0, 1}}));
+    EXPECT_FALSE(light->Le({{0, 0, 1}, {0, 0, 1}}));
+    EXPECT_FALSE(light->Le({{1, 0, 1}, {0, 0, -1}}));
+    EXPECT_TRUE(light->Le({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_FALSE(light->Le({{0, 0, 1}, {0, 0, -1}, 0.5F}));
+    EXPECT_FALSE(light->Le({{0, 0, 1}, {1, 0, 0}}));
     EXPECT_TRUE(light->has_impostor());
     EXPECT_FALSE(light->is_delta());
     EXPECT_EQ(light->kind(), "lightfield");
@@ -373,9 +373,9 @@ TEST(MeasuredLight, FromBehindOrBeside_NothingIsSeen) {
 TEST(MeasuredLight, FieldWithoutLight_IsDark) {
     const auto dark = make({rig_b(), std::vector<float>(rig_b().coefficients())});
     EXPECT_EQ(dark->power(), 0);
-    EXPECT_FALSE(dark->emit(emit_numbers(1, 1)));
-    EXPECT_FALSE(dark->illuminate({0, 0, 1}, {0.5F, 0.5F}));
-    EXPECT_FALSE(dark->seen({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_FALSE(dark->sample_Le(emit_numbers(1, 1)));
+    EXPECT_FALSE(dark->sample_Li({0, 0, 1}, {0.5F, 0.5F}));
+    EXPECT_FALSE(dark->Le({{0, 0, 1}, {0, 0, -1}}));
     EXPECT_EQ(make({rig_b(), std::vector<float>(rig_b().coefficients(), -1.0F)})->power(), 0);
 
     // Bright in places, but the measurement as a whole is negative: noise, not a lamp.

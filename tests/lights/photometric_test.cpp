@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/gauss.h"
 #include "lights/photometric_cell.h"
 #include "tests/support/error_of.h"
@@ -31,7 +31,7 @@ PhotometricGrid rough_grid(PhotometricPlanes planes, std::uint64_t seed = 5) {
                    : std::vector<double>{30, 41, 60, 75, 90, 100, 128, 150};
     grid.azimuth = c ? std::vector<double>{0, 30, 90, 110, 200, 290, 360}
                      : std::vector<double>{-60, -42, -10, 0, 15, 44, 70};
-    Stream s(seed, Purpose::test, 0, 0);
+    Sampler s(seed, Purpose::test, 0, 0);
     for (std::size_t i = 0; i < grid.polar.size() * grid.azimuth.size(); ++i)
         grid.candela.push_back(i % 11 == 3 ? 0.0F : 100 * s.next());
     if (c) std::copy_n(grid.candela.begin(), 8, grid.candela.end() - 8);  // 360 is 0
@@ -160,7 +160,7 @@ Histogram histogram(const PhotometricWeb& drawn_from, const PhotometricWeb& expe
     constexpr int kSteps = 12;
     Histogram h;
     h.counts.resize(kSteps * kSteps);
-    Stream s(17, Purpose::test, 0, 0);
+    Sampler s(17, Purpose::test, 0, 0);
     for (int i = 0; i < draws; ++i) {
         const auto drawn = drawn_from.draw(s.next2());
         if (!drawn) continue;
@@ -203,7 +203,7 @@ TEST(PhotometricWeb, Draw_OfAnotherLamp_IsToldApart) {
 
 TEST(PhotometricWeb, Draw_TellsItsDensityAndIntensity) {
     const PhotometricWeb web(rough_grid(PhotometricPlanes::c));
-    Stream s(3, Purpose::test, 0, 0);
+    Sampler s(3, Purpose::test, 0, 0);
     for (int i = 0; i < 1000; ++i) {
         const auto drawn = web.draw(s.next2());
         ASSERT_TRUE(drawn);
@@ -221,7 +221,7 @@ TEST(PhotometricWeb, Dark_DrawsNothing) {
 
 TEST(PhotometricWeb, Resampled_OnItsOwnGrid_IsTheSame) {
     PhotometricGrid grid{PhotometricPlanes::c, {}, {}, {}};
-    Stream s(8, Purpose::test, 0, 0);
+    Sampler s(8, Purpose::test, 0, 0);
     for (int i = 0; i <= 180; i += 30) grid.polar.push_back(i);
     for (int j = 0; j <= 360; j += 45) grid.azimuth.push_back(j);
     for (std::size_t i = 0; i < 9 * 7; ++i) grid.candela.push_back(s.next());
@@ -263,15 +263,15 @@ TEST(PhotometricLight, EmitsItsFluxAndLightsByIntensityOverDistanceSquared) {
     EXPECT_EQ(light->unit(), FluxUnit::lumen);
     EXPECT_EQ(light->kind(), "ies");
     EXPECT_NEAR(double{light->flux().y}, web->flux(), 1e-5 * web->flux());
-    const auto emitted = light->emit({{0.3F, 0.6F}, {0.2F, 0.7F}, 1});
+    const auto emitted = light->sample_Le({{0.3F, 0.6F}, {0.2F, 0.7F}, 1});
     ASSERT_TRUE(emitted);
     EXPECT_NEAR(double{emitted->weight.x}, 2 * web->flux(), 1e-4 * web->flux()) << "all photons alike";
     const V3d local = web->direction(40, 70);
     const V3d world = local.x * V3d(axes.x) + local.y * V3d(axes.y) + local.z * V3d(axes.z);
-    const auto incident = light->illuminate(at + V3f(3.0 * world), {0.5F, 0.5F});
-    ASSERT_TRUE(incident);
-    EXPECT_NEAR(double{incident->weight.y}, web->intensity(local) / 9, 1e-4 * web->peak());
-    EXPECT_NEAR((incident->w + V3f(world)).length(), 0, 1e-5F);
+    const auto light_sample = light->sample_Li(at + V3f(3.0 * world), {0.5F, 0.5F});
+    ASSERT_TRUE(light_sample);
+    EXPECT_NEAR(double{light_sample->weight.y}, web->intensity(local) / 9, 1e-4 * web->peak());
+    EXPECT_NEAR((light_sample->w + V3f(world)).length(), 0, 1e-5F);
 }
 
 }  // namespace photometric_test

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "lights/analytic.h"
 #include "tests/support/statistics.h"
 
@@ -38,7 +38,7 @@ TEST(LightPicker, ManyPicks_FollowPower) {
     constexpr int kPicks = 200000;
     std::vector<std::uint64_t> counts(powers.size());
     std::vector<std::uint64_t> rest(16);
-    Stream s(1, Purpose::test, 0, 0);
+    Sampler s(1, Purpose::test, 0, 0);
     for (int i = 0; i < kPicks; ++i) {
         const auto pick = picker.pick(s.next());
         ASSERT_TRUE(pick);

@@ -58,7 +58,7 @@ class RayFiles : public ::testing::Test {
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
         return read_rays(folder_ / name, monitor_);
     }
-    std::string complaint(const std::string& bytes) {
+    std::string error_text(const std::string& bytes) {
         const std::string message = testing::error_of([&] { read(bytes); });
         EXPECT_THAT(message, AllOf(HasSubstr("rays.bin"), Not(HasSubstr("\n"))));
         return message;
@@ -166,23 +166,23 @@ TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
         set(bytes, at, value);
         return bytes;
     };
-    EXPECT_THAT(complaint(with(zemax(), 4, 2147483647)), HasSubstr("truncated in the rays"));
-    EXPECT_THAT(complaint(with(zemax(), 4, 3)), HasSubstr("truncated in the rays"));
-    EXPECT_THAT(complaint(with(zemax(), 4, -1)), HasSubstr("-1 rays"));
-    EXPECT_THAT(complaint(with(zemax(), 136, 5)), HasSubstr("length unit 5; 0 (m)"));
-    EXPECT_THAT(complaint(with(zemax(), 192, 1)), HasSubstr("ray format 1"));
-    EXPECT_THAT(complaint(with(zemax(), 196, 2)), HasSubstr("flux type 2"));
-    EXPECT_THAT(complaint(zemax().substr(0, 100)), HasSubstr("truncated in the header"));
-    EXPECT_THAT(complaint(with(lighttools(), 4, 3)), HasSubstr("version 3"));
-    EXPECT_THAT(complaint(with(lighttools(), 12, 2)), HasSubstr("data type 2"));
-    EXPECT_THAT(complaint(with(lighttools(), 16, 1)), HasSubstr("far-field"));
-    EXPECT_THAT(complaint(with(lighttools(), 20, 1)), HasSubstr("colour information 1"));
-    EXPECT_THAT(complaint(with(lighttools(), 24, 9)), HasSubstr("length unit 9"));
-    EXPECT_THAT(complaint(lighttools().substr(0, 60)), HasSubstr("truncated"));
-    EXPECT_THAT(complaint(lighttools().substr(0, 44) + "LTRFEND"), HasSubstr("0 rays"));
+    EXPECT_THAT(error_text(with(zemax(), 4, 2147483647)), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(error_text(with(zemax(), 4, 3)), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(error_text(with(zemax(), 4, -1)), HasSubstr("-1 rays"));
+    EXPECT_THAT(error_text(with(zemax(), 136, 5)), HasSubstr("length unit 5; 0 (m)"));
+    EXPECT_THAT(error_text(with(zemax(), 192, 1)), HasSubstr("ray format 1"));
+    EXPECT_THAT(error_text(with(zemax(), 196, 2)), HasSubstr("flux type 2"));
+    EXPECT_THAT(error_text(zemax().substr(0, 100)), HasSubstr("truncated in the header"));
+    EXPECT_THAT(error_text(with(lighttools(), 4, 3)), HasSubstr("version 3"));
+    EXPECT_THAT(error_text(with(lighttools(), 12, 2)), HasSubstr("data type 2"));
+    EXPECT_THAT(error_text(with(lighttools(), 16, 1)), HasSubstr("far-field"));
+    EXPECT_THAT(error_text(with(lighttools(), 20, 1)), HasSubstr("colour information 1"));
+    EXPECT_THAT(error_text(with(lighttools(), 24, 9)), HasSubstr("length unit 9"));
+    EXPECT_THAT(error_text(lighttools().substr(0, 60)), HasSubstr("truncated"));
+    EXPECT_THAT(error_text(lighttools().substr(0, 44) + "LTRFEND"), HasSubstr("0 rays"));
     std::string no_end = lighttools();
     no_end.back() = 'X';
-    EXPECT_THAT(complaint(no_end), HasSubstr("LTRFEND"));
+    EXPECT_THAT(error_text(no_end), HasSubstr("LTRFEND"));
 }
 
 TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
@@ -193,8 +193,8 @@ TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
                 HasSubstr("does not start with TM25"));
     EXPECT_THAT(testing::error_of([&] { read(std::string(300, 'x'), "rays.DAT"); }),
                 HasSubstr("no Zemax ray file"));
-    EXPECT_THAT(complaint("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
-    EXPECT_THAT(complaint("r"), HasSubstr("no ray file"));
+    EXPECT_THAT(error_text("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
+    EXPECT_THAT(error_text("r"), HasSubstr("no ray file"));
 }
 
 TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {

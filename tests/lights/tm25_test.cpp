@@ -63,7 +63,7 @@ class Tm25 : public ::testing::Test {
         std::ofstream(folder_ / "rays.tm25ray", std::ios::binary) << bytes;
         return read_tm25(folder_ / "rays.tm25ray", monitor_);
     }
-    std::string complaint(const std::string& bytes) {
+    std::string error_text(const std::string& bytes) {
         try {
             read(bytes);
         } catch (const InputError& error) {
@@ -194,26 +194,26 @@ TEST_F(Tm25, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
         spoil(file);
         return file.bytes();
     };
-    EXPECT_THAT(complaint(with([](File& f) { f.rays = ~std::uint64_t{0}; })),
+    EXPECT_THAT(error_text(with([](File& f) { f.rays = ~std::uint64_t{0}; })),
                 HasSubstr("truncated in the rays"));
-    EXPECT_THAT(complaint(with([](File& f) { f.rays = 3; })), HasSubstr("truncated in the rays"));
-    EXPECT_THAT(complaint(with([](File& f) { f.rays = 0; })), HasSubstr("0 rays"));
-    EXPECT_THAT(complaint(with([](File& f) { f.version = 1; })), HasSubstr("2013"));
-    EXPECT_THAT(complaint(with([](File& f) { f.spectral = 9; })), HasSubstr("spectral"));
-    EXPECT_THAT(complaint(with([](File& f) { f.tables = 2147483647; })), HasSubstr("spectral table"));
-    EXPECT_THAT(complaint(with([](File& f) { f.tables = -1; })), HasSubstr("tables"));
-    EXPECT_THAT(complaint(with([](File& f) { f.extras = 100000; })), HasSubstr("column names"));
-    EXPECT_THAT(complaint(with([](File& f) { f.extras = -5; })), HasSubstr("additional items"));
-    EXPECT_THAT(complaint(with([](File& f) { f.text_bytes = 1 << 30; })), HasSubstr("text"));
-    EXPECT_THAT(complaint(with([](File& f) { f.flags[1] = 0; })), HasSubstr("direction"));
-    EXPECT_THAT(complaint(with([](File& f) { f.flags[4] = 0; })), HasSubstr("flux"));
-    EXPECT_THAT(complaint(with([](File& f) { f.flags[6] = 77; })), HasSubstr("tristimulus"));
-    EXPECT_THAT(complaint("IESNA:LM-63-2002"), HasSubstr("TM25"));
-    EXPECT_THAT(complaint("TM25"), HasSubstr("truncated in the header"));
-    EXPECT_THAT(complaint("T"), HasSubstr("truncated"));
+    EXPECT_THAT(error_text(with([](File& f) { f.rays = 3; })), HasSubstr("truncated in the rays"));
+    EXPECT_THAT(error_text(with([](File& f) { f.rays = 0; })), HasSubstr("0 rays"));
+    EXPECT_THAT(error_text(with([](File& f) { f.version = 1; })), HasSubstr("2013"));
+    EXPECT_THAT(error_text(with([](File& f) { f.spectral = 9; })), HasSubstr("spectral"));
+    EXPECT_THAT(error_text(with([](File& f) { f.tables = 2147483647; })), HasSubstr("spectral table"));
+    EXPECT_THAT(error_text(with([](File& f) { f.tables = -1; })), HasSubstr("tables"));
+    EXPECT_THAT(error_text(with([](File& f) { f.extras = 100000; })), HasSubstr("column names"));
+    EXPECT_THAT(error_text(with([](File& f) { f.extras = -5; })), HasSubstr("additional items"));
+    EXPECT_THAT(error_text(with([](File& f) { f.text_bytes = 1 << 30; })), HasSubstr("text"));
+    EXPECT_THAT(error_text(with([](File& f) { f.flags[1] = 0; })), HasSubstr("direction"));
+    EXPECT_THAT(error_text(with([](File& f) { f.flags[4] = 0; })), HasSubstr("flux"));
+    EXPECT_THAT(error_text(with([](File& f) { f.flags[6] = 77; })), HasSubstr("tristimulus"));
+    EXPECT_THAT(error_text("IESNA:LM-63-2002"), HasSubstr("TM25"));
+    EXPECT_THAT(error_text("TM25"), HasSubstr("truncated in the header"));
+    EXPECT_THAT(error_text("T"), HasSubstr("truncated"));
     File blind;
     blind.row({NAN, 0, 0, 0, 0, 1, 1});
-    EXPECT_THAT(complaint(blind.bytes()), HasSubstr("no ray is usable"));
+    EXPECT_THAT(error_text(blind.bytes()), HasSubstr("no ray is usable"));
     EXPECT_THROW(read_tm25(folder_ / "none", monitor_), InputError);
 }
 
@@ -227,11 +227,11 @@ TEST_F(Tm25, Damage_AnyByteOrLength_NeverCrashes) {
         } catch (const InputError&) {
         }
     };
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     for (int i = 0; i < 400; ++i) {
         std::string bad = good;
-        const std::size_t where = i % 3 == 0 ? 36288 + stream.bits() % 56 : stream.bits() % 288;
-        bad[where] = static_cast<char>(stream.bits());
+        const std::size_t where = i % 3 == 0 ? 36288 + sampler.bits() % 56 : sampler.bits() % 288;
+        bad[where] = static_cast<char>(sampler.bits());
         survives(bad);
     }
     for (std::size_t cut = 0; cut < 60; ++cut) survives(good.substr(0, good.size() - cut));

@@ -26,9 +26,9 @@ RaySet rays_of(Outline outline, const V2d& half_size, double flux, double expone
     RaySet set;
     set.flux = flux;
     for (int i = 0; i < count; ++i) {
-        Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f a = stream.next2();
-        const V2f b = stream.next2();
+        Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f a = sampler.next2();
+        const V2f b = sampler.next2();
         const V2f at = outline == Outline::disc ? square_to_disc(a) : 2.0F * a - V2f(1, 1);
         const float z = std::pow(1 - b.x, 1 / (static_cast<float>(exponent) + 1));
         const float r = std::sqrt(std::max(0.0F, 1 - z * z));
@@ -349,9 +349,9 @@ TEST(FitLightField, OsramGreen_EmitsNearAndFarWhatItsRaysEmit) {
     Pattern got;
     constexpr int kParticles = 200000;
     for (int i = 0; i < kParticles; ++i) {
-        Stream stream(8, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f a = stream.next2();
-        const auto e = light->emit({a, stream.next2(), stream.bits()});
+        Sampler sampler(8, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f a = sampler.next2();
+        const auto e = light->sample_Le({a, sampler.next2(), sampler.bits()});
         ASSERT_TRUE(e);
         got.add(V3d(e->from.p), V3d(e->d), double{luminance(e->weight)} / kParticles / set.flux);
     }

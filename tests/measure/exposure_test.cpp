@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "measure/camera_simulation.h"
 #include "measure/median.h"
 #include "tests/support/statistics.h"
@@ -18,8 +18,8 @@ using ::testing::ElementsAre;
 
 std::vector<float> noise(const V2i& size, std::uint64_t seed) {
     std::vector<float> image(static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y));
-    Stream stream(seed, Purpose::test, 0, 0);
-    for (float& x : image) x = stream.next();
+    Sampler sampler(seed, Purpose::test, 0, 0);
+    for (float& x : image) x = sampler.next();
     return image;
 }
 
@@ -146,11 +146,11 @@ TEST(Merge, SimulatedCamera_IsUnbiasedWithThePredictedVariance) {
         RunningStats rate;
         double predicted = 0;
         for (int i = 0; i < kRuns; ++i) {
-            Stream stream(7, Purpose::test, static_cast<std::uint32_t>(electrons_per_second),
-                          static_cast<std::uint64_t>(i));
+            Sampler sampler(7, Purpose::test, static_cast<std::uint32_t>(electrons_per_second),
+                            static_cast<std::uint64_t>(i));
             std::vector<float> counts;
             for (const double t : seconds)
-                counts.push_back(simulated_count(electrons_per_second * t, camera, scale, stream));
+                counts.push_back(simulated_count(electrons_per_second * t, camera, scale, sampler));
             const MergedExposures m = merged(seconds, counts, static_cast<float>(scale.pedestal), noise);
             rate.add(double{m.rate[0]});
             predicted += double{m.variance[0]} / kRuns;
@@ -170,8 +170,8 @@ TEST(Poisson, BelowAndAboveTheSwitch_HasItsProbabilities) {
         std::vector<std::uint64_t> seen(last + 1);
         std::vector<double> expected(last + 1);
         for (int i = 0; i < kDraws; ++i) {
-            Stream stream(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            const auto k = static_cast<std::size_t>(poisson(mean, stream));
+            Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            const auto k = static_cast<std::size_t>(poisson(mean, sampler));
             ++seen[std::min(k, last)];
         }
         for (std::size_t k = 0; k <= last; ++k) {

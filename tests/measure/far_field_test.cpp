@@ -138,7 +138,7 @@ TEST(FarField, FromAfar_LightsAsTheFieldDoes) {
 TEST(FarField, OfRays_HoldsTheirFluxWhereverTheyGo) {
     RaySet set;
     set.unit = FluxUnit::lumen;
-    Stream s(2, Purpose::test, 0, 0);
+    Sampler s(2, Purpose::test, 0, 0);
     for (int i = 0; i < 50'000; ++i) set.rays.push_back({V3f(0.0F), square_to_sphere(s.next2()), 0.001F});
     set.flux = 50;
     const PhotometricWeb web = far_field(set, {10, 30});

@@ -31,11 +31,11 @@ Rig bench(bool travels) {
 std::vector<LampRay> some_rays(int count, std::uint64_t seed) {
     std::vector<LampRay> rays;
     for (int i = 0; i < count; ++i) {
-        Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f at = stream.next2();
-        V3f d = square_to_cosine_hemisphere(stream.next2());
-        if (stream.next() < 0.05F) d.z = -d.z;
-        rays.push_back({{0.03F * (at.x - 0.5F), 0.03F * (at.y - 0.5F), 0.001F}, d, 0.5F + stream.next()});
+        Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f at = sampler.next2();
+        V3f d = square_to_cosine_hemisphere(sampler.next2());
+        if (sampler.next() < 0.05F) d.z = -d.z;
+        rays.push_back({{0.03F * (at.x - 0.5F), 0.03F * (at.y - 0.5F), 0.001F}, d, 0.5F + sampler.next()});
     }
     return rays;
 }

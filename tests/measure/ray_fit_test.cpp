@@ -21,8 +21,8 @@ RaySet bundle(double half, double waist, double start, double exponent, int coun
     set.flux = 100;
     set.unit = FluxUnit::lumen;
     for (int i = 0; i < count; ++i) {
-        Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f a = stream.next2(), b = stream.next2();
+        Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f a = sampler.next2(), b = sampler.next2();
         const double z = std::pow(1 - double{b.x}, 1 / (exponent + 1)), r = std::sqrt(1 - z * z);
         const double turn = 2 * M_PI * double{b.y};
         const V3d d(r * std::cos(turn), r * std::sin(turn), z);

@@ -34,10 +34,10 @@ RaySet five_rays() {
     return set;
 }
 
-EmitU numbers(std::uint64_t i) {
-    Stream stream(21, Purpose::test, 0, i);
-    const V2f position = stream.next2();
-    return {position, stream.next2(), stream.bits()};
+LeSampleU numbers(std::uint64_t i) {
+    Sampler sampler(21, Purpose::test, 0, i);
+    const V2f position = sampler.next2();
+    return {position, sampler.next2(), sampler.bits()};
 }
 
 TEST(RayLight, Rays_AreChosenByFlux) {
@@ -46,7 +46,7 @@ TEST(RayLight, Rays_AreChosenByFlux) {
     std::array<std::uint64_t, 5> seen{};
     constexpr int kDraws = 80000;
     for (int i = 0; i < kDraws; ++i) {
-        const auto e = light->emit(numbers(static_cast<std::uint64_t>(i)));
+        const auto e = light->sample_Le(numbers(static_cast<std::uint64_t>(i)));
         ASSERT_TRUE(e);
         ++seen[static_cast<std::size_t>(std::lround(e->from.p.x * 1000))];
         EXPECT_NEAR(luminance(e->weight), 8, 1e-5F);
@@ -66,7 +66,7 @@ TEST(RayLight, Placement_MovesTurnsAndScalesTheRays) {
     m.translate(V3d(0));
     m[3][0] = 10;
     const auto light = make_ray_light(five_rays(), RayLightSettings{"five", m, 3, 0});
-    const auto e = light->emit({{0, 0}, {0, 0}, 0});  // the first ray
+    const auto e = light->sample_Le({{0, 0}, {0, 0}, 0});  // the first ray
     ASSERT_TRUE(e);
     V3d p, d;
     m.multVecMatrix(V3d(0, 0.002, -0.003), p);
@@ -82,7 +82,7 @@ TEST(RayLight, OnlyParticles_MeetIt) {
     const auto light = make_ray_light(five_rays(), RayLightSettings{"five", M44d(), 1, 0});
     EXPECT_TRUE(light->only_particles());
     EXPECT_FALSE(light->has_impostor());
-    EXPECT_FALSE(light->illuminate({0, 0, 1}, {0.5F, 0.5F}));
+    EXPECT_FALSE(light->sample_Li({0, 0, 1}, {0.5F, 0.5F}));
 }
 
 TEST(RayLight, EveryNumber_FindsARayWithFlux) {
@@ -91,7 +91,7 @@ TEST(RayLight, EveryNumber_FindsARayWithFlux) {
     const auto light = make_ray_light(set, RayLightSettings{"five", M44d(), 1, 0});
     for (const float x : {0.0F, 0.1F, 0.888888F, 0.99999994F}) {
         for (const float y : {0.0F, 0.99999994F}) {
-            const auto e = light->emit({{x, y}, {0, 0}, 0});
+            const auto e = light->sample_Le({{x, y}, {0, 0}, 0});
             ASSERT_TRUE(e);
             const auto i = static_cast<std::size_t>(std::lround(e->from.p.x * 1000));
             EXPECT_GT(set.rays[i].flux, 0) << x << " " << y;

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/error_of.h"
 
 namespace lucerna {
@@ -19,8 +19,8 @@ const Corners kOblique{V2d(5.3, 40.1), V2d(50.2, 44.4), V2d(41.7, 9.9), V2d(11.4
 
 std::vector<float> random_image(std::size_t size, std::uint64_t seed) {
     std::vector<float> image(size);
-    Stream stream(seed, Purpose::test, 1, 0);
-    for (float& x : image) x = stream.next();
+    Sampler sampler(seed, Purpose::test, 1, 0);
+    for (float& x : image) x = sampler.next();
     return image;
 }
 

@@ -1,5 +1,5 @@
 // A thousand files gone wrong for every reader, beyond what its fuzzer found: each is read or refused in one
-// line; none crashes, hangs or swallows memory [photon-maps 7]. The entries are the fuzzers' own
+// line; none crashes, hangs or swallows memory [docs/extremes.md]. The entries are the fuzzers' own
 // (tests/fuzz/NAME_fuzz.cpp), the whole files their corpus.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -14,7 +14,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent))
 import chromium
 from compare_page_test import COLOUR, SCENE
 
-PLAN = """
+DESCRIPTION = """
 title = "Two ways, <twice>"
 seeds = 3
 [[scene]]
@@ -67,10 +67,10 @@ def furthest_off(ticks, places):
     return max(between + [abs(where(v) - place) for v, place in places])
 
 
-def make_study(folder, plan=PLAN):
+def make_study(folder, description=DESCRIPTION):
     (folder / "scene.pbrt").write_text(SCENE)
-    (folder / "plan.toml").write_text(plan)
-    subprocess.run([LUCERNA, "study", "plan.toml", "-o", "out", "--quiet"], cwd=folder, check=True)
+    (folder / "study.toml").write_text(description)
+    subprocess.run([LUCERNA, "study", "study.toml", "-o", "out", "--quiet"], cwd=folder, check=True)
     return folder / "out" / "study.html", json.loads((folder / "out" / "results.json").read_text())
 
 
@@ -359,9 +359,9 @@ class StudyPage(unittest.TestCase):
         self.assertIn("photons=300", " ".join(str(s) for s in self.chosen() +
                       self.page.evaluate("[study.scenes[1].images.left.settings]")))
 
-    def test_origin_and_plan_are_on_the_page(self):
+    def test_origin_and_description_are_on_the_page(self):
         text = self.page.evaluate("document.body.textContent")
-        for part in ("lucerna study plan.toml -o out", "lucerna 0.1.0", "processor", self.results["dates"][0],
+        for part in ("lucerna study study.toml -o out", "lucerna 0.1.0", "processor", self.results["dates"][0],
                      "path, spp=128", 'set = "photons=300|3000 gatherrays=1"'):
             self.assertIn(part, text)
         self.assertEqual(self.text("h1"), "Two ways, <twice>")
@@ -391,8 +391,8 @@ class OneSeed(unittest.TestCase):
 
     def test_page_has_one_plot(self):
         with tempfile.TemporaryDirectory() as folder:
-            plan = PLAN.replace("seeds = 3", "seeds = 1").replace("|3000", "")
-            file, results = make_study(pathlib.Path(folder), plan)
+            description = DESCRIPTION.replace("seeds = 3", "seeds = 1").replace("|3000", "")
+            file, results = make_study(pathlib.Path(folder), description)
             with chromium.Page(file, seconds=120) as page:
                 page.evaluate("study.ready.then(() => true)")
                 self.assertEqual(page.evaluate("document.querySelectorAll('figure').length"), 2)  # one of each scene
@@ -406,8 +406,8 @@ class BrokenPages(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
-        plan = PLAN.replace("seeds = 3", "seeds = 1").replace("|3000", "")
-        file, _ = make_study(pathlib.Path(cls.folder.name), plan)
+        description = DESCRIPTION.replace("seeds = 3", "seeds = 1").replace("|3000", "")
+        file, _ = make_study(pathlib.Path(cls.folder.name), description)
         cls.good = file.read_text()
 
     @classmethod

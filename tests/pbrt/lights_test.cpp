@@ -149,17 +149,17 @@ TEST(Lights, AreaEmission_LeavesOnTheSideOfTheGeometry) {
               std::string("Shape \"disk\" \"float height\" 2 ")}) {
             SceneParts parts = parts_of_world(turn + "AreaLightSource \"diffuse\" " + shape);
             const Scene scene(std::move(parts), {1});
-            const auto photon = scene.lights()[0]->emit({{0.3F, 0.6F}, {0.4F, 0.7F}});
+            const auto photon = scene.lights()[0]->sample_Le({{0.3F, 0.6F}, {0.4F, 0.7F}});
             ASSERT_TRUE(photon.has_value());
             // A ray that comes back along the photon's way meets the surface where it left, from its outside.
             const float back = 1e-3F;
-            const auto hit = scene.hit({photon->from.p + back * photon->d, -photon->d});
+            const auto hit = scene.intersect({photon->from.p + back * photon->d, -photon->d});
             ASSERT_TRUE(hit.has_value()) << turn << shape;
             EXPECT_GT(hit->at.n.dot(photon->d), 0) << turn << shape;
             EXPECT_EQ(hit->light, 0);
             EXPECT_NEAR((hit->at.p - photon->from.p).length(), 0, 1e-5F);
-            const Seen seen =
-                scene.lights()[0]->meet({photon->from.p + back * photon->d, -photon->d}, hit->t, hit->at.n);
+            const EmittedRadiance seen = scene.lights()[0]->Le_on_surface(
+                {photon->from.p + back * photon->d, -photon->d}, hit->t, hit->at.n);
             EXPECT_EQ(seen.radiance, Rgb(1.0F)) << turn << shape;
         }
     }
@@ -236,7 +236,7 @@ TEST(Lights, LightFieldOnAShape_TakesThatShapeAndItsOwnFrame) {
         ASSERT_EQ(parts.lights.size(), 1U);
         EXPECT_EQ(parts.lights[0]->kind(), "lightfield");
         EXPECT_GT(parts.lights[0]->power(), 0);
-        const auto particle = parts.lights[0]->emit({{0.5F, 0.5F}, {0.5F, 0.5F}});
+        const auto particle = parts.lights[0]->sample_Le({{0.5F, 0.5F}, {0.5F, 0.5F}});
         ASSERT_TRUE(particle);
         EXPECT_NEAR(static_cast<double>(particle->from.p.z) + parts.origin.z, 3.5, 0.02);
         EXPECT_GT(particle->d.z, 0.9F);
@@ -318,7 +318,7 @@ struct ImageFolder {
 };
 
 Rgb sky(const Light& light, const V3f& w) {
-    return light.seen({V3f(0.0F), w.normalized()}).value().radiance;
+    return light.Le({V3f(0.0F), w.normalized()}).value().radiance;
 }
 
 TEST(ImageLights, InfiniteMapname_IsByLatitudeAndLongitude) {
@@ -370,8 +370,8 @@ TEST(ImageLights, Goniometric_HasItsPoleAtY) {
     images.write("lamp.exr", 8, 4);
     images.write("square.exr", 8, 8);
     const auto towards = [](const Light& light, const V3f& x) {
-        const auto incident = light.illuminate(x, {0.5F, 0.5F});
-        return incident ? incident->weight.x : 0.0F;
+        const auto light_sample = light.sample_Li(x, {0.5F, 0.5F});
+        return light_sample ? light_sample->weight.x : 0.0F;
     };
     for (const std::string name : {"goniometric", "goniophotometric"}) {
         const auto light =
@@ -390,7 +390,7 @@ TEST(ImageLights, Goniometric_HasItsPoleAtY) {
 TEST(ImageLights, Projection_IsUprightInVersion4Only) {
     const ImageFolder images;
     images.write("slide.exr", 4, 2);
-    const auto lit = [](const Light& light, const V3f& x) { return light.illuminate(x, {}).has_value(); };
+    const auto lit = [](const Light& light, const V3f& x) { return light.sample_Li(x, {}).has_value(); };
     const auto v4 = images.light(
         "Translate 0 0 1 LightSource \"projection\" \"string filename\" \"slide.exr\" \"float power\" 7");
     // 90 degrees across the shorter side: at distance 1, x in (-2, 2), y in (-1, 1).

@@ -153,14 +153,14 @@ TEST(MediumInterface, InTheScene_ChangesTheMediumAtAnInterface) {
                             "\"in\" \"\" Material \"interface\" Translate 0 0 5 Shape \"sphere\"",
                         "scene.pbrt", {}, {1}, monitor);
     const Ray ray{V3f(V3d(0, 0, 0) - job.scene.origin()), {0, 0, 1}};
-    EXPECT_FALSE(job.scene.hit(ray));
-    ASSERT_TRUE(job.scene.hit_border(ray));
-    const auto border = job.scene.hit_or_border(ray);
+    EXPECT_FALSE(job.scene.intersect(ray));
+    ASSERT_TRUE(job.scene.intersect_border(ray));
+    const auto border = job.scene.intersect_with_borders(ray);
     ASSERT_TRUE(border);
     EXPECT_NEAR(border->t, 4, 1e-5);
     EXPECT_TRUE(job.scene.is_border(*border));
     EXPECT_EQ(medium_towards(border->media, border->at.n, ray.d, kNoMedium), 0);
-    EXPECT_TRUE(job.scene.visible({ray.o}, ray.d, 100));
+    EXPECT_TRUE(job.scene.unoccluded({ray.o}, ray.d, 100));
 }
 
 // --- versions 1 and 2

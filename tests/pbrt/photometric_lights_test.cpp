@@ -35,8 +35,8 @@ class PhotometricLights : public ::testing::Test {
                            parameters);
     }
     static double candela(const Light& light, const V3f& from, const V3f& towards) {
-        const auto incident = light.illuminate(from + 2.0F * towards, {0.5F, 0.5F});
-        return incident ? 4 * static_cast<double>(incident->weight.y) : 0;
+        const auto light_sample = light.sample_Li(from + 2.0F * towards, {0.5F, 0.5F});
+        return light_sample ? 4 * static_cast<double>(light_sample->weight.y) : 0;
     }
 
     TemporaryFolder folder;

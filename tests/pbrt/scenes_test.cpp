@@ -70,12 +70,13 @@ TEST(Scenes, Cornell_HasTheLampsFluxAndFacesIt) {
     EXPECT_NEAR(job.scene.lights()[0]->power(), 535'434, 5);
     EXPECT_EQ(job.scene.counts().triangles, 32U);
     EXPECT_EQ(job.scene.counts().degenerate_triangles, 0U);
-    const auto floor = job.scene.hit({V3f(V3d(278, 100, 400) - job.scene.origin()), V3f(0, -1, 0)});
+    const auto floor = job.scene.intersect({V3f(V3d(278, 100, 400) - job.scene.origin()), V3f(0, -1, 0)});
     ASSERT_TRUE(floor.has_value());
     EXPECT_NEAR(floor->t, 100, 1e-3);
     EXPECT_GT(floor->at.n.y, 0.999F);
     const auto seen_at = [&](float x) {
-        return job.scene.materials()[job.scene.hit(job.camera.ray({x, 128}, {0.5F, 0.5F}))->material].name;
+        return job.scene.materials()[job.scene.intersect(job.camera.ray({x, 128}, {0.5F, 0.5F}))->material]
+            .name;
     };
     EXPECT_EQ(seen_at(8), "red");
     EXPECT_EQ(seen_at(248), "green");

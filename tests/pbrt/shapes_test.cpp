@@ -278,8 +278,8 @@ TEST(Shapes, FarScene_KeepsItsShapeToFloatAccuracy) {
     const V3d a = near.quadrics.at(0).world_from_object.translation();
     const V3d b = far.quadrics.at(0).world_from_object.translation();
     EXPECT_NEAR((a - b).length(), 0, 2e-8);
-    const auto x = near.lights.at(0)->illuminate(V3f(0), {0.5F, 0.5F});
-    const auto y = far.lights.at(0)->illuminate(V3f(0), {0.5F, 0.5F});
+    const auto x = near.lights.at(0)->sample_Li(V3f(0), {0.5F, 0.5F});
+    const auto y = far.lights.at(0)->sample_Li(V3f(0), {0.5F, 0.5F});
     EXPECT_NEAR(x->distance, y->distance, 1e-7F);
 }
 

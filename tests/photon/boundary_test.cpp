@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/frame.h"
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 #include "photon/probes.h"
 #include "tests/support/photons.h"
 #include "tests/support/scenes.h"
@@ -50,13 +50,13 @@ TEST_P(UnitSquare, MiddleEdgeAndCorner_HullAndProbesMendWhatIsLost) {
                 const V3f x =
                     kWheres[w].begin + static_cast<float>(i) / 5 * (kWheres[w].end - kWheres[w].begin);
                 for (int b = 0; b < 3; ++b) {
-                    const GatherSettings settings{100,           1, 2, GetParam(), MetricKind::projected,
-                                                  kBoundaries[b]};
+                    const DensityEstimateSettings settings{
+                        100, 1, 2, GetParam(), MetricKind::projected, kBoundaries[b]};
                     const SurfacePoint at{x, kUp, surface_error(x, 1)};
                     const Probing probing{
-                        scene, Stream(seed, Purpose::test, 1, w * 6 + static_cast<std::size_t>(i))};
+                        scene, Sampler(seed, Purpose::test, 1, w * 6 + static_cast<std::size_t>(i))};
                     stats[w][b].add(
-                        static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x));
+                        static_cast<double>(DensityEstimate(map, settings, probing).irradiance(at).value.x));
                 }
             }
         }
@@ -87,22 +87,23 @@ TEST(SmallDisc, RadiusBeyondIt_HullAndProbesMendWhatIsLost) {
     for (const float distance : {0.0F, 0.05F, 0.0999F}) {
         RunningStats none, hull, probes;
         for (std::uint64_t seed = 0; seed < 400; ++seed) {
-            Stream stream(seed, Purpose::test, 5, 0);
+            Sampler sampler(seed, Purpose::test, 5, 0);
             Photons landed;
             for (int i = 0; i < 400; ++i) {
-                const V2f p = kDisc * square_to_disc(stream.next2());
+                const V2f p = kDisc * square_to_disc(sampler.next2());
                 landed.add({p.x, p.y, 0}, PackedDirection(kUp),
-                           photon(-square_to_cosine_hemisphere(stream.next2()),
+                           photon(-square_to_cosine_hemisphere(sampler.next2()),
                                   kPi * sqr(kDisc) / 400));  // irradiance 1
             }
             const PhotonMap map(landed);
             const SurfacePoint at{{distance, 0, 0}, kUp, 1e-6F};
-            GatherSettings settings{
+            DensityEstimateSettings settings{
                 0, 0.15F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
             const auto add = [&](Boundary boundary, RunningStats& stats) {
                 settings.boundary = boundary;
-                const Probing probing{scene, Stream(seed, Purpose::test, 6, 0)};
-                stats.add(static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x));
+                const Probing probing{scene, Sampler(seed, Purpose::test, 6, 0)};
+                stats.add(
+                    static_cast<double>(DensityEstimate(map, settings, probing).irradiance(at).value.x));
             };
             add(Boundary::none, none);
             add(Boundary::hull, hull);
@@ -141,16 +142,16 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
     make.quad({0, -5, 0}, {5, 0, 0}, {0, 10, 0}, grey);  // floor, x > 0
     make.quad({0, -5, 0}, {0, 10, 0}, {0, 0, 5}, grey);  // wall, z > 0
     const Scene scene = make.build();
-    Stream stream(1, Purpose::test, 6, 0);
+    Sampler sampler(1, Purpose::test, 6, 0);
     RunningStats found, exact;
     constexpr float kRadius2 = 0.01F;
     const V3f x(0.02F, 0, 0);
     const TangentMetric metric(x, kUp, MetricKind::projected, 4);
     for (int i = 0; i < 2000; ++i) {
-        V3f d = -square_to_cosine_hemisphere(stream.next2());
+        V3f d = -square_to_cosine_hemisphere(sampler.next2());
         d.x = -std::fabs(d.x);  // from the half of the sky that the wall leaves
         const ProbedPhoton photon{x, d};
-        const ProbeChance chance{stream.next(), stream.next2()};
+        const ProbeChance chance{sampler.next(), sampler.next2()};
         const ProbedDisc disc{x, kUp, kRadius2, metric.ball2(kRadius2), KernelShape::epanechnikov, 0};
         found.add(static_cast<double>(probe(scene, disc, metric, {&photon, 1}, chance).share));
         exact.add(corner_share(x, d, metric, kRadius2));
@@ -170,10 +171,10 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
     make.quad({-5, -5, 0.1F}, {4, 0, 0}, {0, 10, 0}, grey);  // shelf, x < -1
     make.quad({1, -5, 0}, {0, 10, 0}, {0, 0, 5}, grey);      // wall at x = 1
     const Scene scene = make.build();
-    Stream stream(1, Purpose::test, 7, 0);
+    Sampler sampler(1, Purpose::test, 7, 0);
     Photons landed;
     for (int i = 0; i < 20'000; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const V3f d = V3f(-0.3F, 0.1F, -1).normalized();
         const float y = 4 * u.y - 2;
         if (i % 2 == 0) {
@@ -183,19 +184,20 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
         }
     }
     const PhotonMap map(landed);
-    const Probing probing{scene, stream.split(1)};
-    GatherSettings settings{0, 0.2F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
+    const Probing probing{scene, sampler.split(1)};
+    DensityEstimateSettings settings{
+        0, 0.2F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
     for (const V3f& x : {V3f(-2, 0, 0), V3f(0.95F, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
         settings.boundary = Boundary::none;
-        EXPECT_GT(Gather(map, settings, probing).irradiance(at).value.x, 0.1F) << x.x;
+        EXPECT_GT(DensityEstimate(map, settings, probing).irradiance(at).value.x, 0.1F) << x.x;
         settings.boundary = Boundary::probes;
-        EXPECT_EQ(Gather(map, settings, probing).irradiance(at).value.x, 0) << x.x;
+        EXPECT_EQ(DensityEstimate(map, settings, probing).irradiance(at).value.x, 0) << x.x;
     }
     // And where they rest they count, whole.
     for (const V3f& x : {V3f(-2, 0, 0.1F), V3f(2, 0, 0)}) {
         const SurfacePoint at{x, kUp, surface_error(x, 1)};
-        EXPECT_NEAR(Gather(map, settings, probing).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
+        EXPECT_NEAR(DensityEstimate(map, settings, probing).irradiance(at).value.x, 0.5F, 0.1F) << x.x;
     }
 }
 
@@ -209,31 +211,32 @@ TEST(Probes, DiscNearTheSurfacesError_OnATiltedPlane_ChangesNothing) {
               make.diffuse(Rgb(0.5F)));
     const Scene scene = make.build();
     const V3f middle = 31.0F * frame.s - 17.0F * frame.t;
-    const auto hit = scene.hit({middle + n, -n});
+    const auto hit = scene.intersect({middle + n, -n});
     ASSERT_TRUE(hit);
     for (const float flat : {0.0F, 0.95F}) {  // light from all around, and along the plane
         for (const float errors : {1.0F, 2.0F, 5.0F, 20.0F, 100.0F, 1000.0F}) {
             const float radius = errors * hit->at.error;
-            Stream stream(1, Purpose::test, 8, 0);
+            Sampler sampler(1, Purpose::test, 8, 0);
             Photons landed;
             while (landed.size() < 4000) {
-                const V2f u = 3 * radius * square_to_disc(stream.next2());
-                V3f d = -square_to_cosine_hemisphere(stream.next2());
+                const V2f u = 3 * radius * square_to_disc(sampler.next2());
+                V3f d = -square_to_cosine_hemisphere(sampler.next2());
                 d = frame.to_world(V3f(d.x + 20 * flat, d.y, d.z)).normalized();
-                const auto found = scene.hit({middle + u.x * frame.s + u.y * frame.t - d, d});
+                const auto found = scene.intersect({middle + u.x * frame.s + u.y * frame.t - d, d});
                 if (found) landed.add(found->at.p, PackedDirection(n), photon(d, 1));
             }
             const PhotonMap map(landed);
             RunningStats ratio;
             for (std::uint64_t i = 0; i < 100; ++i) {
-                const Probing probing{scene, Stream(2, Purpose::test, 8, i)};
-                GatherSettings settings{
+                const Probing probing{scene, Sampler(2, Purpose::test, 8, i)};
+                DensityEstimateSettings settings{
                     0, radius, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
                 const SurfacePoint at{hit->at.p, n, hit->at.error};
-                const float none = Gather(map, settings, probing).irradiance(at).value.x;
+                const float none = DensityEstimate(map, settings, probing).irradiance(at).value.x;
                 settings.boundary = Boundary::probes;
                 ASSERT_GT(none, 0);
-                ratio.add(static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x / none));
+                ratio.add(static_cast<double>(DensityEstimate(map, settings, probing).irradiance(at).value.x /
+                                              none));
             }
             EXPECT_NEAR(ratio.mean(), 1, 0.03) << errors << " errors, flat " << flat;
         }

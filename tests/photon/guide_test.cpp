@@ -14,21 +14,21 @@ using testing::SceneMaker;
 // Keeps the choices that a guide refers to.
 struct Tallied {
     std::vector<Guide::Choice> choices;
-    float plain_share;
+    float defensive_weight;
     Guide guide;
 
-    explicit Tallied(std::span<const Vote> votes)
-        : plain_share(tally(votes, choices)), guide(choices, plain_share) {}
+    explicit Tallied(std::span<const PartSample> samples)
+        : defensive_weight(make_histogram(samples, choices)), guide(choices, defensive_weight) {}
 };
 
-std::vector<Vote> votes() {
+std::vector<PartSample> samples() {
     // Light 3 in two parts, light 1 in one; one photon weighs nothing.
     return {{3, 7, 1, 0.1F}, {1, kNoCell, 2, 0.1F}, {3, 2, 0.5F, 0.1F},
             {3, 7, 3, 0.1F}, {1, kNoCell, 1, 0.1F}, {9, 0, 0, 0.1F}};
 }
 
-TEST(Guide, Choices_AreTheVotesByLightAndPart) {
-    const Tallied tallied(votes());
+TEST(Guide, Choices_AreTheSamplesByLightAndPart) {
+    const Tallied tallied(samples());
     const Guide& guide = tallied.guide;
     ASSERT_EQ(guide.choices().size(), 4U);
     const std::tuple<std::uint32_t, CellId, float> expected[] = {
@@ -46,13 +46,13 @@ TEST(Guide, Choices_AreTheVotesByLightAndPart) {
 }
 
 TEST(Guide, Draws_ComeInProportion_AndTheTestSeesWhenTheyDoNot) {
-    const Tallied tallied(votes());
+    const Tallied tallied(samples());
     const Guide& guide = tallied.guide;
     constexpr int kDraws = 40000;
     std::vector<std::uint64_t> observed(guide.choices().size());
     for (int i = 0; i < kDraws; ++i) {
-        Stream stream(3, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        ++observed[static_cast<std::size_t>(&guide.draw(stream.next()) - guide.choices().data())];
+        Sampler sampler(3, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        ++observed[static_cast<std::size_t>(&guide.draw(sampler.next()) - guide.choices().data())];
     }
     std::vector<double> expected;
     for (const Guide::Choice& choice : guide.choices()) {
@@ -65,44 +65,44 @@ TEST(Guide, Draws_ComeInProportion_AndTheTestSeesWhenTheyDoNot) {
 
 TEST(Guide, WithoutWeight_IsEmpty) {
     EXPECT_TRUE(Guide().empty());
-    EXPECT_EQ(Guide().plain_share(), 1);
-    EXPECT_TRUE(Tallied(std::vector<Vote>{}).guide.empty());
-    EXPECT_TRUE(Tallied(std::vector<Vote>{{0, 0, 0, 1}, {1, 0, 0, 1}}).guide.empty());
+    EXPECT_EQ(Guide().defensive_weight(), 1);
+    EXPECT_TRUE(Tallied(std::vector<PartSample>{}).guide.empty());
+    EXPECT_TRUE(Tallied(std::vector<PartSample>{{0, 0, 0, 1}, {1, 0, 0, 1}}).guide.empty());
     EXPECT_EQ(Guide().probability(0, 0), 0);
-    EXPECT_EQ(Tallied(std::vector<Vote>{{0, 0, 0, 1}}).plain_share, 1);
+    EXPECT_EQ(Tallied(std::vector<PartSample>{{0, 0, 0, 1}}).defensive_weight, 1);
 }
 
 // Photons of `kinds` equally probable choices, of which only the first `lit` arrive.
-float mean_plain_share(int kinds, int lit, int photons) {
+float mean_defensive_weight(int kinds, int lit, int photons) {
     RunningStats stats;
     for (std::uint64_t i = 0; i < 2000; ++i) {
-        Stream stream(4, Purpose::test, 0, i);
-        std::vector<Vote> drawn;
+        Sampler sampler(4, Purpose::test, 0, i);
+        std::vector<PartSample> drawn;
         for (int k = 0; k < photons; ++k) {
-            const auto part = static_cast<CellId>(stream.next() * static_cast<float>(lit));
+            const auto part = static_cast<CellId>(sampler.next() * static_cast<float>(lit));
             drawn.push_back({0, part, 1, 1 / static_cast<float>(kinds)});
         }
-        stats.add(double{Tallied(drawn).plain_share});
+        stats.add(double{Tallied(drawn).defensive_weight});
     }
     return static_cast<float>(stats.mean());
 }
 
-TEST(Guide, PlainShare_IsLargeWherePhotonsSayNothingNew_AndSmallWhereTheyAgree) {
-    EXPECT_GT(mean_plain_share(40, 40, 24), 0.85F);
-    EXPECT_GT(mean_plain_share(400, 400, 24), 0.9F);
-    EXPECT_LT(mean_plain_share(40, 1, 24), 0.02F);
-    EXPECT_LT(mean_plain_share(40, 4, 24), 0.1F);
+TEST(Guide, DefensiveWeight_IsLargeWherePhotonsSayNothingNew_AndSmallWhereTheyAgree) {
+    EXPECT_GT(mean_defensive_weight(40, 40, 24), 0.85F);
+    EXPECT_GT(mean_defensive_weight(400, 400, 24), 0.9F);
+    EXPECT_LT(mean_defensive_weight(40, 1, 24), 0.02F);
+    EXPECT_LT(mean_defensive_weight(40, 4, 24), 0.1F);
     // One photon is no majority.
-    EXPECT_EQ(mean_plain_share(40, 1, 1), 1);
+    EXPECT_EQ(mean_defensive_weight(40, 1, 1), 1);
     // Lone photons, each of its kind.
-    const Tallied lone(std::vector<Vote>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
-    EXPECT_EQ(lone.plain_share, 1);
+    const Tallied lone(std::vector<PartSample>{{0, 0, 1, 0.1F}, {0, 1, 1, 0.1F}, {1, 0, 1, 0.1F}});
+    EXPECT_EQ(lone.defensive_weight, 1);
 }
 
 // Among shares f of a mixture, the one whose photons are likeliest.
-TEST(Guide, PlainShare_IsTheMaximumOfTheLikelihood) {
-    const std::vector<Vote> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
-                                 {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
+TEST(Guide, DefensiveWeight_IsTheMaximumOfTheLikelihood) {
+    const std::vector<PartSample> some{{0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 0, 1, 0.1F}, {0, 1, 1, 0.2F},
+                                       {0, 2, 1, 0.3F}, {0, 2, 1, 0.3F}, {0, 3, 1, 0.05F}};
     const auto log_likelihood = [](double f) {
         const auto one = [f](double plain, double others) {
             return std::log(f * plain + (1 - f) * others / 6);
@@ -113,7 +113,7 @@ TEST(Guide, PlainShare_IsTheMaximumOfTheLikelihood) {
     for (double f = 0.001; f < 1; f += 0.001) {
         if (log_likelihood(f) > log_likelihood(best)) best = f;
     }
-    EXPECT_NEAR(double{Tallied(some).plain_share}, best, 0.01);
+    EXPECT_NEAR(double{Tallied(some).defensive_weight}, best, 0.01);
 }
 
 // Two points of light on either side of a wall.
@@ -147,9 +147,9 @@ TEST(GuideMap, BesideAWall_OnlyTheLightOfThisSideIsNamed) {
 
 TEST(Guide, TalliesBehindEachOther_AreApart) {
     std::vector<Guide::Choice> choices;
-    tally(votes(), choices);
+    make_histogram(samples(), choices);
     const std::size_t first = choices.size();
-    tally(std::vector<Vote>{{5, 1, 2, 0.5F}, {4, 1, 6, 0.5F}}, choices);
+    make_histogram(std::vector<PartSample>{{5, 1, 2, 0.5F}, {4, 1, 6, 0.5F}}, choices);
     ASSERT_EQ(choices.size(), first + 2);
     EXPECT_EQ(choices[first].light, 4U);
     EXPECT_EQ(choices[first].probability, 0.75F);
@@ -157,7 +157,7 @@ TEST(Guide, TalliesBehindEachOther_AreApart) {
     EXPECT_EQ(choices[first + 1].upto, 1);
 }
 
-// With k = 1 every photon is a station of its own.
+// With k = 1 every photon has a cached distribution of its own.
 TEST(GuideMap, AtAPhoton_ItsOwnLightIsNamed_AndElsewhereTheNearestsThatFacesThisWay) {
     const Scene scene = two_chambers();
     Monitor silent;
@@ -165,15 +165,15 @@ TEST(GuideMap, AtAPhoton_ItsOwnLightIsNamed_AndElsewhereTheNearestsThatFacesThis
     own.k = 1;
     const GuideMap guides = build_guides(scene, {2000, 5, 0, own}, Workers{2}, silent);
     const PhotonMap& map = guides.map();
-    ASSERT_EQ(guides.stations(), map.size());
+    ASSERT_EQ(guides.distributions(), map.size());
     for (std::size_t i = 0; i < map.size(); i += 7) {
         const Guide guide = guides.at(map.positions()[i], map.normals()[i].unpack());
         ASSERT_EQ(guide.choices().size(), 1U) << i;
         EXPECT_EQ(guide.choices()[0].light, map.photons()[i].light);
     }
-    Stream stream(6, Purpose::test, 0, 0);
+    Sampler sampler(6, Purpose::test, 0, 0);
     for (int i = 0; i < 200; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const V3f x(-2 + 4 * u.x, 0, -1 + 2 * u.y), up(0, 1, 0);
         std::size_t nearest = 0;
         float least = INFINITY;
@@ -189,12 +189,12 @@ TEST(GuideMap, AtAPhoton_ItsOwnLightIsNamed_AndElsewhereTheNearestsThatFacesThis
     EXPECT_TRUE(guides.at({-1, 0, 0}, {0, 0, 1}).empty());
 }
 
-TEST(GuideMap, ForAGateAlone_HasNoStations) {
+TEST(GuideMap, ForAGateAlone_HasNoDistributions) {
     Monitor silent;
     GuideSettings gate;
     gate.k = 0;
     const GuideMap guides = build_guides(two_chambers(), {2000, 5, 0, gate}, Workers{2}, silent);
-    EXPECT_EQ(guides.stations(), 0U);
+    EXPECT_EQ(guides.distributions(), 0U);
     EXPECT_TRUE(guides.at({1, 0, 0}, {0, 1, 0}).empty());
     EXPECT_TRUE(guides.any_near({1, 0, 0}, {0, 1, 0}));
 }

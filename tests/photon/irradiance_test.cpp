@@ -1,4 +1,4 @@
-// Irradiance ahead of time: where the points may stand, and what is looked up.
+// Precomputed irradiance: where the points may stand, and what is looked up.
 #include "photon/irradiance.h"
 
 #include <gtest/gtest.h>
@@ -22,14 +22,14 @@ using testing::uniform_map;
 
 constexpr int kPhotons = 20'000;
 constexpr int kStride = 4;
-constexpr GatherSettings kSettings{
+constexpr DensityEstimateSettings kSettings{
     40, 0.3F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
 
 SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
-    Stream stream(seed, Purpose::test, 1, 0);
+    Sampler sampler(seed, Purpose::test, 1, 0);
     SurfacePlaces places;
     for (std::size_t i = 0; i < n; ++i) {
-        const V2f at = stream.next2();
+        const V2f at = sampler.next2();
         places.add({V3f(at.x, at.y, 0), kUp, 0}, static_cast<std::uint32_t>(i));
     }
     return places;
@@ -43,21 +43,21 @@ SurfacePlaces every_nth_photon(const PhotonMap& map) {
     return places;
 }
 
-V3f inner_place(Stream& stream) {
-    return {0.2F + 0.6F * stream.next(), 0.2F + 0.6F * stream.next(), 0};
+V3f inner_place(Sampler& sampler) {
+    return {0.2F + 0.6F * sampler.next(), 0.2F + 0.6F * sampler.next(), 0};
 }
 
 double mean_looked_up(const PhotonMap& map, const SurfacePlaces& places, std::uint64_t seed) {
     Monitor silent;
     const PhotonMap* maps[] = {&map};
     const IrradiancePoints points(places, {maps, kSettings}, Workers{2}, silent);
-    Stream stream(seed, Purpose::test, 2, 0);
+    Sampler sampler(seed, Purpose::test, 2, 0);
     RunningStats looked_up;
     for (int i = 0; i < 1000; ++i) {
-        const V3f x = inner_place(stream);
+        const V3f x = inner_place(sampler);
         const auto found = points.nearest(x, kUp, 0.2F);
-        looked_up.add(static_cast<double>(found ? found->irradiance.x
-                                                : Gather(map, kSettings).irradiance({x, kUp, 0}).value.x));
+        looked_up.add(static_cast<double>(
+            found ? found->irradiance.x : DensityEstimate(map, kSettings).irradiance({x, kUp, 0}).value.x));
     }
     return looked_up.mean();
 }
@@ -87,10 +87,10 @@ LeftOut mean_left_out(const PhotonMap& map, std::uint64_t seed) {
         const V3f& p = map.positions()[i];
         if (std::max(std::fabs(p.x - 0.5F), std::fabs(p.y - 0.5F)) < 0.3F) at_photons.add(values.back());
     }
-    Stream stream(seed, Purpose::test, 2, 0);
+    Sampler sampler(seed, Purpose::test, 2, 0);
     RunningStats looked_up;
     for (int i = 0; i < 1000; ++i) {
-        const V3f x = inner_place(stream);
+        const V3f x = inner_place(sampler);
         std::size_t best = 0;
         float best2 = INFINITY;
         for (std::size_t j = 0; j < values.size(); ++j) {
@@ -149,7 +149,7 @@ TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     const PhotonMap map = uniform_map(kPhotons, 3);
     const PhotonMap* maps[] = {&map};
     const auto by_chance = [](std::uint32_t number, const SurfacePoint&) {
-        return Rgb(Stream(1, Purpose::test, 0, number).next());
+        return Rgb(Sampler(1, Purpose::test, 0, number).next());
     };
     const IrradianceSources sources{maps, kSettings, {}, by_chance};
     const SurfacePlaces places = random_places(200, 5);

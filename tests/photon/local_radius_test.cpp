@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "engine/base/sampler.h"
 #include "engine/base/stats.h"
-#include "engine/base/stream.h"
 
 namespace lucerna {
 namespace local_radius_test {
@@ -13,18 +13,18 @@ const V3f kUp(0, 0, 1);
 
 // Photons of 1 W in all that come down on [-1,1]² of the plane z = 0, `n` of them.
 PhotonMap uniform_square(int n, std::uint64_t seed) {
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     Photons photons;
     for (int i = 0; i < n; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         photons.add({2 * u.x - 1, 2 * u.y - 1, 0}, PackedDirection(kUp),
                     {PackedDirection(-kUp), Rgb(1.0F / static_cast<float>(n)), 0, kNoCell});
     }
     return PhotonMap(photons);
 }
 
-GatherSettings nearest(int k, float largest) {
-    GatherSettings how;
+DensityEstimateSettings nearest(int k, float largest) {
+    DensityEstimateSettings how;
     how.k = k;
     how.radius = largest;
     return how;

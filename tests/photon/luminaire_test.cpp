@@ -36,8 +36,8 @@ void add_ball(SceneMaker& make, const V3f& centre, float radius) {
     ball.traits.light = make.light(make_area_light(SphereEmitter{centre, radius}, Rgb(1.0F), false));
 }
 
-LuminairePlan plan(std::int64_t paths, std::int64_t block = 1 << 20) {
-    LuminairePlan made;
+LuminaireParameters parameters(std::int64_t paths, std::int64_t block = 1 << 20) {
+    LuminaireParameters made;
     made.paths = paths;
     made.block = block;
     made.seed = 3;
@@ -48,7 +48,7 @@ LuminairePlan plan(std::int64_t paths, std::int64_t block = 1 << 20) {
 // / ρ).
 double widest(const Scene& scene, float radius) {
     double worst = 0;
-    for (const LampRay& ray : trace_luminaire(scene, plan(100'000), 0, Workers{2}).rays) {
+    for (const LampRay& ray : trace_luminaire(scene, parameters(100'000), 0, Workers{2}).rays) {
         if (ray.o.length() < 2 * radius) continue;  // straight from the ball
         // A point of the paraboloid is as far from the focus as from the directrix.
         const double rho = 2 * double{kFocal} + double{ray.o.z};
@@ -63,7 +63,7 @@ TEST(Luminaire, PointAtTheFocusOfAParabola_GivesAParallelBeamOfItsClosedForm) {
     add_mirror(make);
     make.light(make_point_light(V3f(0.0F), Rgb(1 / (4 * kPi))));
     const Scene scene = make.build();
-    const LuminaireBlock block = trace_luminaire(scene, plan(200'000), 0, Workers{2});
+    const LuminaireBlock block = trace_luminaire(scene, parameters(200'000), 0, Workers{2});
     constexpr int kRings = 24;
     std::vector<std::uint64_t> counted(kRings);
     double mirrored = 0;
@@ -120,7 +120,7 @@ Scene busy_lamp() {
 }
 
 TEST(Luminaire, Ledger_ClosesAndTellsForwardFromBackward) {
-    const LuminaireBlock block = trace_luminaire(busy_lamp(), plan(100'000), 0, Workers{2});
+    const LuminaireBlock block = trace_luminaire(busy_lamp(), parameters(100'000), 0, Workers{2});
     const Ledger& ledger = block.tally.ledger;
     EXPECT_LT(ledger.imbalance(), 1e-5);
     double rays = 0;
@@ -143,14 +143,14 @@ bool same(const LampRay& a, const LampRay& b) {
 
 TEST(Luminaire, OnAnyThreadsAndInAnyBlocks_SendsTheSameRays) {
     const Scene lamp = busy_lamp();
-    const LuminaireBlock once = trace_luminaire(lamp, plan(30'000), 0, Workers{1});
+    const LuminaireBlock once = trace_luminaire(lamp, parameters(30'000), 0, Workers{1});
     for (const int threads : {2, 3}) {
-        const LuminaireBlock again = trace_luminaire(lamp, plan(30'000), 0, Workers{threads});
+        const LuminaireBlock again = trace_luminaire(lamp, parameters(30'000), 0, Workers{threads});
         ASSERT_EQ(once.rays.size(), again.rays.size());
         EXPECT_TRUE(std::equal(once.rays.begin(), once.rays.end(), again.rays.begin(), same));
         EXPECT_EQ(once.tally.ledger.absorbed, again.tally.ledger.absorbed);
     }
-    const LuminairePlan blocks = plan(30'000, 7'000);
+    const LuminaireParameters blocks = parameters(30'000, 7'000);
     EXPECT_EQ(blocks.blocks(), 5);
     std::vector<LampRay> joined;
     std::uint64_t paths = 0;
@@ -169,7 +169,7 @@ TEST(Luminaire, AsARaySet_CarriesItsFluxAndColour) {
     make.quad_light({0, 0, 0}, {0.01F, 0, 0}, {0, 0.01F, 0}, make.diffuse(Rgb(0.0F)), Rgb(2, 1, 0.5F));
     Monitor silent;
     const Scene scene = make.build();
-    const RaySet set = trace_rays(scene, plan(10'000), FluxUnit::lumen, Workers{2}, silent);
+    const RaySet set = trace_rays(scene, parameters(10'000), FluxUnit::lumen, Workers{2}, silent);
     const double expected = scene.lights()[0]->power();  // all of it leaves upwards
     double sum = 0;
     for (const LampRay& ray : set.rays) sum += double{ray.flux};
@@ -185,31 +185,31 @@ TEST(Luminaire, OfAPlaceFarFromTheWorldsOrigin_StaysThere) {
     parts.origin = V3d(2, -1, 0.5);
     parts.lights.push_back(make_point_light(V3f(0.25F, 0, 0), Rgb(1.0F)));
     const Scene scene(std::move(parts), Workers{1});
-    const LuminaireBlock block = trace_luminaire(scene, plan(100), 0, Workers{1});
+    const LuminaireBlock block = trace_luminaire(scene, parameters(100), 0, Workers{1});
     ASSERT_FALSE(block.rays.empty());
     EXPECT_EQ(block.rays[0].o, V3f(2.25F, -1, 0.5F));
 }
 
-std::string refusal(const Scene& scene, const LuminairePlan& of) {
+std::string refusal(const Scene& scene, const LuminaireParameters& of) {
     return testing::error_of([&] { check_luminaire(scene, of); });
 }
 
 TEST(Luminaire, ThatCannotBeTraced_IsRefusedWithTheCause) {
     SceneMaker dark;
-    EXPECT_THAT(refusal(dark.build(), plan(10)), HasSubstr("no light with any power"));
+    EXPECT_THAT(refusal(dark.build(), parameters(10)), HasSubstr("no light with any power"));
     SceneMaker sun;
     sun.light(make_distant_light({0, 0, -1}, Rgb(1.0F), {}));
-    EXPECT_THAT(refusal(sun.build(), plan(10)), HasSubstr("of kind distant"));
+    EXPECT_THAT(refusal(sun.build(), parameters(10)), HasSubstr("of kind distant"));
     SceneMaker fog;
     fog.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
     fog.region(testing::homogeneous(Rgb(1.0F), Rgb(1.0F)));
-    EXPECT_THAT(refusal(fog.build(), plan(10)), HasSubstr("media"));
+    EXPECT_THAT(refusal(fog.build(), parameters(10)), HasSubstr("media"));
     SceneMaker lamp;
     lamp.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
     const Scene scene = lamp.build();
-    EXPECT_EQ(refusal(scene, plan(10)), "no error");
-    EXPECT_THAT(refusal(scene, plan(0)), HasSubstr("1 to 4294967296"));
-    EXPECT_THAT(refusal(scene, plan((std::int64_t{1} << 32) + 1)), HasSubstr("1 to 4294967296"));
+    EXPECT_EQ(refusal(scene, parameters(10)), "no error");
+    EXPECT_THAT(refusal(scene, parameters(0)), HasSubstr("1 to 4294967296"));
+    EXPECT_THAT(refusal(scene, parameters((std::int64_t{1} << 32) + 1)), HasSubstr("1 to 4294967296"));
 }
 
 }  // namespace luminaire_test

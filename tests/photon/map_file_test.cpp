@@ -33,17 +33,17 @@ constexpr std::size_t kAtArithmetic = 24;  // in the file
 
 class MapFile : public ::testing::Test {
   protected:
-    MapPlan plan() const {
-        MapPlan plan;
-        plan.paths = 5000;
-        plan.wanted = {true, true, true};
-        plan.seed = 3;
-        return plan;
+    MapParameters parameters() const {
+        MapParameters parameters;
+        parameters.paths = 5000;
+        parameters.wanted = {true, true, true};
+        parameters.seed = 3;
+        return parameters;
     }
     std::uint64_t saved(const Scene& scene) {
         Monitor silent;
-        maps_ = build_photon_maps(scene, plan(), Workers{2}, silent);
-        const std::uint64_t key = map_key(scene, plan());
+        maps_ = build_photon_maps(scene, parameters(), Workers{2}, silent);
+        const std::uint64_t key = map_key(scene, parameters());
         save_maps(file_, maps_, key);
         return key;
     }
@@ -77,18 +77,18 @@ TEST_F(MapFile, Loaded_HasTheSamePhotonsInTheSameOrder) {
     EXPECT_EQ(again.ledger.emitted, maps_.ledger.emitted);
 }
 
-TEST_F(MapFile, Key_TellsScenesSeedsAndPlansApart) {
+TEST_F(MapFile, Key_TellsScenesSeedsAndParametersApart) {
     const Scene scene = box(0.7F);
-    const std::uint64_t key = map_key(scene, plan());
-    EXPECT_EQ(map_key(box(0.7F), plan()), key);
-    EXPECT_NE(map_key(box(0.701F), plan()), key);
-    MapPlan other = plan();
+    const std::uint64_t key = map_key(scene, parameters());
+    EXPECT_EQ(map_key(box(0.7F), parameters()), key);
+    EXPECT_NE(map_key(box(0.701F), parameters()), key);
+    MapParameters other = parameters();
     other.seed = 4;
     EXPECT_NE(map_key(scene, other), key);
-    other = plan();
+    other = parameters();
     other.paths = 5001;
     EXPECT_NE(map_key(scene, other), key);
-    other = plan();
+    other = parameters();
     other.wanted[0] = false;
     EXPECT_NE(map_key(scene, other), key);
     saved(scene);

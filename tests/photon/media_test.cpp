@@ -1,10 +1,10 @@
-// Light paths in media: the ledger, the Volume map, virtual lights, the estimate in space.
+// Light paths in media: the ledger, the Volume map, VPLs, the estimate in space.
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
 #include "photon/build_maps.h"
-#include "photon/virtual_lights.h"
-#include "photon/volume_gather.h"
+#include "photon/volume_estimate.h"
+#include "photon/vpl.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -20,12 +20,12 @@ constexpr auto kVolume = static_cast<std::size_t>(MapKind::volume);
 
 PhotonMaps build(const Scene& scene, std::int64_t paths, bool volume_direct = true, int threads = 2) {
     Monitor silent;
-    MapPlan plan;
-    plan.paths = paths;
-    plan.wanted = kAll;
-    plan.seed = 5;
-    plan.volume_direct = volume_direct;
-    return build_photon_maps(scene, plan, Workers{threads}, silent);
+    MapParameters parameters;
+    parameters.paths = paths;
+    parameters.wanted = kAll;
+    parameters.seed = 5;
+    parameters.volume_direct = volume_direct;
+    return build_photon_maps(scene, parameters, Workers{threads}, silent);
 }
 
 // Φ = 4π W in the middle of a ball, in nothing.
@@ -74,11 +74,11 @@ TEST(MediaLedger, LosslessColouredBall_KeepsNothingInTheMean) {
     RunningStats kept[3];
     for (std::uint64_t seed = 0; seed < 40; ++seed) {
         Monitor silent;
-        MapPlan plan;
-        plan.paths = 2000;
-        plan.seed = seed;
+        MapParameters parameters;
+        parameters.paths = 2000;
+        parameters.seed = seed;
         const Scene scene = ball(homogeneous(Rgb(0), {0.3F, 1, 3}, 0.5F));
-        const Ledger ledger = build_photon_maps(scene, plan, Workers{2}, silent).ledger;
+        const Ledger ledger = build_photon_maps(scene, parameters, Workers{2}, silent).ledger;
         EXPECT_LT(ledger.imbalance(), 1e-5);
         for (int k = 0; k < 3; ++k) kept[k].add(ledger.media[k] / ledger.emitted[k]);
     }
@@ -105,9 +105,9 @@ TEST(MediaLedger, RoomOfEverything_Closes) {
     EXPECT_GT(maps.ledger.media.x, 0);
     EXPECT_GT(maps.counts[kVolume].stored, 1000U);
     EXPECT_EQ(scene.invalid_rays(), 0U);
-    // The same from the other walk.
+    // The same of the light paths of VPLs.
     Monitor silent;
-    const auto sets = build_virtual_lights(scene, {4, 1024, 5, 0}, Workers{2}, silent);
+    const auto sets = build_vpls(scene, {4, 1024, 5, 0}, Workers{2}, silent);
     EXPECT_LT(sets.ledger.imbalance(), 1e-5);
     EXPECT_NEAR(sets.ledger.media.y / sets.ledger.emitted.y, maps.ledger.media.y / maps.ledger.emitted.y,
                 0.03);
@@ -163,19 +163,19 @@ TEST(VolumeMap, AnyNumberOfThreads_SamePhotons) {
     EXPECT_EQ(one.ledger.media, five.ledger.media);
 }
 
-// --- virtual lights
+// --- VPLs
 
-TEST(VirtualLights, InAMedium_CarryWhatIsScatteredAndTurnItAsThePhaseFunctionDoes) {
+TEST(Vpls, InAMedium_CarryWhatIsScatteredAndTurnItAsThePhaseFunctionDoes) {
     Monitor silent;
     const Scene scene = ball(homogeneous(Rgb(0.5F), Rgb(1.5F), 0.6F));
-    const auto sets = build_virtual_lights(scene, {4, 4096, 5, 0}, Workers{2}, silent);
+    const auto sets = build_vpls(scene, {4, 4096, 5, 0}, Workers{2}, silent);
     double sum = 0;
-    for (const VirtualLight& light : sets.lights) {
+    for (const Vpl& light : sets.lights) {
         ASSERT_TRUE(light.in_medium);
         sum += static_cast<double>(light.contribution.y);
     }
     EXPECT_NEAR(sum / (4 * 4096) / sets.ledger.scattered.y, 1, 1e-4);
-    const VirtualLight& one = sets.lights.front();
+    const Vpl& one = sets.lights.front();
     EXPECT_FLOAT_EQ(one.towards(one.d), HenyeyGreenstein(0.6F).at_cosine(1));
     EXPECT_FLOAT_EQ(one.towards(-one.d), HenyeyGreenstein(0.6F).at_cosine(-1));
 }
@@ -185,10 +185,10 @@ TEST(VirtualLights, InAMedium_CarryWhatIsScatteredAndTurnItAsThePhaseFunctionDoe
 // Photons of 1 W each, evenly in the cube [0,1]³, all on their way along +z.
 PhotonMap even_cloud(int n, std::uint64_t seed, const V3f& size = V3f(1.0F)) {
     Photons photons;
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     for (int i = 0; i < n; ++i) {
-        const V2f u = stream.next2();
-        photons.add(V3f(u.x, u.y, stream.next()) * size, PackedDirection(),
+        const V2f u = sampler.next2();
+        photons.add(V3f(u.x, u.y, sampler.next()) * size, PackedDirection(),
                     {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
     }
     return PhotonMap(photons, IndexKind::tree, Workers{1});
@@ -203,42 +203,42 @@ Scene foggy_cube(bool walls) {
     return make.build();
 }
 
-RunningStats gathered(const Scene& scene, const V3f& p, int k, float g, const V3f& wo) {
+RunningStats estimated(const Scene& scene, const V3f& p, int k, float g, const V3f& wo) {
     RunningStats stats;
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
         const PhotonMap map = even_cloud(4000, seed);
-        const VolumeGather gather(scene, map, {k, 1});
-        const Stream stream(9, Purpose::test, 0, seed);
-        const auto found = gather.in_scattered({p, HenyeyGreenstein(g), wo, kNoMedium, Rgb(2)}, stream);
+        const VolumeDensityEstimate density(scene, map, {k, 1});
+        const Sampler sampler(9, Purpose::test, 0, seed);
+        const auto found = density.in_scattered({p, HenyeyGreenstein(g), wo, kNoMedium, Rgb(2)}, sampler);
         stats.add(static_cast<double>(found.value.x));
     }
     return stats;
 }
 
-TEST(VolumeGather, EvenCloud_IsItsDensityTimesThePhaseFunction) {
+TEST(VolumeDensityEstimate, EvenCloud_IsItsDensityTimesThePhaseFunction) {
     const Scene scene = foggy_cube(false);
     for (const int k : {1, 20}) {
         const V3f wo = V3f(1, 0, 2).normalized();
         // Photons travel along z, and light that goes on to the eye along wo: cosine wo.z.
         const double expected = 4000 * static_cast<double>(HenyeyGreenstein(0.5F).at_cosine(wo.z));
-        const RunningStats stats = gathered(scene, V3f(0.5F), k, 0.5F, wo);
+        const RunningStats stats = estimated(scene, V3f(0.5F), k, 0.5F, wo);
         if (k > 1) {
             EXPECT_TRUE(testing::agrees(stats, expected)) << stats.mean() / expected;
         }
         // With k = 1 the variance of 1/r³ has no bound; its median is what stays.
         EXPECT_NEAR(stats.mean() / expected, 1, k == 1 ? 0.5 : 0.06);
-        EXPECT_FALSE(testing::agrees(gathered(scene, V3f(0.5F), 20, -0.5F, wo), expected));
+        EXPECT_FALSE(testing::agrees(estimated(scene, V3f(0.5F), 20, -0.5F, wo), expected));
     }
 }
 
 // Half of the ball, a quarter, an eighth.
-TEST(VolumeGather, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
+TEST(VolumeDensityEstimate, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
     for (const bool walls : {false, true}) {
         const Scene scene = foggy_cube(walls);
         const double expected = 4000 / (4 * M_PI);
         const V3f places[] = {{0.5F, 0.5F, 1e-3F}, {1e-3F, 0.5F, 1e-3F}, V3f(1e-3F), {0.5F, 0.05F, 0.5F}};
         for (const V3f& p : places) {
-            const RunningStats stats = gathered(scene, p, 20, 0, V3f(0, 1, 0));
+            const RunningStats stats = estimated(scene, p, 20, 0, V3f(0, 1, 0));
             EXPECT_NEAR(stats.mean() / expected, 1, 0.07) << walls << ' ' << p.x << ' ' << p.y << ' ' << p.z;
         }
     }
@@ -247,7 +247,7 @@ TEST(VolumeGather, AtTheEndOfTheMediumAndInCorners_LosesNothing) {
 // Turned, so that no symmetry of the looks tells where walls are: the part of the ball that is open scatters
 // from look to look, and what is divided by it must be right in the mean all the same. All within a radius
 // count, so that there is nothing else to be wrong.
-TEST(VolumeGather, BoxTurnedBy30Degrees_IsRightInTheMean) {
+TEST(VolumeDensityEstimate, BoxTurnedBy30Degrees_IsRightInTheMean) {
     M44d turn;
     turn.setAxisAngle(V3d(1, 2, 3).normalized(), M_PI / 6);
     const auto turned = [&](const V3f& p) {
@@ -270,14 +270,14 @@ TEST(VolumeGather, BoxTurnedBy30Degrees_IsRightInTheMean) {
             photons.add(turned(cube.positions()[i]), PackedDirection(), cube.photons()[i]);
         }
         const PhotonMap map(photons, IndexKind::tree, Workers{1});
-        const VolumeGather gather(scene, map, {0, 0.15F});
+        const VolumeDensityEstimate density(scene, map, {0, 0.15F});
         for (std::size_t p = 0; p < std::size(places); ++p) {
             double sum = 0;
             for (std::uint32_t i = 0; i < kEach; ++i) {
-                const Stream stream(9, Purpose::test, i, seed);
+                const Sampler sampler(9, Purpose::test, i, seed);
                 const ScatteringPoint at{turned(places[p]), HenyeyGreenstein(0), V3f(0, 1, 0), kNoMedium,
                                          Rgb(2)};
-                sum += static_cast<double>(gather.in_scattered(at, stream).value.x);
+                sum += static_cast<double>(density.in_scattered(at, sampler).value.x);
             }
             stats[p].add(sum / kEach / (kPhotons / (4 * M_PI)));
         }
@@ -293,34 +293,34 @@ TEST(VolumeGather, BoxTurnedBy30Degrees_IsRightInTheMean) {
     }
 }
 
-TEST(VolumeGather, BehindAWall_DoesNotCount) {
+TEST(VolumeDensityEstimate, BehindAWall_DoesNotCount) {
     SceneMaker make;
     make.region(homogeneous(Rgb(0), Rgb(2)));
     make.quad({-5, -5, 1.0005F}, {10, 0, 0}, {0, 10, 0}, make.diffuse(Rgb(0.5F)));
     const Scene scene = make.build();
-    const RunningStats stats = gathered(scene, {0.5F, 0.5F, 1.001F}, 20, 0, V3f(0, 1, 0));
+    const RunningStats stats = estimated(scene, {0.5F, 0.5F, 1.001F}, 20, 0, V3f(0, 1, 0));
     EXPECT_EQ(stats.mean(), 0);
-    EXPECT_GT(gathered(scene, {0.5F, 0.5F, 0.999F}, 20, 0, V3f(0, 1, 0)).mean(), 200);
+    EXPECT_GT(estimated(scene, {0.5F, 0.5F, 0.999F}, 20, 0, V3f(0, 1, 0)).mean(), 200);
 }
 
-TEST(VolumeGather, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
+TEST(VolumeDensityEstimate, FewPhotonsOrAllAtOnePoint_HaveAnAnswer) {
     const Scene scene = foggy_cube(false);
-    const Stream stream(9, Purpose::test, 0, 0);
+    const Sampler sampler(9, Purpose::test, 0, 0);
     const ScatteringPoint at{V3f(0.5F), HenyeyGreenstein(0), V3f(0, 1, 0), kNoMedium, Rgb(2)};
     const PhotonMap none{Photons{}};
-    EXPECT_TRUE(is_black(VolumeGather(scene, none, {50, 0.1F}).in_scattered(at, stream).value));
+    EXPECT_TRUE(is_black(VolumeDensityEstimate(scene, none, {50, 0.1F}).in_scattered(at, sampler).value));
     Photons same;
     for (int i = 0; i < 10; ++i)
         same.add(V3f(0.5F), PackedDirection(), {PackedDirection(V3f(0, 0, 1)), Rgb(1), 0, kNoCell});
     const PhotonMap point(same);
     // All count within the largest radius; with fewer wanted the radius is what float32 can tell.
-    const auto all = VolumeGather(scene, point, {50, 0.1F}).in_scattered(at, stream);
+    const auto all = VolumeDensityEstimate(scene, point, {50, 0.1F}).in_scattered(at, sampler);
     EXPECT_EQ(all.photons, 10);
     EXPECT_NEAR(static_cast<double>(all.value.x) / (10 / (4 * M_PI) / (4.0 / 3 * M_PI * 1e-3)), 1, 1e-3);
-    const auto fixed = VolumeGather(scene, point, {0, 0.2F}).in_scattered(at, stream);
+    const auto fixed = VolumeDensityEstimate(scene, point, {0, 0.2F}).in_scattered(at, sampler);
     EXPECT_EQ(fixed.photons, 10);
     EXPECT_NEAR(static_cast<double>(all.value.x / fixed.value.x), 8, 1e-3);
-    const auto some = VolumeGather(scene, point, {4, 0.1F}).in_scattered(at, stream);
+    const auto some = VolumeDensityEstimate(scene, point, {4, 0.1F}).in_scattered(at, sampler);
     EXPECT_EQ(some.photons, 4);
     EXPECT_GT(some.radius, 0);
     EXPECT_TRUE(is_finite(some.value));

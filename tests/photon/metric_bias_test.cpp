@@ -1,10 +1,11 @@
-// The projected distance against the plain one, where the irradiance is known [photon-maps 2]. The figure of
-// the same shapes is bench/figures/metric_bias; numbers are parts of the full irradiance, the radius is 1.
+// The projected distance against the plain one, where the irradiance is known [Lastra 2002; Goesele
+// 2003, 5.2]. The figure of the same shapes is bench/figures/metric_bias; numbers are parts of the full
+// irradiance, the radius is 1.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
-#include "photon/gather.h"
+#include "photon/density_estimate.h"
 #include "tests/support/lit_shapes.h"
 #include "tests/support/scenes.h"
 
@@ -126,8 +127,8 @@ TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
         constexpr std::uint32_t kLanded = 200'000;
         const auto power = static_cast<float>(probed.shape.area / kLanded);
         for (std::uint32_t i = 0; i < kLanded; ++i) {
-            Stream stream = Stream::stratified(3, Purpose::test, 0, i);
-            const LandedPhoton photon = probed.shape.photon(stream);
+            Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
+            const LandedPhoton photon = probed.shape.photon(sampler);
             landed.add(photon.p, PackedDirection(photon.n),
                        {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
         }
@@ -137,13 +138,14 @@ TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
         for (int i = 0; i < kPlaces; ++i) {
             const V3f x = probed.shape.x + V3f(0, 1e-4F * static_cast<float>(i), 0);
             const V3f on = probed.shape.name == "outside sphere" ? 2.0F * x.normalized() : x;
-            GatherSettings settings{
+            DensityEstimateSettings settings{
                 0, 1, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
             const SurfacePoint at{on, probed.shape.n, surface_error(on, 1)};
-            none += static_cast<double>(Gather(map, settings).irradiance(at).value.x) / kPlaces;
+            none += static_cast<double>(DensityEstimate(map, settings).irradiance(at).value.x) / kPlaces;
             settings.boundary = Boundary::probes;
-            const Probing probing{probed.scene, Stream(4, Purpose::test, 0, static_cast<std::uint64_t>(i))};
-            mended += static_cast<double>(Gather(map, settings, probing).irradiance(at).value.x) / kPlaces;
+            const Probing probing{probed.scene, Sampler(4, Purpose::test, 0, static_cast<std::uint64_t>(i))};
+            mended +=
+                static_cast<double>(DensityEstimate(map, settings, probing).irradiance(at).value.x) / kPlaces;
         }
         EXPECT_LT(none, 0.93) << probed.shape.name;
         EXPECT_NEAR(mended, 1, probed.most) << probed.shape.name;

@@ -12,13 +12,13 @@ namespace photon_index_test {
 
 // Photons in a cloud, from all sides, some of them flat to the axes' planes.
 Photons make_photons(Cloud kind, std::size_t n, float scale) {
-    Stream stream(1, Purpose::test, static_cast<std::uint32_t>(kind), n);
+    Sampler sampler(1, Purpose::test, static_cast<std::uint32_t>(kind), n);
     Photons landed;
     for (const V3f& p : make_cloud(kind, n, scale)) {
-        V3f d = square_to_sphere(stream.next2());
-        if (stream.next() < 0.3F) d = V3f(d.x, d.y, -1e-3F).normalized();
-        if (stream.next() < 0.1F) d = V3f(0, 0, -1);
-        landed.add(p, PackedDirection(square_to_sphere(stream.next2())),
+        V3f d = square_to_sphere(sampler.next2());
+        if (sampler.next() < 0.3F) d = V3f(d.x, d.y, -1e-3F).normalized();
+        if (sampler.next() < 0.1F) d = V3f(0, 0, -1);
+        landed.add(p, PackedDirection(square_to_sphere(sampler.next2())),
                    {PackedDirection(d), Rgb(1), 0, kNoCell});
     }
     return landed;
@@ -30,12 +30,12 @@ struct Search {
     float most2;
 };
 
-Search make_search(const PhotonMap& map, float scale, MetricKind kind, Stream& stream) {
+Search make_search(const PhotonMap& map, float scale, MetricKind kind, Sampler& sampler) {
     const std::vector<V3f> points(map.positions().begin(), map.positions().end());
-    const V3f x = place_near(points, scale, stream);
-    const V3f n = stream.next() < 0.5F ? V3f(0, 0, 1) : square_to_sphere(stream.next2());
-    const float ratio = stream.next() < 0.5F ? 2 : 1 + 3 * stream.next();
-    const float u = stream.next();
+    const V3f x = place_near(points, scale, sampler);
+    const V3f n = sampler.next() < 0.5F ? V3f(0, 0, 1) : square_to_sphere(sampler.next2());
+    const float ratio = sampler.next() < 0.5F ? 2 : 1 + 3 * sampler.next();
+    const float u = sampler.next();
     const float most2 = u < 0.2F ? INFINITY : sqr((0.02F + u) * scale);
     return {x, n, TangentMetric(x, n, kind, ratio), most2};
 }
@@ -64,9 +64,9 @@ TEST_P(PhotonIndexClouds, TreeAndFlann_EqualALookAtEveryPhoton) {
     for (const std::size_t n : {0U, 1U, 2U, 100U, 3000U}) {
         const Photons landed = make_photons(kind, n, scale);
         const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
-        Stream stream(2, Purpose::test, 0, n);
+        Sampler sampler(2, Purpose::test, 0, n);
         for (int query = 0; query < 30; ++query) {
-            const Search search = make_search(maps[0], scale, metric, stream);
+            const Search search = make_search(maps[0], scale, metric, sampler);
             const std::vector<Neighbour> by_index = look_at_all(maps[0], search);
             std::vector<Neighbour> by_distance = by_index;
             std::sort(by_distance.begin(), by_distance.end());
@@ -93,10 +93,10 @@ TEST_P(PhotonIndexClouds, NearestFacing_EqualsALookAtEveryNormal) {
     const auto tree = make_photon_index(IndexKind::tree, points, map.normals(), Workers{2});
     const auto flann = make_photon_index(IndexKind::flann, points, map.normals(), Workers{2});
     const auto brute = make_photon_index(make_brute_force(points), points, map.normals());
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     int found = 0;
     for (int query = 0; query < 200; ++query) {
-        const Search search = make_search(map, scale, metric, stream);
+        const Search search = make_search(map, scale, metric, sampler);
         const float cosine = query % 2 == 0 ? 0.9F : 0.999F;
         const auto expected = brute->nearest_facing(search.x, search.n, cosine, search.most2);
         if (expected) {
@@ -125,9 +125,9 @@ TEST_P(PhotonIndexInSpace, EqualsALookAtEveryPhoton) {
     for (const std::size_t n : {0U, 1U, 100U, 3000U}) {
         const Photons landed = make_photons(kind, n, scale);
         const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
-        Stream stream(3, Purpose::test, 0, n);
+        Sampler sampler(3, Purpose::test, 0, n);
         for (int query = 0; query < 30; ++query) {
-            const Search search = make_search(maps[0], scale, MetricKind::euclidean, stream);
+            const Search search = make_search(maps[0], scale, MetricKind::euclidean, sampler);
             std::vector<Neighbour> by_index;
             for (std::uint32_t i = 0; i < maps[0].size(); ++i) {
                 const float r2 = (maps[0].positions()[i] - search.x).length2();
@@ -161,32 +161,33 @@ INSTANTIATE_TEST_SUITE_P(All, PhotonIndexInSpace,
                                             ::testing::Values(1.0F, 1e-6F, 1e6F)));
 
 // Eight times the same box.
-BoxFan fan_of(const V3f& low, const V3f& high) {
-    BoxFan fan;
-    fan.low_x.fill(low.x), fan.low_y.fill(low.y), fan.low_z.fill(low.z);
-    fan.high_x.fill(high.x), fan.high_y.fill(high.y), fan.high_z.fill(high.z);
-    return fan;
+BoxNode8 node_of(const V3f& low, const V3f& high) {
+    BoxNode8 node;
+    node.low_x.fill(low.x), node.low_y.fill(low.y), node.low_z.fill(low.z);
+    node.high_x.fill(high.x), node.high_y.fill(high.y), node.high_z.fill(high.z);
+    return node;
 }
 
 // A bound that says too much would lose photons: every photon in a box is at least as far as the box.
 TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
-    Stream stream(4, Purpose::test, 0, 0);
+    Sampler sampler(4, Purpose::test, 0, 0);
     int useful = 0;
     for (int i = 0; i < 20'000; ++i) {
         // Boxes from flat to thick, from near the plane to far above.
-        const float thin = std::pow(10.0F, -6 * stream.next());
-        const V3f low = V3f(stream.next(), stream.next(), thin * stream.next()) * 4.0F - V3f(2, 2, 2 * thin);
-        const V3f size = V3f(stream.next(), stream.next(), thin * stream.next());
-        const BoxFan fan = fan_of(low, low + size);
-        V3f n = square_to_sphere(stream.next2());
-        if (stream.next() < 0.7F) n = V3f(0, 0, 1);
-        const TangentMetric metric(V3f(0), n, MetricKind::projected, 1 + 3 * stream.next());
-        const float bound = metric.bounds(fan)[0];
-        useful += metric.ball2(bound) > box_distances2(fan, V3f(0))[0] * 1.01F;
+        const float thin = std::pow(10.0F, -6 * sampler.next());
+        const V3f low =
+            V3f(sampler.next(), sampler.next(), thin * sampler.next()) * 4.0F - V3f(2, 2, 2 * thin);
+        const V3f size = V3f(sampler.next(), sampler.next(), thin * sampler.next());
+        const BoxNode8 node = node_of(low, low + size);
+        V3f n = square_to_sphere(sampler.next2());
+        if (sampler.next() < 0.7F) n = V3f(0, 0, 1);
+        const TangentMetric metric(V3f(0), n, MetricKind::projected, 1 + 3 * sampler.next());
+        const float bound = metric.bounds(node)[0];
+        useful += metric.ball2(bound) > box_distances2(node, V3f(0))[0] * 1.01F;
         for (int j = 0; j < 20; ++j) {
-            V3f p = low + size * V3f(stream.next(), stream.next(), stream.next());
+            V3f p = low + size * V3f(sampler.next(), sampler.next(), sampler.next());
             for (unsigned c = 0; c < 3; ++c) p[c] = std::min(p[c], low[c] + size[c]);
-            V3f d = square_to_sphere(stream.next2());
+            V3f d = square_to_sphere(sampler.next2());
             if (j % 2 == 0) d = V3f(d.x, d.y, 0.01F * d.z).normalized();
             EXPECT_LE(bound, metric(p, d, p.length2()));
         }
@@ -197,29 +198,29 @@ TEST(TangentMetric, BoundOfABox_NeverAboveAPhotonInIt) {
 // The same with the directions' boxes: it may keep a box out only if no direction in it counts, not even one
 // that runs along the surface and is on its right side by rounding.
 TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
-    Stream stream(6, Purpose::test, 0, 0);
+    Sampler sampler(6, Purpose::test, 0, 0);
     int kept_out = 0, slid_far = 0;
     for (int i = 0; i < 20'000; ++i) {
-        const V3f n = square_to_sphere(stream.next2());
+        const V3f n = square_to_sphere(sampler.next2());
         const TangentMetric metric(V3f(0), n, MetricKind::projected, 2);
-        const float wide = std::pow(10.0F, -8 * stream.next());
-        V3f middle = square_to_sphere(stream.next2());
+        const float wide = std::pow(10.0F, -8 * sampler.next());
+        V3f middle = square_to_sphere(sampler.next2());
         if (i % 2 == 0) middle = (middle - n.dot(middle) * n).normalized();  // along the surface
         std::array<V3f, 8> directions;
         Box3f box;
         for (V3f& d : directions) {
-            const PackedDirection packed((middle + wide * square_to_sphere(stream.next2())).normalized());
+            const PackedDirection packed((middle + wide * square_to_sphere(sampler.next2())).normalized());
             d = PackedDirection::along(packed.bits());
             box.extendBy(d);
         }
-        const V3f low = V3f(stream.next(), stream.next(), stream.next()) * 2.0F - V3f(1);
-        const V3f size = V3f(stream.next(), stream.next(), stream.next()) * 0.3F * stream.next();
-        const BoxFan places = fan_of(low, low + size);
-        const float bound = metric.bounds(places, fan_of(box.min, box.max))[0];
+        const V3f low = V3f(sampler.next(), sampler.next(), sampler.next()) * 2.0F - V3f(1);
+        const V3f size = V3f(sampler.next(), sampler.next(), sampler.next()) * 0.3F * sampler.next();
+        const BoxNode8 places = node_of(low, low + size);
+        const float bound = metric.bounds(places, node_of(box.min, box.max))[0];
         kept_out += bound == INFINITY;
         slid_far += bound < INFINITY && bound > 1.1F * metric.bounds(places)[0];
         for (const V3f& d : directions) {
-            V3f at = low + size * V3f(stream.next(), stream.next(), stream.next());
+            V3f at = low + size * V3f(sampler.next(), sampler.next(), sampler.next());
             for (unsigned c = 0; c < 3; ++c) at[c] = std::min(at[c], low[c] + size[c]);
             EXPECT_LE(bound, metric(at, d, at.length2()));
         }
@@ -229,9 +230,9 @@ TEST(TangentMetric, BoundOfABeam_NeverAboveAPhotonInItAndInfiniteFromBehind) {
 }
 
 TEST(PackedDirection, AlongTheOctahedron_SameDirectionAsUnpacked) {
-    Stream stream(5, Purpose::test, 0, 0);
+    Sampler sampler(5, Purpose::test, 0, 0);
     for (int i = 0; i < 100'000; ++i) {
-        const PackedDirection packed(square_to_sphere(stream.next2()));
+        const PackedDirection packed(square_to_sphere(sampler.next2()));
         const V3f along = PackedDirection::along(packed.bits());
         EXPECT_NEAR(std::fabs(along.x) + std::fabs(along.y) + std::fabs(along.z), 1, 1e-6F);
         EXPECT_LT((along.normalized() - packed.unpack()).length(), 1e-6F);

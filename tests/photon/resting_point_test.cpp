@@ -25,14 +25,14 @@ TEST(RestingPoint, WhereARayMetASurface_HasTheErrorOfThatHit) {
     square(3, -0.004F);
     make.sphere(40.0F * frame.s + 2.0F * frame.n, 1, grey);
     const Scene scene = make.build();
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     double least = 1, most = 0;
     for (int i = 0; i < 3000; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const float width = i % 3 == 0 ? 0.6F : 60.0F;
         const float side = i % 2 == 0 ? 1.0F : -1.0F;  // from above and from below
         const V3f eye = side * 5 * frame.n + width * ((2 * u.x - 1) * frame.s + (2 * u.y - 1) * frame.t);
-        const auto hit = scene.hit({eye, -side * frame.n});
+        const auto hit = scene.intersect({eye, -side * frame.n});
         ASSERT_TRUE(hit);
         const V3f n = hit->at.n.dot(frame.n) * side < 0 ? -hit->at.n : hit->at.n;
         const SurfacePoint rests = resting_point(scene, hit->at.p, n);

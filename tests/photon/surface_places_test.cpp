@@ -80,14 +80,14 @@ Scene scene_of(const Surface& surface, bool scrap) {
 
 // Photons on whatever a ray along -n meets, from close over the middle.
 PhotonMap photons_below(const Scene& scene, const V3f& n, float from, float width) {
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     const Frame frame(n);
     Photons landed;
     for (int i = 0; i < 4000; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const V3f eye = from * n + width * ((2 * u.x - 1) * frame.s + (2 * u.y - 1) * frame.t);
-        const V3f d = Frame(-n).to_world(square_to_cosine_hemisphere(stream.next2()));
-        const auto hit = scene.hit({eye, (0.05F * d - n).normalized()});
+        const V3f d = Frame(-n).to_world(square_to_cosine_hemisphere(sampler.next2()));
+        const auto hit = scene.intersect({eye, (0.05F * d - n).normalized()});
         if (!hit) continue;
         const V3f& normal = hit->at.n;
         landed.add(hit->at.p, PackedDirection(normal.dot(n) < 0 ? -normal : normal), testing::photon(d, 1));
@@ -114,12 +114,12 @@ TEST(SurfacePlaces, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
         const Scene scene = scene_of(surface, true);
         // On the lower side of the scrap, from where they bounce down.
         Photons under;
-        Stream stream(5, Purpose::test, 0, 0);
+        Sampler sampler(5, Purpose::test, 0, 0);
         const Frame frame(surface.n);
         for (int i = 0; i < 2000; ++i) {
-            const V2f u = stream.next2();
+            const V2f u = sampler.next2();
             const V3f p = kAbove * surface.n + 3e-4F * ((2 * u.x - 1) * frame.s + (2 * u.y - 1) * frame.t);
-            const V3f d = frame.to_world(square_to_cosine_hemisphere(stream.next2()));
+            const V3f d = frame.to_world(square_to_cosine_hemisphere(sampler.next2()));
             under.add(p, PackedDirection(-surface.n), testing::photon(d, 1));
         }
         const PhotonMap map(under);
@@ -127,17 +127,17 @@ TEST(SurfacePlaces, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
         std::atomic<int> near = 0, met = 0;
         const auto leave = [&](std::uint32_t number, const SurfacePoint& at) {
             if (at.p.length() > 0.02F) return Rgb(0);
-            Stream own(7, Purpose::test, 0, number);
+            Sampler own(7, Purpose::test, 0, number);
             for (int i = 0; i < 8; ++i) {
                 const V3f w = Frame(at.n).to_world(square_to_cosine_hemisphere(own.next2()));
-                const auto hit = scene.hit({at.towards(w), w});
+                const auto hit = scene.intersect({at.towards(w), w});
                 ++near;
                 if (hit && hit->t < 1e-3F) ++met;
             }
             return Rgb(0);
         };
         const PhotonMap* maps[] = {&map};
-        const GatherSettings how{50, 1};
+        const DensityEstimateSettings how{50, 1};
         const IrradiancePoints points(places, {maps, how, {}, leave}, Workers{2}, silent);
         EXPECT_GT(near, 4000) << surface.name;
         EXPECT_EQ(met, 0) << surface.name << " of " << near;

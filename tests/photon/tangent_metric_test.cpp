@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "photon/kernel.h"
 #include "photon/photon.h"
@@ -12,18 +12,18 @@ namespace tangent_metric_test {
 
 const V3f kUp(0, 0, 1);
 
-V3f downwards(Stream& stream) {
-    return -square_to_cosine_hemisphere(stream.next2());
+V3f downwards(Sampler& sampler) {
+    return -square_to_cosine_hemisphere(sampler.next2());
 }
 
 TEST(TangentMetric, FlatSurface_EqualsEuclidean) {
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     const V3f x(0.3F, 0.4F, 0.5F);
     const TangentMetric metric(x, kUp, MetricKind::projected, 1);
     for (int i = 0; i < 10'000; ++i) {
-        const V3f p(stream.next(), stream.next(), x.z);
+        const V3f p(sampler.next(), sampler.next(), x.z);
         const float r2 = (p - x).length2();
-        EXPECT_NEAR(metric(p, downwards(stream), r2), r2, 1e-6F * r2);
+        EXPECT_NEAR(metric(p, downwards(sampler), r2), r2, 1e-6F * r2);
     }
 }
 
@@ -46,12 +46,12 @@ TEST(TangentMetric, FlatSurfaceWithRoundedHeights_GrazingPhotonsStay) {
 
 TEST(TangentMetric, AnySlope_EqualsTheFormula) {
     // d² = a² - 2a (d·(x - x_i)) + |x - x_i|², in double.
-    Stream stream(2, Purpose::test, 0, 0);
+    Sampler sampler(2, Purpose::test, 0, 0);
     for (int i = 0; i < 10'000; ++i) {
-        const V3f x(stream.next(), stream.next(), stream.next());
-        const V3f p(stream.next(), stream.next(), stream.next());
-        const V3f n = square_to_sphere(stream.next2());
-        V3f d = square_to_sphere(stream.next2());
+        const V3f x(sampler.next(), sampler.next(), sampler.next());
+        const V3f p(sampler.next(), sampler.next(), sampler.next());
+        const V3f n = square_to_sphere(sampler.next2());
+        V3f d = square_to_sphere(sampler.next2());
         if (n.dot(d) > 0) d = -d;
         if (n.dot(d) > -2 * kGrazing) continue;
         const V3d v = V3d(x) - V3d(p);
@@ -80,12 +80,12 @@ TEST(TangentMetric, ConcaveCorner_PhotonOnTheWallFillsTheDiscBehindIt) {
 }
 
 TEST(TangentMetric, Ball_HoldsEveryPhotonThatCounts) {
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     const TangentMetric metric(V3f(0.0F), kUp, MetricKind::projected, 2);
     for (int i = 0; i < 10'000; ++i) {
-        const V3f p = V3f(stream.next(), stream.next(), stream.next()) * 2.0F - V3f(1.0F);
+        const V3f p = V3f(sampler.next(), sampler.next(), sampler.next()) * 2.0F - V3f(1.0F);
         const float r2 = p.length2();
-        const float d2 = metric(p, downwards(stream), r2);
+        const float d2 = metric(p, downwards(sampler), r2);
         EXPECT_LE(r2, metric.ball2(d2) * 1.0001F);
     }
 }
@@ -103,10 +103,10 @@ TEST(Kernel, EachShape_IntegratesToOneOverTheDisc) {
 }
 
 TEST(PackedDirection, RoundTrip_WithinOneTenThousandthOfARadian) {
-    Stream stream(4, Purpose::test, 0, 0);
+    Sampler sampler(4, Purpose::test, 0, 0);
     float worst = 0;
     for (int i = 0; i < 100'000; ++i) {
-        const V3f d = square_to_sphere(stream.next2());
+        const V3f d = square_to_sphere(sampler.next2());
         const V3f back = PackedDirection(d).unpack();
         EXPECT_NEAR(back.length(), 1, 1e-6F);
         worst = std::max(worst, (back - d).length());

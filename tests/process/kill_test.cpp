@@ -12,7 +12,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/render/checkpoint.h"
 #include "tests/process/kill_at.h"
 #include "tests/support/temporary_folder.h"
@@ -113,7 +113,7 @@ TEST_P(Killed, AtAnyTime_ResumesToTheSameFiles) {
     const Image expected = read_exr(folder_ / "expected.exr");
     const std::vector<std::byte> picture = read_bytes(folder_ / "expected.png");
 
-    Stream random(5, Purpose::test, 0, 0);
+    Sampler random(5, Purpose::test, 0, 0);
     int kills = 0;
     for (int round = 0; round < 4; ++round) {
         for (const char* name : {"a.exr", "a.png", "c"}) std::filesystem::remove(folder_ / name);

@@ -52,18 +52,21 @@ std::vector<Case> cases() {
             {"direct", "direct", {}, {"image"}, "1024"},
             {"photonmap",
              "photonmap",
-             {"photons=20000", "gatherrays=2", "pilot=16384"},
-             {"pilot", "photons", "irradiance", "image"}},
+             {"photons=20000", "gatherrays=2", "prepass=16384"},
+             {"pre-pass", "photons", "irradiance", "image"}},
             {"guided",
              "photonmap",
              {"photons=20000", "gatherrays=1", "direct=guided", "guidephotons=20000"},
              {"guide", "photons", "irradiance", "image"}},
-            {"igi", "igi", {"nlights=64", "nsets=4", "pilot=16384"}, {"pilot", "virtual lights", "image"}},
+            {"igi",
+             "igi",
+             {"nlights=64", "nsets=4", "prepass=16384"},
+             {"pre-pass", "virtual point lights", "image"}},
             {"igi_tree",
              "igi",
              {"nlights=256", "nsets=16", "choice=tree"},
-             {"virtual lights", "virtual lights in order", "image"}},
-            {"progressive", "progressive", {"photons=10000", "pilot=16384"}, {"pilot", "passes"}}};
+             {"virtual point lights", "virtual point lights in order", "image"}},
+            {"progressive", "progressive", {"photons=10000", "prepass=16384"}, {"pre-pass", "passes"}}};
 }
 
 class KilledInPhase : public ::testing::TestWithParam<Case> {

@@ -45,9 +45,8 @@ Image halve(const Image& image) {
 }
 
 // Means within 1 % of the path tracer's; the error, with the reference's own noise in it, below the stated
-// figure. It is the relative MSE, but for virtual lights without a least distance: their variance has no
-// bound (1/r²), so that one pixel in a corner may decide an MSE; the mean of |t - r| / |r| does not depend on
-// it.
+// figure. It is the relative MSE, but for VPLs without a least distance: their variance has no bound (1/r²),
+// so that one pixel in a corner may decide an MSE; the mean of |t - r| / |r| does not depend on it.
 TEST(Cornell, PhotonMapAndIgi_AgreeWithPath) {
     Image reference = render_scene("cornell", "path", {}, 512, 96);
     struct Case {

@@ -43,7 +43,7 @@ Job read(const Case& c, const std::string& integrator, Parameters parameters) {
 constexpr int kAcross = 3, kParts = 6;
 using Parts = std::array<RunningStats, kParts>;
 
-// `radiance(ray, stream)` for rays spread evenly over a picture, as many for each part.
+// `radiance(ray, sampler)` for rays spread evenly over a picture, as many for each part.
 template <typename Radiance>
 Parts measured(const Job& job, int samples, std::uint64_t seed, Radiance&& radiance) {
     Parts parts;
@@ -51,12 +51,12 @@ Parts measured(const Job& job, int samples, std::uint64_t seed, Radiance&& radia
     for (int part = 0; part < kParts; ++part) {
         const V2f corner(static_cast<float>(part % kAcross), static_cast<float>(part / kAcross));
         for (int i = 0; i < samples; ++i) {
-            Stream stream = Stream::stratified(seed, Purpose::test, static_cast<std::uint64_t>(part),
-                                               static_cast<std::uint32_t>(i));
-            const V2f u = corner + stream.next2();
+            Sampler sampler = Sampler::stratified(seed, Purpose::test, static_cast<std::uint64_t>(part),
+                                                  static_cast<std::uint32_t>(i));
+            const V2f u = corner + sampler.next2();
             const V2f pixel(u.x / kAcross * size.x, u.y / (kParts / kAcross) * size.y);
-            const Ray ray = job.camera.ray(pixel, stream.next2());
-            parts[static_cast<std::size_t>(part)].add(double{luminance(radiance(ray, stream))});
+            const Ray ray = job.camera.ray(pixel, sampler.next2());
+            parts[static_cast<std::size_t>(part)].add(double{luminance(radiance(ray, sampler))});
         }
     }
     return parts;
@@ -71,7 +71,7 @@ Parts measured_by_integrator(const Case& c, const std::string& integrator, const
     const auto method = make_integrator(job.integrator);
     const auto estimator = method->prepare({job.scene, seed, 0, workers, silent, report});
     return measured(job, samples, seed,
-                    [&](const Ray& ray, Stream& stream) { return estimator->radiance(ray, stream); });
+                    [&](const Ray& ray, Sampler& sampler) { return estimator->radiance(ray, sampler); });
 }
 
 // Samples of one part are better spread than independent ones: their mean is nearer than sigma says.
@@ -117,28 +117,29 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
     GuideSettings how;
     how.radius = 0.35F;
     const GuideMap guides = build_guides(job.scene, {200'000, 3, 0, how}, Workers{}, silent);
-    return measured(job, samples, seed, [&](const Ray& ray, Stream& stream) {
+    return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
         return meter_and_shade(job.scene, ray, [&](const Vertex& vertex) {
             const V3f& n = vertex.hit.at.n;
             const Guide guide = guides.at(vertex.hit.at.p, n.dot(vertex.wo) < 0 ? -n : n);
             const LightChoice choice = LightChoice().guided(guide, 0.25F);
-            const float u = stream.next();
-            const auto drawn = choice.draw(job.scene, vertex.hit.at.p, u, stream.next2());
+            const float u = sampler.next();
+            const auto drawn = choice.draw(job.scene, vertex.hit.at.p, u, sampler.next2());
             DirectLight result{Rgb(0.0F), {}};
             if (!drawn) return result;
-            const Incident& in = drawn->incident;
-            const Seen back{Rgb(0.0F), in.part ? in.part->whole_pdf_w : in.pdf_w, in.distance, in.part};
+            const LightSample& in = drawn->light_sample;
+            const EmittedRadiance back{Rgb(0.0F), in.part ? in.part->whole_pdf_w : in.pdf_w, in.distance,
+                                       in.part};
             const float density = weighed(guide).pdf_w(job.scene, drawn->light, back);
             if (!(density > 0)) return result;
             result.radiance = vertex.value(in.w) * in.weight * (drawn->gain * (drawn->pdf_w / density)) *
-                              passing_share(job.scene, vertex, in, stream);
+                              passing_share(job.scene, vertex, in, sampler);
             return result;
         });
     });
 }
 
-// Where there is something to choose: who leaves the floor's share out of the density is found out.
-TEST(DirectMethods, AWeightWithoutTheFloor_IsRefused) {
+// Where there is something to choose: who leaves the defensive part out of the density is found out.
+TEST(DirectMethods, AWeightWithoutTheDefensivePart_IsRefused) {
     for (std::size_t i = 0; i < 3; ++i) {
         const Case& c = kCases[i];
         const Parts reference = truth(c, 200'000);
@@ -161,15 +162,15 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
     std::vector<LitPlace> places;
     const V2f size(static_cast<float>(job.film.width), static_cast<float>(job.film.height));
     for (int i = 0; i < count; ++i) {
-        Stream stream = Stream::stratified(5, Purpose::test, 0, static_cast<std::uint32_t>(i));
-        const V2f u = stream.next2();
-        const Ray ray = job.camera.ray({u.x * size.x, u.y * size.y}, stream.next2());
-        const auto hit = job.scene.hit(ray);
+        Sampler sampler = Sampler::stratified(5, Purpose::test, 0, static_cast<std::uint32_t>(i));
+        const V2f u = sampler.next2();
+        const Ray ray = job.camera.ray({u.x * size.x, u.y * size.y}, sampler.next2());
+        const auto hit = job.scene.intersect(ray);
         if (!hit) continue;
         const Bsdf white = white_receiver(*hit);
         RunningStats e;
         for (std::uint32_t sample = 0; sample < 512; ++sample) {
-            Stream branch = stream.split_stratified(0, sample);
+            Sampler branch = sampler.split_stratified(0, sample);
             const auto found = direct_light(job.scene, Vertex{*hit, white, -ray.d}, branch, {});
             e.add(double{luminance(meter_reading(found.radiance))});
         }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <iostream>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "measure/plane_irradiance.h"
 #include "measure/ray_projection.h"
 #include "tests/support/shared_data.h"
@@ -19,7 +19,7 @@ RaySet half_of(const RaySet& set, std::uint32_t which) {
     RaySet half = set;
     half.rays.clear();
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
-        if (Stream(18, Purpose::test, 0, i).bits() % 2 == which) half.rays.push_back(set.rays[i]);
+        if (Sampler(18, Purpose::test, 0, i).bits() % 2 == which) half.rays.push_back(set.rays[i]);
     }
     const double factor = static_cast<double>(set.rays.size()) / static_cast<double>(half.rays.size());
     for (LampRay& ray : half.rays) ray.flux = static_cast<float>(double{ray.flux} * factor);

@@ -1,5 +1,5 @@
-// Virtual lights beside the path tracer where surfaces let light through: straight on, through holes,
-// diffusely on both sides and over rough glass (scenes/see-through).
+// VPLs beside the path tracer where surfaces let light through: straight on, through holes, diffusely on both
+// sides and over rough glass (scenes/see-through).
 #include <gtest/gtest.h>
 
 #include "engine/pbrt/read_scene.h"
@@ -64,8 +64,8 @@ TEST(SeeThrough, UnderASheetOfOpacityZero_IgiShowsTheLampsLight) {
     }
 }
 
-// Beside `path` of the scene `reference`: on the whole, and on the floor before the sheet. By virtual lights
-// alone without a least distance, and compensated with one.
+// Beside `path` of the scene `reference`: on the whole, and on the floor before the sheet. By VPLs alone
+// without a least distance, and compensated with one.
 void expect_igi_agrees(const std::string& scene, const std::string& reference) {
     const V2i size(24, 16);
     const auto part = [](double, double y) { return y < 0; };

@@ -1,5 +1,5 @@
-// Steered emission on whole scenes: what the pilot finds there, and what the picture gains by as many light
-// paths.
+// Steered emission on whole scenes: what the pre-pass finds there, and what the picture gains by as many
+// light paths.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,14 +16,14 @@ std::filesystem::path scenes() {
     return std::filesystem::path(LUCERNA_SOURCE_DIR) / "scenes";
 }
 
-RenderResult rendered(const std::filesystem::path& file, std::string pilot, std::string photons,
+RenderResult rendered(const std::filesystem::path& file, std::string pre_pass, std::string photons,
                       std::uint64_t seed) {
     Monitor silent;
     SceneOverrides overrides;
     overrides.integrator = "photonmap";
     // Without probes: which photons they ask is a chance of its own, which no emission makes smaller.
     overrides.set = {{"direct", "map"},           {"indirect", "map"},  {"boundary", "none"},
-                     {"quantity", "illuminance"}, {"photons", photons}, {"pilot", std::move(pilot)}};
+                     {"quantity", "illuminance"}, {"photons", photons}, {"prepass", std::move(pre_pass)}};
     overrides.spp = 4;
     overrides.resolution = V2i(48, 32);
     return render(read_scene(file, overrides, Workers{}, silent), {seed, Workers{}}, silent);
@@ -42,10 +42,10 @@ double gain(const std::filesystem::path& file) {
     return plain / steered;
 }
 
-TEST(SteeredEmission, OfRoomsThatAreNotSeen_IsLeftToTheFloor) {
+TEST(SteeredEmission, OfRoomsThatAreNotSeen_IsLeftToTheDefensiveWeight) {
     EXPECT_GT(gain(scenes() / "rooms/rooms.pbrt"), 1.5);
     const RenderResult result = rendered(scenes() / "rooms/rooms.pbrt", "65536", "1000", 3);
-    EXPECT_GT(result.report.numbers.at("pilot.share_of_lights"), 0.25);
+    EXPECT_GT(result.report.numbers.at("prepass.share_of_lights"), 0.25);
 }
 
 TEST(SteeredEmission, OfAMeasuredLamp_PicksTheCellsThatTheCameraSees) {

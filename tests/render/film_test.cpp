@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/error.h"
+#include "engine/base/sampler.h"
 #include "engine/base/stats.h"
-#include "engine/base/stream.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -12,10 +12,10 @@ namespace film_test {
 
 TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
     Film film(2, 1);
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     RunningStats expected;
     for (int i = 0; i < 100; ++i) {
-        const float value = 1000 + stream.next();
+        const float value = 1000 + sampler.next();
         expected.add(static_cast<double>(value));
         film.add(1, 0, Rgb(value));
     }
@@ -32,11 +32,11 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     constexpr int kPixels = 4'000, kSamples = 64;
     constexpr float kWeight = 1.5F;  // + with chance 5/6, - with 1/6: mean 1
     Film film(kPixels + 1, 1, kWeight);
-    Stream stream(11, Purpose::test, 0, 0);
+    Sampler sampler(11, Purpose::test, 0, 0);
     for (int x = 0; x <= kPixels; ++x) {
         for (int s = 0; s < kSamples; ++s) {
-            const float u = stream.next();
-            const float weight = stream.next() < 5.0F / 6 ? kWeight : -kWeight;
+            const float u = sampler.next();
+            const float weight = sampler.next() < 5.0F / 6 ? kWeight : -kWeight;
             // Positive weights see more light: E[w L] = 5/6 · 1.5 · 3.5 - 1/6 · 1.5 · 0.5 = 4.25.
             const float radiance = x == kPixels ? 7.0F : u + (weight > 0 ? 3 : 0);
             film.add(x, 0, Rgb(radiance), weight);
@@ -60,10 +60,10 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
 TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
     constexpr int kPixels = 4'000, kPasses = 16, kSamples = 8;
     Film by_pass(kPixels, 1, 1, true), by_sample(kPixels, 1);
-    Stream stream(12, Purpose::test, 0, 0);
+    Sampler sampler(12, Purpose::test, 0, 0);
     for (int x = 0; x < kPixels; ++x) {
         for (int p = 0; p < kPasses; ++p) {
-            const std::vector<Film::Sample> samples(kSamples, {Rgb(stream.next()), 1});
+            const std::vector<Film::Sample> samples(kSamples, {Rgb(sampler.next()), 1});
             by_pass.add_pass(x, 0, samples);
             for (const Film::Sample& sample : samples) by_sample.add(x, 0, sample.radiance);
         }
@@ -83,10 +83,10 @@ TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
 // Filters with negative lobes, too: nothing varies where the light does not.
 TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
     Film film(1, 1, 1.5F, true);
-    Stream stream(13, Purpose::test, 0, 0);
+    Sampler sampler(13, Purpose::test, 0, 0);
     for (int p = 0; p < 20; ++p) {
         std::vector<Film::Sample> samples;
-        for (int s = 0; s < 4; ++s) samples.push_back({Rgb(7.0F), stream.next() < 5.0F / 6 ? 1.5F : -1.5F});
+        for (int s = 0; s < 4; ++s) samples.push_back({Rgb(7.0F), sampler.next() < 5.0F / 6 ? 1.5F : -1.5F});
         film.add_pass(0, 0, samples);
     }
     EXPECT_EQ(film.develop(1).value(0, 0, 0), 7);
@@ -97,10 +97,10 @@ TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
 TEST(Film, RelativeError_IsTheStandardErrorOverTheValue) {
     Film film(50, 40);
     EXPECT_TRUE(std::isinf(film.relative_error()));
-    Stream stream(14, Purpose::test, 0, 0);
+    Sampler sampler(14, Purpose::test, 0, 0);
     for (int s = 0; s < 25; ++s) {
         for (int y = 0; y < 40; ++y) {
-            for (int x = 0; x < 50; ++x) film.add(x, y, Rgb(2 * stream.next()));
+            for (int x = 0; x < 50; ++x) film.add(x, y, Rgb(2 * sampler.next()));
         }
         if (s == 0) {
             EXPECT_TRUE(std::isinf(film.relative_error())) << "one sample says nothing";
@@ -119,10 +119,10 @@ TEST(Film, RelativeError_KnowsOfStratification) {
         double square = 0;
         for (int pixel = 0; pixel < 2000; ++pixel) {
             const auto family = static_cast<std::uint64_t>(pixel);
-            Stream independent(15, Purpose::test, 0, family);
+            Sampler independent(15, Purpose::test, 0, family);
             double mean = 0;
             for (std::uint32_t s = 0; s < 64; ++s) {
-                Stream one = Stream::stratified(15, Purpose::test, family, s);
+                Sampler one = Sampler::stratified(15, Purpose::test, family, s);
                 const float u = stratified ? one.next() : independent.next();
                 film.add(pixel % 50, pixel / 50, Rgb(2 * u));
                 mean += double{2 * u} / 64;
@@ -143,13 +143,13 @@ TEST(Film, RelativeError_KnowsOfStratification) {
 TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
     constexpr int kWidth = 200, kHeight = 150, kSamples = 16;
     Film film(kWidth, kHeight);
-    Stream stream(16, Purpose::test, 0, 0);
+    Sampler sampler(16, Purpose::test, 0, 0);
     double square = 0, by_itself = 0;
     constexpr double kMean = 1 + 1e-4 * 1000;
     for (int i = 0; i < kWidth * kHeight; ++i) {
         double mean = 0;
         for (int s = 0; s < kSamples; ++s) {
-            const float value = stream.next() < 1e-4F ? 1001.0F : 1.0F;
+            const float value = sampler.next() < 1e-4F ? 1001.0F : 1.0F;
             film.add(i % kWidth, i / kWidth, Rgb(value));
             mean += double{value} / kSamples;
         }
@@ -168,10 +168,10 @@ TEST(Film, RelativeError_OfFireflies_IsThatOfThePixelsWithoutThem) {
 // What every sample agrees on is no firefly, however dark it is around.
 TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
     Film film(9, 9);
-    Stream stream(17, Purpose::test, 0, 0);
+    Sampler sampler(17, Purpose::test, 0, 0);
     for (int s = 0; s < 256; ++s) {
         for (int i = 0; i < 81; ++i)
-            film.add(i % 9, i / 9, Rgb((i == 40 ? 1e4F : 1e-3F) * (0.5F + stream.next())));
+            film.add(i % 9, i / 9, Rgb((i == 40 ? 1e4F : 1e-3F) * (0.5F + sampler.next())));
     }
     // The floor, a tenth of the mean, is 12: the dark pixels' errors do not show.
     // One pixel decides. The deviation of 256 even values is found to √((9/5 - 1)/256)/2 = 2.8 %, the level
@@ -187,7 +187,7 @@ TEST_P(Filters, Offsets_FollowTheFilter) {
     FilterSettings settings;
     settings.kind = GetParam();
     settings.radius = {1.5F, 2};
-    const FilterSampler sampler(settings);
+    const FilterSampler filter_sampler(settings);
     constexpr int kBins = 30;
     constexpr int kDraws = 200'000;
     const auto filter = [&](double x) {
@@ -205,9 +205,9 @@ TEST_P(Filters, Offsets_FollowTheFilter) {
     }
     for (double& e : expected) e *= kDraws / total;
     std::vector<std::uint64_t> observed(kBins, 0);
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const V2f offset = sampler.sample(stream.next2()).offset;
+        const V2f offset = filter_sampler.sample(sampler.next2()).offset;
         ASSERT_LE(std::fabs(offset.x), 1.5F);
         ASSERT_LE(std::fabs(offset.y), 2.0F);
         const int bin = static_cast<int>((offset.x / 1.5F + 1) / 2 * kBins);
@@ -229,11 +229,11 @@ TEST(Filters, WithNegativeLobes_KeepTheirMoments) {
         FilterSettings settings;
         settings.kind = kind;
         settings.radius = {2, 3};
-        const FilterSampler sampler(settings);
+        const FilterSampler filter_sampler(settings);
         RunningStats sum, second;
-        Stream stream(5, Purpose::test, 0, 0);
+        Sampler sampler(5, Purpose::test, 0, 0);
         for (int i = 0; i < 400'000; ++i) {
-            const auto [offset, weight] = sampler.sample(stream.next2());
+            const auto [offset, weight] = filter_sampler.sample(sampler.next2());
             sum.add(static_cast<double>(weight));
             second.add(static_cast<double>(weight * offset.x * offset.x));
         }

@@ -1,4 +1,4 @@
-// Final gather: whatever is computed ahead of time, the light is the same.
+// Final gather: whatever is precomputed, the light is the same.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -12,13 +12,13 @@ namespace final_gather_test {
 
 using testing::SceneMaker;
 
-struct Ahead {
+struct Precomputed {
     int precompute, lights;
     DirectMethod direct;
 };
 
 // The image's mean against path's; the noise of each is some 0.2 %.
-TEST(FinalGather, AheadOfTimeOrNot_MeanWithinOnePercentOfPath) {
+TEST(FinalGather, PrecomputedOrNot_MeanWithinOnePercentOfPath) {
     Monitor silent;
     const auto mean = [&](const IntegratorSettings& settings, int spp) {
         const Job job =
@@ -26,21 +26,23 @@ TEST(FinalGather, AheadOfTimeOrNot_MeanWithinOnePercentOfPath) {
         return testing::mean_rgb(render(job, {7, Workers{}}, silent).image);
     };
     const Rgb truth = mean(PathSettings{}, 512);
-    for (const Ahead& ahead :
-         {Ahead{0, 0, DirectMethod::mc}, Ahead{4, 0, DirectMethod::mc}, Ahead{4, 4, DirectMethod::mc},
-          Ahead{16, 1, DirectMethod::mc}, Ahead{4, 0, DirectMethod::map}}) {
+    for (const Precomputed& precomputed :
+         {Precomputed{0, 0, DirectMethod::mc}, Precomputed{4, 0, DirectMethod::mc},
+          Precomputed{4, 4, DirectMethod::mc}, Precomputed{16, 1, DirectMethod::mc},
+          Precomputed{4, 0, DirectMethod::map}}) {
         PhotonMapSettings settings;
         settings.photons = 300'000;
         settings.gather_rays = 8;
-        settings.direct = ahead.direct;
-        settings.precompute = ahead.precompute;
-        settings.precompute_lights = ahead.lights;
+        settings.direct = precomputed.direct;
+        settings.precompute = precomputed.precompute;
+        settings.precompute_lights = precomputed.lights;
         // The Direct map seen by the camera is dark along edges.
-        const float within = ahead.direct == DirectMethod::map ? 0.03F : 0.01F;
+        const float within = precomputed.direct == DirectMethod::map ? 0.03F : 0.01F;
         const Rgb seen = mean(settings, 32);
         for (int c = 0; c < 3; ++c) {
             EXPECT_NEAR(seen[c] / truth[c], 1, within)
-                << "precompute " << ahead.precompute << ", lights " << ahead.lights << ", channel " << c;
+                << "precompute " << precomputed.precompute << ", lights " << precomputed.lights
+                << ", channel " << c;
         }
     }
 }
@@ -62,7 +64,7 @@ Scene bent_wall(bool relief) {
     return make.build();
 }
 
-TEST(FinalGather, BentNormals_SameAheadOfTimeOrNotAndByPath) {
+TEST(FinalGather, BentNormals_SamePrecomputedOrNotAndByPath) {
     Monitor silent;
     RenderReport report;
     const Workers workers{2};
@@ -72,11 +74,11 @@ TEST(FinalGather, BentNormals_SameAheadOfTimeOrNotAndByPath) {
             const auto estimator = make_integrator(settings)->prepare({scene, 7, 0, workers, silent, report});
             RunningStats stats;
             for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(samples); ++i) {
-                Stream stream(7, Purpose::test, 0, i);
-                const V2f u = stream.next2();
+                Sampler sampler(7, Purpose::test, 0, i);
+                const V2f u = sampler.next2();
                 const V3f target(u.x - 0.5F, 0, 0.2F + 0.5F * u.y), eye(0, 1, 2);
                 stats.add(
-                    static_cast<double>(estimator->radiance({eye, (target - eye).normalized()}, stream).x));
+                    static_cast<double>(estimator->radiance({eye, (target - eye).normalized()}, sampler).x));
             }
             return stats;
         };

@@ -91,7 +91,7 @@ std::vector<V3f> places() {
 }
 
 Hit hit_on_floor(const Scene& scene, const V3f& x) {
-    const auto hit = scene.hit(Ray{x + V3f(0, 0.01F, 0), {0, -1, 0}});
+    const auto hit = scene.intersect(Ray{x + V3f(0, 0.01F, 0), {0, -1, 0}});
     return hit.value();
 }
 
@@ -102,8 +102,8 @@ RunningStats measure(const Scene& scene, const V3f& x, int samples, std::uint64_
     const Vertex vertex{hit, bsdf, V3f(0, 1, 0)};
     RunningStats stats;
     for (int i = 0; i < samples; ++i) {
-        Stream stream(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        stats.add(double{luminance(method(vertex, stream))});
+        Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        stats.add(double{luminance(method(vertex, sampler))});
     }
     return stats;
 }
@@ -120,19 +120,19 @@ void expect_unbiased(const Scene& scene, const char* name) {
         GuideSettings how;
         how.radius = 0.2F;
         const GuideMap guides = build_guides(scene, {photons, 6, 0, how}, Workers{2}, silent);
-        for (const auto& [floor, candidates] : {std::pair(0.25F, 8), std::pair(0.05F, 1)}) {
-            const GuidedLightSettings settings{floor, candidates};
+        for (const auto& [weight, candidates] : {std::pair(0.25F, 8), std::pair(0.05F, 1)}) {
+            const GuidedLightSettings settings{weight, candidates};
             for (const V3f& x : places()) {
-                const auto plain = measure(scene, x, 30'000, 7, [&](const Vertex& vertex, Stream& stream) {
-                    return direct_light(scene, vertex, stream, {}).radiance;
+                const auto plain = measure(scene, x, 30'000, 7, [&](const Vertex& vertex, Sampler& sampler) {
+                    return direct_light(scene, vertex, sampler, {}).radiance;
                 });
-                const auto guided = measure(scene, x, 15'000, 8, [&](const Vertex& vertex, Stream& stream) {
-                    return GuidedLight(scene, guides, settings)(vertex, stream, {}).radiance;
+                const auto guided = measure(scene, x, 15'000, 8, [&](const Vertex& vertex, Sampler& sampler) {
+                    return GuidedLight(scene, guides, settings)(vertex, sampler, {}).radiance;
                 });
                 EXPECT_TRUE(same(plain, guided))
-                    << name << ", " << photons << " photons, floor " << floor << ", at " << x << ": "
-                    << guided.mean() << " +- " << guided.standard_error() << " for " << plain.mean() << " +- "
-                    << plain.standard_error();
+                    << name << ", " << photons << " photons, defensive weight " << weight << ", at " << x
+                    << ": " << guided.mean() << " +- " << guided.standard_error() << " for " << plain.mean()
+                    << " +- " << plain.standard_error();
             }
         }
     }
@@ -155,13 +155,14 @@ double mean_by(const Scene& scene, const V3f& x, const LightChoice& drawn_by, co
                double& sigma) {
     RunningStats stats;
     for (std::uint64_t i = 0; i < 40'000; ++i) {
-        Stream stream(9, Purpose::test, 0, i);
-        const float u = stream.next();
-        const auto draw = drawn_by.draw(scene, x, u, stream.next2());
+        Sampler sampler(9, Purpose::test, 0, i);
+        const float u = sampler.next();
+        const auto draw = drawn_by.draw(scene, x, u, sampler.next2());
         double value = 0;
         if (draw && draw->pdf_w > 0) {
-            const Incident& in = draw->incident;
-            const Seen back{Rgb(0.0F), in.part ? in.part->whole_pdf_w : in.pdf_w, in.distance, in.part};
+            const LightSample& in = draw->light_sample;
+            const EmittedRadiance back{Rgb(0.0F), in.part ? in.part->whole_pdf_w : in.pdf_w, in.distance,
+                                       in.part};
             const double pdf = double{weighed_by.pdf_w(scene, draw->light, back)};
             value = double{luminance(in.weight)} * double{draw->gain} * double{draw->pdf_w} / pdf *
                     std::max(0.0, double{in.w.y});
@@ -214,10 +215,10 @@ TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenThey
     };
     std::vector<std::uint64_t> observed(kBins * kBins + 1);
     for (std::uint64_t i = 0; i < kDraws; ++i) {
-        Stream stream(10, Purpose::test, 0, i);
-        const float u = stream.next();
-        const auto draw = choice.draw(scene, x, u, stream.next2());
-        const V3f p = draw ? x + draw->incident.w * (1 / draw->incident.w.y) : V3f(0.0F);
+        Sampler sampler(10, Purpose::test, 0, i);
+        const float u = sampler.next();
+        const auto draw = choice.draw(scene, x, u, sampler.next2());
+        const V3f p = draw ? x + draw->light_sample.w * (1 / draw->light_sample.w.y) : V3f(0.0F);
         ++observed[draw ? bin_of(p) : kBins * kBins];
     }
     const auto expected_by = [&](const LightChoice& density) {
@@ -228,7 +229,7 @@ TEST(LightChoice, DirectionsTowardsALamp_FollowTheDensity_AndTheTestSeesWhenThey
             for (int j = 0; j < kBins * kSteps; ++j) {
                 const V3d p((i + 0.5) * step - 0.04, 1, (j + 0.5) * step - 0.04);
                 const V3d way = p - V3d(x);
-                const auto seen = light.seen(Ray{x, V3f(way.normalized())});
+                const auto seen = light.Le(Ray{x, V3f(way.normalized())});
                 if (!seen) continue;  // dark: nothing is drawn there
                 const double solid_angle = step * step * way.y / (way.length2() * way.length());
                 const double share = double{density.pdf_w(scene, 0, *seen)} * solid_angle;
@@ -263,8 +264,8 @@ TEST(GatedLight, OnAFlatSurface_LacksWhatWasPredicted) {
         for (std::uint32_t map = 0; map < kMaps; ++map) {
             const GuideMap guides = build_guides(scene, {kPaths, 11, map, how}, Workers{1}, silent);
             open += guides.any_near({0, 0, 0}, {0, 1, 0});
-            const auto stats = measure(scene, {0, 0, 0}, 1, map, [&](const Vertex& vertex, Stream& stream) {
-                return gated_light(scene, guides, vertex, stream, {}).radiance;
+            const auto stats = measure(scene, {0, 0, 0}, 1, map, [&](const Vertex& vertex, Sampler& sampler) {
+                return gated_light(scene, guides, vertex, sampler, {}).radiance;
             });
             lit += stats.mean();
         }

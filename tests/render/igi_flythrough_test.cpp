@@ -1,5 +1,5 @@
-// Frames of a flythrough: one seed keeps the virtual lights where they are, whatever the camera does, and so
-// what stands still does not flicker.
+// Frames of a flythrough: one seed keeps the VPLs where they are, whatever the camera does, and so what
+// stands still does not flicker.
 #include <gtest/gtest.h>
 
 #include "engine/render/integrator.h"
@@ -10,23 +10,23 @@ namespace igi_flythrough_test {
 
 constexpr int kSize = 16;
 
-IgiSettings few_lights(std::int64_t pilot = 0) {
+IgiSettings few_lights(std::int64_t pre_pass = 0) {
     IgiSettings settings;
     settings.nlights = 16;
     settings.nsets = 4;
-    settings.pilot = pilot;
+    settings.pre_pass = pre_pass;
     settings.quantity = Quantity::illuminance;
     return settings;
 }
 
 std::unique_ptr<const Estimator> prepared(const Scene& scene, const Camera& camera, std::uint64_t seed,
-                                          std::int64_t pilot = 0) {
+                                          std::int64_t pre_pass = 0) {
     Monitor silent;
     RenderReport report;
     const Workers workers{2};
     PassContext context{scene, seed, 0, workers, silent, report};
     context.view = View{&camera, V2f(0.0F), V2f(float{kSize})};
-    return make_igi(few_lights(pilot))->prepare(context);
+    return make_igi(few_lights(pre_pass))->prepare(context);
 }
 
 Camera from(const V3f& eye) {
@@ -42,8 +42,8 @@ double patch(const Estimator& estimator, const V3f& eye, std::uint64_t seed) {
                      0.4F + 0.03F * static_cast<float>(i / kAcross), 1);
         const auto family = (static_cast<std::uint64_t>(eye.x * 1000) << 32) | i;  // of other pixels
         for (std::uint32_t sample = 0; sample < kSamples; ++sample) {
-            Stream stream = Stream::stratified(seed, Purpose::test, family, sample);
-            sum += double{luminance(estimator.radiance(Ray{eye, (at - eye).normalized()}, stream))};
+            Sampler sampler = Sampler::stratified(seed, Purpose::test, family, sample);
+            sum += double{luminance(estimator.radiance(Ray{eye, (at - eye).normalized()}, sampler))};
         }
     }
     return sum / (kAcross * kAcross * kSamples);
@@ -52,7 +52,7 @@ double patch(const Estimator& estimator, const V3f& eye, std::uint64_t seed) {
 const V3f kHere(0.5F, 0.5F, -1.4F), kThere(0.53F, 0.5F, -1.35F);  // one frame later
 
 // Bit for bit: what a ray sees does not depend on the camera for which a pass was prepared.
-TEST(IgiFlythrough, OfOneSeed_KeepsItsVirtualLights) {
+TEST(IgiFlythrough, OfOneSeed_KeepsItsVpls) {
     const Scene scene = testing::small_cornell();
     const auto here = prepared(scene, from(kHere), 5), there = prepared(scene, from(kThere), 5),
                fresh = prepared(scene, from(kThere), 6);
@@ -60,8 +60,8 @@ TEST(IgiFlythrough, OfOneSeed_KeepsItsVirtualLights) {
     for (std::uint32_t i = 0; i < 100; ++i) {
         const V3f at(0.009F * static_cast<float>(i) + 0.05F, 0.7F, 1);
         const auto seen = [&](const Estimator& estimator) {
-            Stream stream = Stream::stratified(1, Purpose::test, 0, i);
-            return estimator.radiance(Ray{kHere, (at - kHere).normalized()}, stream);
+            Sampler sampler = Sampler::stratified(1, Purpose::test, 0, i);
+            return estimator.radiance(Ray{kHere, (at - kHere).normalized()}, sampler);
         };
         EXPECT_EQ(seen(*here), seen(*there));
         differ += seen(*here) == seen(*fresh) ? 0 : 1;
@@ -87,12 +87,12 @@ TEST(IgiFlythrough, OfOneSeed_DoesNotFlickerAsFreshSeedsDo) {
     EXPECT_LT(std::sqrt(fixed), 0.2 * std::sqrt(fresh));
 }
 
-// A pilot looks through the camera: what it keeps moves with it.
-TEST(IgiFlythrough, ByAPilot_DependsOnTheCamera) {
+// A pre-pass looks through the camera: what it keeps moves with it.
+TEST(IgiFlythrough, ByAPrePass_DependsOnTheCamera) {
     const Scene scene = testing::small_cornell();
     const auto here = prepared(scene, from(kHere), 5, 4096), there = prepared(scene, from(kThere), 5, 4096);
     const V3f at(0.3F, 0.7F, 1);
-    Stream a = Stream::stratified(1, Purpose::test, 0, 0), b = a;
+    Sampler a = Sampler::stratified(1, Purpose::test, 0, 0), b = a;
     EXPECT_NE(here->radiance(Ray{kHere, (at - kHere).normalized()}, a),
               there->radiance(Ray{kHere, (at - kHere).normalized()}, b));
 }

@@ -2,7 +2,7 @@
 // back.
 #include <gtest/gtest.h>
 
-#include "engine/render/igi_bound.h"
+#include "engine/render/igi_clamping.h"
 #include "tests/support/media.h"
 #include "tests/support/region_means.h"
 #include "tests/support/scenes.h"
@@ -34,35 +34,35 @@ RegionMeans means(Scene scene, const IntegratorSettings& settings, int spp, int 
 
 // --- the bound
 
-TEST(NearBound, Kept_IsAShareThatGrowsWithDistance_AndOneFarAway) {
-    for (const NearBound bound :
-         {NearBound(0.5F, 0), NearBound(0, 3), NearBound(0.5F, 3), NearBound(0.1F, 3)}) {
+TEST(ClampedGeometry, Clamped_IsAShareThatGrowsWithDistance_AndOneFarAway) {
+    for (const ClampedGeometry bound : {ClampedGeometry(0.5F, 0), ClampedGeometry(0, 3),
+                                        ClampedGeometry(0.5F, 3), ClampedGeometry(0.1F, 3)}) {
         for (const float cosines : {1.0F, 0.2F, 1e-6F}) {
             float before = 0;
             for (float d = 0.001F; d < 10; d *= 1.05F) {
-                const float kept = bound.kept(d * d, cosines, 1e-5F);
-                EXPECT_GE(kept, before);
-                EXPECT_LE(kept, 1);
-                before = kept;
+                const float clamped = bound.clamped(d * d, cosines, 1e-5F);
+                EXPECT_GE(clamped, before);
+                EXPECT_LE(clamped, 1);
+                before = clamped;
             }
             EXPECT_EQ(before, 1);
         }
     }
 }
 
-TEST(NearBound, Clamp_LimitsTheFactorItself) {
-    const NearBound bound(0, 3);
+TEST(ClampedGeometry, Clamp_LimitsTheFactorItself) {
+    const ClampedGeometry bound(0, 3);
     for (const float d2 : {1e-8F, 0.01F, 0.3F}) {
-        EXPECT_NEAR(bound.kept(d2, 1, 0) / d2, 3, 1e-5F);
-        EXPECT_NEAR(bound.kept(d2, 0.9F * 3 * d2, 0), 1, 1e-6F);
+        EXPECT_NEAR(bound.clamped(d2, 1, 0) / d2, 3, 1e-5F);
+        EXPECT_NEAR(bound.clamped(d2, 0.9F * 3 * d2, 0), 1, 1e-6F);
     }
 }
 
-TEST(NearBound, WithinWhatPositionsAreWorth_KeepsNothing) {
-    EXPECT_EQ(NearBound(0, 0).kept(0.9e-8F, 1, 1e-4F), 0);
-    EXPECT_EQ(NearBound(0, 0).kept(0, 0, 0), 0);
-    EXPECT_EQ(NearBound(0, 0).kept(1.1e-8F, 1, 1e-4F), 1);
-    EXPECT_EQ(NearBound(0, 2).kept(1e-30F, 0, 0), 1) << "a cosine of 0 needs no clamp";
+TEST(ClampedGeometry, WithinTheErrorOfPositions_IsZero) {
+    EXPECT_EQ(ClampedGeometry(0, 0).clamped(0.9e-8F, 1, 1e-4F), 0);
+    EXPECT_EQ(ClampedGeometry(0, 0).clamped(0, 0, 0), 0);
+    EXPECT_EQ(ClampedGeometry(0, 0).clamped(1.1e-8F, 1, 1e-4F), 1);
+    EXPECT_EQ(ClampedGeometry(0, 2).clamped(1e-30F, 0, 0), 1) << "a cosine of 0 needs no clamp";
 }
 
 // --- energy; on scenes of the repository in tests/reference

@@ -64,14 +64,14 @@ RunningStats seen_flux(const Scene& scene) {
     const V2d m_size(r.pixel.x * r.pixels.x, r.pixel.y * r.pixels.y);
     RunningStats flux;
     for (std::uint32_t i = 0; i < 100000; ++i) {
-        Stream stream = Stream::stratified(1, Purpose::test, 0, i);
-        const V2d a(stream.next2()), b(stream.next2());
+        Sampler sampler = Sampler::stratified(1, Purpose::test, 0, i);
+        const V2d a(sampler.next2()), b(sampler.next2());
         const V2d on_s((a.x - 0.5) * s_size.x, (a.y - 0.5) * s_size.y);
         const V2d on_m((b.x - 0.5) * m_size.x, (b.y - 0.5) * m_size.y);
         const V2d eye = on_s + (on_m - on_s) * (0.5 / r.distance);
         const V3d way = V3d(on_s.x, on_s.y, 0) - V3d(eye.x, eye.y, 0.5);
         const Ray ray{V3f(V3d(eye.x, eye.y, 0.5)), V3f(way.normalized())};
-        const Rgb seen = emission(scene, ray, scene.hit(ray), EmissionRule::all());
+        const Rgb seen = emission(scene, ray, scene.intersect(ray), EmissionRule::all());
         flux.add(double{luminance(seen)} * r.geometric_term(on_s, on_m) * s_size.x * s_size.y * m_size.x *
                  m_size.y);
     }
@@ -105,8 +105,8 @@ TEST(LampOnShape, Particles_StartWhereTheirLinesLeaveIt) {
         RunningStats flux;
         int on_s = 0;
         for (std::uint32_t i = 0; i < 5000; ++i) {
-            const auto e = light.emit(net.at(i).u);
-            const auto bare = plain.lights()[0]->emit(net.at(i).u);
+            const auto e = light.sample_Le(net.at(i).u);
+            const auto bare = plain.lights()[0]->sample_Le(net.at(i).u);
             ASSERT_TRUE(e && bare);
             flux.add(double{luminance(e->weight)});
             // The same line.
@@ -115,7 +115,7 @@ TEST(LampOnShape, Particles_StartWhereTheirLinesLeaveIt) {
             EXPECT_LT(between.cross(V3d(e->d)).length(), 1e-6);
             on_s += e->from.p == bare->from.p;
             // Nothing of the shape lies ahead.
-            EXPECT_FALSE(scene.hit(Ray{e->from.towards(e->d), e->d}));
+            EXPECT_FALSE(scene.intersect(Ray{e->from.towards(e->d), e->d}));
             if (glass == Glass::bulb) {
                 EXPECT_NEAR(e->from.p.length(), 0.05F, 1e-6F);
             }
@@ -147,27 +147,27 @@ Glare glare(Glass glass) {
     const Scene scene = make.build();
     const V3f eye(0.05F, 0, 0.06F);
     const Ray ray{eye, (V3f(0.033F, 0.005F, 0.12F) - eye).normalized()};
-    const auto hit = scene.hit(ray);
+    const auto hit = scene.intersect(ray);
     const Bsdf bsdf = scene.bsdf(*hit);
     const Vertex vertex{*hit, bsdf, -ray.d};
     Glare result;
     for (std::uint32_t i = 0; i < 40000; ++i) {
-        Stream stream = Stream::stratified(3, Purpose::test, 0, i);
-        const auto in = scene.lights()[0]->illuminate(hit->at.p, stream.next2());
+        Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
+        const auto in = scene.lights()[0]->sample_Li(hit->at.p, sampler.next2());
         Rgb by_light(0.0F);
-        if (in && scene.visible(hit->at, in->w, in->distance)) {
+        if (in && scene.unoccluded(hit->at, in->w, in->distance)) {
             by_light = bsdf.f(vertex.wo, in->w, Transport::radiance) * in->weight *
                        std::fabs(in->w.dot(bsdf.shading_normal()));
         }
         result.lights.add(double{luminance(by_light)});
         Rgb by_bsdf(0.0F);
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         if (const auto sample = bsdf.sample(vertex.wo, u, Transport::radiance)) {
             const Ray on{hit->at.towards(sample->wi), sample->wi};
-            by_bsdf = sample->weight * emission(scene, on, scene.hit(on), EmissionRule::all());
+            by_bsdf = sample->weight * emission(scene, on, scene.intersect(on), EmissionRule::all());
         }
         result.bsdf.add(double{luminance(by_bsdf)});
-        result.both.add(double{luminance(direct_light(scene, vertex, stream, {}).radiance)});
+        result.both.add(double{luminance(direct_light(scene, vertex, sampler, {}).radiance)});
     }
     return result;
 }
@@ -199,11 +199,11 @@ TEST(LampOnShape, FromWithin_ItIsDark) {
     const Scene scene = make.build();
     for (const V3f& d : {V3f(0, 0, -1), V3f(0, 0, 1), V3f(1, 0, 0)}) {
         const Ray ray{{0, 0, 0.01F}, d};
-        EXPECT_TRUE(is_black(emission(scene, ray, scene.hit(ray), EmissionRule::all())));
+        EXPECT_TRUE(is_black(emission(scene, ray, scene.intersect(ray), EmissionRule::all())));
     }
-    EXPECT_FALSE(scene.lights()[0]->illuminate({0, 0, 0.01F}, {0.5F, 0.5F}));
+    EXPECT_FALSE(scene.lights()[0]->sample_Li({0, 0, 0.01F}, {0.5F, 0.5F}));
     const Ray from_outside{{0, 0, 1}, {0, 0, -1}};
-    EXPECT_FALSE(is_black(emission(scene, from_outside, scene.hit(from_outside), EmissionRule::all())));
+    EXPECT_FALSE(is_black(emission(scene, from_outside, scene.intersect(from_outside), EmissionRule::all())));
 }
 
 TEST(LampOnShape, APointBehindSButBeforeItsPane_IsLit) {
@@ -214,16 +214,16 @@ TEST(LampOnShape, APointBehindSButBeforeItsPane_IsLit) {
     const Scene scene = make.build();
     RunningStats lit;
     for (std::uint32_t i = 0; i < 2000; ++i) {
-        Stream stream = Stream::stratified(4, Purpose::test, 0, i);
-        const auto in = scene.lights()[0]->illuminate({0.005F, 0, -0.01F}, stream.next2());
+        Sampler sampler = Sampler::stratified(4, Purpose::test, 0, i);
+        const auto in = scene.lights()[0]->sample_Li({0.005F, 0, -0.01F}, sampler.next2());
         lit.add(in ? double{luminance(in->weight)} : 0.0);
         if (!in) continue;
         const Ray back{{0.005F, 0, -0.01F}, in->w};
-        const auto hit = scene.hit(back);
+        const auto hit = scene.intersect(back);
         ASSERT_TRUE(hit);
-        const Seen seen = scene.lights()[0]->meet(back, hit->t, hit->at.n);
+        const EmittedRadiance seen = scene.lights()[0]->Le_on_surface(back, hit->t, hit->at.n);
         EXPECT_NEAR(seen.pdf_w, in->pdf_w, 2e-3F * in->pdf_w);
-        EXPECT_TRUE(scene.visible({{0.005F, 0, -0.01F}}, in->w, in->distance));
+        EXPECT_TRUE(scene.unoccluded({{0.005F, 0, -0.01F}}, in->w, in->distance));
     }
     EXPECT_GT(lit.mean(), 0);
 }

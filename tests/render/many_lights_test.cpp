@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/render/integrator.h"
-#include "engine/render/irradiance_ahead.h"
+#include "engine/render/precompute_irradiance.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -47,14 +47,14 @@ RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     const Workers workers{2};
     const auto integrator = make_integrator(settings);
     PassContext context{scene, 7, 0, workers, silent, report};
-    const auto groundwork = integrator->groundwork(context);
-    context.groundwork = groundwork.get();
+    const auto shared_state = integrator->shared_state(context);
+    context.shared_state = shared_state.get();
     const auto estimator = integrator->prepare(context);
     std::vector<double> values(kSamples);
     parallel_ranges(workers, kSamples, 100, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
-            Stream stream(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->radiance(ray, stream).x);
+            Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->radiance(ray, sampler).x);
         }
     });
     RunningStats stats;
@@ -121,9 +121,9 @@ TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
         }();
         RunningStats stats;
         for (std::uint64_t i = 0; i < 4000; ++i) {
-            Stream stream(7, Purpose::test, 0, i);
+            Sampler sampler(7, Purpose::test, 0, i);
             stats.add(static_cast<double>(
-                estimator->radiance({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, stream).x));
+                estimator->radiance({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
         }
         return stats;
     };
@@ -134,60 +134,62 @@ TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
     EXPECT_LT(tree.standard_error(), 0.5 * power.standard_error());
 }
 
-// --- irradiance ahead of time
+// --- precomputed irradiance
 
-struct Ahead {
+struct Precomputed {
     RunningStats places;  // what single places are given
     RunningStats means;   // over the places, by seed
 };
-Ahead on_the_floors(const Scene& scene, LightSelection lights) {
+Precomputed on_the_floors(const Scene& scene, LightSelection lights) {
     PhotonMapSettings settings;
     settings.lights = lights;
     settings.precompute = 1;
     settings.precompute_lights = 4;
-    GatherSettings how;
+    DensityEstimateSettings how;
     how.k = 50;
     how.radius = 0.3F;
     Monitor silent;
     const Workers workers{2};
-    Ahead ahead;
+    Precomputed precomputed;
     for (std::uint64_t seed = 0; seed < 8; ++seed) {
-        MapPlan plan;
-        plan.paths = 6000;
-        plan.seed = seed;
-        plan.wanted[static_cast<std::size_t>(MapKind::global)] = true;
-        const PhotonMaps maps = build_photon_maps(scene, plan, workers, silent);
+        MapParameters parameters;
+        parameters.paths = 6000;
+        parameters.seed = seed;
+        parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
+        const PhotonMaps maps = build_photon_maps(scene, parameters, workers, silent);
         RenderReport report;
         const PassContext context{scene, seed, 0, workers, silent, report};
-        const IrradiancePoints points = irradiance_ahead(context, maps, how, settings);
+        const IrradiancePoints points = precompute_irradiance(context, maps, how, settings);
         RunningStats one;
         for (int cell = 8; cell < 24; ++cell) {
             for (const float dx : {0.3F, 0.5F, 0.7F}) {
                 const V3f x(static_cast<float>(cell) + dx, 0, 0.5F);
                 if (const auto found = points.nearest(x, {0, 1, 0}, how.radius)) {
                     one.add(static_cast<double>(found->irradiance.x));
-                    ahead.places.add(static_cast<double>(found->irradiance.x));
+                    precomputed.places.add(static_cast<double>(found->irradiance.x));
                 }
             }
         }
         EXPECT_GT(one.count(), 24U);
-        ahead.means.add(one.mean());
+        precomputed.means.add(one.mean());
     }
-    return ahead;
+    return precomputed;
 }
 
-// What a point was given ahead stays in the image however many samples it has: a point that asks the lamps of
-// other cells is a blot.
-TEST(ManyLights, IrradianceAhead_AsksAsTheSettingsSay) {
+// What was precomputed at a point stays in the image however many samples it has: a point that asks the lamps
+// of other cells is a blot.
+TEST(ManyLights, PrecomputedIrradiance_AsksAsTheSettingsSay) {
     const Scene scene = cells(0.4F, false);
-    const Ahead tree = on_the_floors(scene, LightSelection::tree),
-                power = on_the_floors(scene, LightSelection::power);
+    const Precomputed tree = on_the_floors(scene, LightSelection::tree),
+                      power = on_the_floors(scene, LightSelection::power);
     EXPECT_LE(std::fabs(tree.means.mean() - power.means.mean()),
               4 * std::hypot(tree.means.standard_error(), power.means.standard_error()))
         << tree.means.mean() << " and " << power.means.mean();
     // Of four draws by power among 32 lamps most say nothing, and one says eight times too much; those by the
     // tree mostly find the lamp of the cell.
-    const auto spread = [](const Ahead& of) { return std::sqrt(of.places.variance()) / of.places.mean(); };
+    const auto spread = [](const Precomputed& of) {
+        return std::sqrt(of.places.variance()) / of.places.mean();
+    };
     EXPECT_LT(spread(tree), 0.5 * spread(power)) << spread(tree) << " and " << spread(power);
     RecordProperty("spread", fmt::format("{:.3f} by the tree, {:.3f} by power", spread(tree), spread(power)));
 }

@@ -112,7 +112,7 @@ TEST(FoggyCornell, AnyNumberOfThreads_SameImageBitForBit) {
     };
     auto few = photons(DirectMethod::mc, IndirectMethod::gather);
     few.photons = 20'000;
-    auto lights = virtual_lights();
+    auto lights = vpls();
     lights.nsets = 8;
     for (const IntegratorSettings& settings : {IntegratorSettings(few), IntegratorSettings(lights)}) {
         const auto one = image(settings, 1);

@@ -30,9 +30,9 @@ Colour radiance(const Scene& scene, int samples, int max_depth, RayOf ray_of) {
     std::vector<Rgb> values(static_cast<std::size_t>(samples));
     parallel_ranges(workers, samples, 1024, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
-            Stream stream(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            const Ray ray = ray_of(stream.next2());
-            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, stream);
+            Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            const Ray ray = ray_of(sampler.next2());
+            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, sampler);
         }
     });
     Colour stats;
@@ -106,13 +106,13 @@ class Sheet final : public Light {
   public:
     std::string_view kind() const override { return "sheet"; }
     Rgb flux() const override { return Rgb(1); }
-    std::optional<Emitted> emit(const EmitU&) const override { return std::nullopt; }
-    std::optional<Incident> illuminate(const V3f&, const V2f&, std::optional<CellId>) const override {
+    std::optional<LeSample> sample_Le(const LeSampleU&) const override { return std::nullopt; }
+    std::optional<LightSample> sample_Li(const V3f&, const V2f&, std::optional<CellId>) const override {
         return std::nullopt;
     }
-    std::optional<Seen> seen(const Ray& ray) const override {
+    std::optional<EmittedRadiance> Le(const Ray& ray) const override {
         if (!(ray.d.x > 0 && ray.o.x < 5)) return std::nullopt;
-        return Seen{Rgb(2), 0, (5 - ray.o.x) / ray.d.x};
+        return EmittedRadiance{Rgb(2), 0, (5 - ray.o.x) / ray.d.x};
     }
     bool has_impostor() const override { return true; }
 };

@@ -40,7 +40,7 @@ TEST(MethodsLike, Quantity_IsTheSameForAll) {
 }
 
 // Whatever is asked: without compensation or without caustics a part of the light is missing.
-TEST(MethodsLike, VirtualLights_AreOfferedWholeOrNotAtAll) {
+TEST(MethodsLike, Vpls_AreOfferedWholeOrNotAtAll) {
     IgiSettings bare;
     bare.caustics = CausticMethod::none;
     for (const IntegratorSettings& asked : {IntegratorSettings(PathSettings{}), IntegratorSettings(bare)}) {
@@ -110,7 +110,7 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
             }
             const Trial::Block& block = trial.blocks()[b];
             if (block.variance() <= 0) continue;
-            // Virtual lights and photons are others, a tenth of the value or less.
+            // VPLs and photons are others, a tenth of the value or less.
             const double shared = std::holds_alternative<PathSettings>(settings) ? 0 : sqr(0.1 * mean);
             chi2 += sqr(block.mean() - mean) / (block.variance() + variance + shared);
             ++known;
@@ -121,14 +121,14 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
     }
 }
 
-TEST(Trial, PilotAndGuides_AreMadeOnce) {
+TEST(Trial, PrePassAndGuides_AreMadeOnce) {
     Monitor silent;
     PhotonMapSettings maps;
     maps.photons = 10'000;
     maps.direct = DirectMethod::mc;
-    IgiSettings pilot;
-    pilot.pilot = 20'000;
-    for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pilot)}) {
+    IgiSettings pre_pass;
+    pre_pass.pre_pass = 20'000;
+    for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pre_pass)}) {
         const bool once = std::holds_alternative<IgiSettings>(settings);
         const Job job = job_of(settings);
         Trial trial(job, settings, 7, Workers{2}, silent);

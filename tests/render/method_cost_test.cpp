@@ -65,7 +65,7 @@ TEST(MethodCost, Maps_ErrorBelowWhatTheyLeave_NeedsMoreOfThem) {
     EXPECT_TRUE(std::isfinite(enough.seconds));
 }
 
-// A pilot takes as long before 4096 sets as before 16.
+// A pre-pass takes as long before 4096 sets as before 16.
 TEST(MethodCost, Maps_WhatIsMadeOnce_DoesNotGrowWithTheWork) {
     MethodCost cost = maps(0.001, 1024);
     cost.once = 0.5;

@@ -3,7 +3,7 @@
 
 #include "engine/render/integrator.h"
 #include "engine/render/render.h"
-#include "photon/shrink.h"
+#include "photon/radius_schedule.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -17,10 +17,10 @@ class Passes {
   public:
     Passes(Scene scene, const ProgressiveSettings& settings, std::uint64_t seed)
         : scene_(std::move(scene)), seed_(seed), integrator_(make_integrator(settings)) {
-        groundwork_ = integrator_->groundwork({scene_, seed_, 0, workers_, silent_, report_});
+        shared_state_ = integrator_->shared_state({scene_, seed_, 0, workers_, silent_, report_});
     }
     std::unique_ptr<const Estimator> pass(std::uint32_t number) {
-        return integrator_->prepare({scene_, seed_, number, workers_, silent_, report_, groundwork_.get()});
+        return integrator_->prepare({scene_, seed_, number, workers_, silent_, report_, shared_state_.get()});
     }
 
   private:
@@ -30,7 +30,7 @@ class Passes {
     Monitor silent_;
     RenderReport report_;
     std::unique_ptr<Integrator> integrator_;
-    std::unique_ptr<const Groundwork> groundwork_;
+    std::unique_ptr<const SharedState> shared_state_;
 };
 
 // --- bias: a point light over a floor ---
@@ -72,9 +72,9 @@ std::vector<double> irradiances(const ProgressiveSettings& settings, int passes)
     Passes all(lamp_over_floor(), settings, 5);
     std::vector<double> values;
     for (int i = 0; i < passes; ++i) {
-        Stream stream(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
         const Rgb seen =
-            all.pass(static_cast<std::uint32_t>(i))->radiance({{0, 0.5F, 0}, {0, -1, 0}}, stream);
+            all.pass(static_cast<std::uint32_t>(i))->radiance({{0, 0.5F, 0}, {0, -1, 0}}, sampler);
         values.push_back(double{seen.x} * M_PI / double{kAlbedo});
     }
     return values;
@@ -88,10 +88,10 @@ RunningStats first(const std::vector<double>& values, int n) {
 
 // What the mean of n passes should be.
 double predicted_mean(double alpha, double first_r2, int n) {
-    const Shrink shrink(alpha);
+    const RadiusSchedule schedule(alpha);
     double sum = 0;
     for (int i = 0; i < n; ++i)
-        sum += blurred_irradiance(first_r2 * shrink.share(static_cast<std::uint32_t>(i)));
+        sum += blurred_irradiance(first_r2 * schedule.r2_ratio(static_cast<std::uint32_t>(i)));
     return sum / n;
 }
 
@@ -104,9 +104,9 @@ TEST(Progressive, LampOverFloor_BiasFallsAsPredicted) {
             << n << " passes: " << mean.mean() << " ± " << mean.standard_error();
     }
     // To first order the bias is that of one pass times bias_of_mean.
-    const Shrink shrink(2.0 / 3);
+    const RadiusSchedule schedule(2.0 / 3);
     const double bias = 1 - first(values, kPasses).mean();
-    EXPECT_NEAR(bias / (0.5 * 0.36 * shrink.bias_of_mean(kPasses)), 1, 0.15);
+    EXPECT_NEAR(bias / (0.5 * 0.36 * schedule.bias_of_mean(kPasses)), 1, 0.15);
 
     // A radius that stays, or shrinks at another pace, is told apart.
     const RunningStats all = first(values, kPasses);
@@ -128,9 +128,9 @@ TEST(Progressive, LampOverFloor_AlphaOneKeepsItsBias) {
 // Rays from inside that see the sphere all over.
 std::vector<Ray> rays_all_over(int n) {
     std::vector<Ray> rays;
-    Stream stream(3, Purpose::test, 0, 0);
+    Sampler sampler(3, Purpose::test, 0, 0);
     for (int i = 0; i < n; ++i) {
-        const V2f u = stream.next2();
+        const V2f u = sampler.next2();
         const float z = 1 - 2 * u.x, s = std::sqrt(std::max(0.0F, 1 - z * z)), phi = 2 * kPi * u.y;
         rays.push_back({{0.2F, -0.1F, 0.1F}, {s * std::cos(phi), s * std::sin(phi), z}});
     }
@@ -148,8 +148,8 @@ std::vector<double> square_errors(const ProgressiveSettings& settings, const std
     for (int pass = 0; pass < after.back(); ++pass) {
         const auto estimator = all.pass(static_cast<std::uint32_t>(pass));
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            Stream stream(2, Purpose::test, static_cast<std::uint32_t>(pass), i);
-            sums[i] += double{estimator->radiance(rays[i], stream).x};
+            Sampler sampler(2, Purpose::test, static_cast<std::uint32_t>(pass), i);
+            sums[i] += double{estimator->radiance(rays[i], sampler).x};
         }
         if (std::find(after.begin(), after.end(), pass + 1) == after.end()) continue;
         double square = 0;
@@ -180,10 +180,10 @@ class VarianceOfPasses {
     }
     // How likely errors as these are if the variance falls as it does with another alpha.
     double p_value(double alpha) const {
-        const Shrink shrink(alpha);
+        const RadiusSchedule schedule(alpha);
         double least = 1;
         for (std::size_t i = 1; i < kAfter.size(); ++i) {
-            const double predicted = shrink.variance_of_mean(static_cast<std::uint32_t>(kAfter[i]));
+            const double predicted = schedule.variance_of_mean(static_cast<std::uint32_t>(kAfter[i]));
             RunningStats off;
             for (const std::vector<double>& e : errors_) off.add(e[i] - predicted * e[0]);
             least = std::min(least, testing::t_test(off, 0));
@@ -215,10 +215,10 @@ TEST(Progressive, Pass_RemembersNoOther) {
     for (std::uint32_t i = 0; i <= 3; ++i) third = in_order.pass(i);
     const auto only = alone.pass(3);
     const Ray ray{{0.5F, 0.5F, -1}, V3f(0.1F, -0.2F, 1).normalized()};
-    Stream a(1, Purpose::test, 0, 0), b(1, Purpose::test, 0, 0);
+    Sampler a(1, Purpose::test, 0, 0), b(1, Purpose::test, 0, 0);
     const Rgb seen = third->radiance(ray, a);
     EXPECT_EQ(seen, only->radiance(ray, b));
-    Stream c(1, Purpose::test, 0, 0);
+    Sampler c(1, Purpose::test, 0, 0);
     EXPECT_NE(seen, in_order.pass(4)->radiance(ray, c));
 }
 

@@ -20,8 +20,8 @@ Scene lit_sphere() {
     RaySet set;
     constexpr int kRays = 4000;
     for (int i = 0; i < kRays; ++i) {
-        Stream stream = Stream::stratified(31, Purpose::test, 0, static_cast<std::uint32_t>(i));
-        set.rays.push_back({V3f(0.0F), square_to_sphere(stream.next2()), kFlux / kRays});
+        Sampler sampler = Sampler::stratified(31, Purpose::test, 0, static_cast<std::uint32_t>(i));
+        set.rays.push_back({V3f(0.0F), square_to_sphere(sampler.next2()), kFlux / kRays});
     }
     set.flux = double{kFlux};
     testing::SceneMaker make;
@@ -65,10 +65,10 @@ TEST(RayLight, InASphere_EachMethodShowsItsShareAndWarnsOfTheRest) {
     IgiSettings igi;
     igi.nlights = 64;
     igi.nsets = 4;
-    const Seen virtual_lights = look(igi);
-    EXPECT_GT(virtual_lights.mean, 0);
-    ASSERT_EQ(virtual_lights.warnings.size(), 1U);
-    EXPECT_THAT(virtual_lights.warnings[0], HasSubstr("the direct light is missing"));
+    const Seen vpls = look(igi);
+    EXPECT_GT(vpls.mean, 0);
+    ASSERT_EQ(vpls.warnings.size(), 1U);
+    EXPECT_THAT(vpls.warnings[0], HasSubstr("the direct light is missing"));
 
     for (const IntegratorSettings& method :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{})}) {

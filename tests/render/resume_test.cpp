@@ -46,7 +46,7 @@ std::vector<Case> cases() {
     PhotonMapSettings guided = gather;
     guided.direct = DirectMethod::guided;
     guided.guide_photons = 5'000;
-    guided.pilot = 2'000;
+    guided.pre_pass = 2'000;
     PhotonMapSettings map = gather;
     map.direct = DirectMethod::map;
     map.indirect = IndirectMethod::map;
@@ -54,13 +54,13 @@ std::vector<Case> cases() {
     igi.nlights = 16;
     igi.nsets = 4;
     IgiSettings igi_tree = igi;
-    igi_tree.choice = VirtualLightChoice::tree;
-    igi_tree.pilot = 1'000;
+    igi_tree.choice = VplChoice::tree;
+    igi_tree.pre_pass = 1'000;
     ProgressiveSettings progressive;
     progressive.photons = 2'000;
     ProgressiveSettings two_samples = progressive;
     two_samples.samples = 2;
-    two_samples.pilot = 1'000;
+    two_samples.pre_pass = 1'000;
     FilterSettings negative;
     negative.kind = FilterSettings::Kind::mitchell;
     negative.radius = {2, 2};
@@ -68,12 +68,12 @@ std::vector<Case> cases() {
             {"path, filter with negative lobes", PathSettings{}, negative},
             {"direct", DirectSettings{}},
             {"photonmap, final gather", gather},
-            {"photonmap, guided, pilot", guided},
+            {"photonmap, guided, pre-pass", guided},
             {"photonmap, maps seen", map},
             {"igi", igi},
-            {"igi, tree, pilot", igi_tree},
+            {"igi, tree, pre-pass", igi_tree},
             {"progressive", progressive},
-            {"progressive, two samples in a pass, pilot", two_samples}};
+            {"progressive, two samples in a pass, pre-pass", two_samples}};
 }
 
 Job job_of(const Case& which, int spp) {

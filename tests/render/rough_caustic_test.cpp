@@ -77,21 +77,21 @@ INSTANTIATE_TEST_SUITE_P(Plates, RoughCaustic, ::testing::Values(false, true),
 // Both maps together hold what one held, and each its own part, colour by colour.
 TEST(BounceClass, VarnishedPaint_EachPartIsTheLobesOwn) {
     const Scene scene = plate_over_floor(varnished());
-    const auto hit = scene.hit(Ray{V3f(0.6F, 0.6F, 0), V3f(-1.1F, -0.1F, 0).normalized()});
+    const auto hit = scene.intersect(Ray{V3f(0.6F, 0.6F, 0), V3f(-1.1F, -0.1F, 0).normalized()});
     ASSERT_TRUE(hit);
     const Bsdf bsdf = scene.bsdf(*hit);
     const V3f wo = -V3f(-1.1F, -0.1F, 0).normalized();
     RunningStats sharp[3], blurred[3], sharp_alone[3], blurred_alone[3];
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     const Bsdf gloss = bsdf.sharp_part(0.2F), paint = bsdf.blurred_part(0.2F);
     const auto draw = [&](const Bsdf& from) {
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         return from.sample(wo, u, Transport::particles);
     };
     for (int i = 0; i < 200'000; ++i) {
         Rgb in_sharp(0.0F), in_blurred(0.0F);
         if (const auto sample = draw(bsdf)) {
-            const BounceClass bounced = classify(bsdf, wo, *sample, 0.2F, stream);
+            const BounceClass bounced = classify(bsdf, wo, *sample, 0.2F, sampler);
             (bounced.specular ? in_sharp : in_blurred) = sample->weight * bounced.scale;
         }
         const auto of_gloss = draw(gloss), of_paint = draw(paint);

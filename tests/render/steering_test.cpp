@@ -30,7 +30,7 @@ PhotonMapSettings maps_seen_directly() {
     settings.photons = 20'000;
     settings.direct = DirectMethod::map;
     settings.indirect = IndirectMethod::map;
-    settings.pilot = 8192;
+    settings.pre_pass = 8192;
     return settings;
 }
 
@@ -42,20 +42,20 @@ RenderResult picture(const IntegratorSettings& settings, RenderOptions options =
         options, silent);
 }
 
-TEST(SteeredEmission, ByAFloorOfOne_IsThePlainImage) {
+TEST(SteeredEmission, ByADefensiveWeightOfOne_IsThePlainImage) {
     PhotonMapSettings settings = maps_seen_directly();
-    settings.pilot_floor = 1;
-    const RenderResult floor = picture(settings);
-    EXPECT_EQ(floor.report.notes.at("emission"), "steered by a pilot");
-    EXPECT_GT(floor.report.numbers.at("pilot.blocks"), 2);
-    settings.pilot_floor = 0.25F;
+    settings.pre_pass_defensive_weight = 1;
+    const RenderResult defensive = picture(settings);
+    EXPECT_EQ(defensive.report.notes.at("emission"), "steered by an importance pre-pass");
+    EXPECT_GT(defensive.report.numbers.at("prepass.blocks"), 2);
+    settings.pre_pass_defensive_weight = 0.25F;
     const RenderResult steered = picture(settings);
-    settings.pilot = 0;
+    settings.pre_pass = 0;
     const RenderResult plain = picture(settings);
-    EXPECT_EQ(plain.report.notes.at("emission"), "plain: pilot = 0");
-    EXPECT_TRUE(same(floor.image, plain.image));
+    EXPECT_EQ(plain.report.notes.at("emission"), "plain: prepass = 0");
+    EXPECT_TRUE(same(defensive.image, plain.image));
     EXPECT_FALSE(same(steered.image, plain.image));
-    EXPECT_GT(steered.report.numbers.at("pilot.share_of_lights"), 0.1);
+    EXPECT_GT(steered.report.numbers.at("prepass.share_of_lights"), 0.1);
 }
 
 TEST(SteeredEmission, OnAnyNumberOfThreads_IsTheSameImage) {
@@ -65,7 +65,7 @@ TEST(SteeredEmission, OnAnyNumberOfThreads_IsTheSameImage) {
     EXPECT_TRUE(same(picture(maps_seen_directly(), one).image, picture(maps_seen_directly(), three).image));
     ProgressiveSettings passes;
     passes.photons = 5000;
-    passes.pilot = 8192;
+    passes.pre_pass = 8192;
     EXPECT_TRUE(same(picture(passes, one).image, picture(passes, three).image));
 }
 
@@ -107,9 +107,9 @@ TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         RenderOptions options;
         options.seed = seed;
-        settings.pilot = 0;
+        settings.pre_pass = 0;
         plain.add(testing::luminance_stats(picture(settings, options, 8).image).mean());
-        settings.pilot = 4096;
+        settings.pre_pass = 4096;
         options.seed = 100 + seed;
         steered.add(testing::luminance_stats(picture(settings, options, 8).image).mean());
     }

@@ -25,10 +25,10 @@ RaySet disc_of_rays(int count) {
     RaySet set;
     set.flux = 10;
     for (int i = 0; i < count; ++i) {
-        Stream stream(5, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const V2f p = 0.005F * square_to_disc(stream.next2());
+        Sampler sampler(5, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f p = 0.005F * square_to_disc(sampler.next2());
         set.rays.push_back({{p.x, p.y, 0},
-                            square_to_cosine_hemisphere(stream.next2()),
+                            square_to_cosine_hemisphere(sampler.next2()),
                             static_cast<float>(set.flux / count)});
     }
     return set;
@@ -43,9 +43,9 @@ void expect_to_emit(const LightField& field) {
         EXPECT_GT(light->power(), 0);
         std::vector<double> sums(16);
         parallel_chunks(kFour, 16, [&](std::int64_t chunk) {
-            Stream stream(6, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
+            Sampler sampler(6, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
             for (int i = 0; i < 200; ++i) {
-                const auto particle = light->emit({stream.next2(), stream.next2()});
+                const auto particle = light->sample_Le({sampler.next2(), sampler.next2()});
                 if (particle) sums[static_cast<std::size_t>(chunk)] += double{luminance(particle->weight)};
             }
         });

@@ -22,8 +22,8 @@ TEST(SmallTrees, BuiltAndAskedByFourThreads_AgreeWithFlann) {
     const auto flanns = make_photon_index(IndexKind::flann, positions, directions, kFour);
     std::vector<int> alike(64);
     parallel_chunks(kFour, 64, [&](std::int64_t chunk) {
-        Stream stream(8, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
-        const V3f x = place_near(positions, 1, stream);
+        Sampler sampler(8, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
+        const V3f x = place_near(positions, 1, sampler);
         const TangentMetric metric(x, {0, 0, 1}, MetricKind::projected, 2);
         const auto found_by = [&](const PhotonIndex& index) {
             Nearest found(20, 0.1F);

@@ -1,4 +1,4 @@
-"""The shipped studies, tiny: every plan and program still runs, and what reads their results does what it says.
+"""The shipped studies, tiny: every description and program still runs, and what reads their results does what it says.
 
 usage: studies_test.py BUILD     the folder of the built programs
 """
@@ -56,20 +56,20 @@ class Curves(unittest.TestCase):
         self.assertEqual(common.percent(0.0004), "2 %")
 
 
-class Plans(unittest.TestCase):
-    def test_quick_plans_keep_every_method_and_say_no_more(self):
-        for plan in glob.glob(os.path.join(STUDIES, "*.toml")):
+class Descriptions(unittest.TestCase):
+    def test_quick_descriptions_keep_every_method_and_say_no_more(self):
+        for description in glob.glob(os.path.join(STUDIES, "*.toml")):
             with tempfile.TemporaryDirectory() as folder:
                 small = os.path.join(folder, "small.toml")
-                quick.main(plan, small)
-                with open(plan, encoding="utf-8") as file:
+                quick.main(description, small)
+                with open(description, encoding="utf-8") as file:
                     asked = file.read()
                 with open(small, encoding="utf-8") as file:
                     kept = file.read()
             self.assertEqual([re.sub(r" \d+$", "", name) for name in names_in(kept)],
-                             [re.sub(r" \d+$", "", name) for name in names_in(asked)], plan)
+                             [re.sub(r" \d+$", "", name) for name in names_in(asked)], description)
             for spp in re.findall(r"spp = \[([^\]]*)\]", kept):
-                self.assertTrue(all(int(n) <= 3 for n in spp.split(",")), f"{plan}: {spp}")
+                self.assertTrue(all(int(n) <= 3 for n in spp.split(",")), f"{description}: {spp}")
 
 
 class Studies(unittest.TestCase):
@@ -94,14 +94,14 @@ class Studies(unittest.TestCase):
                 self.assertIn("| --- |", file.read(), name)
             self.assertNotRegex(self.done.stdout, r"\b(nan|inf)\b")
 
-    def test_every_point_of_every_plan_was_measured(self):
+    def test_every_point_of_every_description_was_measured(self):
         for name in ("cornell", "direct", "photons", "igi", "tree", "progressive"):
             folder = os.path.join(self.folder.name, name)
             with open(os.path.join(folder, "results.json"), encoding="utf-8") as file:
                 points = json.load(file)["points"]
             with open(os.path.join(folder, f"{name}.toml"), encoding="utf-8") as file:
-                plan = file.read()
-            self.assertEqual({p["method"] for p in points}, set(names_in(plan)))
+                description = file.read()
+            self.assertEqual({p["method"] for p in points}, set(names_in(description)))
             self.assertTrue(all(math.isfinite(p["error2"]) and p["seconds"] > 0 for p in points), name)
 
     def test_both_trees_make_the_same_image(self):

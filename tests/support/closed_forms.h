@@ -1,4 +1,4 @@
-// Formulas that renderers must agree with [photon-maps 6].
+// Formulas that renderers must agree with, each derived beside it.
 #pragma once
 
 #include <cmath>

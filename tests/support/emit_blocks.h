@@ -4,25 +4,25 @@
 #include <array>
 #include <vector>
 
-#include "engine/base/stream.h"
-#include "photon/emission_plan.h"
+#include "engine/base/sampler.h"
+#include "photon/learned_emission.h"
 
 namespace lucerna::testing {
 
-// `cuts` cuts of random blocks along random axes; worths between 0 and 1, a third of them 0.
+// `cuts` cuts of random blocks along random axes; importances between 0 and 1, a third of them 0.
 inline EmitBlocks random_blocks(int cuts, std::uint64_t seed) {
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     EmitBlocks blocks;
-    const auto worth = [&] { return std::max(0.0, 1.5 * double{stream.next()} - 0.5); };
-    blocks.nodes[0].worth = worth();
+    const auto importance = [&] { return std::max(0.0, 1.5 * double{sampler.next()} - 0.5); };
+    blocks.nodes[0].importance = importance();
     std::vector<std::uint32_t> uncut{0};
     for (int i = 0; i < cuts; ++i) {
-        const auto which = static_cast<std::size_t>(stream.next() * static_cast<float>(uncut.size()));
+        const auto which = static_cast<std::size_t>(sampler.next() * static_cast<float>(uncut.size()));
         const std::uint32_t node = uncut[which];
         const auto child = static_cast<std::uint32_t>(blocks.nodes.size());
-        blocks.nodes[node] = {static_cast<int>(stream.next() * 4), child, 0};
-        blocks.nodes.push_back({-1, 0, worth()});
-        blocks.nodes.push_back({-1, 0, worth()});
+        blocks.nodes[node] = {static_cast<int>(sampler.next() * 4), child, 0};
+        blocks.nodes.push_back({-1, 0, importance()});
+        blocks.nodes.push_back({-1, 0, importance()});
         uncut[which] = child;
         uncut.push_back(child + 1);
     }
@@ -32,7 +32,7 @@ inline EmitBlocks random_blocks(int cuts, std::uint64_t seed) {
 // An uncut block as a box of numbers.
 struct NumberBox {
     std::array<double, 4> low{0, 0, 0, 0}, high{1, 1, 1, 1};
-    double worth = 0;
+    double importance = 0;
 
     double volume() const {
         double v = 1;
@@ -46,7 +46,7 @@ struct NumberBox {
         }
         return v;
     }
-    bool holds(const EmitU& u) const {
+    bool holds(const LeSampleU& u) const {
         const std::array<double, 4> x{u.position.x, u.position.y, u.direction.x, u.direction.y};
         for (std::size_t a = 0; a < 4; ++a) {
             if (!(x[a] >= low[a] && x[a] < high[a])) return false;
@@ -61,7 +61,7 @@ inline std::vector<NumberBox> boxes_of(const EmitBlocks& blocks) {
     for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
         const EmitBlocks::Node& node = blocks.nodes[i];
         if (node.axis < 0) {
-            of_node[i].worth = node.worth;
+            of_node[i].importance = node.importance;
             uncut.push_back(of_node[i]);
             continue;
         }
@@ -74,9 +74,9 @@ inline std::vector<NumberBox> boxes_of(const EmitBlocks& blocks) {
     return uncut;
 }
 
-inline EmitU emit_numbers(std::uint64_t seed, std::uint32_t i) {
-    Stream stream = Stream(seed, Purpose::test, 1, i);
-    return {stream.next2(), stream.next2(), stream.bits()};
+inline LeSampleU emit_numbers(std::uint64_t seed, std::uint32_t i) {
+    Sampler sampler = Sampler(seed, Purpose::test, 1, i);
+    return {sampler.next2(), sampler.next2(), sampler.bits()};
 }
 
 }  // namespace lucerna::testing

@@ -192,10 +192,10 @@ class EveryLight {
     }
     void write_ray_file() const {
         RaySet set;
-        Stream stream(1, Purpose::test, 0, 0);
+        Sampler sampler(1, Purpose::test, 0, 0);
         for (int i = 0; i < 1000; ++i) {
-            const V2f p = 0.01F * square_to_disc(stream.next2());
-            set.rays.push_back({{p.x, p.y, 0}, square_to_cosine_hemisphere(stream.next2()), 0.01F});
+            const V2f p = 0.01F * square_to_disc(sampler.next2());
+            set.rays.push_back({{p.x, p.y, 0}, square_to_cosine_hemisphere(sampler.next2()), 0.01F});
         }
         set.flux = 10;
         write_rays(folder_ / "lamp.ray", set);

@@ -29,7 +29,7 @@ inline PhotonMapSettings photons(DirectMethod direct, IndirectMethod indirect) {
     return s;
 }
 
-inline IgiSettings virtual_lights() {
+inline IgiSettings vpls() {
     IgiSettings s;
     s.mindist = 0;
     s.nlights = 64;
@@ -39,7 +39,7 @@ inline IgiSettings virtual_lights() {
 
 inline std::vector<Method> methods() {
     return {{"path", PathSettings{}},
-            {"igi", virtual_lights()},
+            {"igi", vpls()},
             {"photonmap", photons(DirectMethod::mc, IndirectMethod::gather)},
             {"photonmap, maps seen", photons(DirectMethod::mc, IndirectMethod::map)},
             {"photonmap, all maps", photons(DirectMethod::map, IndirectMethod::map)}};
@@ -54,9 +54,9 @@ Colour radiance(const Scene& scene, const IntegratorSettings& settings, int samp
     std::vector<Rgb> values(static_cast<std::size_t>(samples));
     parallel_ranges(workers, samples, 256, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
-            Stream stream = Stream::stratified(7, Purpose::test, 0, static_cast<std::uint32_t>(i));
-            const Ray ray = ray_of(stream.next2());
-            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, stream);
+            Sampler sampler = Sampler::stratified(7, Purpose::test, 0, static_cast<std::uint32_t>(i));
+            const Ray ray = ray_of(sampler.next2());
+            values[static_cast<std::size_t>(i)] = estimator->radiance(ray, sampler);
         }
     });
     Colour stats;

@@ -1,7 +1,7 @@
 // Clouds of photons whose irradiance is known.
 #pragma once
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "engine/world/bsdf.h"
 #include "engine/world/scene.h"
@@ -28,12 +28,12 @@ inline Photon photon(const V3f& d, float power) {
 
 // n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky: irradiance 1.
 inline PhotonMap uniform_map(int n, std::uint64_t seed) {
-    Stream stream(seed, Purpose::test, 0, 0);
+    Sampler sampler(seed, Purpose::test, 0, 0);
     Photons landed;
     for (int i = 0; i < n; ++i) {
-        const V3f p(stream.next(), stream.next(), 0);
+        const V3f p(sampler.next(), sampler.next(), 0);
         landed.add(p, PackedDirection(kUp),
-                   photon(-square_to_cosine_hemisphere(stream.next2()), 1.0F / static_cast<float>(n)));
+                   photon(-square_to_cosine_hemisphere(sampler.next2()), 1.0F / static_cast<float>(n)));
     }
     return PhotonMap(landed, IndexKind::tree, Workers{1});  // small ones, and many: threads only cost
 }

@@ -48,8 +48,7 @@ inline bool all_but_the_lamp(double x, double y) {
     return y < 0.6 || std::fabs(x) > 0.35;
 }
 
-// Compensated virtual lights, in many sets of few: what one seed's paths say of the whole, at little cost per
-// sample.
+// Compensated VPLs, in many sets of few: what one seed's paths say of the whole, at little cost per sample.
 inline IgiSettings few_lights(float mindist, int sets) {
     IgiSettings igi;
     igi.nlights = 4;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/bsdf.h"
 #include "engine/world/coat.h"
 #include "tests/support/lobes.h"
@@ -26,18 +26,18 @@ using testing::tilted;
 
 TEST(BsdfSides, BentNormals_NoLobe_LeaksLight) {
     const V3f ns = tilted(50);
-    Stream stream(17, Purpose::test, 0, 0);
+    Sampler sampler(17, Purpose::test, 0, 0);
     for (const Lobe& lobe :
          {Lobe(DiffuseLobe{Rgb(1.0F)}), Lobe(MirrorLobe{Rgb(1.0F)}), Lobe(metal(0.3F, 0.3F))}) {
         const Bsdf bsdf(lobe, ns, kUp, kAlongX);
         for (int i = 0; i < 5000; ++i) {
-            const V3f wo = direction(180 * stream.next(), 6.28F * stream.next());
-            const V3f wi = direction(180 * stream.next(), 6.28F * stream.next());
+            const V3f wo = direction(180 * sampler.next(), 6.28F * sampler.next());
+            const V3f wi = direction(180 * sampler.next(), 6.28F * sampler.next());
             if (wo.z * wi.z < 0) {
                 ASSERT_TRUE(is_black(bsdf.f(wo, wi, Transport::radiance))) << wo << wi;
                 ASSERT_EQ(bsdf.pdf_w(wo, wi), 0) << wo << wi;
             }
-            const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::radiance);
+            const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, Transport::radiance);
             ASSERT_TRUE(!sample || sample->wi.z * wo.z > 0) << wo << sample->wi;
         }
     }
@@ -112,9 +112,9 @@ TEST(BsdfEdges, Black_Anything_ScattersNothing) {
 TEST(BsdfEdges, GlassWithoutTransmission_NeverSamplesIt) {
     const Bsdf bsdf = flat(DielectricLobe{1.5F, Rgb(1.0F), Rgb(0.0F), 0.2F, 0.2F});
     const Bsdf nothing = flat(DielectricLobe{1.5F, Rgb(0.0F), Rgb(0.0F), 0.2F, 0.2F});
-    Stream stream(18, Purpose::test, 0, 0);
+    Sampler sampler(18, Purpose::test, 0, 0);
     for (int i = 0; i < 1000; ++i) {
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(direction(50), u, Transport::radiance);
         EXPECT_TRUE(!sample || !sample->transmission);
         EXPECT_FALSE(nothing.sample(direction(50), u, Transport::radiance));

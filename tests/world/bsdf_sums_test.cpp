@@ -8,7 +8,7 @@
 #include <functional>
 #include <ostream>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/material.h"
 #include "tests/support/lobe_histogram.h"
 #include "tests/support/lobes.h"
@@ -52,10 +52,10 @@ Verdict compare(const Side& c, const V3f& wo, const Pdf& pdf) {
     const V3f through = cos_t2 > 0 ? V3f(-wo.x / c.eta(), -wo.y / c.eta(), -side * std::sqrt(cos_t2)) : -wo;
     PeakHistogram back(mirror, side, c.sample.width), on(through.normalized(), -side, c.sample.width / 2);
     constexpr int kDraws = 60'000;
-    Stream stream(41, Purpose::test, 0, 0);
+    Sampler sampler(41, Purpose::test, 0, 0);
     std::uint64_t drawn = 0;
     for (int i = 0; i < kDraws; ++i) {
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(wo, u, Transport::radiance);
         if (!sample) continue;
         EXPECT_EQ(sample->delta, !(sample->pdf_w > 0));
@@ -79,10 +79,10 @@ TEST_P(BsdfSums, Sample_RoughParts_FollowPdfW) {
     const Side& c = GetParam();
     const Bsdf bsdf = c.bsdf();
     if (!c.has_rough_part()) {  // nothing follows a density: there must be none
-        Stream stream(41, Purpose::test, 0, 0);
+        Sampler sampler(41, Purpose::test, 0, 0);
         for (int i = 0; i < 1000; ++i) {
             const V3f wo = c.wo(kSomeAngles[static_cast<std::size_t>(i) % kSomeAngles.size()]);
-            const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::radiance);
+            const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, Transport::radiance);
             if (!sample) continue;
             ASSERT_TRUE(sample->delta);
             ASSERT_EQ(bsdf.pdf_w(wo, sample->wi), 0);
@@ -101,12 +101,12 @@ TEST_P(BsdfSums, Sample_RoughParts_FollowPdfW) {
 TEST_P(BsdfSums, Weight_RoughSamples_IsValueTimesCosineOverPdf) {
     const Side& c = GetParam();
     const Bsdf bsdf = c.bsdf();
-    Stream stream(42, Purpose::test, 0, 0);
+    Sampler sampler(42, Purpose::test, 0, 0);
     for (const float theta : kSomeAngles) {
         const V3f wo = c.wo(theta);
         for (int i = 0; i < 1000; ++i) {
             const Transport transport = i % 2 == 0 ? Transport::radiance : Transport::particles;
-            const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, transport);
+            const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, transport);
             if (!sample || sample->delta) continue;
             const float cos_i = std::fabs(sample->wi.z);
             const float pdf = bsdf.pdf_w(wo, sample->wi);
@@ -125,10 +125,10 @@ TEST_P(BsdfSums, Weight_RoughSamples_IsValueTimesCosineOverPdf) {
 TEST_P(BsdfSums, Value_DirectionsSwapped_IsTheAdjoint) {
     const Side& c = GetParam();
     const Bsdf bsdf = c.bsdf();
-    Stream stream(43, Purpose::test, 0, 0);
+    Sampler sampler(43, Purpose::test, 0, 0);
     for (int i = 0; i < 2000; ++i) {
-        const V3f a = c.wo(89 * stream.next());
-        const auto sample = bsdf.sample(a, {stream.next(), stream.next2()}, Transport::particles);
+        const V3f a = c.wo(89 * sampler.next());
+        const auto sample = bsdf.sample(a, {sampler.next(), sampler.next2()}, Transport::particles);
         if (!sample || sample->delta) continue;
         const V3f b = sample->wi;
         const Rgb swapped = bsdf.f(b, a, Transport::radiance);
@@ -145,10 +145,10 @@ TEST_P(BsdfSums, Value_DirectionsSwapped_IsTheAdjoint) {
 }
 
 std::array<RunningStats, 3> mean_weight(const Bsdf& bsdf, const V3f& wo, int draws) {
-    Stream stream(44, Purpose::test, 0, 0);
+    Sampler sampler(44, Purpose::test, 0, 0);
     std::array<RunningStats, 3> mean;
     for (int i = 0; i < draws; ++i) {
-        const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::particles);
+        const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, Transport::particles);
         for (int k = 0; k < 3; ++k) mean[k].add(sample ? static_cast<double>(sample->weight[k]) : 0.0);
     }
     return mean;
@@ -185,10 +185,10 @@ TEST_P(BsdfSums, TwoParts_DiffuseAndRest_AddUpToTheWhole) {
     EXPECT_EQ(whole.has_diffuse(), diffuse.is_diffuse());
     EXPECT_FALSE(rest.has_diffuse());
     EXPECT_EQ(whole.is_diffuse(), whole.has_diffuse() && rest.is_black());
-    Stream stream(45, Purpose::test, 0, 0);
+    Sampler sampler(45, Purpose::test, 0, 0);
     for (int i = 0; i < 300; ++i) {
-        const V3f wo = c.wo(89 * stream.next());
-        const V3f wi = direction(180 * stream.next(), 6.28F * stream.next());
+        const V3f wo = c.wo(89 * sampler.next());
+        const V3f wi = direction(180 * sampler.next(), 6.28F * sampler.next());
         const Rgb sum = diffuse.f(wo, wi, Transport::radiance) + rest.f(wo, wi, Transport::radiance);
         const Rgb all = whole.f(wo, wi, Transport::radiance);
         ASSERT_LE(max_component(sum - all), 1e-5F * max_component(all)) << wo << wi;
@@ -244,7 +244,7 @@ TEST(BsdfFurnace, WhiteUnderVarnish_AnyRoughness_ReflectsAll) {
 
 TEST(BsdfFurnace, GreyUnderVarnish_Smooth_IsTheSeriesOfBounces) {
     // Saunderson's correction: F + (1 - F) (1 - F') ρ/(1 - ρ F'), F' the varnish's diffuse reflectance from
-    // within; at normal incidence F = 0.04. For η = 1.5, F' = 0.5963 (Egan and Hilgeman 1979).
+    // within; at normal incidence F = 0.04. For η = 1.5, F' = 0.5963 [Egan and Hilgeman 1979].
     const Material material{"", coated(grey(0.5F), 0)};
     const Rgb albedo = make_bsdf(material, flat_hit()).albedo(kUp);
     EXPECT_NEAR(albedo.x, 0.04 + 0.96 * (1 - 0.5963) * 0.5 / (1 - 0.5 * 0.5963), 5e-4);

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <ostream>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/lobe_histogram.h"
 #include "tests/support/lobes.h"
 #include "tests/support/statistics.h"
@@ -77,10 +77,10 @@ Verdict compare(const Case& c, const V3f& wo, const Pdf& pdf) {
                               c.width() * std::clamp(std::fabs(eta - 1), 0.01F, 1.0F));
 
     constexpr int kDraws = 60'000;
-    Stream stream(11, Purpose::test, 0, 0);
+    Sampler sampler(11, Purpose::test, 0, 0);
     std::uint64_t drawn = 0;
     for (int i = 0; i < kDraws; ++i) {
-        const BsdfU u{stream.next(), stream.next2()};
+        const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(wo, u, Transport::radiance);
         if (!sample) continue;
         EXPECT_EQ(sample->transmission, sample->wi.z * side < 0);
@@ -118,12 +118,12 @@ TEST_P(BsdfSampling, Sample_AnyAngle_FollowsPdfW) {
 TEST_P(BsdfSampling, Weight_EverySample_IsValueTimesCosineOverPdf) {
     const Case& c = GetParam();
     const Bsdf bsdf = c.bsdf();
-    Stream stream(12, Purpose::test, 0, 0);
+    Sampler sampler(12, Purpose::test, 0, 0);
     for (const float theta : kAngles) {
         const V3f wo = c.wo(theta);
         for (int i = 0; i < 2000; ++i) {
             const Transport transport = i % 2 == 0 ? Transport::radiance : Transport::particles;
-            const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, transport);
+            const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, transport);
             if (!sample) continue;
             const float cos_i = std::fabs(sample->wi.dot(c.ns));
             const float pdf = bsdf.pdf_w(wo, sample->wi);
@@ -143,11 +143,11 @@ TEST_P(BsdfSampling, Weight_EverySample_IsValueTimesCosineOverPdf) {
 TEST_P(BsdfSampling, Value_DirectionsSwapped_IsTheAdjoint) {
     const Case& c = GetParam();
     const Bsdf bsdf = c.bsdf();
-    Stream stream(13, Purpose::test, 0, 0);
+    Sampler sampler(13, Purpose::test, 0, 0);
     int transmitted = 0;
     for (int i = 0; i < 4000; ++i) {
-        const V3f a = c.wo(89 * stream.next());
-        const auto sample = bsdf.sample(a, {stream.next(), stream.next2()}, Transport::particles);
+        const V3f a = c.wo(89 * sampler.next());
+        const auto sample = bsdf.sample(a, {sampler.next(), sampler.next2()}, Transport::particles);
         if (!sample) continue;
         const V3f b = sample->wi;
         const Rgb radiance = bsdf.f(a, b, Transport::radiance);
@@ -168,12 +168,12 @@ TEST_P(BsdfSampling, Value_DirectionsSwapped_IsTheAdjoint) {
 TEST_P(BsdfSampling, Albedo_AnyAngle_IsTheMeanWeight) {
     const Case& c = GetParam();
     const Bsdf bsdf = c.bsdf();
-    Stream stream(14, Purpose::test, 0, 0);
+    Sampler sampler(14, Purpose::test, 0, 0);
     for (const float theta : kAngles) {
         const V3f wo = c.wo(theta);
         std::array<RunningStats, 3> mean;
         for (int i = 0; i < 20'000; ++i) {
-            const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::particles);
+            const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, Transport::particles);
             for (int k = 0; k < 3; ++k) mean[k].add(sample ? static_cast<double>(sample->weight[k]) : 0.0);
         }
         const Rgb albedo = bsdf.albedo(wo);

@@ -5,7 +5,7 @@
 #include <array>
 #include <numbers>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/bsdf.h"
 #include "engine/world/fresnel.h"
 #include "tests/support/lobes.h"
@@ -41,11 +41,11 @@ struct Textbook {
 };
 
 TEST(BsdfValue, RoughMetal_AgainstTextbook_IsEqual) {
-    Stream stream(15, Purpose::test, 0, 0);
+    Sampler sampler(15, Purpose::test, 0, 0);
     for (int i = 0; i < 2000; ++i) {
-        const float alpha = 0.05F + stream.next();
-        const V3f o = direction(88 * stream.next(), 6 * stream.next());
-        const V3f w = direction(88 * stream.next(), 6 * stream.next());
+        const float alpha = 0.05F + sampler.next();
+        const V3f o = direction(88 * sampler.next(), 6 * sampler.next());
+        const V3f w = direction(88 * sampler.next(), 6 * sampler.next());
         const Textbook book{static_cast<double>(alpha)};
         const V3d m = (V3d(o) + V3d(w)).normalized();
         const double g = 1 / (1 + book.lambda(V3d(o)) + book.lambda(V3d(w)));
@@ -56,12 +56,12 @@ TEST(BsdfValue, RoughMetal_AgainstTextbook_IsEqual) {
 }
 
 TEST(BsdfValue, RoughGlass_AgainstTextbook_IsEqual) {
-    Stream stream(16, Purpose::test, 0, 0);
+    Sampler sampler(16, Purpose::test, 0, 0);
     for (int i = 0; i < 2000; ++i) {
-        const float alpha = 0.05F + stream.next();
+        const float alpha = 0.05F + sampler.next();
         const float eta_i = 1.33F;  // inside, where the light comes from; the eye is outside
-        const V3f o = direction(88 * stream.next(), 6 * stream.next());
-        const V3f w = below(direction(88 * stream.next(), 6 * stream.next()));
+        const V3f o = direction(88 * sampler.next(), 6 * sampler.next());
+        const V3f w = below(direction(88 * sampler.next(), 6 * sampler.next()));
         const Textbook book{static_cast<double>(alpha)};
         const double n = eta_i;
         const V3d m = -(n * V3d(w) + V3d(o)).normalized();

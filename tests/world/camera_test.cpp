@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 
 namespace lucerna {
 namespace camera_test {
@@ -69,11 +69,11 @@ TEST(Camera, ThinLens_AllRaysOfAFilmPointMeetInThePlaneOfFocus) {
         s.lens_radius = 0.2F;
         s.focal_distance = 3;
         const Camera camera(s);
-        Stream stream(1, Purpose::test, 0, 0);
+        Sampler sampler(1, Purpose::test, 0, 0);
         V3f mean(0.0F);
         float farthest = 0;
         for (int i = 0; i < 1000; ++i) {
-            const Ray ray = camera.ray(film, stream.next2());
+            const Ray ray = camera.ray(film, sampler.next2());
             expect_near(ray.at((focus - ray.o).length()), focus);
             EXPECT_NEAR(ray.d.length(), 1, 1e-6F);
             const V3f shift = ray.o - sharp.o;

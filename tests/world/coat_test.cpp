@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/bsdf.h"
 #include "tests/support/lobes.h"
 #include "tests/support/statistics.h"
@@ -18,7 +18,7 @@ V3f at_cosine(float mu, float phi = 0) {
 }
 
 TEST(CoatTable, SmoothMeans_OfGlass_AreTheLiteratures) {
-    // Diffuse light onto η = 1.5 from outside: 0.0918, from inside: 0.5963 (Egan and Hilgeman 1979).
+    // Diffuse light onto η = 1.5 from outside: 0.0918, from inside: 0.5963 [Egan and Hilgeman 1979].
     const CoatTable table(1.5F, V2f(0, 0));
     EXPECT_NEAR(table.smooth_mean(true), 0.0918, 1e-4);
     EXPECT_NEAR(table.smooth_mean(false), 0.5963, 1e-4);
@@ -31,10 +31,10 @@ TEST(CoatTable, SmoothMeans_OfGlass_AreTheLiteratures) {
 
 // The mean weight of the varnish's own sampler.
 RunningStats sampled(const Bsdf& gloss, const V3f& wo) {
-    Stream stream(51, Purpose::test, 0, 0);
+    Sampler sampler(51, Purpose::test, 0, 0);
     RunningStats mean;
     for (int i = 0; i < 40'000; ++i) {
-        const auto sample = gloss.sample(wo, {stream.next(), stream.next2()}, Transport::radiance);
+        const auto sample = gloss.sample(wo, {sampler.next(), sampler.next2()}, Transport::radiance);
         mean.add(sample ? static_cast<double>(sample->weight.x) : 0.0);
     }
     return mean;

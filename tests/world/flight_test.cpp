@@ -25,9 +25,9 @@ void add(Colour& stats, const Rgb& value) {
 
 Colour transmitted(const SceneMedia& media, int samples) {
     Colour stats;
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     for (int i = 0; i < samples; ++i)
-        add(stats, transmittance(MediaAlong(media, kNoMedium, kAlongX, 10), stream));
+        add(stats, transmittance(MediaAlong(media, kNoMedium, kAlongX, 10), sampler));
     return stats;
 }
 
@@ -39,8 +39,8 @@ Flights flown(const SceneMedia& media, int samples, const Rgb& throughput = Rgb(
               double before = INFINITY) {
     Flights flights;
     for (int i = 0; i < samples; ++i) {
-        Stream stream(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), throughput, stream);
+        Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), throughput, sampler);
         add(flights.passed, flight.scattered ? Rgb(0) : flight.throughput);
         add(flights.scattered, flight.scattered && flight.t < before ? flight.throughput : Rgb(0));
         add(flights.emitted, flight.emitted);
@@ -51,8 +51,8 @@ Flights flown(const SceneMedia& media, int samples, const Rgb& throughput = Rgb(
 TEST(Transmittance, HomogeneousSlab_IsBeersLawExactly) {
     const auto media =
         testing::regions({testing::in_box(testing::homogeneous({0.1F, 0.5F, 2}, {0.2F, 0, 1}), kLow, kHigh)});
-    Stream stream(1, Purpose::test, 0, 0);
-    const Rgb passing = transmittance(MediaAlong(media, kNoMedium, kAlongX, INFINITY), stream);
+    Sampler sampler(1, Purpose::test, 0, 0);
+    const Rgb passing = transmittance(MediaAlong(media, kNoMedium, kAlongX, INFINITY), sampler);
     EXPECT_NEAR(passing.x, std::exp(-0.6), 1e-6);
     EXPECT_NEAR(passing.y, std::exp(-1.0), 1e-6);
     EXPECT_NEAR(passing.z, std::exp(-6.0), 1e-8);
@@ -61,9 +61,9 @@ TEST(Transmittance, HomogeneousSlab_IsBeersLawExactly) {
 TEST(Transmittance, UnboundedMediumToInfinity_IsZeroWhereItAbsorbsAndOneWhereItDoesNot) {
     SceneMedia media;
     media.all.push_back(testing::homogeneous({0.1F, 0, 0}, Rgb(0)));
-    Stream stream(1, Purpose::test, 0, 0);
-    EXPECT_EQ(transmittance(MediaAlong(media, 0, kAlongX, INFINITY), stream), Rgb(0, 1, 1));
-    EXPECT_EQ(transmittance(MediaAlong(media, kNoMedium, kAlongX, INFINITY), stream), Rgb(1, 1, 1));
+    Sampler sampler(1, Purpose::test, 0, 0);
+    EXPECT_EQ(transmittance(MediaAlong(media, 0, kAlongX, INFINITY), sampler), Rgb(0, 1, 1));
+    EXPECT_EQ(transmittance(MediaAlong(media, kNoMedium, kAlongX, INFINITY), sampler), Rgb(1, 1, 1));
 }
 
 // Density rises from 0 to 1 over the box, held in its outer half cells: of n cells, the mean is 1/2.
@@ -116,8 +116,8 @@ TEST(Flight, AnyThroughput_GrowsToNoMoreThanItsSum) {
     const auto media =
         testing::regions({testing::in_box(testing::homogeneous(Rgb(0), {0.01F, 1, 30}), kLow, kHigh)});
     for (std::uint64_t i = 0; i < 20'000; ++i) {
-        Stream stream(2, Purpose::test, 0, i);
-        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), {1, 2, 3}, stream);
+        Sampler sampler(2, Purpose::test, 0, i);
+        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), {1, 2, 3}, sampler);
         ASSERT_LE(max_component(flight.throughput), 6.0001F);
         ASSERT_TRUE(is_finite(flight.throughput));
     }
@@ -173,8 +173,8 @@ TEST(Flight, ChosenMedium_TurnsLightInProportionToWhatItScatters) {
     const auto media = testing::regions({forward, back});
     Colour by_forward, all;
     for (std::uint64_t i = 0; i < 100'000; ++i) {
-        Stream stream(3, Purpose::test, 0, i);
-        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), Rgb(1), stream);
+        Sampler sampler(3, Purpose::test, 0, i);
+        const Flight flight = fly(MediaAlong(media, kNoMedium, kAlongX, 10), Rgb(1), sampler);
         add(all, flight.scattered ? flight.throughput : Rgb(0));
         add(by_forward, flight.scattered && flight.g > 0 ? flight.throughput : Rgb(0));
     }
@@ -214,8 +214,8 @@ Within drawn_within(const SceneMedia& media, int samples, const Rgb& throughput 
     Within sums;
     int found = 0;
     for (int i = 0; i < samples; ++i) {
-        Stream stream(4, Purpose::test, 0, static_cast<std::uint64_t>(i));
-        const auto place = scatter_within(MediaAlong(media, kNoMedium, kAlongX, 10), throughput, stream);
+        Sampler sampler(4, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const auto place = scatter_within(MediaAlong(media, kNoMedium, kAlongX, 10), throughput, sampler);
         const Rgb value = place ? place->flow * place->sigma_s : Rgb(0);
         add(sums.whole, value);
         add(sums.moment, value * static_cast<float>(place ? place->t : 0));
@@ -284,11 +284,11 @@ TEST(ScatterWithin, UnboundedDenseOrClearMedia_HaveAnAnswer) {
     dense.all.push_back(testing::homogeneous(Rgb(0), Rgb(1e6F)));
     SceneMedia clear = testing::regions({testing::in_box(testing::homogeneous(Rgb(1), Rgb(0)), kLow, kHigh)});
     for (std::uint64_t i = 0; i < 1000; ++i) {
-        Stream stream(4, Purpose::test, 0, i);
-        const auto place = scatter_within(MediaAlong(dense, 0, kAlongX, INFINITY), Rgb(1, 0, 0), stream);
+        Sampler sampler(4, Purpose::test, 0, i);
+        const auto place = scatter_within(MediaAlong(dense, 0, kAlongX, INFINITY), Rgb(1, 0, 0), sampler);
         ASSERT_TRUE(place);
         ASSERT_NEAR(place->flow.x * place->sigma_s.x, 1, 1e-5);
-        ASSERT_FALSE(scatter_within(MediaAlong(clear, kNoMedium, kAlongX, 10), Rgb(1), stream));
+        ASSERT_FALSE(scatter_within(MediaAlong(clear, kNoMedium, kAlongX, 10), Rgb(1), sampler));
     }
 }
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/material_lobes.h"
 #include "engine/world/scene.h"
 #include "tests/support/materials.h"
@@ -158,38 +158,38 @@ TEST(Material, MostLobes_EveryMaterial_IsNotExceeded) {
 }
 
 // Random parameters of the materials that are sums.
-Material any_sum(Stream& stream, const std::shared_ptr<const CoatTable>& table) {
-    const auto any = [&] { return color(stream.next(), stream.next(), stream.next()); };
-    const Roughness rough = Roughness::of_alpha(stream.next());
+Material any_sum(Sampler& sampler, const std::shared_ptr<const CoatTable>& table) {
+    const auto any = [&] { return color(sampler.next(), sampler.next(), sampler.next()); };
+    const Roughness rough = Roughness::of_alpha(sampler.next());
     UberMaterial sum{any(), any(), any(), any(), any(), FloatTexture::constant(1.5F), rough, table};
-    if (stream.next() < 0.5F) sum.transmit.reset();
-    if (stream.next() < 0.5F) sum.reflect.reset();
-    switch (static_cast<int>(6 * stream.next())) {
+    if (sampler.next() < 0.5F) sum.transmit.reset();
+    if (sampler.next() < 0.5F) sum.reflect.reset();
+    switch (static_cast<int>(6 * sampler.next())) {
         case 0:
             return {"translucent", TranslucentMaterial{any(), any(), any(), any(), rough}};
         case 1:
             return {"substrate",
-                    SubstrateMaterial{any(), any(), Roughness::of_alpha(stream.next(), stream.next())}};
+                    SubstrateMaterial{any(), any(), Roughness::of_alpha(sampler.next(), sampler.next())}};
         case 2:
             return {"shinymetal", ShinyMetalMaterial{any(), any(), rough}};
         case 3:
-            return {"mix", mix(sum, CoatedDiffuseMaterial{any(), {1.5F, rough, table}}, stream.next())};
+            return {"mix", mix(sum, CoatedDiffuseMaterial{any(), {1.5F, rough, table}}, sampler.next())};
         default:
             return {"uber", sum};
     }
 }
 
 TEST(Material, Energy_RandomSums_NeverExceedsOne) {
-    Stream stream(61, Purpose::test, 0, 0);
+    Sampler sampler(61, Purpose::test, 0, 0);
     const auto table = std::make_shared<CoatTable>(1.5F);  // for any alpha: errs by 0.01
     for (int i = 0; i < 120; ++i) {
-        const Material material = any_sum(stream, table);
+        const Material material = any_sum(sampler, table);
         const Bsdf bsdf = make_bsdf(material, flat_hit());
-        for (const float z : {0.5F * stream.next(), -stream.next(), 1e-3F}) {
+        for (const float z : {0.5F * sampler.next(), -sampler.next(), 1e-3F}) {
             const V3f wo(std::sqrt(1 - z * z), 0, z);
             RunningStats mean[3];
             for (int k = 0; k < 3000; ++k) {
-                const auto sample = bsdf.sample(wo, {stream.next(), stream.next2()}, Transport::particles);
+                const auto sample = bsdf.sample(wo, {sampler.next(), sampler.next2()}, Transport::particles);
                 for (int c = 0; c < 3; ++c)
                     mean[c].add(sample ? static_cast<double>(sample->weight[c]) : 0.0);
             }

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/phase.h"
 #include "tests/support/statistics.h"
 
@@ -34,9 +34,9 @@ testing::ChiSquare cosines_against(float drawn_g, double claimed_g) {
     std::vector<std::uint64_t> observed(kBins);
     const HenyeyGreenstein phase(drawn_g);
     const V3f wo = V3f(0.3F, -0.5F, 0.8F).normalized();
-    Stream stream(5, Purpose::test, 0, 0);
+    Sampler sampler(5, Purpose::test, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
-        const double cosine = -static_cast<double>(wo.dot(phase.sample(wo, stream.next2())));
+        const double cosine = -static_cast<double>(wo.dot(phase.sample(wo, sampler.next2())));
         const int bin = std::clamp(static_cast<int>((cosine + 1) / 2 * kBins), 0, kBins - 1);
         ++observed[static_cast<std::size_t>(bin)];
     }
@@ -91,8 +91,8 @@ Box3d box_of(const V3d& a, const V3d& b) {
 
 DensityGrid noise_grid(const V3i& size, DensityGrid::Border border) {
     std::vector<float> samples(static_cast<std::size_t>(size.x * size.y * size.z));
-    Stream stream(9, Purpose::test, 1, 0);
-    for (float& sample : samples) sample = stream.next() < 0.6F ? 0 : stream.next();
+    Sampler sampler(9, Purpose::test, 1, 0);
+    for (float& sample : samples) sample = sampler.next() < 0.6F ? 0 : sampler.next();
     return {size, std::move(samples), box_of({-1, 0, 2}, {1, 3, 4}), border};
 }
 
@@ -137,15 +137,15 @@ void expect_bounded(const Density& density, const V3d& o, const V3d& d, double b
 }
 
 TEST(DensityWalk, AlongAnyRay_BoundsTheGridFromEndToEnd) {
-    Stream stream(2, Purpose::test, 2, 0);
+    Sampler sampler(2, Purpose::test, 2, 0);
     for (const auto border : {DensityGrid::Border::hold, DensityGrid::Border::zero}) {
         Medium medium;
         medium.density = noise_grid({13, 7, 9}, border);
         medium.box = box_of({-1, 0, 2}, {1, 3, 4});
         int crossed = 0;
         for (int i = 0; i < 2000; ++i) {
-            const V3f o(4 * stream.next() - 2, 5 * stream.next() - 1, 6 * stream.next());
-            V3f d(2 * stream.next() - 1, 2 * stream.next() - 1, 2 * stream.next() - 1);
+            const V3f o(4 * sampler.next() - 2, 5 * sampler.next() - 1, 6 * sampler.next());
+            V3f d(2 * sampler.next() - 1, 2 * sampler.next() - 1, 2 * sampler.next() - 1);
             if (i % 5 == 0) d[i % 3] = 0;  // along walls
             if (i % 7 == 0) d = V3f(i % 3 == 0, i % 3 == 1, i % 3 == 2);
             const auto found = crossing(medium, {o, d.normalized()}, 100);

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "engine/world/scene.h"
 
@@ -27,7 +27,7 @@ Mesh triangle(const V3f& a, const V3f& b, const V3f& c) {
     return mesh;
 }
 
-V3f random_direction(Stream& s) {
+V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
 
@@ -47,7 +47,7 @@ Crossing plain_crossing(const Mesh& mesh, const Ray& ray) {
 }
 
 RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
-    Stream s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
+    Sampler s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
     const auto size = static_cast<float>(std::pow(10.0, *rc::gen::inRange(-6, 7)));
     Mesh mesh = triangle(size * random_direction(s), size * random_direction(s), size * random_direction(s));
     mesh.uv = {{0.5F, 0}, {2, 0.25F}, {1, 3}};
@@ -64,7 +64,7 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
     RC_PRE(std::fabs(inside) > 1e-4);
 
     const Scene scene = scene_of({mesh});
-    const auto hit = scene.hit(ray);
+    const auto hit = scene.intersect(ray);
     RC_ASSERT(hit.has_value() == (inside > 0));
     if (!hit) return;
     const auto scale = static_cast<double>(size);
@@ -88,7 +88,7 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
 
 TEST(Mesh, WithoutUv_UsesPbrtsTriangleCoordinates) {
     const Scene scene = scene_of({triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0})});
-    const auto hit = scene.hit({{0.25F, 0.5F, 1}, {0, 0, -1}});
+    const auto hit = scene.intersect({{0.25F, 0.5F, 1}, {0, 0, -1}});
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->uv.x, 0.75F, 1e-6F);  // b1 + b2
     EXPECT_NEAR(hit->uv.y, 0.5F, 1e-6F);   // b2
@@ -99,7 +99,7 @@ TEST(Mesh, WithoutUv_UsesPbrtsTriangleCoordinates) {
 TEST(Mesh, EqualUv_StillHasATangent) {
     Mesh mesh = triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
     mesh.uv = {{0.5F, 0.5F}, {0.5F, 0.5F}, {0.5F, 0.5F}};
-    const auto hit = scene_of({mesh}).hit({{0.25F, 0.5F, 1}, {0, 0, -1}});
+    const auto hit = scene_of({mesh}).intersect({{0.25F, 0.5F, 1}, {0, 0, -1}});
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->dpdu.length(), 1, 1e-5F);
     EXPECT_NEAR(hit->dpdu.dot(hit->at.n), 0, 1e-5F);
@@ -110,18 +110,18 @@ TEST(Mesh, ShadingNormals_AreInterpolatedAndTurnedToTheGeometricOne) {
     const V3f tilted = V3f(0.6F, 0, 0.8F);
     mesh.n = {tilted, tilted, tilted};
     const Ray ray{{0.25F, 0.25F, 1}, {0, 0, -1}};
-    auto hit = scene_of({mesh}).hit(ray);
+    auto hit = scene_of({mesh}).intersect(ray);
     EXPECT_LT((hit->ns - tilted).length(), 1e-6F);
     EXPECT_EQ(hit->at.n, V3f(0, 0, 1));
     // Reversing turns the geometric normal, and the shading normal goes with it.
     mesh.traits.reverse_orientation = true;
-    hit = scene_of({mesh}).hit(ray);
+    hit = scene_of({mesh}).intersect(ray);
     EXPECT_EQ(hit->at.n, V3f(0, 0, -1));
     EXPECT_LT((hit->ns + tilted).length(), 1e-6F);
     // Normals that cancel, or are not numbers, give way to the geometric one.
     for (const V3f& bad : {V3f(0, 0, 0), V3f(NAN, 0, 1)}) {
         mesh.n = {bad, bad, bad};
-        EXPECT_EQ(scene_of({mesh}).hit(ray)->ns, V3f(0, 0, -1));
+        EXPECT_EQ(scene_of({mesh}).intersect(ray)->ns, V3f(0, 0, -1));
     }
 }
 
@@ -133,17 +133,17 @@ TEST(Mesh, DegenerateTriangles_AreLeftOutAndCounted) {
     EXPECT_EQ(scene.counts().triangles, 1U);
     EXPECT_EQ(scene.counts().degenerate_triangles, 5U);
     EXPECT_EQ(scene.bounds(), Box3f(V3f(0, 0, 0), V3f(1, 1, 0)));
-    const auto hit = scene.hit({{0.25F, 0.25F, 1}, {0, 0, -1}});
+    const auto hit = scene.intersect({{0.25F, 0.25F, 1}, {0, 0, -1}});
     ASSERT_TRUE(hit);
     EXPECT_LT((hit->at.p - V3f(0.25F, 0.25F, 0)).length(), 1e-6F);
-    EXPECT_FALSE(scene.hit({{0.25F, -0.25F, 1}, {0, 0, -1}}));
+    EXPECT_FALSE(scene.intersect({{0.25F, -0.25F, 1}, {0, 0, -1}}));
 }
 
 TEST(Mesh, OnlyDegenerateTriangles_IsAnEmptyScene) {
     const Scene scene = scene_of({triangle({0, 0, 0}, {1, 0, 0}, {2, 0, 0})});
     EXPECT_EQ(scene.counts().triangles, 0U);
     EXPECT_TRUE(scene.bounds().isEmpty());
-    EXPECT_FALSE(scene.hit({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_FALSE(scene.intersect({{0, 0, 1}, {0, 0, -1}}));
 }
 
 }  // namespace mesh_test

@@ -31,14 +31,14 @@ Scene onion() {
 
 TEST(Passage, BallsInABox_WeakenAsTheirLengthsSay) {
     const Scene scene = onion();
-    Stream stream(1, Purpose::test, 0, 0);
+    Sampler sampler(1, Purpose::test, 0, 0);
     // From -3 to 3: the outer shell 2, the inner ball 2, the box 3.
-    const Rgb through = passage(scene, Ray{{-3, 0, 0}, {1, 0, 0}, 6}, kNoMedium, stream);
+    const Rgb through = passage(scene, Ray{{-3, 0, 0}, {1, 0, 0}, 6}, kNoMedium, sampler);
     EXPECT_NEAR(through.x, std::exp(-0.1 * 2 - 1 * 2 - 0.3 * 3), 1e-6);
     EXPECT_NEAR(through.y, std::exp(-0.2 * 2 - 0.3 * 3), 1e-6);
     EXPECT_NEAR(through.z, std::exp(-0.5 * 2 - 0.3 * 3), 1e-6);
     // From the middle to a point of the shell.
-    const Rgb half = passage(scene, SurfacePoint{V3f(0.0F)}, {0, 1, 0}, 1.5F, 1, stream);
+    const Rgb half = passage(scene, SurfacePoint{V3f(0.0F)}, {0, 1, 0}, 1.5F, 1, sampler);
     EXPECT_NEAR(half.x, std::exp(-1 - 0.05 - 0.3 * 1.5), 1e-6);
 }
 
@@ -91,12 +91,12 @@ TEST(CrossMedia, Particles_AbsorbedScatteredOrThrough_AreShares) {
     make.quad({3, -1, -1}, {0, 2, 0}, {0, 0, 2}, make.diffuse(Rgb(0.5F)));
     const Scene scene = make.build();
     const Ray ray{{-2, 0, 0}, {1, 0, 0}};
-    const auto hit = scene.hit(ray);
+    const auto hit = scene.intersect(ray);
     ASSERT_TRUE(hit);
     RunningStats through, scattered;
     for (std::uint64_t i = 0; i < 50'000; ++i) {
-        Stream stream(3, Purpose::test, 0, i);
-        const Crossing crossing = cross_media(scene, ray, hit, kNoMedium, Rgb(2), stream);
+        Sampler sampler(3, Purpose::test, 0, i);
+        const Crossing crossing = cross_media(scene, ray, hit, kNoMedium, Rgb(2), sampler);
         const auto power = static_cast<double>(crossing.power.x);
         through.add(crossing.scattered ? 0.0 : power);
         scattered.add(crossing.scattered ? power : 0.0);

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "engine/base/error.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -193,7 +193,7 @@ TEST(Ply, BadContent_IsNamedWithItsLine) {
 
 TEST(Ply, RandomDamage_EndsInAMeshOrAnError) {
     const std::string wholes[] = {packed(20, 20), rich("binary_little_endian", false), kSquare};
-    Stream s(1, Purpose::test, 0, 0);
+    Sampler s(1, Purpose::test, 0, 0);
     int errors = 0;
     for (int i = 0; i < 3000; ++i) {
         std::string text = wholes[i % 3];

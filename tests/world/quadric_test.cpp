@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/surface_point.h"
 #include "engine/base/warp.h"
 
@@ -29,12 +29,12 @@ Quadric disk(float radius, float inner, float height) {
     return q;
 }
 
-V3f random_direction(Stream& s) {
+V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
 
 // A rotation, unequal scales (one negative if `mirror`) and a translation.
-M44d random_affine(Stream& s, double size, bool mirror) {
+M44d random_affine(Sampler& s, double size, bool mirror) {
     M44d m;
     m.setAxisAngle(V3d(random_direction(s)), 6.28 * static_cast<double>(s.next()));
     M44d scale;
@@ -68,7 +68,7 @@ std::optional<double> textbook_sphere(const V3d& centre, double radius, const Ra
 TEST(Quadric, SphereRandomRay_EqualsTextbookQuadratic) {
     for (int scale = -6; scale <= 6; ++scale) {
         const double size = std::pow(10.0, scale);
-        Stream s(1, Purpose::test, 0, static_cast<std::uint64_t>(scale + 6));
+        Sampler s(1, Purpose::test, 0, static_cast<std::uint64_t>(scale + 6));
         int hits = 0;
         for (int i = 0; i < 2000; ++i) {
             const V3d centre = size * V3d(random_direction(s));
@@ -98,7 +98,7 @@ TEST(Quadric, SphereSeenFromAMillionRadii_KeepsItsSilhouette) {
 }
 
 RC_GTEST_PROP(Quadric, SphereUnderAnyAffineMap_HitSatisfiesItsEquation, ()) {
-    Stream s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
+    Sampler s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
     Quadric q;
     q.radius = 0.25F + s.next();
     q.world_from_object =
@@ -135,7 +135,7 @@ TEST(Quadric, MirroringTransform_NormalStaysOutward) {
 TEST(Quadric, RayFromJustOutside_LeavesWithoutHittingTheSphere) {
     for (const float radius : {1e-6F, 1e-3F, 1.0F, 1e3F, 1e6F}) {
         const QuadricShape shape(sphere_at({0, 0, 0}, radius));
-        Stream s(2, Purpose::test, 0, 0);
+        Sampler s(2, Purpose::test, 0, 0);
         for (int i = 0; i < 20000; ++i) {
             const V3f n = random_direction(s);
             const SurfacePoint at{radius * n, n, surface_error(radius * n, shape.extent())};
@@ -161,7 +161,7 @@ TEST(Quadric, PartialSphere_MeetsOnlyWhatIsThere) {
     q.z_max = 1.5F;
     q.phi_max = kPi;  // y >= 0
     const QuadricShape shape(q);
-    Stream s(3, Purpose::test, 0, 0);
+    Sampler s(3, Purpose::test, 0, 0);
     int through = 0;
     for (int i = 0; i < 20000; ++i) {
         const Ray ray{5.0F * random_direction(s), random_direction(s)};
@@ -196,7 +196,7 @@ TEST(Quadric, PartialSphere_MeetsOnlyWhatIsThere) {
 }
 
 RC_GTEST_PROP(Quadric, DiskUnderAnyAffineMap_EqualsPlaneAndRadius, ()) {
-    Stream s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
+    Sampler s(*rc::gen::arbitrary<std::uint64_t>(), Purpose::test, 0, 0);
     Quadric q = disk(1, 0.5F * s.next(), s.next() - 0.5F);
     q.world_from_object =
         random_affine(s, std::pow(10.0, *rc::gen::inRange(-5, 6)), *rc::gen::arbitrary<bool>());

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/material.h"
 #include "engine/world/scene.h"
 #include "tests/support/materials.h"

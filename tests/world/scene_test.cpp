@@ -8,7 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/frame.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "lights/analytic.h"
 
@@ -17,7 +17,7 @@ namespace scene_test {
 
 static_assert(!std::is_copy_constructible_v<Scene> && std::is_nothrow_move_constructible_v<Scene>);
 
-V3f random_direction(Stream& s) {
+V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
 
@@ -72,8 +72,8 @@ Mesh tessellated_sphere(const V3f& centre, float radius, int rings) {
 
 TEST(Scene, Empty_MeetsNothingAndHidesNothing) {
     const Scene scene{SceneParts{}};
-    EXPECT_FALSE(scene.hit({{0, 0, 0}, {0, 0, 1}}));
-    EXPECT_TRUE(scene.visible({{0, 0, 0}}, {0, 0, 1}, INFINITY));
+    EXPECT_FALSE(scene.intersect({{0, 0, 0}, {0, 0, 1}}));
+    EXPECT_TRUE(scene.unoccluded({{0, 0, 0}}, {0, 0, 1}, INFINITY));
     EXPECT_TRUE(scene.bounds().isEmpty());
     EXPECT_EQ(scene.sphere().radius, 1);
     EXPECT_FALSE(scene.picker().pick(0.5F));
@@ -88,22 +88,22 @@ TEST(Scene, NearestOfMeshAndQuadric_IsMetAndHides) {
     parts.quadrics.push_back(sphere({0, 0, 5}, 1));
     Scene original(std::move(parts));
     const Scene scene(std::move(original));
-    const auto plane = scene.hit({{0, 0, 0}, {0, 0, 1}});
+    const auto plane = scene.intersect({{0, 0, 0}, {0, 0, 1}});
     ASSERT_TRUE(plane);
     EXPECT_FLOAT_EQ(plane->t, 2);
     EXPECT_EQ(plane->material, 2U);
     EXPECT_EQ(plane->wo, V3f(0, 0, -1));
-    const auto ball = scene.hit({{0, 0, 10}, {0, 0, -1}});
+    const auto ball = scene.intersect({{0, 0, 10}, {0, 0, -1}});
     ASSERT_TRUE(ball);
     EXPECT_FLOAT_EQ(ball->t, 4);
     EXPECT_EQ(ball->at.n, V3f(0, 0, 1));
     EXPECT_EQ(ball->material, 0U);
-    EXPECT_FALSE(scene.hit({{0, 0, 0}, {0, 0, 1}, 1.9F}));
+    EXPECT_FALSE(scene.intersect({{0, 0, 0}, {0, 0, 1}, 1.9F}));
     const SurfacePoint eye{{0, 0, 0}};
-    EXPECT_TRUE(scene.visible(eye, {0, 0, 1}, 1.9F));
-    EXPECT_FALSE(scene.visible(eye, {0, 0, 1}, 2.1F));
-    EXPECT_FALSE(scene.visible({{0, 0, 10}}, {0, 0, -1}, 4.1F));
-    EXPECT_TRUE(scene.visible({{0, 0, 10}}, {0, 0, -1}, 3.9F));
+    EXPECT_TRUE(scene.unoccluded(eye, {0, 0, 1}, 1.9F));
+    EXPECT_FALSE(scene.unoccluded(eye, {0, 0, 1}, 2.1F));
+    EXPECT_FALSE(scene.unoccluded({{0, 0, 10}}, {0, 0, -1}, 4.1F));
+    EXPECT_TRUE(scene.unoccluded({{0, 0, 10}}, {0, 0, -1}, 3.9F));
     EXPECT_TRUE(scene.has_specular());
     EXPECT_EQ(scene.counts().triangles, 2U);
     EXPECT_EQ(scene.counts().quadrics, 1U);
@@ -121,12 +121,12 @@ TEST(Scene, Interface_IsNotThereUnlessItCarriesALight) {
     parts.lights.push_back(make_area_light(
         TriangleEmitter{parts.meshes.back().p, parts.meshes.back().triangles}, Rgb(1), false));
     const Scene scene(std::move(parts));
-    const auto hit = scene.hit({{0, 0, 0}, {0, 0, 1}});
+    const auto hit = scene.intersect({{0, 0, 0}, {0, 0, 1}});
     ASSERT_TRUE(hit);
     EXPECT_FLOAT_EQ(hit->t, 8);
     EXPECT_EQ(hit->light, 0);
     EXPECT_TRUE(scene.bsdf(*hit).is_black());
-    EXPECT_TRUE(scene.visible({{0, 0, 0}}, {0, 0, 1}, 7.9F));
+    EXPECT_TRUE(scene.unoccluded({{0, 0, 0}}, {0, 0, 1}, 7.9F));
     EXPECT_FALSE(scene.has_specular());
 }
 
@@ -140,12 +140,12 @@ TEST(Scene, ClosedMeshShotAtItsEdgesAndVertices_HasNoCracks) {
         const Mesh mesh = tessellated_sphere(centre, size, 40);
         parts.meshes.push_back(mesh);
         const Scene scene(std::move(parts));
-        Stream s(1, Purpose::test, 0, 0);
+        Sampler s(1, Purpose::test, 0, 0);
         const auto leaks_towards = [&](const V3f& target) {
             const V3f origin = centre + 0.8F * s.next() * size * random_direction(s);
             const V3f d = (target - origin).normalized();
-            const bool hit = scene.hit({origin, d}).has_value();
-            return !hit || scene.visible({origin}, d, INFINITY);
+            const bool hit = scene.intersect({origin, d}).has_value();
+            return !hit || scene.unoccluded({origin}, d, INFINITY);
         };
         int at_edges = 0;
         int near_vertices = 0;
@@ -175,7 +175,7 @@ template <typename AddShape>
 void expect_clean_departure(const AddShape& add_shape) {
     for (int scale = -6; scale <= 6; ++scale) {
         const auto size = static_cast<float>(std::pow(10.0, scale));
-        Stream s(7, Purpose::test, 0, static_cast<std::uint64_t>(scale + 6));
+        Sampler s(7, Purpose::test, 0, static_cast<std::uint64_t>(scale + 6));
         int points = 0;
         for (int trial = 0; trial < 40; ++trial) {
             SceneParts alone = parts_with_materials();
@@ -188,17 +188,17 @@ void expect_clean_departure(const AddShape& add_shape) {
             for (int i = 0; i < 50; ++i) {
                 const V3f eye = centre + 4 * size * random_direction(s);
                 const auto hit =
-                    scene.hit({eye, (centre + 0.7F * size * random_direction(s) - eye).normalized()});
+                    scene.intersect({eye, (centre + 0.7F * size * random_direction(s) - eye).normalized()});
                 if (!hit) continue;
                 ++points;
                 const bool front = hit->at.n.dot(eye - hit->at.p) > 0;
                 const V3f n = front ? hit->at.n : -hit->at.n;
                 V3f w = square_to_cosine_hemisphere(s.next2());
                 w = Frame(n).to_world(w).normalized();
-                EXPECT_FALSE(scene.hit({hit->at.towards(w), w})) << "itself, size " << size;
-                EXPECT_TRUE(scene.visible(hit->at, w, INFINITY)) << "itself, size " << size;
+                EXPECT_FALSE(scene.intersect({hit->at.towards(w), w})) << "itself, size " << size;
+                EXPECT_TRUE(scene.unoccluded(hit->at, w, INFINITY)) << "itself, size " << size;
                 // And through the eye: the way back is free.
-                EXPECT_TRUE(scene.visible(hit->at, (eye - hit->at.p).normalized(), 3 * size)) << size;
+                EXPECT_TRUE(scene.unoccluded(hit->at, (eye - hit->at.p).normalized(), 3 * size)) << size;
                 if (i > 3) continue;
                 const Frame frame(n);
                 const V3f at = hit->at.p + 1e-4F * size * n;
@@ -207,8 +207,8 @@ void expect_clean_departure(const AddShape& add_shape) {
                     quad(at - size * (frame.s + frame.t), 2 * size * frame.s, 2 * size * frame.t));
                 const Scene screen(std::move(with));
                 const V3f steep = (n + 0.5F * w).normalized();
-                EXPECT_TRUE(screen.hit({hit->at.towards(steep), steep})) << "leak, size " << size;
-                EXPECT_FALSE(screen.visible(hit->at, steep, size)) << "leak, size " << size;
+                EXPECT_TRUE(screen.intersect({hit->at.towards(steep), steep})) << "leak, size " << size;
+                EXPECT_FALSE(screen.unoccluded(hit->at, steep, size)) << "leak, size " << size;
             }
         }
         EXPECT_GT(points, 150) << size;
@@ -216,7 +216,7 @@ void expect_clean_departure(const AddShape& add_shape) {
 }
 
 TEST(Scene, LeavingATriangle_NeitherMeetsItAgainNorLeaks) {
-    expect_clean_departure([](SceneParts& parts, const V3f& centre, float size, Stream& s) {
+    expect_clean_departure([](SceneParts& parts, const V3f& centre, float size, Sampler& s) {
         Mesh mesh;
         for (int c = 0; c < 3; ++c) mesh.p.push_back(centre + size * random_direction(s));
         mesh.triangles = {{0, 1, 2}};
@@ -225,7 +225,7 @@ TEST(Scene, LeavingATriangle_NeitherMeetsItAgainNorLeaks) {
 }
 
 TEST(Scene, LeavingASphere_NeitherMeetsItAgainNorLeaks) {
-    expect_clean_departure([](SceneParts& parts, const V3f& centre, float size, Stream& s) {
+    expect_clean_departure([](SceneParts& parts, const V3f& centre, float size, Sampler& s) {
         parts.quadrics.push_back(sphere(centre, size * (0.4F + 0.5F * s.next())));
     });
 }
@@ -250,16 +250,16 @@ TEST(Scene, ShadowRayToAnAreaLight_IsNotStoppedByTheLampItself) {
                 parts.lights.push_back(make_area_light(DiskEmitter{place, {0, 0, 1}, size, 0}, Rgb(1), true));
             }
             const Scene scene(std::move(parts));
-            Stream s(3, Purpose::test, 0, 0);
+            Sampler s(3, Purpose::test, 0, 0);
             int samples = 0;
             for (int i = 0; i < 20000; ++i) {
                 // From near (within 1 % of the size) to a thousand sizes away.
                 const float far = std::pow(10.0F, 5 * s.next() - 2);
                 const V3f x = place + (1 + far) * size * random_direction(s);
-                const auto incident = scene.lights()[0]->illuminate(x, s.next2());
-                if (!incident) continue;
+                const auto light_sample = scene.lights()[0]->sample_Li(x, s.next2());
+                if (!light_sample) continue;
                 ++samples;
-                EXPECT_TRUE(scene.visible({x}, incident->w, incident->distance))
+                EXPECT_TRUE(scene.unoccluded({x}, light_sample->w, light_sample->distance))
                     << shape << " " << size << " " << far;
             }
             EXPECT_GT(samples, shape == 0 ? 2000 : 15000) << shape << " " << size;
@@ -272,17 +272,17 @@ TEST(Scene, RayThatIsNotANumber_MeetsNothingAndIsCounted) {
     parts.meshes.push_back(tessellated_sphere({0, 0, 0}, 1, 10));
     parts.quadrics.push_back(sphere({0, 0, 0}, 0.5F));
     const Scene scene(std::move(parts));
-    EXPECT_FALSE(scene.hit({{NAN, NAN, NAN}, {0, 0, 1}}));
-    EXPECT_FALSE(scene.hit({{0, 0, 3}, {NAN, NAN, NAN}}));
-    EXPECT_FALSE(scene.hit({{0, 0, 3}, {0, 0, -1}, NAN}));
-    EXPECT_FALSE(scene.hit({{0, 0, INFINITY}, {0, 0, -1}}));
-    EXPECT_FALSE(scene.visible({{0, NAN, 3}}, {0, 0, 1}, 1));
+    EXPECT_FALSE(scene.intersect({{NAN, NAN, NAN}, {0, 0, 1}}));
+    EXPECT_FALSE(scene.intersect({{0, 0, 3}, {NAN, NAN, NAN}}));
+    EXPECT_FALSE(scene.intersect({{0, 0, 3}, {0, 0, -1}, NAN}));
+    EXPECT_FALSE(scene.intersect({{0, 0, INFINITY}, {0, 0, -1}}));
+    EXPECT_FALSE(scene.unoccluded({{0, NAN, 3}}, {0, 0, 1}, 1));
     EXPECT_EQ(scene.rays(), 0U);
     EXPECT_EQ(scene.invalid_rays(), 5U);
 }
 
 TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
-    Stream s(9, Purpose::test, 0, 0);
+    Sampler s(9, Purpose::test, 0, 0);
     Mesh soup;
     for (int i = 0; i < 30000; ++i) {
         const V3f p = 2.0F * (V3f(s.next(), s.next(), s.next()) - V3f(0.5F));
@@ -302,9 +302,9 @@ TEST(Scene, AnyNumberOfThreads_BuildsTheSameScene) {
         const V3f target =
             i % 2 == 0 ? soup.p[s.bits() % soup.p.size()] : V3f(0, 0, i % 4 == 1 ? 1.5F : -1.5F);
         const Ray ray{o, (target - o).normalized()};
-        const auto first = scenes[0].hit(ray);
+        const auto first = scenes[0].intersect(ray);
         for (std::size_t k = 1; k < scenes.size(); ++k) {
-            const auto other = scenes[k].hit(ray);
+            const auto other = scenes[k].intersect(ray);
             ASSERT_EQ(first.has_value(), other.has_value());
             if (!first) continue;
             EXPECT_EQ(first->t, other->t);

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/base/warp.h"
 #include "engine/world/loop.h"
 #include "engine/world/patch.h"
@@ -23,11 +23,11 @@ SceneParts parts_with_materials() {
     return parts;
 }
 
-V3d random_direction(Stream& s) {
+V3d random_direction(Sampler& s) {
     return V3d(square_to_sphere(s.next2())).normalized();
 }
 
-Quadric some_quadric(Kind kind, Stream& s) {
+Quadric some_quadric(Kind kind, Sampler& s) {
     const auto within = [&](float a, float b) { return a + (b - a) * s.next(); };
     Quadric q;
     q.kind = kind;
@@ -46,7 +46,7 @@ Quadric some_quadric(Kind kind, Stream& s) {
     return q;
 }
 
-M44d some_map(Stream& s, bool mirror) {
+M44d some_map(Sampler& s, bool mirror) {
     M44d rotation, scale, shift;
     rotation.setAxisAngle(random_direction(s), 6 * static_cast<double>(s.next()));
     scale.setScale(V3d(0.5 + static_cast<double>(s.next()), 0.5 + static_cast<double>(s.next()),
@@ -60,7 +60,7 @@ constexpr Kind kKinds[] = {Kind::sphere, Kind::disk,       Kind::cylinder,
 
 TEST(Shapes, QuadricDerivatives_EqualFiniteDifferences) {
     for (const Kind kind : kKinds) {
-        Stream s(11, Purpose::test, 0, static_cast<std::uint64_t>(kind));
+        Sampler s(11, Purpose::test, 0, static_cast<std::uint64_t>(kind));
         for (int i = 0; i < 200; ++i) {
             Quadric q = some_quadric(kind, s);
             q.world_from_object = some_map(s, i % 2 == 1);
@@ -88,7 +88,7 @@ TEST(Shapes, QuadricDerivatives_EqualFiniteDifferences) {
 // pbrt's rule: the normal is dpdu × dpdv in object space, for shapes of revolution.
 TEST(Shapes, QuadricNormal_InObjectSpace_IsDpduCrossDpdv) {
     for (const Kind kind : {Kind::cylinder, Kind::cone, Kind::paraboloid, Kind::hyperboloid}) {
-        Stream s(12, Purpose::test, 0, static_cast<std::uint64_t>(kind));
+        Sampler s(12, Purpose::test, 0, static_cast<std::uint64_t>(kind));
         for (int i = 0; i < 50; ++i) {
             Quadric q = some_quadric(kind, s);
             q.traits.reverse_orientation = false;
@@ -102,7 +102,7 @@ TEST(Shapes, QuadricNormal_InObjectSpace_IsDpduCrossDpdv) {
 // whatever it meets lies on the ray and on the shape.
 TEST(Shapes, QuadricHits_LieOnRayAndShapeAndNeverBehindAKnownPoint) {
     for (const Kind kind : kKinds) {
-        Stream s(13, Purpose::test, 0, static_cast<std::uint64_t>(kind));
+        Sampler s(13, Purpose::test, 0, static_cast<std::uint64_t>(kind));
         for (int i = 0; i < 2000; ++i) {
             Quadric q = some_quadric(kind, s);
             q.world_from_object = some_map(s, i % 2 == 1);
@@ -150,7 +150,7 @@ TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
     cases.push_back({q, M_PI * 0.8 * std::hypot(0.2, 1.0)});
     for (std::size_t k = 0; k < cases.size(); ++k) {
         const QuadricShape shape(cases[k].q);
-        Stream s(14, Purpose::test, 0, k);
+        Sampler s(14, Purpose::test, 0, k);
         const int n = 200000;
         double crossings = 0;
         for (int i = 0; i < n; ++i) {
@@ -168,7 +168,7 @@ TEST(Shapes, QuadricArea_ByRandomChords_EqualsTheFormula) {
     }
 }
 
-BilinearMesh some_patch(Stream& s) {
+BilinearMesh some_patch(Sampler& s) {
     BilinearMesh mesh;
     for (const V3f& corner : {V3f(0, 0, 0), V3f(1, 0, 0), V3f(0, 1, 0), V3f(1, 1, 0)}) {
         mesh.p.push_back(corner + 0.4F * V3f(s.next(), s.next(), 2 * s.next()));
@@ -178,7 +178,7 @@ BilinearMesh some_patch(Stream& s) {
 }
 
 TEST(Shapes, PatchHits_EqualAFineTessellation) {
-    Stream s(15, Purpose::test, 0, 0);
+    Sampler s(15, Purpose::test, 0, 0);
     int met = 0;
     for (int k = 0; k < 20; ++k) {
         SceneParts exact = parts_with_materials(), fine = parts_with_materials();
@@ -206,7 +206,7 @@ TEST(Shapes, PatchHits_EqualAFineTessellation) {
             const V3f to(shape.point(0.02 + 0.96 * static_cast<double>(s.next()),
                                      0.02 + 0.96 * static_cast<double>(s.next())));
             const Ray ray{o, (to - o).normalized()};
-            const auto x = a.hit(ray), y = b.hit(ray);
+            const auto x = a.intersect(ray), y = b.intersect(ray);
             ASSERT_TRUE(x) << "the ray was aimed at the patch";
             if (!y) continue;  // past the grid's silhouette
             // Grazing rays may leave one crossing more or less than the grid has.
@@ -226,7 +226,7 @@ TEST(Shapes, PatchHits_EqualAFineTessellation) {
     EXPECT_GT(met, 3000);
 }
 
-Curves some_curve(Curves::Kind kind, Stream& s) {
+Curves some_curve(Curves::Kind kind, Sampler& s) {
     Curves curves;
     curves.kind = kind;
     for (int i = 0; i < 4; ++i) {
@@ -238,7 +238,7 @@ Curves some_curve(Curves::Kind kind, Stream& s) {
 }
 
 TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
-    Stream s(16, Purpose::test, 0, 0);
+    Sampler s(16, Purpose::test, 0, 0);
     for (int k = 0; k < 20; ++k) {
         SceneParts parts = parts_with_materials();
         const Curves curve = some_curve(Curves::Kind::round, s);
@@ -259,7 +259,7 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
             const double phi = 2 * M_PI * static_cast<double>(s.next());
             const V3f o(axis + 2.0 * V3d(0, std::cos(phi), std::sin(phi)));
             const Ray ray{o, (V3f(axis) - o).normalized()};
-            const auto hit = scene.hit(ray);
+            const auto hit = scene.intersect(ray);
             ASSERT_TRUE(hit);
             double nearest = 1e9;
             for (int j = 0; j <= 2000; ++j) {
@@ -268,13 +268,13 @@ TEST(Shapes, RoundCurve_HitsLieAtItsRadiusFromTheAxis) {
             EXPECT_NEAR(nearest, 0.05, 2e-4);
             EXPECT_LT(hit->at.n.dot(ray.d), 0);
             // A ray that leaves meets the tube no more than a bent one may.
-            EXPECT_TRUE(scene.visible(hit->at, hit->at.n, 0.01F));
+            EXPECT_TRUE(scene.unoccluded(hit->at, hit->at.n, 0.01F));
         }
     }
 }
 
 TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
-    Stream s(18, Purpose::test, 0, 0);
+    Sampler s(18, Purpose::test, 0, 0);
     for (const float tilt : {0.0F, 0.4F, 1.2F}) {
         // A straight band along x, its normal turned about x by the tilt.
         const V3f normal(0, std::sin(tilt), std::cos(tilt)), across(0, std::cos(tilt), -std::sin(tilt));
@@ -294,7 +294,7 @@ TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
             if (std::fabs(d.dot(normal)) < 0.2F) continue;  // along the band: rounding decides
             const float off = 0.4F * s.next() - 0.2F, x = 0.05F + 0.9F * s.next();
             if (std::fabs(std::fabs(off) - 0.1F) < 2e-3F) continue;
-            const auto hit = scene.hit({V3f(x, 0, 0) + off * across - 2.0F * d, d});
+            const auto hit = scene.intersect({V3f(x, 0, 0) + off * across - 2.0F * d, d});
             // Unlike a flat curve, it does not turn to the ray: only what crosses the band itself meets it.
             ASSERT_EQ(hit.has_value(), std::fabs(off) < 0.1F) << "tilt " << tilt << ", off " << off;
             if (!hit) continue;
@@ -308,7 +308,7 @@ TEST(Shapes, Ribbon_IsHitWhereItsBandLiesAndFacesItsNormals) {
 }
 
 TEST(Shapes, FlatCurve_IsAsWideAsItIsSaidFromEverySide) {
-    Stream s(17, Purpose::test, 0, 0);
+    Sampler s(17, Purpose::test, 0, 0);
     SceneParts parts = parts_with_materials();
     Curves curve;
     for (int i = 0; i < 4; ++i) curve.control.emplace_back(static_cast<float>(i) / 3, 0.0F, 0.0F, 0.1F);
@@ -320,7 +320,7 @@ TEST(Shapes, FlatCurve_IsAsWideAsItIsSaidFromEverySide) {
         const V3f d(0, static_cast<float>(std::cos(phi)), static_cast<float>(std::sin(phi)));
         const V3f side(0, -d.z, d.y);
         const float off = 0.4F * s.next() - 0.2F, x = 0.05F + 0.9F * s.next();
-        const auto hit = scene.hit({V3f(x, 0, 0) + off * side - 2.0F * d, d});
+        const auto hit = scene.intersect({V3f(x, 0, 0) + off * side - 2.0F * d, d});
         if (std::fabs(std::fabs(off) - 0.1F) < 1e-3F) continue;
         ASSERT_EQ(hit.has_value(), std::fabs(off) < 0.1F) << off;
         if (!hit) continue;
@@ -334,7 +334,7 @@ TEST(Shapes, FlatCurve_IsAsWideAsItIsSaidFromEverySide) {
 
 // ---- instances
 
-SceneParts prototype_and_copy(Stream& s, const M44d& map, bool placed) {
+SceneParts prototype_and_copy(Sampler& s, const M44d& map, bool placed) {
     SceneParts parts = parts_with_materials();
     Shapes shapes;
     Mesh mesh;
@@ -372,9 +372,9 @@ SceneParts prototype_and_copy(Stream& s, const M44d& map, bool placed) {
 
 TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
     for (std::uint64_t k = 0; k < 20; ++k) {
-        Stream maps(18, Purpose::test, 1, k);
+        Sampler maps(18, Purpose::test, 1, k);
         const M44d map = some_map(maps, k % 2 == 1);
-        Stream a(18, Purpose::test, 0, k), b(18, Purpose::test, 0, k);
+        Sampler a(18, Purpose::test, 0, k), b(18, Purpose::test, 0, k);
         const Scene placed(prototype_and_copy(a, map, true)), copied(prototype_and_copy(b, map, false));
         EXPECT_EQ(placed.counts().instances, 1U);
         EXPECT_EQ(placed.counts().triangles_seen, copied.counts().triangles);
@@ -382,7 +382,7 @@ TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
         for (int i = 0; i < 500; ++i) {
             const V3f o(5.0 * random_direction(maps));
             const Ray ray{o, (V3f(random_direction(maps)) - o).normalized()};
-            const auto x = placed.hit(ray), y = copied.hit(ray);
+            const auto x = placed.intersect(ray), y = copied.intersect(ray);
             if (x.has_value() != y.has_value() || (x && std::fabs(x->t - y->t) > 1e-4F)) {
                 ++differ;  // at an edge
                 continue;
@@ -396,7 +396,7 @@ TEST(Shapes, Instance_MeetsWhatTheTransformedShapesMeet) {
             EXPECT_LT((x->dpdv - y->dpdv).length(), 1e-3F * y->dpdv.length());
             EXPECT_LT((x->uv - y->uv).length(), 1e-3F);
             EXPECT_EQ(x->wo, -ray.d);
-            EXPECT_EQ(placed.visible(x->at, -ray.d, x->t), true);
+            EXPECT_EQ(placed.unoccluded(x->at, -ray.d, x->t), true);
         }
         EXPECT_LE(differ, 5);
         EXPECT_GT(hits, 50);
@@ -420,16 +420,16 @@ TEST(Shapes, CutOut_LetsTheShareOfRaysPassAndTheSameRayAlways) {
         ball.traits.alpha = texture;
         parts.quadrics.push_back(ball);
         const Scene scene(std::move(parts));
-        Stream s(19, Purpose::test, 0, 0);
+        Sampler s(19, Purpose::test, 0, 0);
         int sheet = 0, free = 0, n = 20000;
         for (int i = 0; i < n; ++i) {
             const V3f at(s.next() - 0.5F, s.next() - 0.5F, 0);
             const Ray ray{{0, 0, 4}, (at - V3f(0, 0, 4)).normalized()};
-            const auto hit = scene.hit(ray), again = scene.hit(ray);
+            const auto hit = scene.intersect(ray), again = scene.intersect(ray);
             ASSERT_EQ(hit.has_value(), again.has_value());
             ASSERT_EQ(hit ? hit->t : 0, again ? again->t : 0);
             sheet += hit && hit->at.p.z > -0.1F ? 1 : 0;
-            free += scene.visible({{0, 0, 4}}, ray.d, 5) ? 1 : 0;
+            free += scene.unoccluded({{0, 0, 4}}, ray.d, 5) ? 1 : 0;
         }
         const double sigma = std::sqrt(static_cast<double>(n) * 0.25);
         EXPECT_NEAR(sheet, static_cast<double>(alpha) * n, 5 * sigma);
@@ -445,8 +445,8 @@ TEST(Shapes, ShadowCutOut_IsSeenButHidesNothing) {
     mesh.traits.shadow_alpha = std::make_shared<const FloatTexture>(FloatTexture::constant(0));
     parts.meshes.push_back(mesh);
     const Scene scene(std::move(parts));
-    EXPECT_TRUE(scene.hit({{0, 0, 1}, {0, 0, -1}}));
-    EXPECT_TRUE(scene.visible({{0, 0, 1}}, {0, 0, -1}, 2));
+    EXPECT_TRUE(scene.intersect({{0, 0, 1}, {0, 0, -1}}));
+    EXPECT_TRUE(scene.unoccluded({{0, 0, 1}}, {0, 0, -1}, 2));
 }
 
 // ---- subdivision
@@ -479,9 +479,9 @@ bool is_watertight(const LoopMesh& loop) {
     mesh.triangles = loop.triangles;
     parts.meshes.push_back(mesh);
     const Scene scene(std::move(parts));
-    Stream s(20, Purpose::test, 0, 0);
+    Sampler s(20, Purpose::test, 0, 0);
     for (int i = 0; i < 20000; ++i) {
-        if (!scene.hit({{0.01F, 0.02F, -0.03F}, V3f(random_direction(s))})) return false;
+        if (!scene.intersect({{0.01F, 0.02F, -0.03F}, V3f(random_direction(s))})) return false;
     }
     return true;
 }

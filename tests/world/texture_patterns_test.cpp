@@ -10,14 +10,14 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "engine/base/stream.h"
+#include "engine/base/sampler.h"
 #include "engine/world/texture_image.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace texture_patterns_test {
 
-TexturePoint random_point(Stream& s) {
+TexturePoint random_point(Sampler& s) {
     const auto wide = [&s] { return 200 * static_cast<double>(s.next()) - 100; };
     return {V2f(8 * s.next() - 4, 8 * s.next() - 4), V3d(wide(), wide(), wide()),
             V3f(s.next() - 0.5F, s.next() - 0.5F, s.next() - 0.5F).normalized()};
@@ -42,7 +42,7 @@ std::vector<FloatTexture> number_textures() {
 TEST(Texture, Values_StayWithinTheStatedRange) {
     int number = 0;
     for (const FloatTexture& texture : number_textures()) {
-        Stream s(1, Purpose::test, 0, 0);
+        Sampler s(1, Purpose::test, 0, 0);
         float least = INFINITY, most = -INFINITY;
         for (int i = 0; i < 20000; ++i) {
             const float value = texture.at(random_point(s));
@@ -67,7 +67,7 @@ TEST(Texture, OfConstants_IsAConstant) {
 TEST(Texture, Marble_IsWithinItsColoursAndGreyIsNotNegative) {
     const auto marble = marble_texture({{}, 3, 0.5}, Mapping3());
     const auto grey = grey_texture(fbm_texture({}, Mapping3()));
-    Stream s(2, Purpose::test, 0, 0);
+    Sampler s(2, Purpose::test, 0, 0);
     for (int i = 0; i < 20000; ++i) {
         const TexturePoint point = random_point(s);
         const ValueRange range = range_of(marble.at(point));
@@ -87,7 +87,7 @@ TEST(Noise, AtLatticePoints_IsZeroAndIsReproducible) {
 }
 
 TEST(Noise, Everywhere_IsContinuousWithItsSlope) {
-    Stream s(3, Purpose::test, 0, 0);
+    Sampler s(3, Purpose::test, 0, 0);
     double largest = 0;
     for (int i = 0; i < 200000; ++i) {
         V3d p(40 * static_cast<double>(s.next()) - 20, 40 * static_cast<double>(s.next()) - 20,
@@ -116,7 +116,7 @@ double octave_by_octave(const V3d& p, const Octaves& octaves, bool absolute) {
 }
 
 TEST(Noise, OctavesTogether_AreTheBitsOfOctavesOneByOne) {
-    Stream s(4, Purpose::test, 0, 0);
+    Sampler s(4, Purpose::test, 0, 0);
     for (int i = 0; i < 20000; ++i) {
         // Near and far, beyond what the lanes reach, and across faces of cells.
         const double size = std::pow(10.0, static_cast<double>(s.next()) * 24 - 4);
@@ -139,7 +139,7 @@ TEST(Textures, AskedAtManyPoints_AnswerAsAtEach) {
         scaled_texture(fbm_texture({0.6, 5}, Mapping3()), wrinkled_texture({0.4, 3}, Mapping3()));
     const auto checks = FloatTexture::checkerboard(1, 2, V2f(3, 3));
     for (const FloatTexture& texture : {noise, checks, FloatTexture::constant(0.25F)}) {
-        Stream s(5, Purpose::test, 0, 0);
+        Sampler s(5, Purpose::test, 0, 0);
         std::vector<TexturePoint> points;
         for (int i = 0; i < 21; ++i) points.push_back(random_point(s));
         std::vector<float> values(points.size());
@@ -175,7 +175,7 @@ RC_GTEST_PROP(TextureProperties, Mappings_OfAnything_AreFinite,
 // --- images in memory and in the cache
 
 Image noise_image(int width, int height) {
-    Stream s(5, Purpose::test, 0, 0);
+    Sampler s(5, Purpose::test, 0, 0);
     Image image = Image::rgb(width, height);
     for (float& value : image.data) value = s.next();
     return image;
@@ -210,7 +210,7 @@ TEST(TextureImages, FromTheCache_AreTheSameBitForBit) {
             const auto a = files.texture(kept, name, wrap), b = files.texture(cached, name, wrap);
             EXPECT_EQ(a.least(), b.least());
             EXPECT_EQ(a.largest(), b.largest());
-            Stream s(6, Purpose::test, 0, 0);
+            Sampler s(6, Purpose::test, 0, 0);
             for (int i = 0; i < 5000; ++i) {
                 const TexturePoint point = random_point(s);
                 ASSERT_EQ(a.at(point), b.at(point)) << name;
@@ -229,7 +229,7 @@ TEST(TextureImages, AskedByManyThreads_AnswerTheSame) {
                b = files.texture(cached, "a.png", Wrap::repeat);
     std::vector<int> wrong(64, 0);
     parallel_chunks(Workers{8}, 64, [&](std::int64_t chunk) {
-        Stream s(7, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
+        Sampler s(7, Purpose::test, 0, static_cast<std::uint64_t>(chunk));
         for (int i = 0; i < 500; ++i) {
             const TexturePoint point = random_point(s);
             if (a.at(point) != b.at(point)) ++wrong[static_cast<std::size_t>(chunk)];

@@ -41,7 +41,7 @@ def main(source, picture):
                 print(f"| {lamp} | {1e3 * row[0]['size']:.0f} mm | {where} | {label} | {ends} |")
     print("\n| lamp | | memory | a particle | a light sample |\n| --- | --- | --- | --- | --- |")
     for row in timed:
-        print(f"| {row['lamp']} | {row['model']} | {size(row['bytes'])} | {1e9 * row['emit']:.0f} ns | {1e9 * row['illuminate']:.0f} ns |")
+        print(f"| {row['lamp']} | {row['model']} | {size(row['bytes'])} | {1e9 * row['sample_Le']:.0f} ns | {1e9 * row['sample_Li']:.0f} ns |")
 
     figure, axes = pyplot.subplots(1, len(KEYS), figsize=(11, 4), sharey=True)
     for ax, (key, label) in zip(axes, KEYS):

@@ -1,8 +1,8 @@
-"""Writes a plan that asks the same of tiny pictures: does every method and setting still run?
+"""Writes a description that asks the same of tiny pictures: does every method and setting still run?
 
-usage: quick.py PLAN.toml QUICK.toml
+usage: quick.py STUDY.toml QUICK.toml
 
-Numbers are cut down by their names alone, so that a plan needs to know nothing of this. Scenes of which something has to be made
+Numbers are cut down by their names alone, so that a description needs to know nothing of this. Scenes of which something has to be made
 first (meshes, lamps) are left out where it is not there, and those of lamps that take long to read.
 """
 import os
@@ -46,7 +46,7 @@ def why_not(scene):
 
 
 def reduced(block, source, target):
-    """A table of the plan; empty if its scene cannot be rendered."""
+    """A table of the description; empty if its scene cannot be rendered."""
     named = re.search(r'file = "([^"]*)"', block)
     if named:
         scene = os.path.normpath(os.path.join(os.path.dirname(source), named[1]))

@@ -65,7 +65,7 @@ window.studyParts = {};
         .reduce((best, p) => (best && best.seconds <= p.seconds ? best : p), null);
 
     // What belongs on one line: a method's points that differ in nothing but their samples, in their order; all of a
-    // method's in the plan's order, where that would leave none but single points.
+    // method's in the description's order, where that would leave none but single points.
     parts.lines = (points) => {
         const samples = (point) => Number(point.set.find(([key]) => key === 'spp')[1]);
         const bySamples = (list) => list.slice().sort((a, b) => samples(a) - samples(b));

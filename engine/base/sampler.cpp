@@ -1,0 +1,91 @@
+#include "engine/base/sampler.h"
+
+#include <Random123/philox.h>
+
+namespace lucerna {
+namespace {
+
+// Philox as a hash of four words under a two-word key.
+r123::Philox4x32::ctr_type hash(std::uint64_t key, std::uint64_t a, std::uint32_t b, std::uint32_t c) {
+    const r123::Philox4x32::ctr_type counter{
+        {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(a >> 32), b, c}};
+    const r123::Philox4x32::key_type k{
+        {static_cast<std::uint32_t>(key), static_cast<std::uint32_t>(key >> 32)}};
+    return r123::Philox4x32()(counter, k);
+}
+
+std::uint64_t join(std::uint32_t low, std::uint32_t high) {
+    return static_cast<std::uint64_t>(high) << 32 | low;
+}
+
+// The third and fourth counter words that turn a key into another key; draws use small numbers there.
+constexpr std::uint32_t kDeriveKey = 0xffffffffU;
+constexpr std::uint32_t kSplit = 0xfffffffeU;
+
+}  // namespace
+
+Sampler::Sampler(std::uint64_t seed, Purpose purpose, std::uint32_t pass, std::uint64_t path) : path_(path) {
+    const auto h = hash(seed, join(static_cast<std::uint32_t>(purpose), pass), 0, kDeriveKey);
+    key_ = join(h[0], h[1]);
+}
+
+Sampler Sampler::stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index) {
+    Sampler sampler;
+    const auto h = hash(seed, family, static_cast<std::uint32_t>(purpose) + 1, kDeriveKey);
+    sampler.key_ = join(h[0], h[1]);
+    sampler.index_ = index;
+    sampler.stratified_ = true;
+    return sampler;
+}
+
+std::uint32_t Sampler::word(std::uint32_t draw, std::uint32_t lane) const {
+    return hash(key_, stratified_ ? index_ : path_, draw, 0)[lane];
+}
+
+std::uint32_t Sampler::bits() {
+    return word(draw_++, 0);
+}
+
+Sampler::Scrambles Sampler::scrambles(std::uint64_t key, std::uint32_t draw) {
+    const auto h = hash(key, ~std::uint64_t{0}, draw, 1);
+    return {h[0], h[1], h[2], h[3]};
+}
+
+float Sampler::next_unknown() {
+    if (!stratified_) return to_unit(bits());
+    const Scrambles h = scrambles(key_, draw_++);
+    return to_unit(reverse_bits(owen_scramble_reversed(shuffled(h[0]), h[1])));
+}
+
+V2f Sampler::next2_unknown() {
+    const std::uint32_t draw = draw_++;
+    if (stratified_) return point(scrambles(key_, draw));
+    const auto h = hash(key_, path_, draw, 0);
+    return {to_unit(h[0]), to_unit(h[1])};
+}
+
+SamplerFamily::SamplerFamily(std::uint64_t seed, Purpose purpose, std::uint64_t family)
+    : begin_(Sampler::stratified(seed, purpose, family, 0)) {
+    for (std::uint32_t draw = 0; draw < kDraws; ++draw) {
+        scrambles_[draw] = Sampler::scrambles(begin_.key_, draw);
+    }
+}
+
+Sampler Sampler::split(std::uint32_t branch) const {
+    Sampler child;
+    const auto h = hash(key_, stratified_ ? index_ : path_, draw_, kSplit);
+    child.key_ = join(h[0], h[1]);
+    child.path_ = branch;
+    return child;
+}
+
+Sampler Sampler::split_stratified(std::uint32_t branch, std::uint32_t index) const {
+    Sampler child = split(branch);
+    const auto h = hash(child.key_, branch, 0, kDeriveKey);
+    child.key_ = join(h[0], h[1]);
+    child.index_ = index;
+    child.stratified_ = true;
+    return child;
+}
+
+}  // namespace lucerna

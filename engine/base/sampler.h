@@ -1,0 +1,104 @@
+// Random numbers as a pure function of a key and the draw number (no state but the counter).
+//
+// A sampler belongs to one path: (seed, purpose, pass, path). Two draws never share bits, whoever asks first
+// and on whatever thread, and so an image does not depend on the number of threads.
+//
+// `Sampler` draws independent numbers (Philox [Salmon 2011]). `Sampler::stratified` draws, for the paths
+// 0, 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an
+// Owen-scrambled (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so any 2^k
+// consecutive paths are a net.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "engine/base/net.h"
+#include "engine/base/vec.h"
+
+namespace lucerna {
+
+// What random numbers are for. A purpose of its own keeps two uses of the same pass and path apart.
+enum class Purpose : std::uint32_t {
+    camera,
+    emission,
+    vpl,
+    gather,
+    acquisition,
+    bench,
+    test,
+    tile,
+    importance
+};
+
+class Sampler {
+  public:
+    Sampler(std::uint64_t seed, Purpose purpose, std::uint32_t pass, std::uint64_t path);
+
+    // Path `index` of a family of paths (a pixel's samples, a map's photons) that share `family`.
+    static Sampler stratified(std::uint64_t seed, Purpose purpose, std::uint64_t family, std::uint32_t index);
+
+    float next() {  // [0, 1)
+        if (draw_ >= known_) return next_unknown();
+        const Scrambles& h = scrambles_[draw_++];
+        return to_unit(reverse_bits(owen_scramble_reversed(shuffled(h[0]), h[1])));
+    }
+    V2f next2() {  // [0, 1)²
+        if (draw_ >= known_) return next2_unknown();
+        return point(scrambles_[draw_++]);
+    }
+    std::uint32_t bits();  // 32 independent bits (never stratified)
+
+    // An independent sampler for a branch of this path (a gather ray, a light loop), by its number.
+    Sampler split(std::uint32_t branch) const;
+    // The same, for sample `index` of `branch`: the samples of one branch are stratified among each other.
+    Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
+
+  private:
+    friend class SamplerFamily;
+    // What a family's draw is shuffled and scrambled by.
+    using Scrambles = std::array<std::uint32_t, 4>;
+
+    Sampler() = default;
+    std::uint32_t word(std::uint32_t draw, std::uint32_t lane) const;
+    static Scrambles scrambles(std::uint64_t key, std::uint32_t draw);
+    float next_unknown();
+    V2f next2_unknown();
+    std::uint32_t shuffled(std::uint32_t seed) const { return owen_scramble(index_, seed); }
+    V2f point(const Scrambles& h) const {
+        const std::uint32_t i = shuffled(h[0]);
+        return {to_unit(reverse_bits(owen_scramble_reversed(i, h[1]))),
+                to_unit(reverse_bits(owen_scramble_reversed(sobol_1_reversed(i), h[2])))};
+    }
+
+    std::uint64_t key_ = 0;
+    std::uint64_t path_ = 0;
+    std::uint32_t index_ = 0;
+    std::uint32_t draw_ = 0;
+    bool stratified_ = false;
+    std::uint32_t known_ = 0;  // so many draws' scrambles stand in the family's table
+    const Scrambles* scrambles_ = nullptr;
+};
+
+// The paths of one key of Sampler::stratified, of which many follow each other: what their first draws have
+// in common is worked out once. Numbers are the same as without.
+class SamplerFamily {
+  public:
+    SamplerFamily(std::uint64_t seed, Purpose purpose, std::uint64_t family);
+
+    // The family must outlive its samplers and stay where it is.
+    Sampler path(std::uint32_t index) const {
+        Sampler sampler = begin_;
+        sampler.index_ = index;
+        sampler.scrambles_ = scrambles_.data();
+        sampler.known_ = kDraws;
+        return sampler;
+    }
+
+  private:
+    // More than nearly all paths make.
+    static constexpr std::uint32_t kDraws = 64;
+    Sampler begin_;
+    std::array<Sampler::Scrambles, kDraws> scrambles_;
+};
+
+}  // namespace lucerna

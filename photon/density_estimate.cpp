@@ -1,0 +1,140 @@
+#include "photon/density_estimate.h"
+
+#include <array>
+
+#include "engine/base/frame.h"
+#include "photon/near_photons.h"
+#include "photon/shading_normals.h"
+
+namespace lucerna {
+
+bool irradiance_suffices(const Bsdf& bsdf) {
+    constexpr float kSame = 1e-3F;  // rad
+    return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
+}
+
+template <typename Carry>
+DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, float error,
+                                                Carry&& carry) const {
+    const TangentMetric metric(x, n, settings_.metric, settings_.ratio);
+    if (!spread_.empty()) return spread_estimate(metric, x, carry);
+    const float most2 = sqr(settings_.radius);
+    if (settings_.k == 0) {
+        std::vector<Neighbour> found;
+        map_.index().within(x, metric, most2, found);
+        return sum({x, n, most2, error}, found, carry);
+    }
+    const NearPhotons near(map_, x, metric, static_cast<std::size_t>(settings_.k), most2);
+    return sum({x, n, std::max(near.radius2(), sqr(error)), error}, near.found(), carry);
+}
+
+template <typename Carry>
+DensityEstimateResult DensityEstimate::spread_estimate(const TangentMetric& metric, const V3f& x,
+                                                       Carry&& carry) const {
+    std::vector<Neighbour> found;
+    map_.index().within(x, metric, sqr(settings_.radius), found);
+    DensityEstimateResult result;
+    result.radius = settings_.radius;
+    for (const Neighbour& neighbour : found) {
+        const float r2 = sqr(spread_[neighbour.index]);
+        if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
+        const Photon& photon = map_.photons()[neighbour.index];
+        result.value +=
+            carry(photon, -photon.direction.unpack()) * (kernel(settings_.kernel, neighbour.key / r2) / r2);
+        ++result.photons;
+    }
+    return result;
+}
+
+template <typename Carry>
+DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Neighbour> found,
+                                           Carry&& carry) const {
+    if (!(disc.r2 > 0)) return {};  // also where the square of a tiny radius is 0
+    DensityEstimateResult result;
+    result.radius = std::sqrt(disc.r2);
+    result.photons = static_cast<int>(found.size());
+    if (found.empty()) return result;
+    for (const Neighbour& neighbour : found) {
+        const Photon& photon = map_.photons()[neighbour.index];
+        result.value +=
+            carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, neighbour.key / disc.r2);
+    }
+    const auto [share, part] = probed(disc, found);
+    result.share = share;
+    result.part = part;
+    result.value *= part / (disc.r2 * share);  // the share is never 0
+    return result;
+}
+
+// Some of the photons, in proportion to what each brings to the estimate.
+std::span<const ProbedPhoton> DensityEstimate::pick(const Disc& disc, std::span<const Neighbour> found,
+                                                    float shift, std::span<ProbedPhoton> picked) const {
+    const auto brings = [&](const Neighbour& neighbour) {
+        return luminance(map_.photons()[neighbour.index].power) *
+               kernel(settings_.kernel, neighbour.key / disc.r2);
+    };
+    float total = 0;
+    for (const Neighbour& neighbour : found) total += brings(neighbour);
+    std::size_t count = 0;
+    float sum = 0;
+    for (const Neighbour& neighbour : found) {
+        sum += brings(neighbour);
+        while (count < picked.size() &&
+               sum * static_cast<float>(picked.size()) > (static_cast<float>(count) + shift) * total) {
+            picked[count++] = {map_.positions()[neighbour.index],
+                               map_.photons()[neighbour.index].direction.unpack()};
+        }
+    }
+    return picked.first(count);
+}
+
+Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> found) const {
+    switch (settings_.boundary) {
+        case Boundary::none:
+            return {1, 1};
+        case Boundary::hull: {
+            const Frame frame(disc.n);
+            const float scale = 1 / std::sqrt(disc.r2);
+            std::vector<V2f> points;
+            points.reserve(found.size() + 1);
+            for (const Neighbour& neighbour : found) {
+                const V3f q = crossing(disc.x, disc.n, map_.positions()[neighbour.index],
+                                       map_.photons()[neighbour.index].direction.unpack(), settings_.metric);
+                points.emplace_back(scale * frame.s.dot(q), scale * frame.t.dot(q));
+            }
+            return {hull_share(settings_.kernel, points), 1};
+        }
+        case Boundary::probes: {
+            if (!probing_) return {1, 1};
+            Sampler chance = probing_->chance;
+            std::array<ProbedPhoton, kProbedPhotons> some;
+            const std::span<const ProbedPhoton> picked = pick(disc, found, chance.next(), some);
+            if (picked.empty()) return {1, 1};
+            const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
+            const ProbeChance turned{chance.next(), chance.next2()};
+            const ProbedDisc asked{disc.x,           disc.n,    disc.r2, metric.ball2(disc.r2),
+                                   settings_.kernel, disc.error};
+            return probe(probing_->scene, asked, metric, picked, turned);
+        }
+    }
+    return {1, 1};
+}
+
+DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+    const V3f n = hit.at.n.dot(wo) < 0 ? -hit.at.n : hit.at.n;
+    if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
+        // The same for all photons that count, whichever way they came.
+        DensityEstimateResult lit = irradiance({hit.at.p, n, hit.at.error});
+        lit.value *= bsdf.f(wo, n, Transport::radiance);
+        return lit;
+    }
+    return estimate(hit.at.p, n, hit.at.error, [&](const Photon& photon, const V3f& wi) {
+        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi);
+    });
+}
+
+DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const {
+    return estimate(at.p, at.n, at.error, [](const Photon& photon, const V3f&) { return photon.power; });
+}
+
+}  // namespace lucerna

@@ -1,0 +1,101 @@
+// Radiance from a photon map by density estimation [Jensen 2001, 7].
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "engine/base/sampler.h"
+#include "engine/world/scene.h"
+#include "kdtree/nearest.h"
+#include "photon/boundary.h"
+#include "photon/kernel.h"
+#include "photon/photon_map.h"
+#include "photon/probes.h"
+#include "photon/tangent_metric.h"
+
+namespace lucerna {
+
+struct DensityEstimateSettings {
+    int k = 100;       // photons in an estimate, >= 1; 0: all within the radius
+    float radius = 1;  // the largest radius, scene units, > 0
+    float ratio = 2;   // TangentMetric's
+    KernelShape kernel = KernelShape::epanechnikov;
+    MetricKind metric = MetricKind::projected;
+    Boundary boundary = Boundary::none;
+};
+
+// What Boundary::probes asks, and by what chance; without it they do nothing.
+struct Probing {
+    const Scene& scene;
+    Sampler chance;  // one of the estimate's own, whose draws nobody else makes
+};
+
+// What an estimate rests on, beside its value.
+struct DensityEstimateResult {
+    Rgb value{0.0F};   // radiance, W/(m² sr), or irradiance, W/m²
+    float radius = 0;  // of the disc, scene units
+    int photons = 0;   // that counted
+    float share = 1;   // of the kernel, by which the boundary correction divided
+    float part = 1;    // of the value found that counted
+};
+
+// Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
+// makes the estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more
+// than k within the largest radius, that is the radius and all count. With k = 0 the largest radius is the
+// radius wherever it is asked: all photons within it count, and the estimate is the density blurred by the
+// kernel, exactly in the mean. An empty map gives black. Photons that all rest at one point get the radius
+// below which float32 cannot tell points apart (the surface's own error), never 0.
+//
+// Spread photons. A radius that varies from place to place does not keep the flux: where it grows away from
+// a bright spot with slope s, those just outside still reach into the spot, and photons in its middle count
+// 1 + 8s/15 times. Where each photon is given the radius instead (the sample-point estimator of density:
+// Silverman, "Density Estimation", 1986, 5.3), each is spread over its own disc and counts once exactly.
+
+// Whether irradiance says all there is to know about what arrives at a surface: it is exactly Lambertian, and
+// shaded by its own normal, but for how exactly files give normals (1 mrad). A bent normal, be it
+// interpolated or by a relief, weighs light from either side differently, and by how much no sum over
+// directions tells.
+bool irradiance_suffices(const Bsdf& bsdf);
+
+class DensityEstimate {
+  public:
+    DensityEstimate(const PhotonMap& map, const DensityEstimateSettings& settings,
+                    std::optional<Probing> probing = {})
+        : map_(map), settings_(settings), probing_(probing) {}
+    // Spread photons: `spread` has the radius of each of the map's, scene units, > 0; the settings' radius
+    // says how far away they are looked for. All found count; there is no boundary correction.
+    DensityEstimate(const PhotonMap& map, const DensityEstimateSettings& settings,
+                    std::span<const float> spread)
+        : map_(map), settings_(settings), spread_(spread) {}
+
+    // Radiance that the surface sends towards `wo` because of the map's photons.
+    DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
+    // Irradiance at a point on the side of at.n, W/m².
+    DensityEstimateResult irradiance(const SurfacePoint& at) const;
+
+  private:
+    struct Disc {
+        V3f x, n;
+        float r2;     // squared radius
+        float error;  // of x
+    };
+    // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along
+    // its way.
+    template <typename Carry>
+    DensityEstimateResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
+    template <typename Carry>
+    DensityEstimateResult spread_estimate(const TangentMetric& metric, const V3f& x, Carry&& carry) const;
+    // Of photons already found.
+    template <typename Carry>
+    DensityEstimateResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
+    std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found, float shift,
+                                       std::span<ProbedPhoton> picked) const;
+    Probed probed(const Disc& disc, std::span<const Neighbour> found) const;
+
+    const PhotonMap& map_;
+    DensityEstimateSettings settings_;
+    std::optional<Probing> probing_;
+    std::span<const float> spread_;  // empty: not spread
+};
+
+}  // namespace lucerna

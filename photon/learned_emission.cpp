@@ -1,0 +1,172 @@
+#include "photon/learned_emission.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+
+namespace lucerna {
+namespace {
+
+// What the mixed density gives to each node, given the plain density and what is learned; both are shares of
+// all lights' draws.
+struct Masses {
+    std::vector<double> plain, mixed;
+};
+
+// The plain share of every node: half of the node it was cut from, exactly.
+std::vector<double> plain_masses(const EmitBlocks& blocks, double root) {
+    std::vector<double> plain(blocks.nodes.size());
+    plain[0] = root;
+    for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
+        const EmitBlocks::Node& node = blocks.nodes[i];
+        if (node.axis < 0) continue;
+        assert(node.child > i && node.child + 1 < blocks.nodes.size());
+        plain[node.child] = plain[node.child + 1] = 0.5 * plain[i];
+    }
+    return plain;
+}
+
+double learned_mass(const EmitBlocks& blocks, std::span<const double> plain) {
+    double sum = 0;
+    for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
+        if (blocks.nodes[i].axis < 0) sum += plain[i] * blocks.nodes[i].importance;
+    }
+    return sum;
+}
+
+// β · plain + (1 - β) · learned, β the defensive weight, from the uncut blocks upwards. `scale` makes all
+// lights' learned masses add up to their plain ones.
+std::vector<double> mixed_masses(const EmitBlocks& blocks, std::span<const double> plain,
+                                 double defensive_weight, double scale) {
+    std::vector<double> mixed(plain.begin(), plain.end());
+    for (std::size_t i = blocks.nodes.size(); i-- > 0;) {
+        const EmitBlocks::Node& node = blocks.nodes[i];
+        mixed[i] = node.axis < 0 ? defensive_weight * plain[i] +
+                                       (1 - defensive_weight) * scale * plain[i] * node.importance
+                                 : mixed[node.child] + mixed[node.child + 1];
+    }
+    return mixed;
+}
+
+std::array<float*, 4> numbers(LeSampleU& u) {
+    return {&u.position.x, &u.position.y, &u.direction.x, &u.direction.y};
+}
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+
+}  // namespace
+
+LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmitBlocks> blocks,
+                                 float defensive_weight) {
+    assert(blocks.size() == scene.lights().size());
+    assert(defensive_weight > 0 && defensive_weight <= 1);
+    std::vector<double> powers;
+    powers.reserve(blocks.size());
+    for (const auto& light : scene.lights()) powers.push_back(light->power());
+
+    // The masses of both densities, over all lights.
+    double plain = 0, learned = 0;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        plain += powers[i];
+        learned += learned_mass(blocks[i], plain_masses(blocks[i], powers[i]));
+    }
+    const bool steers = learned > 0 && std::isfinite(plain / learned);
+    const double share = steers ? double{defensive_weight} : 1.0;
+    const double scale = steers ? plain / learned : 0.0;
+
+    // Each light's tree, and the lights by what their trees hold.
+    std::vector<double> weights;
+    weights.reserve(blocks.size());
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+        // Relative to the light: where nothing is learned this is 1, to the last bit.
+        const auto mass = mixed_masses(blocks[i], plain_masses(blocks[i], 1.0), share, scale);
+        weights.push_back(powers[i] * mass[0]);
+        add(blocks[i], mass);
+    }
+    lights_ = Cdf(weights);
+}
+
+void LearnedEmission::add(const EmitBlocks& blocks, std::span<const double> mass) {
+    const auto first = static_cast<std::uint32_t>(nodes_.size());
+    roots_.push_back(first);
+    // By the shares as float32 has them: what warp() draws by, to the last bit.
+    std::vector<double> density(blocks.nodes.size(), 1.0);
+    for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
+        const EmitBlocks::Node& node = blocks.nodes[i];
+        if (node.axis < 0) {
+            nodes_.push_back({static_cast<float>(1 / density[i]), -1, 0});  // > 0: see below
+            continue;
+        }
+        // Both halves have some of the plain density: neither share is 0, and neither density.
+        const auto lower =
+            std::clamp(static_cast<float>(mass[node.child] / (mass[node.child] + mass[node.child + 1])),
+                       0x1p-20F, 1 - 0x1p-20F);
+        density[node.child] = 2 * density[i] * double{lower};
+        density[node.child + 1] = 2 * density[i] * (1 - double{lower});
+        nodes_.push_back({lower, node.axis, first + node.child});
+    }
+}
+
+std::optional<LearnedEmission::Pick> LearnedEmission::pick(float u) const {
+    if (!(lights_.total() > 0)) return std::nullopt;
+    const Cdf::Draw draw = lights_.draw(u);
+    const auto probability = static_cast<float>(draw.probability);
+    if (!(probability > 0)) return std::nullopt;  // too weak for float32 beside the others, as LightPicker
+    return Pick{static_cast<std::uint32_t>(draw.item), probability};
+}
+
+float LearnedEmission::warp(std::uint32_t light, LeSampleU& u) const {
+    const Node* node = &nodes_[roots_[light]];
+    if (node->axis < 0) return node->lower;
+    const std::array<float*, 4> x = numbers(u);
+    std::array<float, 4> low{}, width{1, 1, 1, 1};
+    while (node->axis >= 0) {
+        const auto axis = static_cast<std::size_t>(node->axis);
+        float& at = *x[axis];
+        const bool upper = !(at < node->lower);
+        // Neither divisor is 0. For halves of equal shares both lines are exact.
+        at = upper ? (at - node->lower) / (1 - node->lower) : at / node->lower;
+        at = std::min(at, kBelowOne);
+        width[axis] *= 0.5F;
+        if (upper) low[axis] += width[axis];
+        node = &nodes_[node->child + (upper ? 1 : 0)];
+    }
+    for (std::size_t axis = 0; axis < 4; ++axis) {
+        // Rounding must not carry a number into the next block.
+        const float high = low[axis] + width[axis];  // exact, > 0
+        const float below = std::bit_cast<float>(std::bit_cast<std::uint32_t>(high) - 1);
+        *x[axis] = std::min(low[axis] + *x[axis] * width[axis], below);
+    }
+    return node->lower;
+}
+
+float LearnedEmission::density(std::uint32_t light, const LeSampleU& u) const {
+    LeSampleU local = u;
+    const std::array<float*, 4> x = numbers(local);
+    const Node* node = &nodes_[roots_[light]];
+    while (node->axis >= 0) {
+        float& at = *x[static_cast<std::size_t>(node->axis)];
+        const bool upper = !(at < 0.5F);
+        at = upper ? 2 * at - 1 : 2 * at;  // exact
+        node = &nodes_[node->child + (upper ? 1 : 0)];
+    }
+    return 1 / node->lower;
+}
+
+double LearnedEmission::probability(std::uint32_t light) const {
+    return lights_.total() > 0 ? lights_.probability(light) : 0.0;
+}
+
+std::uint64_t LearnedEmission::hash() const {
+    WordHash hash;
+    for (std::size_t i = 0; i < lights_.size(); ++i) hash.add(lights_.probability(i));
+    for (const Node& node : nodes_) {
+        hash.add(node.lower);
+        hash.add(int{node.axis});
+        hash.add(std::uint64_t{node.child});
+    }
+    return hash.value();
+}
+
+}  // namespace lucerna

@@ -1,0 +1,122 @@
+// Several light paths at a time, each a segment in turn: while one ray is traced, memory brings what the last
+// ones hit.
+//
+// A light path waits for memory at every surface: for the triangle's corners, then for what stands at them.
+// Of one path each wait follows from the last; of many they overlap. The paths, their numbers and their ends
+// are those of trace_light_path(); only the order in which visitors see them differs: paths that are under
+// way together take turns. Those that are of no more use (PathUse) end at a bounce, and the ledger says what
+// they carried.
+#pragma once
+
+#include <array>
+#include <cassert>
+#include <optional>
+
+#include "photon/light_path.h"
+
+namespace lucerna {
+
+// Calls its callbacks as trace_light_path() does.
+template <typename OnHit, typename OnScatter, typename OnEscape>
+class LightPathGroup {
+  public:
+    LightPathGroup(const Scene& scene, Ledger& ledger, OnHit on_hit, OnScatter on_scatter, OnEscape on_escape,
+                   float specular_below, PathUse use = PathUse::all)
+        : scene_(scene),
+          ledger_(ledger),
+          on_hit_(std::move(on_hit)),
+          on_scatter_(std::move(on_scatter)),
+          on_escape_(std::move(on_escape)),
+          specular_below_(specular_below),
+          use_(use) {
+        for (std::uint32_t i = 0; i < kSize; ++i) order_[i] = i;
+    }
+
+    // Sets out on a path; all that are under way go on until there is room for it.
+    void add(const LightPathStart& start, const Sampler& sampler) {
+        while (under_way_ == kSize) step();
+        slots_[order_[under_way_++]].emplace(scene_, start, sampler, ledger_, specular_below_);
+    }
+    // Follows all to their ends. To be called before the group is destroyed.
+    void finish() {
+        while (under_way_ > 0) step();
+    }
+
+    // More bring nothing: the lines that are fetched ahead stay well within the first cache.
+    static constexpr std::uint32_t kSize = 16;
+
+  private:
+    // Not to be moved: the light path refers to the sampler.
+    struct Slot {
+        Slot(const Scene& scene, const LightPathStart& at, const Sampler& numbers, Ledger& ledger,
+             float below)
+            : start(at), sampler(numbers), light_path(scene, start, sampler, ledger, below) {}
+        Slot(Slot&&) = delete;
+        Slot& operator=(Slot&&) = delete;
+
+        LightPathStart start;
+        Sampler sampler;
+        LightPath light_path;
+        Ray ray;
+        std::optional<ClosestHit> closest;
+        std::uint32_t segments = 0;
+    };
+
+    // A segment of every path.
+    void step() {
+        for (std::uint32_t i = 0; i < under_way_; ++i) {
+            Slot& slot = *slots_[order_[i]];
+            slot.ray = slot.light_path.ray();
+            slot.closest = scene_.closest_hit(slot.ray);
+            if (slot.closest) scene_.prefetch_corners(*slot.closest);
+        }
+        for (std::uint32_t i = 0; i < under_way_; ++i) {
+            Slot& slot = *slots_[order_[i]];
+            if (slot.closest) scene_.prefetch_vertices(*slot.closest);
+        }
+        // Those that end make room behind the others, whose order stays.
+        std::array<std::uint32_t, kSize> ended;
+        std::uint32_t going_on = 0, ends = 0;
+        for (std::uint32_t i = 0; i < under_way_; ++i) {
+            const std::uint32_t slot = order_[i];
+            if (finish_next_segment(*slots_[slot])) {
+                order_[going_on++] = slot;
+            } else {
+                ended[ends++] = slot;
+            }
+        }
+        for (std::uint32_t i = 0; i < ends; ++i) order_[going_on + i] = ended[i];
+        under_way_ = going_on;
+    }
+
+    // False: the path has come to its end.
+    bool finish_next_segment(Slot& slot) {
+        const auto hit = [&](const Ray& ray) {
+            return slot.closest ? std::optional<Hit>(scene_.intersect(ray, *slot.closest)) : std::nullopt;
+        };
+        const LightPath::Segment segment = slot.light_path.propagate(slot.ray, hit);
+        if (!finish_segment(scene_, slot.light_path, segment, slot.start, ledger_, on_hit_, on_scatter_,
+                            on_escape_))
+            return false;
+        if (!is_of_use(slot.light_path.path(), use_)) {
+            ledger_.not_followed += V3d(slot.light_path.power());
+            return false;
+        }
+        if (++slot.segments < kMaxBounces) return true;
+        ledger_.cut += V3d(slot.light_path.power());
+        return false;
+    }
+
+    const Scene& scene_;
+    Ledger& ledger_;
+    OnHit on_hit_;
+    OnScatter on_scatter_;
+    OnEscape on_escape_;
+    float specular_below_;
+    PathUse use_;
+    std::array<std::optional<Slot>, kSize> slots_;
+    std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
+    std::uint32_t under_way_ = 0;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,67 @@
+// The schedule of radii of progressive photon mapping, which shrink from pass to pass, and the variance and
+// bias of the mean of the passes.
+//
+// Source: [Knaus and Zwicker 2011]. Pass i = 1,
+// 2 … estimates density within r_i. Each pass has its own photons, so passes are independent; within a small
+// disc the number of photons grows as r², so that
+//
+//   Var[pass i] = v / r_i²      (fewer photons)        Bias[pass i] = b r_i²      (the second order of
+//   Taylor)
+//
+// for some v, b of the place. The mean of N passes has variance (v/N²) Σ 1/r_i² and bias (b/N) Σ r_i². Let
+// the variance of a pass grow by (i+1)/(i+α) from one to the next [Knaus and Zwicker 2011]:
+//
+//   r²_{i+1} = r²_i (i + α)/(i + 1),  so  s_i = r²_i/r²_1 = Γ(i+α) / (Γ(1+α) Γ(i+1)) ~ i^{α-1}/Γ(1+α).
+//
+// Both sums telescope, since Γ(i+1+α)/Γ(i+1) - Γ(i+α)/Γ(i) = α Γ(i+α)/Γ(i+1) and
+// Γ(i+2)/Γ(i+α) - Γ(i+1)/Γ(i+α-1) = (2-α) Γ(i+1)/Γ(i+α):
+//
+//   (1/N)  Σ s_i   = [Γ(N+1+α)/(Γ(1+α) Γ(N+1)) - 1] / (α N)                    ~ N^{α-1} / (α Γ(1+α))
+//   (1/N²) Σ 1/s_i = [Γ(1+α) Γ(N+2)/Γ(N+α) - α] / ((2-α) N²)                   ~ N^{-α} Γ(1+α)/(2-α)
+//
+// Both vanish for 0 < α < 1: the mean is consistent. The mean square error falls as N^{-α} + N^{2α-2},
+// fastest for α = 2/3, where both are N^{-2/3} (the error itself N^{-1/3}). α = 1 keeps the radius, and with
+// it the bias. What no photon density is estimated for (lights sampled, the pixel's area) has variance in
+// proportion to 1/N.
+#pragma once
+
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+
+namespace lucerna {
+
+class RadiusSchedule {
+  public:
+    // 0 < alpha <= 1.
+    explicit RadiusSchedule(double alpha) : alpha_(alpha), gamma_(std::tgamma(1 + alpha)) {
+        assert(alpha > 0 && alpha <= 1);
+    }
+
+    // s: r² of pass `pass` (from 0 on) over that of the first. A pass needs no other to know it.
+    double r2_ratio(std::uint32_t pass) const {
+        const double i = static_cast<double>(pass) + 1;
+        return ratio(i + alpha_, i + 1) / gamma_;
+    }
+    // Variance of the mean of so many passes (>= 1), over that of the first.
+    double variance_of_mean(std::uint32_t passes) const {
+        const double n = passes;
+        return (gamma_ * ratio(n + 2, n + alpha_) - alpha_) / ((2 - alpha_) * n * n);
+    }
+    // Bias of the mean of so many passes (>= 1), over that of the first.
+    double bias_of_mean(std::uint32_t passes) const {
+        const double n = passes;
+        return (ratio(n + 1 + alpha_, n + 1) / gamma_ - 1) / (alpha_ * n);
+    }
+
+  private:
+    // Γ(a)/Γ(b), both far below where their logarithms' difference would lose more than 1e-6.
+    static double ratio(double a, double b) {
+        int sign = 0;  // Γ of a positive number is positive
+        return std::exp(::lgamma_r(a, &sign) - ::lgamma_r(b, &sign));
+    }
+
+    double alpha_, gamma_;
+};
+
+}  // namespace lucerna

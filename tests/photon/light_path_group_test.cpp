@@ -1,0 +1,118 @@
+// Paths that take turns end as paths that go one by one; and the rays that are measured are those of the
+// pass.
+#include "photon/light_path_group.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "photon/path_rays.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace walk_group_test {
+
+using testing::SceneMaker;
+
+// Three walls with relief, glass and a mirror between them, two lights, and much that gets out.
+Scene varied_room() {
+    SceneMaker make;
+    const auto hewn = make.material(DiffuseMaterial{RgbTexture::constant(Rgb(0.8F, 0.7F, 0.6F))},
+                                    {FloatTexture::checkerboard(0, 0.02F, V2f(7, 7)), std::nullopt});
+    const V3f x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    make.quad({0, 0, 0}, z, x, hewn);
+    make.quad({0, 0, 0}, y, z, hewn);
+    make.quad({0, 0, 0}, x, y, hewn);
+    make.sphere({0.3F, 0.3F, 0.3F}, 0.15F, make.material(DielectricMaterial{}));
+    make.sphere({0.7F, 0.3F, 0.3F}, 0.15F, make.material(MirrorMaterial{}));
+    make.quad_light({0.4F, 0.999F, 0.4F}, {0.2F, 0, 0}, {0, 0, 0.2F}, make.diffuse(Rgb(0)), Rgb(3, 2, 1));
+    make.light(make_point_light({0.5F, 0.8F, 0.2F}, Rgb(0.1F, 0.2F, 0.3F)));
+    return make.build();
+}
+
+using Seen = std::tuple<float, float, float, float, std::uint32_t>;  // place, power and bounces
+Seen seen(const LightPathHit& at) {
+    return {at.hit.at.p.x, at.hit.at.p.y, at.hit.at.p.z, luminance(at.power),
+            at.path.diffuse + at.path.specular};
+}
+
+constexpr std::uint32_t kPaths = 3000;
+
+template <typename Follow>
+void each_start(const Scene& scene, Follow&& follow) {
+    Emission emission(scene, 3, Purpose::test, 0);
+    emission.for_each(0, kPaths, [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+        if (start) follow(*start, Sampler::stratified(3, Purpose::test, 0, path));
+    });
+}
+
+TEST(LightPathGroup, Paths_AreThoseThatGoOneByOne) {
+    const Scene scene = varied_room();
+    std::vector<Seen> together, alone;
+    Ledger ledger_together, ledger_alone;
+    std::uint64_t left_together = 0, left_alone = 0;
+    LightPathGroup group(
+        scene, ledger_together, [&](const LightPathHit& at) { together.push_back(seen(at)); },
+        [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_together; }, 0.0F);
+    each_start(scene,
+               [&](const LightPathStart& start, const Sampler& sampler) { group.add(start, sampler); });
+    group.finish();
+    each_start(scene, [&](const LightPathStart& start, Sampler sampler) {
+        trace_light_path(
+            scene, start, sampler, ledger_alone, [&](const LightPathHit& at) { alone.push_back(seen(at)); },
+            [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_alone; });
+    });
+    ASSERT_GT(alone.size(), kPaths / 2);
+    ASSERT_GT(left_alone, kPaths / 10);
+    EXPECT_NE(together, alone) << "they take turns";
+    std::sort(together.begin(), together.end());
+    std::sort(alone.begin(), alone.end());
+    EXPECT_EQ(together, alone);
+    EXPECT_EQ(left_together, left_alone);
+    EXPECT_EQ(ledger_together.hits, ledger_alone.hits);
+    EXPECT_NEAR(ledger_together.absorbed.x, ledger_alone.absorbed.x, 1e-9 * ledger_alone.absorbed.x);
+    EXPECT_LT(ledger_together.imbalance(), 1e-5);
+}
+
+TEST(PathRays, OfAPass_AreAsManyAsItTraces_AndMeetWhatItMeets) {
+    const Scene scene = varied_room();
+    MapParameters parameters;
+    parameters.paths = 2 * kPaths;
+    parameters.wanted = {true, true, true, false};
+    parameters.seed = 3;
+    const std::vector<Ray> rays = rays_of_light_paths(scene, parameters);
+    for (const int threads : {1, 2}) {
+        const std::uint64_t before = scene.rays();
+        Monitor silent;
+        const PhotonMaps maps = build_photon_maps(scene, parameters, Workers{threads}, silent);
+        EXPECT_EQ(scene.rays() - before, rays.size());
+        EXPECT_EQ(scene.count_hits(rays, Workers{threads}), maps.ledger.hits);
+    }
+    EXPECT_EQ(scene.count_hits({}, Workers{2}), 0U);
+}
+
+TEST(SceneHit, InSteps_IsTheSame) {
+    const Scene scene = varied_room();
+    MapParameters parameters;
+    parameters.paths = 500;
+    std::size_t met = 0;
+    for (const Ray& ray : rays_of_light_paths(scene, parameters)) {
+        const auto whole = scene.intersect(ray);
+        const auto first = scene.closest_hit(ray);
+        ASSERT_EQ(whole.has_value(), first.has_value());
+        if (!first) continue;
+        ++met;
+        scene.prefetch_corners(*first);
+        scene.prefetch_vertices(*first);
+        const Hit hit = scene.intersect(ray, *first);
+        ASSERT_EQ(hit.at.p, whole->at.p);
+        ASSERT_EQ(hit.ns, whole->ns);
+        ASSERT_EQ(hit.uv, whole->uv);
+        ASSERT_EQ(hit.material, whole->material);
+    }
+    EXPECT_GT(met, 200U);
+}
+
+}  // namespace walk_group_test
+}  // namespace lucerna
