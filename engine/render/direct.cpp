@@ -12,7 +12,7 @@ class DirectEstimator final : public Estimator {
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& ray, Sampler& sampler) const override {
+    Rgb Li(const Ray& ray, Sampler& sampler) const override {
         const auto shade = [&](const Vertex& vertex) {
             return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
         };

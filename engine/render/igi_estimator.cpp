@@ -54,7 +54,7 @@ class IgiEstimator final : public Estimator {
           shading_(scene, settings, lights_.paths()),
           only_diffuse_(!throws_caustics(scene)) {}
 
-    Rgb radiance(const Ray& ray, Sampler& sampler) const override {
+    Rgb Li(const Ray& ray, Sampler& sampler) const override {
         // One well-distributed number chooses the set.
         const auto count = static_cast<float>(lights_.sets());
         const auto set = static_cast<std::size_t>(sampler.next() * count);

@@ -28,7 +28,7 @@ class Estimator {
     virtual ~Estimator() = default;
     // Radiance that arrives along a camera ray, W/(m² sr). Its mean over samplers is what the method
     // converges to.
-    virtual Rgb radiance(const Ray& ray, Sampler& sampler) const = 0;
+    virtual Rgb Li(const Ray& ray, Sampler& sampler) const = 0;
 };
 
 // What all passes of a method share and none of them changes. A function of scene and seed alone: whoever

@@ -12,7 +12,7 @@ class PathEstimator final : public Estimator {
     PathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& camera_ray, Sampler& sampler) const override {
+    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
         Rgb result(0);
         Rgb throughput(1);
         float eta_scale = 1;  // radiance compression inside glass says nothing about how much a path carries

@@ -18,7 +18,7 @@ class MediaPathEstimator final : public Estimator {
     MediaPathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb radiance(const Ray& camera_ray, Sampler& sampler) const override;
+    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override;
 
   private:
     struct Path {
@@ -47,7 +47,7 @@ class MediaPathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Sampler& sampler) const {
+Rgb MediaPathEstimator::Li(const Ray& camera_ray, Sampler& sampler) const {
     Path path;
     path.ray = camera_ray;
     path.medium = media_.camera;

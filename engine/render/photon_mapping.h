@@ -5,6 +5,8 @@
 
 #include "engine/render/integrator.h"
 #include "photon/build_maps.h"
+#include "photon/density_estimate.h"
+#include "photon/irradiance.h"
 
 namespace lucerna {
 
@@ -25,5 +27,11 @@ std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& se
                                                      const PassContext& context,
                                                      std::unique_ptr<const RadiusRule> radii,
                                                      const LearnedEmission* emission = nullptr);
+
+// Precomputed irradiance for final gather: a point for one photon in n of the Global map (settings.precompute
+// > 0), with the light of all maps; direct light by the Direct map, or sampled as
+// `settings.precompute_lights` says.
+IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
+                                       const DensityEstimateSettings& how, const PhotonMapSettings& settings);
 
 }  // namespace lucerna

@@ -2,7 +2,7 @@
 //
 // A pass builds maps of its own, a function of (seed, pass), and looks at them once per camera sample: at the
 // first diffuse surface all photons within a fixed radius count. Direct light is sampled (or read from the
-// Direct map), mirrors, glass and gloss are followed, all as in photon_estimator.h. The radius of pass i at x
+// Direct map), mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
 // is
 //
 //   r_i(x)² = s_i r_1(x)²,

@@ -71,7 +71,7 @@ Parts measured_by_integrator(const Case& c, const std::string& integrator, const
     const auto method = make_integrator(job.integrator);
     const auto estimator = method->prepare({job.scene, seed, 0, workers, silent, report});
     return measured(job, samples, seed,
-                    [&](const Ray& ray, Sampler& sampler) { return estimator->radiance(ray, sampler); });
+                    [&](const Ray& ray, Sampler& sampler) { return estimator->Li(ray, sampler); });
 }
 
 // Samples of one part are better spread than independent ones: their mean is nearer than sigma says.

@@ -43,7 +43,7 @@ double patch(const Estimator& estimator, const V3f& eye, std::uint64_t seed) {
         const auto family = (static_cast<std::uint64_t>(eye.x * 1000) << 32) | i;  // of other pixels
         for (std::uint32_t sample = 0; sample < kSamples; ++sample) {
             Sampler sampler = Sampler::stratified(seed, Purpose::test, family, sample);
-            sum += double{luminance(estimator.radiance(Ray{eye, (at - eye).normalized()}, sampler))};
+            sum += double{luminance(estimator.Li(Ray{eye, (at - eye).normalized()}, sampler))};
         }
     }
     return sum / (kAcross * kAcross * kSamples);
@@ -61,7 +61,7 @@ TEST(IgiFlythrough, OfOneSeed_KeepsItsVpls) {
         const V3f at(0.009F * static_cast<float>(i) + 0.05F, 0.7F, 1);
         const auto seen = [&](const Estimator& estimator) {
             Sampler sampler = Sampler::stratified(1, Purpose::test, 0, i);
-            return estimator.radiance(Ray{kHere, (at - kHere).normalized()}, sampler);
+            return estimator.Li(Ray{kHere, (at - kHere).normalized()}, sampler);
         };
         EXPECT_EQ(seen(*here), seen(*there));
         differ += seen(*here) == seen(*fresh) ? 0 : 1;

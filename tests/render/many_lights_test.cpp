@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/render/integrator.h"
-#include "engine/render/precompute_irradiance.h"
+#include "engine/render/photon_mapping.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -54,7 +54,7 @@ RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     parallel_ranges(workers, kSamples, 100, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
             Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
-            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->radiance(ray, sampler).x);
+            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->Li(ray, sampler).x);
         }
     });
     RunningStats stats;
@@ -123,7 +123,7 @@ TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
         for (std::uint64_t i = 0; i < 4000; ++i) {
             Sampler sampler(7, Purpose::test, 0, i);
             stats.add(static_cast<double>(
-                estimator->radiance({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
+                estimator->Li({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
         }
         return stats;
     };

@@ -74,7 +74,7 @@ std::vector<double> irradiances(const ProgressiveSettings& settings, int passes)
     for (int i = 0; i < passes; ++i) {
         Sampler sampler(1, Purpose::test, 0, static_cast<std::uint64_t>(i));
         const Rgb seen =
-            all.pass(static_cast<std::uint32_t>(i))->radiance({{0, 0.5F, 0}, {0, -1, 0}}, sampler);
+            all.pass(static_cast<std::uint32_t>(i))->Li({{0, 0.5F, 0}, {0, -1, 0}}, sampler);
         values.push_back(double{seen.x} * M_PI / double{kAlbedo});
     }
     return values;
@@ -149,7 +149,7 @@ std::vector<double> square_errors(const ProgressiveSettings& settings, const std
         const auto estimator = all.pass(static_cast<std::uint32_t>(pass));
         for (std::size_t i = 0; i < rays.size(); ++i) {
             Sampler sampler(2, Purpose::test, static_cast<std::uint32_t>(pass), i);
-            sums[i] += double{estimator->radiance(rays[i], sampler).x};
+            sums[i] += double{estimator->Li(rays[i], sampler).x};
         }
         if (std::find(after.begin(), after.end(), pass + 1) == after.end()) continue;
         double square = 0;
@@ -216,10 +216,10 @@ TEST(Progressive, Pass_RemembersNoOther) {
     const auto only = alone.pass(3);
     const Ray ray{{0.5F, 0.5F, -1}, V3f(0.1F, -0.2F, 1).normalized()};
     Sampler a(1, Purpose::test, 0, 0), b(1, Purpose::test, 0, 0);
-    const Rgb seen = third->radiance(ray, a);
-    EXPECT_EQ(seen, only->radiance(ray, b));
+    const Rgb seen = third->Li(ray, a);
+    EXPECT_EQ(seen, only->Li(ray, b));
     Sampler c(1, Purpose::test, 0, 0);
-    EXPECT_NE(seen, in_order.pass(4)->radiance(ray, c));
+    EXPECT_NE(seen, in_order.pass(4)->Li(ray, c));
 }
 
 // Eight samples of a pass look at the same few photons. What the image says its variance is must be what

@@ -13,7 +13,7 @@ namespace tiles_test {
 // No number to the right of the middle, at every second sample or so; at the left one there is never.
 class Faulty final : public Estimator {
   public:
-    Rgb radiance(const Ray& ray, Sampler& sampler) const override {
+    Rgb Li(const Ray& ray, Sampler& sampler) const override {
         const bool bad = ray.d.x > 0.05F && sampler.next() < 0.5F;
         return Rgb(bad ? std::numeric_limits<float>::quiet_NaN() : 1.0F);
     }
