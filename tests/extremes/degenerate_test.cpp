@@ -154,18 +154,28 @@ TEST_P(Degenerate, OnePixel_IsAnImage) {
     EXPECT_GT(mean(image), 0);
 }
 
-TEST_P(Degenerate, NotANumberInTheFile_IsRefusedByNameAndPlace) {
-    Monitor silent;
+// As the reader finds it (engine/pbrt/leniency.h): a warning, or under `strict` an error; never a silent
+// number.
+TEST_P(Degenerate, NotANumberInTheFile_IsToldByNameAndPlace) {
     for (const std::string_view bad : {"nan", "inf", "1e400"}) {
         std::string text = lights().scene(light_named("point"));
         const std::size_t at = text.find("\"rgb I\" [1 ");
         text.replace(at + 9, 1, bad);
+        const auto names_it = ::testing::AllOf(HasSubstr("scene.pbrt"), HasSubstr(std::string(bad)));
+        ListeningMonitor lenient;
         try {
-            lights().job(text, GetParam(), 1, silent);
+            lights().job(text, GetParam(), 1, lenient);
+            EXPECT_EQ(bad, "nan") << "a light of infinite power was read";
+        } catch (const InputError& error) {
+            EXPECT_THAT(error.what(), HasSubstr("the light's power is inf W")) << bad;
+        }
+        EXPECT_THAT(lenient.warnings, ::testing::Contains(names_it));
+        Monitor silent;
+        try {
+            lights().job(text, GetParam(), 1, silent, true);
             ADD_FAILURE() << bad << " was read";
         } catch (const InputError& error) {
-            EXPECT_THAT(error.what(), HasSubstr("scene.pbrt")) << bad;
-            EXPECT_THAT(error.what(), HasSubstr(std::string(bad)));
+            EXPECT_THAT(error.what(), names_it);
         }
     }
 }

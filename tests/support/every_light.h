@@ -164,8 +164,10 @@ class EveryLight {
                std::string(room);
     }
 
-    Job job(const std::string& text, const Method& method, int spp, Monitor& monitor) const {
+    Job job(const std::string& text, const Method& method, int spp, Monitor& monitor,
+            bool strict = false) const {
         SceneOverrides overrides;
+        overrides.strict = strict;
         overrides.integrator = method.integrator;
         overrides.set = method.set;
         overrides.spp = spp;
