@@ -1,10 +1,21 @@
 #!/usr/bin/env bash
-# Everything that must hold before a change is kept: builds all, runs the quick and the full tests.
-# Arguments go to ctest: scripts/test.sh -R Compare
+# Builds everything and runs tests. Usage: scripts/test.sh [ci|nightly] [ARGUMENT...]
+#   (nothing)  what must hold before a change is kept, in minutes: every module, and whole scenes with measured lamps
+#   ci         what CI checks beside that: large references, extremes, kills, pages, AddressSanitizer, UBSan, fuzzers
+#   nightly    ThreadSanitizer, fuzzers for long, gigabytes: hours
+# Further arguments go to ctest: scripts/test.sh -R Compare. Times of all tests: build/release/tests-SUITE.xml.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+suite=quick
+case ${1:-} in
+    ci | nightly) suite=$1 && shift ;;
+    -h | --help) sed -n '2,/^set/{/^set/d;s/^# \{0,1\}//;p}' "$0" && exit ;;
+esac
 
 bash scripts/deps.sh
 cmake --preset release -DLUCERNA_TESTS=ON --log-level=WARNING >/dev/null
 cmake --build --preset release --parallel "$(nproc)"
-exec ctest --test-dir build/release -L 'quick|full' --output-on-failure -j2 "$@"
+# Two tests at a time, of two threads each: who waits for work must not spin.
+export OMP_WAIT_POLICY=passive
+exec ctest --test-dir build/release -L "^$suite\$" --output-on-failure -j2 --output-junit "tests-$suite.xml" "$@"
