@@ -8,43 +8,12 @@
 #include "engine/base/hash.h"
 #include "engine/base/memory.h"
 #include "engine/base/stopwatch.h"
-#include "photon/light_path_group.h"
+#include "photon/trace_light_paths.h"
 
 namespace lucerna {
 namespace {
 
-// What one chunk of paths makes; joined in the order of the chunks.
-struct ChunkPhotons {
-    std::array<Photons, kMapKinds> batches;
-    std::array<DepositCount, kMapKinds> counts{};
-    Ledger ledger;
-};
-
-void deposit(const LightPathHit& at, const MapParameters& parameters, ChunkPhotons& chunk) {
-    const auto kind = static_cast<std::size_t>(map_of(at.path, parameters.caustic_chains));
-    if (!stores_photons(at.bsdf)) {
-        ++chunk.counts[kind].not_storable;
-    } else if (!parameters.wanted[kind]) {
-        ++chunk.counts[kind].not_wanted;
-    } else {
-        ++chunk.counts[kind].stored;
-        const V3f& n = at.hit.at.n;
-        chunk.batches[kind].add(at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
-                                {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
-    }
-}
-
-void deposit(const LightPathScatter& at, const MapParameters& parameters, ChunkPhotons& chunk) {
-    const auto kind = static_cast<std::size_t>(MapKind::volume);
-    const bool direct = at.path.diffuse == 0 && at.path.specular == 0;
-    if (!parameters.wanted[kind] || (direct && !parameters.volume_direct)) {
-        ++chunk.counts[kind].not_wanted;
-    } else {
-        ++chunk.counts[kind].stored;
-        chunk.batches[kind].add(at.p, PackedDirection(),
-                                {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
-    }
-}
+constexpr std::int64_t kPathsPerChunk = 4096;  // fixed, so that results do not depend on threads
 
 // What is beyond the bounces that wanted maps can take is not followed. Without any map the ledger is what is
 // wanted.
@@ -55,31 +24,55 @@ PathUse use_of(const MapParameters& parameters) {
     return parameters.caustic_chains ? PathUse::caustic_chains : PathUse::caustics;
 }
 
-ChunkPhotons trace_light_paths(const Scene& scene, const MapParameters& parameters, std::int64_t begin,
-                               std::int64_t end) {
-    ChunkPhotons chunk;
-    // Room for a photon of each path: arrays that grow in steps leave twice their size to the system, page by
-    // page, and threads wait for each other there. What is not filled is never touched.
-    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (parameters.wanted[kind]) chunk.batches[kind].reserve(static_cast<std::size_t>(end - begin));
+// Stores the photons of one chunk of paths; chunks are joined in their order.
+struct ChunkPhotons : LightPathVisitor {
+    const MapParameters* parameters = nullptr;
+    std::array<Photons, kMapKinds> batches;
+    std::array<DepositCount, kMapKinds> counts{};
+
+    ChunkPhotons() = default;
+    ChunkPhotons(const MapParameters& of, std::int64_t paths) : parameters(&of) {
+        // Room for a photon of each path: arrays that grow in steps leave twice their size to the system,
+        // page by page, and threads wait for each other there. What is not filled is never touched.
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+            if (of.wanted[kind]) batches[kind].reserve(static_cast<std::size_t>(paths));
+        }
     }
-    Emission emission(scene, parameters.seed, Purpose::emission, parameters.pass, parameters.emission);
-    const SamplerFamily numbers(parameters.seed, Purpose::emission, parameters.pass);
-    LightPathGroup group(
-        scene, chunk.ledger, [&](const LightPathHit& at) { deposit(at, parameters, chunk); },
-        [&](const LightPathScatter& at) { deposit(at, parameters, chunk); }, [](const LightPathEscape&) {},
-        parameters.specular_below, use_of(parameters));
-    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
-                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                          ++chunk.ledger.paths;
-                          if (start) {
-                              group.add(*start, numbers.path(path));
-                          } else {
-                              ++chunk.ledger.not_emitted;
-                          }
-                      });
-    group.finish();
-    return chunk;
+
+    void hit(const LightPathHit& at) {
+        const auto kind = static_cast<std::size_t>(map_of(at.path, parameters->caustic_chains));
+        if (!stores_photons(at.bsdf)) {
+            ++counts[kind].not_storable;
+        } else if (!parameters->wanted[kind]) {
+            ++counts[kind].not_wanted;
+        } else {
+            ++counts[kind].stored;
+            batches[kind].add_hit(at.hit.at, at.d, at.power, at.start.light, at.start.cell);
+        }
+    }
+    void scatter(const LightPathScatter& at) {
+        const auto kind = static_cast<std::size_t>(MapKind::volume);
+        const bool direct = at.path.diffuse == 0 && at.path.specular == 0;
+        if (!parameters->wanted[kind] || (direct && !parameters->volume_direct)) {
+            ++counts[kind].not_wanted;
+        } else {
+            ++counts[kind].stored;
+            batches[kind].add(at.p, PackedDirection(),
+                              {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
+        }
+    }
+};
+
+LightPaths light_paths(const MapParameters& parameters, std::int64_t count) {
+    LightPaths paths;
+    paths.count = count;
+    paths.seed = parameters.seed;
+    paths.pass = parameters.pass;
+    paths.emission = parameters.emission;
+    paths.specular_below = parameters.specular_below;
+    paths.use = use_of(parameters);
+    paths.per_chunk = kPathsPerChunk;
+    return paths;
 }
 
 // Concatenates the chunks' photons of one class, freeing each as it goes.
@@ -110,9 +103,6 @@ Photons join(std::vector<ChunkPhotons>& chunks, std::size_t kind, std::int64_t p
     return all;
 }
 
-constexpr std::int64_t kPathsPerChunk =
-    4096;  // paths per chunk; fixed, so that results do not depend on threads
-
 std::int64_t stored(const std::vector<ChunkPhotons>& chunks, std::size_t kind) {
     std::int64_t sum = 0;
     for (const ChunkPhotons& h : chunks) sum += static_cast<std::int64_t>(h.counts[kind].stored);
@@ -130,7 +120,7 @@ double bytes_of_maps(double all, double largest) {
 
 // Throws InputError if `total` paths will store more photons than there is memory for, by what the first
 // `done` stored.
-void require_memory_for(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total) {
+void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total) {
     if (done <= 0 || total <= done) return;
     double all = 0, largest = 0;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
@@ -147,23 +137,9 @@ void require_memory_for(const std::vector<ChunkPhotons>& chunks, std::int64_t do
 // Traces light paths until there are `total` of them.
 void trace_until(const Scene& scene, const MapParameters& parameters, std::int64_t total,
                  const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
-    const std::int64_t first = static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk;
-    chunks.resize(static_cast<std::size_t>((total + kPathsPerChunk - 1) / kPathsPerChunk));
-    Phase phase(monitor, "photons", static_cast<std::uint64_t>(total - first));
-    const auto trace = [&](std::int64_t from, std::int64_t to) {
-        parallel_ranges(workers, to - from, kPathsPerChunk,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                            if (monitor.stopped()) return;
-                            chunks[static_cast<std::size_t>((from + begin) / kPathsPerChunk)] =
-                                trace_light_paths(scene, parameters, from + begin, from + end);
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
-    };
-    // The first of them tell what all will need.
-    const std::int64_t sample = std::min(total, std::max(first, 16 * kPathsPerChunk));
-    trace(first, sample);
-    if (!monitor.stopped()) require_memory_for(chunks, sample, total);
-    trace(sample, total);
+    trace_light_paths(
+        {scene, workers, monitor}, light_paths(parameters, total), chunks,
+        [&](std::int64_t count) { return ChunkPhotons(parameters, count); }, require_memory_for_maps);
 }
 
 // How many paths are traced, by the length of those of the first chunk: never fewer than that chunk, nor more
@@ -293,7 +269,8 @@ std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
 
     MapParameters all = parameters;
     all.wanted.fill(true);
-    const ChunkPhotons first = trace_light_paths(scene, all, 0, kPathsPerChunk);
+    ChunkPhotons first(all, kPathsPerChunk);
+    trace_chunk(scene, light_paths(all, kPathsPerChunk), 0, kPathsPerChunk, first);
     for (const Photons& batch : first.batches) {
         key.add_bytes(std::as_bytes(std::span(batch.positions)));
         key.add_bytes(std::as_bytes(std::span(batch.photons)));

@@ -12,6 +12,7 @@
 #include "photon/kernel.h"
 #include "photon/near_photons.h"
 #include "photon/tangent_metric.h"
+#include "photon/trace_light_paths.h"
 
 namespace lucerna {
 namespace {
@@ -235,31 +236,29 @@ bool GuideMap::any_near(const V3f& x, const V3f& n) const {
 
 namespace {
 
-// The first impacts of some paths, whatever they landed on: each is one ray.
-Photons first_impacts(const Scene& scene, const GuideParameters& parameters, std::int64_t begin,
-                      std::int64_t end) {
-    Photons landed;
-    Emission emission(scene, parameters.seed, Purpose::emission, parameters.pass);
-    const float share = 1.0F / static_cast<float>(parameters.paths);
-    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
-                      [&](std::uint32_t /*path*/, const std::optional<LightPathStart>& start) {
-                          if (!start) return;
-                          const auto hit = scene.intersect(Ray{start->from.towards(start->d), start->d});
-                          if (!hit) return;
-                          const V3f& n = hit->at.n;
-                          landed.add(
-                              hit->at.p, PackedDirection(n.dot(start->d) > 0 ? -n : n),
-                              {PackedDirection(start->d), start->power * share, start->light, start->cell});
-                      });
-    return landed;
-}
+// Stores the first hits of one chunk of paths, whatever the surface: each path is one ray, through media as
+// if they were not there.
+struct FirstHits : LightPathVisitor {
+    const Scene* scene = nullptr;
+    float share = 0;  // of a path among all
+    Photons photons;
+
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,
+               const Sampler& /*sampler*/) {
+        if (!start) return false;
+        const auto at = scene->intersect(Ray{start->from.towards(start->d), start->d});
+        if (at) photons.add_hit(at->at, start->d, start->power * share, start->light, start->cell);
+        return false;
+    }
+};
 
 // Throws InputError for more photons than there is memory for, by what the first paths left: they are held as
 // chunks leave them, in one row, and in the map, under its tree.
-void require_memory_for(const std::vector<Photons>& chunks, std::int64_t paths, std::int64_t all) {
+void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_t paths, std::int64_t all) {
     constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
     std::size_t found = 0;
-    for (const Photons& chunk : chunks) found += chunk.size();
+    if (paths <= 0) return;
+    for (const FirstHits& chunk : chunks) found += chunk.photons.size();
     const double photons = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
     require_memory(static_cast<std::uint64_t>(photons * (3 * kLanded + kTree)),
                    fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
@@ -274,27 +273,26 @@ GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, con
         throw InputError(
             fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
     }
-    constexpr std::int64_t kGrain = 4096;  // fixed, so that results do not depend on threads
-    std::vector<Photons> chunks(static_cast<std::size_t>((parameters.paths + kGrain - 1) / kGrain));
-    Phase phase(monitor, "guide", static_cast<std::uint64_t>(parameters.paths));
-    const auto emit = [&](std::int64_t from, std::int64_t to) {
-        parallel_ranges(workers, to - from, kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                            if (monitor.stopped()) return;
-                            chunks[static_cast<std::size_t>((from + begin) / kGrain)] =
-                                first_impacts(scene, parameters, from + begin, from + end);
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
-    };
-    // The first of them tell what all will need.
-    const std::int64_t sample = std::min(parameters.paths, 16 * kGrain);
-    emit(0, sample);
-    if (!monitor.stopped()) require_memory_for(chunks, sample, parameters.paths);
-    emit(sample, parameters.paths);
+    LightPaths paths;
+    paths.count = parameters.paths;
+    paths.seed = parameters.seed;
+    paths.pass = parameters.pass;
+    paths.phase = "guide";
+    std::vector<FirstHits> chunks;
+    trace_light_paths(
+        {scene, workers, monitor}, paths, chunks,
+        [&](std::int64_t /*count*/) {
+            FirstHits chunk;
+            chunk.scene = &scene;
+            chunk.share = 1.0F / static_cast<float>(parameters.paths);
+            return chunk;
+        },
+        require_memory_for_guides);
     Photons all;
-    for (const Photons& chunk : chunks) {
-        for (std::size_t i = 0; i < chunk.size(); ++i) {
-            all.add(chunk.positions[i], chunk.normals[i], chunk.photons[i]);
+    for (const FirstHits& chunk : chunks) {
+        const Photons& some = chunk.photons;
+        for (std::size_t i = 0; i < some.size(); ++i) {
+            all.add(some.positions[i], some.normals[i], some.photons[i]);
         }
     }
     return {PhotonMap(all), scene.lights(), parameters.settings, workers};

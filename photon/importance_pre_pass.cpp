@@ -8,6 +8,7 @@
 #include "photon/emission_blocks.h"
 #include "photon/near_photons.h"
 #include "photon/photon_map.h"
+#include "photon/trace_light_paths.h"
 
 namespace lucerna {
 namespace {
@@ -22,53 +23,49 @@ constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::cau
 
 // Photons of the pre-pass, by map; a photon's `cell` is the number of its path. Powers are those of the
 // pre-pass's mean.
-using PrePassPhotons = std::array<Photons, kMapKinds>;
+struct PrePassPhotons : LightPathVisitor {
+    float share = 0;  // of a path among all
+    std::uint32_t path = 0;
+    std::array<Photons, kMapKinds> photons;
 
-PrePassPhotons trace_pilot_paths(const Scene& scene, const ImportancePrePassSettings& settings,
-                                 std::int64_t begin, std::int64_t end) {
-    PrePassPhotons photons;
-    Ledger ledger;
-    const float share = 1.0F / static_cast<float>(settings.paths);
-    Emission emission(scene, settings.seed, Purpose::emission, kEmissionPrePass);
-    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
-                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                          if (!start) return;
-                          Sampler sampler =
-                              Sampler::stratified(settings.seed, Purpose::emission, kEmissionPrePass, path);
-                          const auto visit = [&](const LightPathHit& at) {
-                              if (!stores_photons(at.bsdf)) return;
-                              const V3f& n = at.hit.at.n;
-                              photons[static_cast<std::size_t>(map_of(at.path))].add(
-                                  at.hit.at.p, PackedDirection(n.dot(at.d) > 0 ? -n : n),
-                                  {PackedDirection(at.d), at.power * share, start->light, path});
-                          };
-                          trace_light_path(
-                              scene, *start, sampler, ledger, visit, [](const LightPathScatter&) {},
-                              [](const LightPathEscape&) {}, settings.specular_below);
-                      });
-    return photons;
-}
+    bool begin(std::uint32_t number, const std::optional<LightPathStart>& /*start*/,
+               const Sampler& /*sampler*/) {
+        path = number;
+        return true;
+    }
+    void hit(const LightPathHit& at) {
+        if (!stores_photons(at.bsdf)) return;
+        photons[static_cast<std::size_t>(map_of(at.path))].add_hit(at.hit.at, at.d, at.power * share,
+                                                                   at.start.light, path);
+    }
+};
 
 // The maps of the pre-pass.
 std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene,
                                                               const ImportancePrePassSettings& settings,
                                                               const Workers& workers, Monitor& monitor) {
-    constexpr std::int64_t kGrain = 2048;  // fixed, so that results do not depend on threads
-    std::vector<PrePassPhotons> chunks(static_cast<std::size_t>((settings.paths + kGrain - 1) / kGrain));
-    Phase phase(monitor, "pre-pass", static_cast<std::uint64_t>(settings.paths));
-    parallel_ranges(
-        workers, settings.paths, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-            if (monitor.stopped()) return;
-            chunks[static_cast<std::size_t>(chunk)] = trace_pilot_paths(scene, settings, begin, end);
-            phase.advance(static_cast<std::uint64_t>(end - begin));
-        });
+    LightPaths paths;
+    paths.count = settings.paths;
+    paths.seed = settings.seed;
+    paths.pass = kEmissionPrePass;
+    paths.specular_below = settings.specular_below;
+    paths.per_chunk = 2048;
+    paths.interleaved = false;  // a photon is named by the path that is under way
+    paths.phase = "pre-pass";
+    std::vector<PrePassPhotons> chunks;
+    trace_light_paths({scene, workers, monitor}, paths, chunks, [&](std::int64_t /*count*/) {
+        PrePassPhotons chunk;
+        chunk.share = 1.0F / static_cast<float>(settings.paths);
+        return chunk;
+    });
     std::array<std::optional<PhotonMap>, kMapKinds> maps;
     for (const MapKind kind : kSurfaceMaps) {
         const auto k = static_cast<std::size_t>(kind);
         Photons all;
         for (const PrePassPhotons& chunk : chunks) {
-            for (std::size_t i = 0; i < chunk[k].size(); ++i) {
-                all.add(chunk[k].positions[i], chunk[k].normals[i], chunk[k].photons[i]);
+            const Photons& some = chunk.photons[k];
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                all.add(some.positions[i], some.normals[i], some.photons[i]);
             }
         }
         if (all.size() > 0) maps[k].emplace(all, IndexKind::tree, workers);

@@ -4,42 +4,25 @@
 
 #include "engine/base/error.h"
 #include "engine/base/stopped.h"
-#include "photon/light_path.h"
+#include "photon/trace_light_paths.h"
 
 namespace lucerna {
 namespace {
 
-constexpr std::int64_t kLuminairePathsPerChunk =
-    4096;  // paths per chunk; fixed, so that results do not depend on threads
+// Collects the rays in which the light of one chunk of paths leaves.
+struct EscapedRays : LightPathVisitor {
+    V3d origin{0, 0, 0};  // of the scene
+    LuminaireBlock block;
 
-// What a particle is when it leaves.
-void count_escape(const LightPathEscape& exit, const V3d& origin, LuminaireBlock& made) {
-    if (!(exit.d.z > kLeastForward)) {
-        made.tally.backward += V3d(exit.power);
-        return;
+    void escape(const LightPathEscape& at) {
+        if (!(at.d.z > kLeastForward)) {
+            block.tally.backward += V3d(at.power);
+            return;
+        }
+        block.tally.forward += V3d(at.power);
+        block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, luminance(at.power)});
     }
-    made.tally.forward += V3d(exit.power);
-    made.rays.push_back({V3f(V3d(exit.from.p) + origin), exit.d, luminance(exit.power)});
-}
-
-void trace_paths(const Scene& scene, std::uint64_t seed, std::int64_t begin, std::int64_t end,
-                 LuminaireBlock& made) {
-    Emission emission(scene, seed, Purpose::acquisition, 0);
-    Ledger& ledger = made.tally.ledger;
-    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
-                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                          ++ledger.paths;
-                          if (!start) {
-                              ++ledger.not_emitted;
-                              return;
-                          }
-                          Sampler sampler = Sampler::stratified(seed, Purpose::acquisition, 0, path);
-                          trace_light_path(
-                              scene, *start, sampler, ledger, [](const LightPathHit& /*at*/) {},
-                              [](const LightPathScatter& /*at*/) {},
-                              [&](const LightPathEscape& exit) { count_escape(exit, scene.origin(), made); });
-                      });
-}
+};
 
 }  // namespace
 
@@ -68,22 +51,28 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
                                const Workers& workers) {
     const std::int64_t first = index * parameters.block;
     const std::int64_t count = std::min(parameters.block, parameters.paths - first);
-    std::vector<LuminaireBlock> chunks(
-        static_cast<std::size_t>((count + kLuminairePathsPerChunk - 1) / kLuminairePathsPerChunk));
-    parallel_ranges(
-        workers, count, kLuminairePathsPerChunk,
-        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-            LuminaireBlock& made = chunks[static_cast<std::size_t>(chunk)];
-            made.rays.reserve(static_cast<std::size_t>(end - begin));  // each path leaves once at most
-            trace_paths(scene, parameters.seed, first + begin, first + end, made);
-        });
+    LightPaths paths;
+    paths.first = first;
+    paths.count = count;
+    paths.seed = parameters.seed;
+    paths.purpose = Purpose::acquisition;
+    paths.interleaved = false;  // rays stand in the order of their paths
+    Monitor silent;             // the block's progress is the caller's
+    std::vector<EscapedRays> chunks;
+    trace_light_paths({scene, workers, silent}, paths, chunks, [&](std::int64_t n) {
+        EscapedRays chunk;
+        chunk.origin = scene.origin();
+        chunk.block.rays.reserve(static_cast<std::size_t>(n));  // each path leaves once at most
+        return chunk;
+    });
     LuminaireBlock block;
     std::size_t rays = 0;
-    for (const LuminaireBlock& chunk : chunks) rays += chunk.rays.size();
+    for (const EscapedRays& chunk : chunks) rays += chunk.block.rays.size();
     block.rays.reserve(rays);
-    for (const LuminaireBlock& chunk : chunks) {
-        block.rays.insert(block.rays.end(), chunk.rays.begin(), chunk.rays.end());
-        block.tally.add(chunk.tally);
+    for (EscapedRays& chunk : chunks) {
+        chunk.block.tally.ledger = chunk.ledger;
+        block.rays.insert(block.rays.end(), chunk.block.rays.begin(), chunk.block.rays.end());
+        block.tally.add(chunk.block.tally);
     }
     return block;
 }

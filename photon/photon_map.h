@@ -28,6 +28,10 @@ struct Photons {
         normals.push_back(normal);
         photons.push_back(photon);
     }
+    // A photon of `power` [W] that travels along d and lands on a surface: on the side that it hits.
+    void add_hit(const SurfacePoint& at, const V3f& d, const Rgb& power, std::uint32_t light, CellId cell) {
+        add(at.p, PackedDirection(at.n.dot(d) > 0 ? -at.n : at.n), {PackedDirection(d), power, light, cell});
+    }
 };
 
 class PhotonMap {

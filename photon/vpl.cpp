@@ -4,51 +4,35 @@
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
+#include "photon/trace_light_paths.h"
 #include "photon/vpl_of_hit.h"
 
 namespace lucerna {
 namespace {
 
-// Of some paths in a row.
-struct ChunkLights {
-    std::vector<Vpl> lights;
-    Ledger ledger;
-};
-
-void store(const LightPathScatter& at, std::vector<Vpl>& lights) {
-    lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
-}
-
 // Paths that one thread traces at a time.
-constexpr std::uint64_t kChunk = 8192;
+constexpr std::int64_t kMostPathsPerChunk = 8192;
 
-ChunkLights trace_light_paths(const Scene& scene, const VplParameters& parameters, std::uint64_t begin,
-                              std::uint64_t end) {
-    ChunkLights result;
-    Emission emission(scene, parameters.seed, Purpose::vpl, parameters.pass, parameters.emission);
-    emission.for_each(begin, end, [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-        ++result.ledger.paths;
-        if (!start) {
-            ++result.ledger.not_emitted;
-            return;
-        }
-        Sampler sampler = Sampler::stratified(parameters.seed, Purpose::vpl, parameters.pass, path);
-        trace_for_vpls(
-            scene, *start, parameters.gloss, sampler, result.ledger,
-            [&](const LightPathHit& at) {
-                make_vpls(at, parameters.gloss, [&](const Vpl& light) { result.lights.push_back(light); });
-            },
-            [&](const LightPathScatter& at) { store(at, result.lights); });
-    });
-    return result;
-}
+// Makes the VPLs of one chunk of paths.
+struct ChunkVpls : LightPathVisitor {
+    VplGloss gloss{};
+    std::vector<Vpl> lights;
+
+    void hit(const LightPathHit& at) {
+        make_vpls(at, gloss, [&](const Vpl& light) { lights.push_back(light); });
+    }
+    void scatter(const LightPathScatter& at) {
+        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
+    }
+};
 
 // Throws InputError for more VPLs than there is memory for, by what the first chunks' paths left: they are
 // held as chunks leave them, in one row, and in the order in which they are asked.
-void require_memory_for(const std::vector<ChunkLights>& chunks, std::uint64_t paths, std::uint64_t all) {
+void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t paths, std::int64_t all) {
+    if (paths <= 0) return;
     constexpr double kOrdered = 64;
     std::size_t found = 0;
-    for (const ChunkLights& part : chunks) found += part.lights.size();
+    for (const ChunkVpls& part : chunks) found += part.lights.size();
     const double lights = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
     require_memory(static_cast<std::uint64_t>(lights * (2 * sizeof(Vpl) + kOrdered)),
                    fmt::format("about {:.2g} virtual point lights from {} light paths", lights, all),
@@ -69,27 +53,27 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
                         "emitted (nsets, nlights)",
                         parameters.sets, parameters.paths, kMostPaths));
     }
-    const std::uint64_t per_chunk = std::min<std::uint64_t>(parameters.paths, kChunk);
-    std::vector<ChunkLights> chunks(all / per_chunk);
-    {
-        Phase phase(monitor, "virtual point lights", all);
-        const auto trace_chunks = [&](std::uint64_t from, std::uint64_t to) {
-            parallel_chunks(workers, static_cast<std::int64_t>(to - from), [&](std::int64_t chunk) {
-                if (monitor.stopped()) return;
-                const std::uint64_t place = from + static_cast<std::uint64_t>(chunk);
-                chunks[place] =
-                    trace_light_paths(scene, parameters, place * per_chunk, (place + 1) * per_chunk);
-                phase.advance(per_chunk);
-            });
-        };
-        // The first of them tell what all will need.
-        const std::uint64_t sample = std::min<std::uint64_t>(chunks.size(), 8 * kChunk / per_chunk);
-        trace_chunks(0, sample);
-        if (!monitor.stopped()) require_memory_for(chunks, sample * per_chunk, all);
-        trace_chunks(sample, chunks.size());
-    }
+    LightPaths paths;
+    paths.count = static_cast<std::int64_t>(all);
+    paths.seed = parameters.seed;
+    paths.purpose = Purpose::vpl;
+    paths.pass = parameters.pass;
+    paths.emission = parameters.emission;
+    paths.specular_below = vpl_specular_below(parameters.gloss);
+    paths.per_chunk = std::min<std::int64_t>(parameters.paths, kMostPathsPerChunk);
+    paths.interleaved = false;  // VPLs stand in the order of their paths
+    paths.phase = "virtual point lights";
+    std::vector<ChunkVpls> chunks;
+    trace_light_paths(
+        {scene, workers, monitor}, paths, chunks,
+        [&](std::int64_t /*count*/) {
+            ChunkVpls chunk;
+            chunk.gloss = parameters.gloss;
+            return chunk;
+        },
+        require_memory_for_vpls);
     std::size_t total = 0;
-    for (const ChunkLights& part : chunks) total += part.lights.size();
+    for (const ChunkVpls& part : chunks) total += part.lights.size();
     if (total > 0xffffffffU) {
         throw InputError(
             fmt::format("{} virtual point lights are too many; at most {} fit", total, 0xffffffffU));
@@ -97,13 +81,13 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
     VplSets result;
     result.lights.reserve(total);
     result.begins.push_back(0);
-    std::uint64_t paths = 0;
-    for (ChunkLights& part : chunks) {
+    std::int64_t done = 0;
+    for (ChunkVpls& part : chunks) {
         result.lights.insert(result.lights.end(), part.lights.begin(), part.lights.end());
         result.ledger.add(part.ledger);
         part = {};  // the lights are held twice no longer than they must be
-        paths += per_chunk;
-        if (paths % parameters.paths == 0)
+        done += paths.per_chunk;
+        if (done % parameters.paths == 0)
             result.begins.push_back(static_cast<std::uint32_t>(result.lights.size()));
     }
     result.ledger.scale(1.0 / (static_cast<double>(parameters.sets) * parameters.paths));

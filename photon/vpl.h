@@ -51,16 +51,10 @@ struct VplSets {
     Ledger ledger;                      // divided by the number of paths
 };
 
-// Traces a light path as its VPLs need it: `store` and `scatter` are trace_light_path()'s `on_hit` and
-// `on_scatter`.
-template <typename Store, typename Scatter>
-void trace_for_vpls(const Scene& scene, const LightPathStart& start, VplGloss gloss, Sampler& sampler,
-                    Ledger& ledger, Store&& store, Scatter&& scatter) {
-    // Where it matters what has been scattered before, gloss does not count as that.
-    const float specular_below = gloss == VplGloss::of_indirect ? INFINITY : 0;
-    trace_light_path(
-        scene, start, sampler, ledger, std::forward<Store>(store), std::forward<Scatter>(scatter),
-        [](const LightPathEscape& /*exit*/) {}, specular_below);
+// LightPaths::specular_below for VPLs: where it matters what has been scattered before, gloss does not count
+// as that.
+inline float vpl_specular_below(VplGloss gloss) {
+    return gloss == VplGloss::of_indirect ? INFINITY : 0;
 }
 
 VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Workers& workers,

@@ -8,6 +8,7 @@
 #include "engine/base/stopwatch.h"
 #include "engine/render/igi_caustics.h"
 #include "engine/render/light_choice.h"
+#include "photon/trace_light_paths.h"
 #include "photon/vpl_of_hit.h"
 
 namespace lucerna {
@@ -39,44 +40,52 @@ Tried draw_places(std::size_t places, Sampler sampler) {
     return tried;
 }
 
-// Lights up places by the paths' VPLs.
-struct Trying {
-    const Scene& scene;
-    VplGloss gloss;
-    PlaceShading shading;
+// Lights up places by the VPLs of each path.
+struct PlacesLit : LightPathVisitor {
+    VplGloss gloss{};
+    const PlaceShading* shading = nullptr;
     std::span<const SeenPlace> places;
+    std::span<Tried> all;    // by path
+    Tried* tried = nullptr;  // of the path that is under way
+    std::optional<Sampler> roulette;
 
-    void try_path(const LightPathStart& start, Sampler& sampler, Tried& tried) const {
-        Sampler roulette = sampler.split(1);
-        Ledger ledger;
-        const auto light_up = [&](const Vpl& light) {
+    bool begin(std::uint32_t path, const std::optional<LightPathStart>& /*start*/, const Sampler& sampler) {
+        tried = &all[path];
+        *tried = draw_places(places.size(), sampler.split(2));
+        roulette = sampler.split(1);
+        return true;
+    }
+    void hit(const LightPathHit& at) {
+        make_vpls(at, gloss, [&](const Vpl& light) {
             for (std::size_t i = 0; i < kTries; ++i) {
-                tried.radiance[i] += shading.radiance(places[tried.place[i]], light, roulette);
+                tried->radiance[i] += shading->radiance(places[tried->place[i]], light, *roulette);
             }
-        };
-        trace_for_vpls(
-            scene, start, gloss, sampler, ledger,
-            [&](const LightPathHit& at) { make_vpls(at, gloss, light_up); }, [](const LightPathScatter&) {});
+        });
     }
 };
 
-std::vector<Tried> try_paths(const PassContext& context, std::int64_t paths, const Trying& trying) {
-    constexpr std::int64_t kGrain = 2048;  // fixed, so that results do not depend on threads
-    std::vector<Tried> all(static_cast<std::size_t>(paths));
-    Phase phase(context.monitor, "pre-pass", static_cast<std::uint64_t>(paths));
-    parallel_ranges(
-        context.workers, paths, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-            if (context.monitor.stopped()) return;
-            Emission emission(context.scene, context.seed, Purpose::emission, kEmissionPrePass);
-            emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
-                              [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
-                                  Sampler sampler = Sampler::stratified(context.seed, Purpose::emission,
-                                                                        kEmissionPrePass, path);
-                                  all[path] = draw_places(trying.places.size(), sampler.split(2));
-                                  if (start) trying.try_path(*start, sampler, all[path]);
-                              });
-            phase.advance(static_cast<std::uint64_t>(end - begin));
-        });
+std::vector<Tried> try_paths(const PassContext& context, const IgiSettings& settings,
+                             std::span<const SeenPlace> places) {
+    const PlaceShading shading(context.scene, settings);
+    std::vector<Tried> all(static_cast<std::size_t>(settings.pre_pass));
+    LightPaths paths;
+    paths.count = settings.pre_pass;
+    paths.seed = context.seed;
+    paths.pass = kEmissionPrePass;
+    paths.specular_below = vpl_specular_below(vpl_gloss(settings));
+    paths.per_chunk = 2048;
+    paths.interleaved = false;  // a place is lit by the path that is under way
+    paths.phase = "pre-pass";
+    std::vector<PlacesLit> chunks;
+    trace_light_paths({context.scene, context.workers, context.monitor}, paths, chunks,
+                      [&](std::int64_t /*count*/) {
+                          PlacesLit chunk;
+                          chunk.gloss = vpl_gloss(settings);
+                          chunk.shading = &shading;
+                          chunk.places = places;
+                          chunk.all = all;
+                          return chunk;
+                      });
     return all;
 }
 
@@ -132,8 +141,7 @@ std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const Pa
     if (seen.places.empty()) return std::nullopt;
 
     // What light paths bring there.
-    const Trying trying{scene, vpl_gloss(settings), PlaceShading(scene, settings), seen.places};
-    const auto tried = try_paths(context, settings.pre_pass, trying);
+    const auto tried = try_paths(context, settings, seen.places);
     if (context.monitor.stopped()) return std::nullopt;
     seen.shown = radiances(seen, tried);
     const std::vector<float> second_moments = scores(seen, tried);

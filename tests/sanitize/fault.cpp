@@ -14,7 +14,7 @@
 
 #include "engine/base/parallel.h"
 
-namespace fault {
+namespace {
 
 // Values that no compiler knows beforehand.
 template <typename T>
@@ -111,7 +111,7 @@ void none() {
     use(sum);
 }
 
-}  // namespace fault
+}  // namespace
 
 int main(int argc, char** argv) {
     const std::map<std::string, std::function<void()>> faults{{"heap", heap},

@@ -1,0 +1,115 @@
+// The one driver of light paths: it emits them, traces them and hands what they meet to visitors. Photon maps
+// [Jensen 2001, 7], virtual point lights [Keller 1997], guides, importance pre-passes and luminaires are all
+// visitors of the same paths.
+//
+// Work is chunks of a fixed number of paths, so that results do not depend on the number of threads; each
+// chunk has a visitor of its own, and the visitors, joined in order, are the result.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "photon/light_path_group.h"
+
+namespace lucerna {
+
+struct LightPaths {
+    std::int64_t first = 0;  // number of the first path
+    std::int64_t count = 0;  // in all, those of chunks that are there already included; first + count <= 2^32
+    std::uint64_t seed = 0;
+    Purpose purpose = Purpose::emission;
+    std::uint32_t pass = 0;
+    const LearnedEmission* emission = nullptr;  // by which paths are emitted; null: by the lights' power
+    float specular_below = 0;                   // as BounceClass has it
+    PathUse use = PathUse::all;
+    std::int64_t per_chunk = 4096;
+    // Several paths under way at a time: faster, and a visitor sees their hits in turns. Else one by one.
+    bool interleaved = true;
+    std::string_view phase = "photons";  // as progress names it
+};
+
+// What a visitor does unless it says otherwise: nothing. A visitor is used by one thread.
+struct LightPathVisitor {
+    Ledger ledger;  // of its paths, in W times their number
+
+    // Before each path, with the random numbers that it starts with; no start: no light emitted it. False:
+    // the path is not traced.
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& /*start*/,
+               const Sampler& /*sampler*/) {
+        return true;
+    }
+    void hit(const LightPathHit& /*at*/) {}
+    void scatter(const LightPathScatter& /*at*/) {}
+    void escape(const LightPathEscape& /*at*/) {}
+};
+
+// Traces the paths [begin, end) for one visitor, in the calling thread.
+template <typename Visitor>
+void trace_chunk(const Scene& scene, const LightPaths& paths, std::int64_t begin, std::int64_t end,
+                 Visitor& visitor) {
+    Emission emission(scene, paths.seed, paths.purpose, paths.pass, paths.emission);
+    const SamplerFamily samplers(paths.seed, paths.purpose, paths.pass);
+    LightPathGroup group(
+        scene, visitor.ledger, [&](const LightPathHit& at) { visitor.hit(at); },
+        [&](const LightPathScatter& at) { visitor.scatter(at); },
+        [&](const LightPathEscape& at) { visitor.escape(at); }, paths.specular_below, paths.use);
+    emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
+                      [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
+                          ++visitor.ledger.paths;
+                          if (!start) ++visitor.ledger.not_emitted;
+                          const Sampler sampler = samplers.path(path);
+                          if (!visitor.begin(path, start, sampler) || !start) return;
+                          group.add(*start, sampler);
+                          if (!paths.interleaved) group.finish();
+                      });
+    group.finish();
+}
+
+// Where light paths are traced, and by whom.
+struct LightPathWork {
+    const Scene& scene;
+    const Workers& workers;
+    Monitor& monitor;
+};
+
+// Traces light paths until there are paths.count of them: `chunks` holds the visitors of those before, in
+// whole chunks, and gets those of all others. make_visitor(n) makes the visitor of a chunk of n paths. What
+// the first 65,536 paths left tells what all will need: require_memory(chunks, done, count) throws InputError
+// where that is more than there is. Stopped early (monitor), visitors of chunks that were not traced are as
+// the default constructor makes them, and the caller must not use the result.
+template <typename Visitor, typename MakeVisitor, typename RequireMemory>
+void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
+                       MakeVisitor&& make_visitor, RequireMemory&& require_memory) {
+    constexpr std::int64_t kFirstPaths = 65'536;
+    const std::int64_t first = static_cast<std::int64_t>(chunks.size()) * paths.per_chunk;
+    chunks.resize(static_cast<std::size_t>((paths.count + paths.per_chunk - 1) / paths.per_chunk));
+    Phase phase(work.monitor, paths.phase, static_cast<std::uint64_t>(paths.count - first));
+    const auto trace = [&](std::int64_t from, std::int64_t to) {
+        parallel_ranges(
+            work.workers, to - from, paths.per_chunk,
+            [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                if (work.monitor.stopped()) return;
+                Visitor visitor = make_visitor(end - begin);
+                trace_chunk(work.scene, paths, paths.first + from + begin, paths.first + from + end, visitor);
+                chunks[static_cast<std::size_t>((from + begin) / paths.per_chunk)] = std::move(visitor);
+                phase.advance(static_cast<std::uint64_t>(end - begin));
+            });
+    };
+    // Whole chunks, so that those after them begin where they would.
+    const std::int64_t sample = std::min(paths.count, std::max(first, kFirstPaths));
+    trace(first, sample);
+    if (!work.monitor.stopped()) require_memory(chunks, sample, paths.count);
+    trace(sample, paths.count);
+}
+template <typename Visitor, typename MakeVisitor>
+void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
+                       MakeVisitor&& make_visitor) {
+    trace_light_paths(work, paths, chunks, std::forward<MakeVisitor>(make_visitor),
+                      [](const std::vector<Visitor>&, std::int64_t, std::int64_t) {});
+}
+
+}  // namespace lucerna
