@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "engine/base/sampler.h"
-#include "engine/world/bsdf.h"
+#include "engine/scene/bsdf.h"
 
 namespace lucerna {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "engine/base/sampler.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/boundary.h"
 #include "photon/kernel.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "engine/base/sampler.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "lights/emit_net.h"
 #include "photon/learned_emission.h"
 

@@ -33,7 +33,7 @@
 
 #include "engine/base/cdf.h"
 #include "engine/base/hash.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "lights/light.h"
 
 namespace lucerna {

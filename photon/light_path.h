@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "engine/base/sampler.h"
-#include "engine/world/passage.h"
-#include "engine/world/phase.h"
-#include "engine/world/scene.h"
+#include "engine/scene/passage.h"
+#include "engine/scene/phase.h"
+#include "engine/scene/scene.h"
 #include "photon/bounce_class.h"
 #include "photon/emission.h"
 #include "photon/ledger.h"

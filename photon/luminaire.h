@@ -14,7 +14,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "lights/ray_set.h"
 #include "photon/ledger.h"
 

@@ -11,7 +11,7 @@
 #include "engine/base/hash.h"
 #include "engine/base/memory.h"
 #include "engine/base/stopwatch.h"
-#include "engine/world/arithmetic.h"
+#include "engine/scene/arithmetic.h"
 
 namespace lucerna {
 namespace {

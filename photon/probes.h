@@ -19,7 +19,7 @@
 #include <span>
 
 #include "engine/base/vec.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "photon/kernel.h"
 #include "photon/tangent_metric.h"
 

@@ -2,7 +2,7 @@
 // must know how far it may lie off its surface.
 #pragma once
 
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace lucerna {
 

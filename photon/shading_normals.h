@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "engine/world/bsdf.h"
+#include "engine/scene/bsdf.h"
 
 namespace lucerna {
 

@@ -5,7 +5,7 @@
 
 #include "engine/base/surface_point.h"
 #include "engine/base/warp.h"
-#include "engine/world/passage.h"
+#include "engine/scene/passage.h"
 
 namespace lucerna {
 namespace {

@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "engine/base/sampler.h"
-#include "engine/world/phase.h"
-#include "engine/world/scene.h"
+#include "engine/scene/phase.h"
+#include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/photon_map.h"
 

@@ -17,8 +17,8 @@
 
 #include "engine/base/error.h"
 #include "lights/gauss.h"
-#include "measure/far_field.h"
-#include "measure/plane_irradiance.h"
+#include "lights/measurement/far_field.h"
+#include "lights/measurement/plane_irradiance.h"
 
 namespace {
 

@@ -20,9 +20,9 @@
 #include "engine/base/stats.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/units.h"
+#include "engine/integrators/igi_estimator.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/igi_estimator.h"
-#include "engine/render/igi_shade.h"
+#include "engine/vpl/vpl_shading.h"
 
 namespace {
 

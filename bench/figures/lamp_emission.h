@@ -18,7 +18,7 @@
 #include "lights/emit_net.h"
 #include "lights/light_field.h"
 #include "lights/measured.h"
-#include "measure/plane_irradiance.h"
+#include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {
 

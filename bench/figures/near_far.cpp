@@ -24,7 +24,7 @@
 
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
-#include "measure/far_field.h"
+#include "lights/measurement/far_field.h"
 
 namespace {
 

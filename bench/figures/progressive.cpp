@@ -23,8 +23,8 @@
 #include "bench/figures/figure_main.h"
 #include "engine/base/stopwatch.h"
 #include "engine/base/units.h"
+#include "engine/evaluation/compare.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/compare.h"
 #include "engine/render/render.h"
 
 namespace {

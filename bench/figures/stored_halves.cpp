@@ -26,8 +26,8 @@
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "engine/base/image.h"
-#include "measure/acquire.h"
-#include "measure/ray_projection.h"
+#include "lights/measurement/acquire.h"
+#include "lights/measurement/ray_projection.h"
 
 namespace {
 

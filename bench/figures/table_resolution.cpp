@@ -15,7 +15,7 @@
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
 #include "lights/gauss.h"
-#include "measure/acquire.h"
+#include "lights/measurement/acquire.h"
 
 namespace {
 

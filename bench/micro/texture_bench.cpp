@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/base/sampler.h"
-#include "engine/world/texture_image.h"
+#include "engine/scene/texture_image.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

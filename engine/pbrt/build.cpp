@@ -6,7 +6,7 @@
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/transforms.h"
-#include "engine/world/traced_shape.h"
+#include "engine/scene/traced_shape.h"
 #include "lights/analytic.h"
 
 namespace lucerna {

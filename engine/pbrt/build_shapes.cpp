@@ -7,7 +7,7 @@
 
 #include "engine/base/memory.h"
 #include "engine/pbrt/transforms.h"
-#include "engine/world/quadric.h"
+#include "engine/scene/quadric.h"
 
 namespace lucerna {
 namespace {

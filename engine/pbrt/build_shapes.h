@@ -5,7 +5,7 @@
 
 #include "engine/base/vec.h"
 #include "engine/pbrt/draft.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 
 namespace lucerna {
 

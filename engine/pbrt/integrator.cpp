@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "engine/base/names.h"
+#include "engine/integrators/setting_text.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/state.h"
-#include "engine/render/setting_text.h"
 
 namespace lucerna {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "engine/base/names.h"
 #include "engine/pbrt/state.h"
-#include "engine/world/phase.h"
+#include "engine/scene/phase.h"
 
 namespace lucerna {
 namespace {

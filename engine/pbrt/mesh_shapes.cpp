@@ -7,8 +7,8 @@
 
 #include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
-#include "engine/world/loop.h"
-#include "engine/world/ply.h"
+#include "engine/scene/loop.h"
+#include "engine/scene/ply.h"
 
 namespace lucerna {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
-#include "engine/world/patch.h"
+#include "engine/scene/patch.h"
 
 namespace lucerna {
 namespace {

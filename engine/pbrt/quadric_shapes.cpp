@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "engine/pbrt/shapes.h"
-#include "engine/world/quadric.h"
+#include "engine/scene/quadric.h"
 
 namespace lucerna {
 namespace {

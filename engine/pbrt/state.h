@@ -13,7 +13,7 @@
 #include "engine/pbrt/leniency.h"
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/transforms.h"
-#include "engine/world/texture_image.h"
+#include "engine/scene/texture_image.h"
 
 namespace lucerna {
 

@@ -12,7 +12,7 @@
 
 #include "engine/base/names.h"
 #include "engine/pbrt/state.h"
-#include "engine/world/texture_patterns.h"
+#include "engine/scene/texture_patterns.h"
 
 namespace lucerna {
 namespace {

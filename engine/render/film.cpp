@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/render/error_scale.h"
+#include "engine/base/error_scale.h"
 
 namespace lucerna {
 namespace {

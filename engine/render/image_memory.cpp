@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "engine/base/memory.h"
+#include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
-#include "engine/render/integrator.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
 
 namespace lucerna {
 

@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/render/settings.h"
-#include "engine/world/camera.h"
-#include "engine/world/scene.h"
+#include "engine/guiding/importons.h"
+#include "engine/integrators/settings.h"
+#include "engine/scene/camera.h"
+#include "engine/scene/scene.h"
 
 namespace lucerna {
 
@@ -42,5 +43,8 @@ struct Job {
     // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.
     std::vector<std::filesystem::path> caches = {};
 };
+
+// What the job's image shows.
+View view_of(const Job& job);
 
 }  // namespace lucerna

@@ -7,9 +7,9 @@
 #include <limits>
 
 #include "engine/base/error.h"
+#include "engine/base/error_scale.h"
 #include "engine/base/stopwatch.h"
-#include "engine/render/error_scale.h"
-#include "engine/render/igi_caustics.h"
+#include "engine/integrators/igi_caustics.h"
 #include "engine/render/method_cost.h"
 #include "engine/render/trial.h"
 

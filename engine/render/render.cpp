@@ -5,9 +5,10 @@
 #include <optional>
 
 #include "engine/base/stopwatch.h"
+#include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
 #include "engine/render/image_memory.h"
-#include "engine/render/integrator.h"
+#include "engine/render/job.h"
 #include "engine/render/progress.h"
 #include "engine/render/tiles.h"
 #include "engine/render/unseen_lights.h"

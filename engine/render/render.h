@@ -3,14 +3,11 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/integrators/render_report.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
@@ -40,16 +37,6 @@ struct RenderOptions {
     std::function<void(Checkpoint)> keep = {};
     // What to go on from; null: from the start. Limits are then those of all renders together.
     const Checkpoint* resume = nullptr;
-};
-
-// What a render did, for --stats. Names are stable: they are the JSON's keys.
-struct RenderReport {
-    std::vector<std::pair<std::string, double>> seconds;  // per phase, in order
-    std::map<std::string, double> numbers;                // counts and energies, by dotted name
-    std::map<std::string, std::string> notes;             // what was built and why
-    int samples_done = 0;                                 // per pixel
-    int passes_done = 0;                                  // of an integrator that works in passes
-    bool complete = true;                                 // false: stopped early by the user
 };
 
 struct RenderResult {

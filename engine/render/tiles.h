@@ -7,8 +7,10 @@
 #include <string>
 #include <utility>
 
+#include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
-#include "engine/render/integrator.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
 
 namespace lucerna {
 

@@ -9,7 +9,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/stats.h"
-#include "engine/render/integrator.h"
+#include "engine/integrators/integrator.h"
 #include "engine/render/job.h"
 
 namespace lucerna {

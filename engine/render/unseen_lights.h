@@ -2,8 +2,8 @@
 #pragma once
 
 #include "engine/base/monitor.h"
-#include "engine/render/settings.h"
-#include "engine/world/scene.h"
+#include "engine/integrators/settings.h"
+#include "engine/scene/scene.h"
 
 namespace lucerna {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "measure/photographs.h"
+#include "lights/measurement/photographs.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::require;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/hash.h"
-#include "engine/world/arithmetic.h"
+#include "engine/scene/arithmetic.h"
 #include "photon/map_file.h"
 #include "tests/fuzz/input.h"
 

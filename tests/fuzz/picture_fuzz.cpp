@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "engine/base/photograph.h"
-#include "engine/world/texture_image.h"
+#include "engine/scene/texture_image.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;

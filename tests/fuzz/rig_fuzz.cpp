@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "measure/rig_file.h"
+#include "lights/measurement/rig_file.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::require;

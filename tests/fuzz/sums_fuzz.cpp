@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/app/sums_file.h"
 #include "engine/base/hash.h"
+#include "engine/cli/sums_file.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::bytes_of_input;

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "engine/pbrt/read_scene.h"
-#include "measure/filter_sums.h"
-#include "measure/plane_irradiance.h"
+#include "lights/measurement/filter_sums.h"
+#include "lights/measurement/plane_irradiance.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "tests/support/scene_text.h"
 
 namespace lucerna {

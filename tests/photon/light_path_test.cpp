@@ -5,8 +5,8 @@
 
 #include <regex>
 
+#include "engine/vpl/vpl.h"
 #include "photon/build_maps.h"
-#include "photon/vpl.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 

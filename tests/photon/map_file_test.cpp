@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "engine/base/files.h"
-#include "engine/world/arithmetic.h"
+#include "engine/scene/arithmetic.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"
 #include "tests/support/temporary_folder.h"

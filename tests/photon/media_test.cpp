@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/stats.h"
+#include "engine/vpl/vpl.h"
 #include "photon/build_maps.h"
 #include "photon/volume_estimate.h"
-#include "photon/vpl.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"

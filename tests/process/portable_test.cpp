@@ -10,7 +10,7 @@
 
 #include "engine/base/hash.h"
 #include "engine/base/image.h"
-#include "engine/world/arithmetic.h"
+#include "engine/scene/arithmetic.h"
 #include "tests/support/cannot_run.h"
 #include "tests/support/temporary_folder.h"
 

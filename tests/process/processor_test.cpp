@@ -1,13 +1,13 @@
 // What is told on a processor that lacks what the program was compiled for: tests/startup/processor.sh looks
 // at the program itself.
-#include "engine/app/main/processor.h"
+#include "engine/cli/main/processor.h"
 
 #include <gtest/gtest.h>
 
 #include <array>
 #include <string>
 
-#include "engine/world/arithmetic.h"
+#include "engine/scene/arithmetic.h"
 
 namespace lucerna {
 namespace processor_test {

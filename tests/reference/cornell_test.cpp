@@ -1,8 +1,8 @@
 // The Cornell box by every method, and beside another renderer's images of it.
 #include <gtest/gtest.h>
 
+#include "engine/evaluation/compare.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/compare.h"
 #include "engine/render/render.h"
 #include "tests/support/scenes.h"
 #include "tests/support/shared_data.h"

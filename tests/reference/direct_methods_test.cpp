@@ -6,11 +6,12 @@
 #include <iostream>
 
 #include "engine/base/stats.h"
+#include "engine/guiding/guide.h"
+#include "engine/integrators/direct_light.h"
+#include "engine/integrators/integrator.h"
+#include "engine/integrators/specular_chain.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/direct_light.h"
-#include "engine/render/integrator.h"
-#include "engine/render/specular_chain.h"
-#include "photon/guide.h"
+#include "engine/render/job.h"
 #include "tests/support/made_scenes.h"
 
 namespace lucerna {

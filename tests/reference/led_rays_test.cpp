@@ -6,8 +6,8 @@
 #include <iostream>
 
 #include "engine/base/sampler.h"
-#include "measure/plane_irradiance.h"
-#include "measure/ray_projection.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "lights/measurement/ray_projection.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/statistics.h"
 

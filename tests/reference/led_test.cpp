@@ -4,7 +4,7 @@
 #include "engine/render/render.h"
 #include "lights/cell_table.h"
 #include "lights/measured.h"
-#include "measure/ray_projection.h"
+#include "lights/measurement/ray_projection.h"
 #include "tests/support/scenes.h"
 #include "tests/support/shared_data.h"
 

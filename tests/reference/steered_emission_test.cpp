@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "engine/evaluation/compare.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/render/compare.h"
 #include "engine/render/render.h"
 #include "tests/support/made_scenes.h"
 

@@ -7,8 +7,9 @@
 
 #include "engine/base/files.h"
 #include "engine/base/hash.h"
+#include "engine/integrators/integrator.h"
 #include "engine/render/checkpoint.h"
-#include "engine/render/integrator.h"
+#include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scenes.h"

@@ -7,10 +7,10 @@
 #include "lights/cell_table.h"
 #include "lights/light_field.h"
 #include "lights/measured.h"
+#include "lights/measurement/acquire.h"
+#include "lights/measurement/ray_projection.h"
 #include "lights/ray_set.h"
 #include "lights/ray_writer.h"
-#include "measure/acquire.h"
-#include "measure/ray_projection.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/temporary_folder.h"
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <numbers>
 
-#include "engine/world/bsdf.h"
+#include "engine/scene/bsdf.h"
 
 namespace lucerna::testing {
 

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/world/material.h"
-#include "engine/world/scene.h"
+#include "engine/scene/material.h"
+#include "engine/scene/scene.h"
 #include "tests/support/lobes.h"
 
 namespace lucerna::testing {

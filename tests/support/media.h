@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/world/medium.h"
-#include "engine/world/phase.h"
+#include "engine/scene/medium.h"
+#include "engine/scene/phase.h"
 
 namespace lucerna::testing {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/stats.h"
-#include "engine/render/integrator.h"
+#include "engine/integrators/integrator.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
 

@@ -3,8 +3,8 @@
 
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
-#include "engine/world/bsdf.h"
-#include "engine/world/scene.h"
+#include "engine/scene/bsdf.h"
+#include "engine/scene/scene.h"
 #include "photon/photon_map.h"
 #include "tests/support/lobes.h"
 

@@ -8,7 +8,7 @@
 #include "engine/base/stats.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
-#include "engine/world/scene.h"
+#include "engine/scene/scene.h"
 #include "lights/analytic.h"
 
 namespace lucerna::testing {

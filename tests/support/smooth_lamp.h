@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/acquire.h"
-#include "measure/plane_irradiance.h"
+#include "lights/measurement/acquire.h"
+#include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna::testing {
 

@@ -1,0 +1,9 @@
+#include "engine/base/version.h"
+
+namespace lucerna {
+
+std::string_view program_version() {
+    return LUCERNA_VERSION;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,109 @@
+#include "engine/cli/checkpointing.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <set>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/hash.h"
+#include "engine/base/units.h"
+#include "engine/base/version.h"
+#include "engine/cli/run.h"
+#include "engine/scene/arithmetic.h"
+
+namespace lucerna {
+namespace {
+
+// By their contents: a folder may have been moved.
+std::uint64_t hash_of_files(const std::vector<std::filesystem::path>& files) {
+    WordHash hash;
+    std::set<std::filesystem::path> seen;
+    std::vector<std::byte> block(std::size_t{1} << 20);  // a multiple of the hash's words
+    for (const std::filesystem::path& file : files) {
+        if (!seen.insert(file).second) continue;
+        std::error_code status;
+        if (!std::filesystem::exists(file, status)) {
+            hash.add("missing");  // and left out, with the user's consent
+            continue;
+        }
+        std::ifstream in = open_to_read(file);
+        std::uint64_t size = 0;
+        while (in) {
+            in.read(reinterpret_cast<char*>(block.data()), static_cast<std::streamsize>(block.size()));
+            const auto got = static_cast<std::size_t>(in.gcount());
+            hash.add_bytes(std::span(block).first(got));
+            size += got;
+        }
+        hash.add(size);
+    }
+    return hash.value();
+}
+
+std::string film_text(const FilmSettings& film) {
+    const FilterSettings& f = film.filter;
+    return fmt::format("{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
+                       film.width, film.height, film.crop_begin.x, film.crop_begin.y, film.crop_end.x,
+                       film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x, f.radius.y, f.sigma,
+                       f.b, f.c, f.tau);
+}
+
+}  // namespace
+
+PictureFacts picture_facts(const Job& job, std::uint64_t seed) {
+    const V2i size = job.film.rendered_size();
+    PictureFacts facts{{"version of lucerna", std::string(program_version())},
+                       {"arithmetic", arithmetic()},
+                       {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
+                       {"image size", fmt::format("{} x {}", size.x, size.y)},
+                       {"film", film_text(job.film)},
+                       {"integrator", std::string(integrator_name(job.integrator))},
+                       {"seed", fmt::format("{}", seed)}};
+    for (auto& [name, value] : describe(job.integrator)) facts.emplace_back("parameter " + name, value);
+    return facts;
+}
+
+Checkpointing::Checkpointing(const CheckpointOptions& options, Monitor& monitor)
+    : options_(options), monitor_(monitor) {
+    if (options.resume.empty()) return;
+    std::error_code status;
+    if (!options.save.empty() && same_file(options.resume, options.save) &&
+        !std::filesystem::exists(options.resume, status)) {
+        monitor.info(fmt::format("no checkpoint {} yet: the render begins", options.resume.string()));
+        return;
+    }
+    resumed_ = load_checkpoint(options.resume);
+}
+
+void Checkpointing::attach(const Job& job, RenderOptions& render) {
+    if (options_.kept().empty()) return;
+    facts_ = picture_facts(job, render.seed);
+    if (resumed_) {
+        require_same(options_.resume, resumed_->facts, facts_);
+        render.resume = &*resumed_;
+        monitor_.info(fmt::format("resumed: {} samples per pixel in {} are there", resumed_->samples_done,
+                                  duration_text(resumed_->seconds)));
+    }
+    render.keep_every = options_.every;
+    render.keep = [this](Checkpoint checkpoint) { keep(std::move(checkpoint)); };
+}
+
+// A disk that is full now may have room later, and the image is worth more than its checkpoint.
+void Checkpointing::keep(Checkpoint checkpoint) {
+    checkpoint.facts = facts_;
+    try {
+        save_checkpoint(options_.kept(), checkpoint);
+        failed_ = nullptr;
+    } catch (const InputError& error) {
+        failed_ = std::current_exception();
+        monitor_.warn(fmt::format("{}; the render goes on, the last checkpoint stays", error.what()));
+    }
+}
+
+void Checkpointing::finish() const {
+    if (failed_) std::rethrow_exception(failed_);
+}
+
+}  // namespace lucerna

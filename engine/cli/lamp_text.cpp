@@ -1,0 +1,151 @@
+#include "engine/cli/lamp_text.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/units.h"
+#include "lights/cell_table.h"
+
+namespace lucerna {
+namespace {
+
+// "12.3 %" of a whole that may be nothing.
+std::string percent(double part, double whole) {
+    return whole > 0 ? fmt::format("{:.3g} %", 100 * part / whole) : std::string("-");
+}
+
+struct Negative {
+    float peak = 0;         // the largest coefficient
+    std::size_t count = 0;  // negative coefficients
+    double sum = 0;         // of them
+};
+
+Negative negatives(const LightField& field) {
+    Negative found;
+    for (const float e : field.coefficients()) {
+        found.peak = std::max(found.peak, e);
+        if (e < 0) {
+            ++found.count;
+            found.sum += double{e};
+        }
+    }
+    return found;
+}
+
+void print_rig(std::ostream& out, const Rig& rig) {
+    fmt::print(out, "sampling plane S     {} x {} views, {} x {} apart, centre ({}, {}, {})\n", rig.views.x,
+               rig.views.y, length_text(rig.spacing.x), length_text(rig.spacing.y),
+               length_text(double{rig.centre.x}), length_text(double{rig.centre.y}),
+               length_text(double{rig.centre.z}));
+    fmt::print(out, "measurement plane M  {} x {} pixels of {} x {}, {} from S\n", rig.pixels.x, rig.pixels.y,
+               length_text(rig.pixel.x), length_text(rig.pixel.y), length_text(rig.distance));
+    // D > 0 in every rig that a light field accepts.
+    const double across = std::atan(0.5 * rig.pixels.x * rig.pixel.x / rig.distance);
+    const double up = std::atan(0.5 * rig.pixels.y * rig.pixel.y / rig.distance);
+    fmt::print(out, "angles               +-{:.1f} x +-{:.1f} degrees from the middle of S; {}\n",
+               across * 180 / double{kPi}, up * 180 / double{kPi},
+               rig.shift == V2i(0, 0) ? std::string("Setup B, the screen stands still")
+                                      : fmt::format("Setup A, the sensor moves by {} x {} pixels per view",
+                                                    rig.shift.x, rig.shift.y));
+}
+
+// A flux in a file's header, which may be 0 or NaN for "not stated".
+std::string stated(double flux, std::string_view unit) {
+    return flux > 0 && std::isfinite(flux) ? fmt::format("{:g} {}", flux, unit) : fmt::format("no {}", unit);
+}
+
+// The box of the rays' starts and their mean direction, by flux.
+struct RayBundle {
+    Imath::Box<V3f> box;
+    V3d direction{0, 0, 0};
+    double sum = 0, backward = 0;
+    std::uint64_t backward_rays = 0;
+};
+
+RayBundle bundle(const RaySet& set) {
+    RayBundle b;
+    for (const LampRay& ray : set.rays) {
+        b.box.extendBy(ray.o);
+        b.direction += V3d(ray.d) * double{ray.flux};
+        b.sum += double{ray.flux};
+        if (ray.d.z <= 0) {
+            b.backward += double{ray.flux};
+            ++b.backward_rays;
+        }
+    }
+    if (b.sum > 0) b.direction /= b.sum;
+    return b;
+}
+
+}  // namespace
+
+void print_light_field(std::ostream& out, const LightField& field, const Workers& workers) {
+    const LightFieldInfo& info = field.info();
+    const std::string_view unit = flux_unit_name(info.unit);
+    const double flux = field.flux();
+    const double clamped = field.clamped_flux(workers);
+    const double lamp = info.captured + info.missed;
+    const Negative negative = negatives(field);
+    const double count = static_cast<double>(field.coefficients().size());  // a field has at least one
+    print_rig(out, field.rig());
+    // What is emitted is max(0, h), scaled back to the flux that was measured.
+    fmt::print(
+        out, "flux                 {:.6g} {} (clamping negative light adds {}, which emission scales back)\n",
+        flux, unit, percent(clamped - flux, flux));
+    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", info.captured,
+               unit, percent(info.captured, lamp), info.missed, unit, percent(info.missed, lamp));
+    fmt::print(out, "peak coefficient     {:.6g} {}/m^4\n", negative.peak, unit);
+    const double below = -negative.sum * field.rig().cell_volume();
+    fmt::print(out, "negative             {} of {} coefficients ({}), which sum to {} of the flux\n",
+               negative.count, field.coefficients().size(),
+               percent(static_cast<double>(negative.count), count), percent(below, flux));
+    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", info.colour.x, info.colour.y,
+               info.colour.z);
+    fmt::print(out,
+               "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
+               4e-6 * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
+    fmt::print(out, "content hash         {:016x}\n", content_hash(field));
+    if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
+}
+
+void print_ray_set(std::ostream& out, const RaySet& set) {
+    const RayBundle b = bundle(set);
+    const std::string_view unit = flux_unit_name(set.unit);
+    fmt::print(out, "rays                 {}\n", set.rays.size());
+    fmt::print(out, "flux                 {:.6g} {} (file states {}, {})\n", set.flux, unit,
+               stated(set.header_lumens, "lm"), stated(set.header_watts, "W"));
+    fmt::print(out, "skipped              {} not finite, {} without direction ({:.6g} {})\n", set.skipped_nan,
+               set.skipped_zero_direction, set.skipped_flux, unit);
+    if (!set.rays.empty()) {
+        fmt::print(out, "start                x {} to {}, y {} to {}, z {} to {}\n",
+                   length_text(double{b.box.min.x}), length_text(double{b.box.max.x}),
+                   length_text(double{b.box.min.y}), length_text(double{b.box.max.y}),
+                   length_text(double{b.box.min.z}), length_text(double{b.box.max.z}));
+        fmt::print(out, "mean direction       ({:.5f}, {:.5f}, {:.5f})\n", b.direction.x, b.direction.y,
+                   b.direction.z);
+        fmt::print(out, "backward (z <= 0)    {} rays, {} of the flux\n", b.backward_rays,
+                   percent(b.backward, b.sum));
+    }
+    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", set.colour.x, set.colour.y, set.colour.z);
+    if (!set.provenance.empty()) fmt::print(out, "provenance           {}\n", set.provenance);
+}
+
+void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit) {
+    const std::string_view name = flux_unit_name(unit);
+    const auto line = [&](std::string_view what, double flux) {
+        fmt::print(out, "  {:<34} {:>12.6g} {} {:>10}\n", what, flux, name, percent(flux, account.total));
+    };
+    fmt::print(out, "where the rays' light went:\n");
+    line("held by the light field", account.captured);
+    line("beside S", account.beside_s);
+    line("beside M", account.beside_m);
+    line("backward", account.backward);
+    line("unusable rays", account.skipped);
+    line("between filters (signed)", account.not_in_basis);
+    line("all", account.total);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,18 @@
+// Lamps in words: what `lucerna light` and `lucerna info` say about them.
+#pragma once
+
+#include <ostream>
+
+#include "engine/base/parallel.h"
+#include "lights/light_field.h"
+#include "lights/measurement/ray_projection.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+
+void print_light_field(std::ostream& out, const LightField& field, const Workers& workers);
+void print_ray_set(std::ostream& out, const RaySet& rays);
+// Where the flux of a ray set went when it was projected.
+void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit);
+
+}  // namespace lucerna

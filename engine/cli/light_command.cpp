@@ -1,0 +1,77 @@
+// lucerna light: lamps into light fields, and what is in them.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <filesystem>
+
+#include "engine/cli/lamp_text.h"
+#include "engine/cli/light_commands.h"
+#include "engine/cli/outputs.h"
+#include "lights/cell_table.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kLightFooter = R"(Examples:
+  lucerna light import lamp.tm25ray -o lamp.exr
+  lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
+  lucerna light info lamp.exr
+  lucerna light project lamp.exr --distance 1m -o wall.exr --png
+  lucerna light view lamp.exr -o views.png)";
+
+constexpr int kMostPerSide = 4096;  // views or pixels
+
+}  // namespace
+
+void add_lamp_output(CLI::App& app, LampOutput& output) {
+    app.add_option("-o,--output", output.file, "the light field")->type_name("LAMP.exr")->required();
+    add_threads(app, output.workers);
+    app.add_flag("--quiet", output.quiet, "say nothing but warnings and errors");
+}
+
+void declare_lamp(const LampOutput& output, CommandFiles& files) {
+    files.writes(output.file, ".exr", "-o");
+    files.writes_beside(cell_table_file(output.file), "-o");
+}
+
+ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context) {
+    return {context.around.terminal, output.quiet, context.around.stop, {}};
+}
+
+void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
+    add_word(app, "--views", "WxH", "filter positions on the sampling plane",
+             [&views](const std::string& word) { views = parse_size({"--views"}, word, kMostPerSide); });
+    add_word(app, "--pixels", "WxH", "pixels of a view's image on the measurement plane",
+             [&pixels](const std::string& word) { pixels = parse_size({"--pixels"}, word, kMostPerSide); });
+    add_word(app, "--distance", "LENGTH", "between the planes, as 40mm",
+             [&distance](const std::string& word) { distance = parse_length({"--distance"}, word); });
+}
+
+void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonitor& monitor,
+                 const CommandContext& context) {
+    write_light_field(output.file, made);
+    const LightField field = read_light_field(output.file);
+    load_or_build_cell_table(output.file, field, output.workers, monitor);
+    if (output.quiet) return;
+    print_light_field(context.out, field, output.workers);
+    std::error_code unknown;
+    const auto size = std::filesystem::file_size(output.file, unknown);
+    fmt::print(context.out, "light field          {} ({})\n", output.file,
+               unknown ? std::string("size unknown") : bytes_text(static_cast<double>(size)));
+}
+
+void add_light_command(CLI::App& program, const CommandContext& context) {
+    CLI::App& light = *program.add_subcommand("light", "Make light fields of lamps, and look into them");
+    light.footer(kLightFooter);
+    light.require_subcommand(1);
+    add_light_import(light, context);
+    add_light_acquire(light, context);
+    add_light_emit(light, context);
+    add_light_assemble(light, context);
+    add_light_info(light, context);
+    add_light_project(light, context);
+    add_light_view(light, context);
+    add_light_farfield(light, context);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,59 @@
+// What the subcommands of lucerna light share; each of them is a file of its own, light_NAME.cpp.
+#pragma once
+
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/base/stopped.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/cli/options.h"
+#include "lights/light_field.h"
+
+namespace lucerna {
+
+// Options of every subcommand that makes a light field.
+struct LampOutput {
+    std::string file;
+    Workers workers;
+    bool quiet = false;
+};
+
+void add_lamp_output(CLI::App& app, LampOutput& output);
+// The light field and the table beside it.
+void declare_lamp(const LampOutput& output, CommandFiles& files);
+ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context);
+
+// The three options that say how the planes are laid: --views, --pixels, --distance.
+void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
+
+// Writes the field and, as it belongs to the lamp, the table from which its particles are drawn. What is said
+// and tabulated is the field as a reader of the file will find it, rounded to halves.
+void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonitor& monitor,
+                 const CommandContext& context);
+
+// Runs `work`; errors about what is in the file, but not about its format, do not know its name: they get it.
+template <typename Work>
+auto naming(const std::string& file, Work&& work) {
+    try {
+        return work();
+    } catch (const Stopped&) {
+        throw;
+    } catch (const InputError& error) {
+        if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
+        throw InputError({file}, error.what());
+    }
+}
+
+// Each adds itself to `lucerna light`.
+void add_light_import(CLI::App& light, const CommandContext& context);
+void add_light_acquire(CLI::App& light, const CommandContext& context);
+void add_light_emit(CLI::App& light, const CommandContext& context);
+void add_light_assemble(CLI::App& light, const CommandContext& context);
+void add_light_info(CLI::App& light, const CommandContext& context);
+void add_light_project(CLI::App& light, const CommandContext& context);
+void add_light_view(CLI::App& light, const CommandContext& context);
+void add_light_farfield(CLI::App& light, const CommandContext& context);
+
+}  // namespace lucerna

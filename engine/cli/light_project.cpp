@@ -1,0 +1,240 @@
+// lucerna light project: what a lamp casts on a screen that stands across its beam.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "engine/cli/lamp_file.h"
+#include "engine/cli/light_commands.h"
+#include "engine/cli/outputs.h"
+#include "engine/evaluation/contact_sheet.h"
+#include "lights/measurement/plane_irradiance.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kProjectFooter =
+    R"(The screen stands across the lamp's axis. The image shows it from the front, by someone who looks at the
+lamp: x to the right, y up. Its values are irradiance, W/m2, or lux for a lamp whose file counts lumens.
+
+A light field's screen is at a distance from its sampling plane S, a ray file's from its frame's origin; with
+--height both are told in the frame of the lamp's file. Without --size each screen holds about 96 % of the
+light in each direction. Several distances make a series: one image each, and with --png one picture of all,
+each at the exposure that suits it.
+
+Examples:
+  lucerna light project lamp.exr --distance 1m -o wall.exr --png
+  lucerna light project lamp.exr --distance 5mm,20mm,80mm,320mm -o beam.exr --png
+  lucerna light project lamp.tm25ray --distance 1m --size 4mx4m --pixels 100x100 -o counted.exr)";
+
+struct ProjectCommand {
+    std::string lamp, output;
+    std::vector<double> distances;  // metres
+    bool heights = false;           // the distances are places in the frame of the lamp's file
+    std::optional<V2d> size, centre;
+    V2i pixels{512, 512};
+    bool has_pixels = false, png = false, quiet = false;
+    Workers workers;
+};
+
+// The lamp's frame: where its file's frame has the origin from which distances count.
+V3d origin_of(const LampFile& lamp) {
+    const auto* field = std::get_if<LightField>(&lamp);
+    return field ? field->rig().centre : V3d(0);
+}
+
+Rgb colour_of(const LampFile& lamp) {
+    const auto* field = std::get_if<LightField>(&lamp);
+    return field ? field->info().colour : std::get<RaySet>(lamp).colour;
+}
+
+FluxUnit unit_of(const LampFile& lamp) {
+    const auto* field = std::get_if<LightField>(&lamp);
+    return field ? field->info().unit : std::get<RaySet>(lamp).unit;
+}
+
+std::string_view irradiance_unit(FluxUnit unit) {
+    return unit == FluxUnit::lumen ? "lx" : "W/m2";
+}
+
+// "beam.exr" -> "beam-20mm.exr"
+std::filesystem::path name_of(const ProjectCommand& command, double distance) {
+    std::filesystem::path file = command.output;
+    if (command.distances.size() == 1) return file;
+    const std::filesystem::path extension = file.extension();
+    return file.replace_filename(
+        fmt::format("{}-{:g}mm{}", file.stem().string(), distance * 1e3, extension.string()));
+}
+
+std::filesystem::path sheet_of(const ProjectCommand& command) {
+    return std::filesystem::path(command.output).replace_extension(".png");
+}
+
+PlaneIrradiance project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
+                           Monitor& monitor) {
+    const V3d origin = origin_of(lamp);
+    const double z = command.heights ? distance - origin.z : distance;
+    const auto* field = std::get_if<LightField>(&lamp);
+    if (field && z < 0) {
+        input_error({command.heights ? "--height" : "--distance"},
+                    "{} is not accepted: it lies behind the lamp's sampling plane, at height {}",
+                    length_text(distance), length_text(origin.z));
+    }
+    PlanePatch patch{z, {0, 0}, {1, 1}, command.pixels};
+    if (!command.size) {
+        patch = field ? frame_light(*field, z, command.pixels.x, command.workers, monitor)
+                      : frame_light(std::get<RaySet>(lamp), z, command.pixels.x);
+        patch.size.y = patch.size.x * command.pixels.y / command.pixels.x;
+        patch.pixels = command.pixels;
+    } else {
+        patch.size = *command.size;
+    }
+    if (command.centre) patch.centre = *command.centre - V2d(origin.x, origin.y);
+    return field ? project(*field, patch, command.workers, monitor) : project(std::get<RaySet>(lamp), patch);
+}
+
+// Rows from the top; values below 0, which noise makes, stay in the file.
+Image image_of(const PlaneIrradiance& plane, const LampFile& lamp) {
+    Image image = Image::rgb(plane.patch.pixels.x, plane.patch.pixels.y);
+    const Rgb colour = colour_of(lamp);
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x)
+            image.set_rgb(x, image.height - 1 - y, static_cast<float>(plane.at(x, y)) * colour);
+    }
+    image.attributes["lucerna.unit"] = irradiance_unit(unit_of(lamp));
+    image.attributes["screen"] =
+        fmt::format("{} x {}, {} from the sampling plane", length_text(plane.patch.size.x),
+                    length_text(plane.patch.size.y), length_text(plane.patch.distance));
+    return image;
+}
+
+// Paints the image with its brightest parts just below white.
+void paint_exposed(const Image& image, Image& sheet, int left, int top) {
+    std::vector<double> values;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) values.push_back(double{luminance(image.rgb_at(x, y))});
+    }
+    constexpr double kBrightest = 0.999, kShown = 0.75;
+    const double bright = level(values, kBrightest);
+    const float exposure = bright > 0 ? static_cast<float>(kShown / bright) : 0.0F;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) sheet.set_rgb(left + x, top + y, image.rgb_at(x, y) * exposure);
+    }
+}
+
+void write_series_picture(const ProjectCommand& command, const std::vector<Image>& images) {
+    constexpr int kWidest = 2400, kPerRow = 3, kGap = 4;
+    const int count = static_cast<int>(images.size());
+    const int columns = std::min(count, kPerRow);
+    const int factor = (columns * images[0].width + kWidest - 1) / kWidest;
+    std::vector<Image> small;
+    for (const Image& image : images) small.push_back(shrunk(image, factor));
+    const Image sheet = contact_sheet(count, columns, {small[0].width, small[0].height}, kGap,
+                                      [&](int i, Image& target, int x, int y) {
+                                          paint_exposed(small[static_cast<std::size_t>(i)], target, x, y);
+                                      });
+    write_png(sheet_of(command), sheet, 1);
+}
+
+void print_plane(std::ostream& out, const ProjectCommand& command, double distance,
+                 const PlaneIrradiance& plane, const LampFile& lamp) {
+    const FluxUnit unit = unit_of(lamp);
+    V2d moment(0, 0);
+    double flux = 0;
+    for (int y = 0; y < plane.patch.pixels.y; ++y) {
+        for (int x = 0; x < plane.patch.pixels.x; ++x) {
+            const V2d at = plane.patch.centre + V2d((x + 0.5) / plane.patch.pixels.x - 0.5,
+                                                    (y + 0.5) / plane.patch.pixels.y - 0.5) *
+                                                    plane.patch.size;
+            flux += plane.at(x, y);
+            moment += at * plane.at(x, y);
+        }
+    }
+    const V3d origin = origin_of(lamp);
+    if (flux > 0) moment = moment / flux + V2d(origin.x, origin.y);
+    fmt::print(out, "{:<10} {} x {}: {:.5g} {} on it, peak {:.5g} {}, centre of light ({}, {})  {}\n",
+               length_text(distance), length_text(plane.patch.size.x), length_text(plane.patch.size.y),
+               plane.flux(), flux_unit_name(unit), plane.peak(), irradiance_unit(unit), length_text(moment.x),
+               length_text(moment.y), name_of(command, distance).string());
+}
+
+void act_project(const ProjectCommand& command, const CommandContext& context) {
+    if (command.distances.empty())
+        throw InputError({"--distance"}, "is missing; --distance 1m (or --height) is accepted");
+    require_readable(command.lamp);
+    CommandFiles files;
+    files.reads(command.lamp);
+    for (const double distance : command.distances) files.writes(name_of(command, distance), ".exr", "-o");
+    if (command.png) files.writes(sheet_of(command), ".png", "--png");
+    ConsoleMonitor monitor(context.out, context.err,
+                           {context.around.terminal, true, context.around.stop, {}});
+    const LampFile lamp = read_lamp_file(command.lamp, monitor);
+    std::vector<Image> images;
+    for (const double distance : command.distances) {
+        const PlaneIrradiance plane =
+            naming(command.lamp, [&] { return project_at(command, lamp, distance, monitor); });
+        images.push_back(image_of(plane, lamp));
+        write_exr(name_of(command, distance), images.back());
+        if (!command.quiet) print_plane(context.out, command, distance, plane, lamp);
+    }
+    if (command.png) write_series_picture(command, images);
+}
+
+// "5mm,20mm"
+template <typename Parse>
+std::vector<double> parse_list(std::string_view word, Parse parse) {
+    std::vector<double> all;
+    for (;;) {
+        const std::size_t comma = word.find(',');
+        all.push_back(parse(word.substr(0, comma)));
+        if (comma == std::string_view::npos) return all;
+        word.remove_prefix(comma + 1);
+    }
+}
+
+}  // namespace
+
+void add_light_project(CLI::App& light, const CommandContext& context) {
+    const auto command = std::make_shared<ProjectCommand>();
+    CLI::App& app = *light.add_subcommand("project", "Irradiance on a screen across a lamp's beam");
+    app.footer(kProjectFooter);
+    app.add_option("LAMP", command->lamp, "light field (.exr) or rays")->required();
+    app.add_option("-o,--output", command->output, "the image; one per distance")
+        ->type_name("IMAGE.exr")
+        ->required();
+    CLI::Option* distance = add_word(app, "--distance", "LENGTH,…", "of the screen; several make a series",
+                                     [command](const std::string& word) {
+                                         command->distances = parse_list(word, [](std::string_view part) {
+                                             return parse_place({"--distance"}, part);
+                                         });
+                                     });
+    add_word(app, "--height", "PLACE,…", "of the screen in the frame of the lamp's file",
+             [command](const std::string& word) {
+                 command->heights = true;
+                 command->distances =
+                     parse_list(word, [](std::string_view part) { return parse_place({"--height"}, part); });
+             })
+        ->excludes(distance);
+    add_word(app, "--size", "LENGTHxLENGTH", "of the screen (default: about the light)",
+             [command](const std::string& word) { command->size = parse_length_pair({"--size"}, word); });
+    add_word(app, "--centre", "PLACE,PLACE", "of the screen, in the frame of the lamp's file",
+             [command](const std::string& word) {
+                 const auto both =
+                     parse_list(word, [](std::string_view part) { return parse_place({"--centre"}, part); });
+                 if (both.size() != 2) throw InputError({"--centre"}, "two places are accepted, as 0,1.5mm");
+                 command->centre = V2d(both[0], both[1]);
+             });
+    add_word(app, "--pixels", "WxH", "of the image (default 512x512)",
+             [command](const std::string& word) { command->pixels = parse_size({"--pixels"}, word, 16384); });
+    app.add_flag("--png", command->png, "write a picture beside it: one of the whole series");
+    add_threads(app, command->workers);
+    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    app.callback([command, &context] { act_project(*command, context); });
+}
+
+}  // namespace lucerna

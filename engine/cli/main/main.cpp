@@ -1,0 +1,46 @@
+// The process around run(): its streams, and what signals do.
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+
+#include "engine/base/float_traps.h"
+#include "engine/cli/run.h"
+
+namespace {
+
+// The only process-wide things: a signal handler can reach nothing else.
+std::atomic<int> stop_asked{0};
+std::atomic<bool> listening{false};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free,
+              "a signal handler may only touch lock-free atomics");
+
+// Asks a command to stop that listens; ends any other at once, and the second time any.
+extern "C" void ask_to_stop(int signal) {
+    int none = 0;
+    if (listening && stop_asked.compare_exchange_strong(none, signal)) return;
+    std::signal(signal, SIG_DFL);
+    raise(signal);  // comes when this returns
+}
+
+void listen_for(int signal) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler == SIG_IGN) return;  // nohup, or a background job of a script: it is to stay so
+    struct sigaction action {};
+    action.sa_handler = ask_to_stop;
+    action.sa_flags = SA_RESTART;
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const lucerna::FloatTraps traps(lucerna::kFaults);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) listen_for(signal);
+    // A closed pipe and a full disk are errors of a write, and cost no image.
+    for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
+    return lucerna::run(argc, argv, std::cout, std::cerr,
+                        {isatty(STDERR_FILENO) != 0, &stop_asked, &listening});
+}

@@ -1,0 +1,81 @@
+// Compiled for x86-64 alone (CMakeLists.txt), and so without anything of the standard library that could be
+// inlined or shared with code that is not.
+#include "engine/cli/main/processor.h"
+
+#include <cpuid.h>
+#include <string.h>
+#include <unistd.h>
+
+namespace lucerna {
+namespace {
+
+// The register of a leaf of CPUID; 0 where the processor has no such leaf.
+struct Registers {
+    unsigned eax = 0, ebx = 0, ecx = 0, edx = 0;
+};
+Registers cpuid(unsigned leaf, unsigned part) {
+    Registers r;
+    if (__get_cpuid_count(leaf, part, &r.eax, &r.ebx, &r.ecx, &r.edx) == 0) return {};
+    return r;
+}
+
+std::uint64_t registers_kept(const Registers& leaf1) {
+    constexpr unsigned kXgetbvIsThere = 1U << 27;
+    if ((leaf1.ecx & kXgetbvIsThere) == 0) return 0;
+    std::uint32_t low = 0, high = 0;
+    asm volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+    return std::uint64_t{high} << 32 | low;
+}
+
+void append(const char* text, char* to, std::size_t size) {
+    const std::size_t length = strlen(to);
+    strncpy(to + length, text, size - 1 - length);
+    to[size - 1] = '\0';
+}
+
+void refuse_unfit_processor() {
+    char line[600] = "lucerna: this processor lacks ";
+    const std::size_t begun = strlen(line);
+    if (!lacks(this_processor(), kCompiledFor, line + begun, 300)) return;
+    append("; ", line, sizeof line);
+    append(kUnfitAdvice, line, sizeof line);
+    append("\n", line, sizeof line);
+    const ssize_t none = write(STDERR_FILENO, line, strlen(line));
+    static_cast<void>(none);
+    _exit(1);
+}
+
+// Before what initialises shared libraries, too: they call functions of libm, and those are the program's.
+using Step = void (*)();
+[[gnu::section(".preinit_array"), gnu::used]] constinit Step first_of_all = refuse_unfit_processor;
+
+}  // namespace
+
+Processor this_processor() {
+    const Registers leaf1 = cpuid(1, 0), leaf7 = cpuid(7, 0);
+    Processor processor;
+    processor.words[kLeaf1Ecx] = leaf1.ecx;
+    processor.words[kLeaf7Ebx] = leaf7.ebx;
+    processor.words[kLeaf7Ecx] = leaf7.ecx;
+    processor.words[kLeaf7Edx] = leaf7.edx;
+    if (leaf7.eax >= 1) processor.words[kLeaf7Part1Eax] = cpuid(7, 1).eax;
+    processor.words[kExtended1Ecx] = cpuid(0x80000001, 0).ecx;
+    processor.kept = registers_kept(leaf1);
+    return processor;
+}
+
+bool lacks(const Processor& processor, const InstructionSet* sets, char* names, std::size_t size) {
+    names[0] = '\0';
+    bool any = false;
+    for (const InstructionSet* set = sets; set->name != nullptr; ++set) {
+        const bool has = (processor.words[set->word] >> set->bit & 1U) != 0;
+        const bool is_kept = (processor.kept & set->kept) == set->kept;
+        if (has && is_kept) continue;
+        if (any) append(", ", names, size);
+        append(set->name, names, size);
+        any = true;
+    }
+    return any;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,32 @@
+// The parts that pages are made of, as they stand in engine/cli/pages, and the filling in of their blanks.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "engine/base/image.h"
+
+namespace lucerna {
+
+extern const std::string_view kComparePage;  // compare.html
+extern const std::string_view kPageStyle;    // page.css
+extern const std::string_view kImageStrip;   // image_strip.js: imageStrip(element, images, options)
+extern const std::string_view kStudyPage;    // study.html
+extern const std::string_view kStudyStyle;   // study.css, after page.css
+extern const std::string_view kStudyScript;  // study_*.js: studyPage(study)
+extern const std::string_view kD3;           // the package's own file, d3.min.js
+
+// The page with every {{name}} replaced by blanks.at(name); what is filled in is not looked at again. A blank
+// that the map lacks is a fault of ours.
+std::string filled(std::string_view page, const std::map<std::string, std::string, std::less<>>& blanks);
+
+// Text that shows as itself in HTML, also inside quotes.
+std::string html_text(std::string_view text);
+// A string literal for a script inside HTML: no quote, line end or tag ends it.
+std::string script_text(std::string_view text);
+
+// "data:image/png;base64,…" of a plain picture.
+std::string data_url(const Image& picture);
+
+}  // namespace lucerna

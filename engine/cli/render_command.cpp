@@ -1,0 +1,461 @@
+// lucerna render: a scene file into an image.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "engine/base/stopped.h"
+#include "engine/base/stopwatch.h"
+#include "engine/cli/checkpointing.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/cli/listening.h"
+#include "engine/cli/method_selection.h"
+#include "engine/cli/options.h"
+#include "engine/cli/outputs.h"
+#include "engine/cli/run_report.h"
+#include "engine/cli/tev_display.h"
+#include "engine/integrators/integrator.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kRenderFooter = R"(Integrators and their parameters: lucerna info --integrators
+Ctrl-C (SIGINT), SIGTERM and SIGHUP end a render early and keep what is there; the exit code is then 128 and the
+signal's number, 130 for Ctrl-C. A second one ends at once, as the first does while the scene is read. No output may
+be a file that the scene is made of, or another output.
+
+A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
+time or an error, the scene's own number of samples no longer counts. The time is that of the whole command. The error
+is the root mean square over the pixels of what is left of noise in them, relative to their luminance (plus a tenth of
+the image's mean).
+
+Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
+each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
+taken whose estimated error is least in the time, or the error soonest. It says which, as options that give it again.
+
+An image, photon maps or virtual point lights that would not fit into memory are refused, with what they need and what there
+is; a part of an image ("cropwindow") needs memory for the part alone.
+
+A scene file may hold several frames, one WorldBegin and WorldEnd each. Every frame is an image of its own, by the name
+that its Film says; where that is taken, and under -o and for all other files, the second frame's names end in -2, and
+so on. Time and error are those of each frame.
+
+With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
+undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
+when the render is done, to go on to more samples one day; time then counts from the first start. If both options
+name the same file, it need not be there yet: one command line then serves for the start and for every restart.
+
+Examples:
+  lucerna render room.pbrt -o out/room.exr --png
+  lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
+  lucerna render room.pbrt --set quantity=illuminance -o lux.exr
+  lucerna render room.pbrt --time 60s --png
+  lucerna render room.pbrt --error 2%
+  lucerna render room.pbrt --integrator progressive --time 30s --show-every 5s --png
+  lucerna render room.pbrt --integrator progressive --error 1% --passes 2000
+  lucerna render room.pbrt --spp 4096 --checkpoint room.checkpoint --resume room.checkpoint
+  lucerna render room.pbrt --integrator progressive --time 5min --display localhost
+  lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
+  lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
+
+// Often enough for an eye that waits.
+constexpr double kDisplayEvery = 1;  // seconds
+
+struct RenderCommand {
+    std::string scene;
+    std::string output;
+    bool png = false;
+    std::optional<double> exposure;  // stops; none: chosen from the image
+    SceneOverrides overrides;
+    RenderOptions options;
+    CheckpointOptions checkpoint;
+    std::optional<Endpoint> display;
+    int passes = 0;  // 0: not given
+    std::string stats;
+    bool quiet = false;
+};
+
+// The scene's own name for the image, in the current folder: a scene file does not choose where we write.
+std::filesystem::path default_output(const FilmSettings& film) {
+    return film.filename.filename().replace_extension(".exr");
+}
+
+std::filesystem::path png_beside(std::filesystem::path image) {
+    return image.replace_extension(".png");
+}
+
+void declare_image(const RenderCommand& command, const std::filesystem::path& image, CommandFiles& files) {
+    files.writes(image, ".exr", "-o");
+    if (command.png) files.writes(png_beside(image), ".png", "--png");
+}
+
+// Those that the command line names, before the scene names more.
+void declare_files(const RenderCommand& command, CommandFiles& files) {
+    files.reads(command.scene);
+    if (!command.stats.empty()) files.writes(command.stats, "", "--stats");
+    const MapFiles& maps = command.options.maps;
+    if (!maps.save.empty()) files.writes(maps.save, ".photons", "--save-maps");
+    if (!maps.load.empty()) {
+        require_readable(maps.load);
+        files.reads(maps.load);
+    }
+    const CheckpointOptions& checkpoint = command.checkpoint;
+    if (!checkpoint.kept().empty()) {
+        files.writes(checkpoint.kept(), "", checkpoint.save.empty() ? "--resume" : "--checkpoint");
+        // What is gone on from may be kept up to date.
+        if (!checkpoint.resume.empty() && !same_file(checkpoint.resume, checkpoint.kept()))
+            files.reads(checkpoint.resume);
+    }
+    if (!command.output.empty()) declare_image(command, command.output, files);
+}
+
+// Stopped before any tile was done: an empty image must not replace an earlier one.
+bool has_light_or_is_whole(const RenderResult& result) {
+    return result.report.complete || result.report.samples_done > 0 ||
+           std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
+}
+
+bool has_limit(const Limits& limits) {
+    return std::isfinite(limits.seconds) || limits.error > 0;
+}
+
+// How much is done before a limit ends it, where the command line has a say.
+void limit_samples(const RenderCommand& command, Job& job) {
+    if (command.passes > 0) {
+        const int samples = make_integrator(job.integrator)->samples_per_pass();
+        if (samples == 0) {
+            throw InputError({"--passes"}, fmt::format("{} does not work in passes; --spp is accepted",
+                                                       integrator_name(job.integrator)));
+        }
+        job.spp =
+            static_cast<int>(std::min<std::int64_t>(std::int64_t{command.passes} * samples, kNoEndOfSamples));
+    } else if (command.overrides.spp == 0) {
+        if (has_limit(command.options.limits)) job.spp = kNoEndOfSamples;
+    }
+}
+
+// What writing the image may take: compressing noise does some 50 MB/s on a machine of today. A guess, for an
+// end in time; where it is wrong by a factor of two nobody will notice.
+double writing_seconds(const FilmSettings& film, bool png) {
+    const V2i size = film.rendered_size();
+    return (png ? 0.8e-6 : 0.5e-6) * size.x * size.y;
+}
+
+// What is to be had again, bit for bit, is not chosen by the clock.
+bool may_choose(const RenderCommand& command) {
+    const SceneOverrides& asked = command.overrides;
+    return has_limit(command.options.limits) && asked.integrator.empty() && asked.set.empty() &&
+           asked.spp == 0 && command.passes == 0 && command.checkpoint.kept().empty() &&
+           !command.options.maps.any();
+}
+
+// The files of an image.
+class Pictures {
+  public:
+    Pictures(const RenderCommand& command, std::filesystem::path image)
+        : command_(command), image_(std::move(image)) {}
+
+    const std::filesystem::path& image() const { return image_; }
+    // Puts what was rendered, and how, into the image's attributes: an image may fill the memory, and is not
+    // copied for that.
+    void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
+        result.image.attributes.merge(header_attributes(facts, job, result.report));
+        write_exr(image_, result.image);
+        if (command_.png) write_png(png_beside(image_), result.image, exposure(result.image));
+    }
+    // What was written, for people.
+    std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
+        const RenderReport& report = result.report;
+        const std::string passes =
+            report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
+        const auto error = report.numbers.find("error.relative");
+        const std::string noise = error == report.numbers.end() ? ""
+                                  : facts.choice && facts.choice->beyond_noise > 0
+                                      ? fmt::format("noise {:.2g} %, at most {:.2g} % beyond it, ",
+                                                    100 * error->second, 100 * facts.choice->beyond_noise)
+                                      : fmt::format("noise {:.2g} %, ", 100 * error->second);
+        std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})",
+                                                   image_.string(), result.image.width, result.image.height,
+                                                   report.notes.at("unit"), passes, report.samples_done,
+                                                   noise, duration_text(facts.render_seconds))};
+        if (command_.png) {
+            // A factor is greater than 0: the quotient of two positive numbers, or 1.
+            lines.push_back(fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),
+                                        std::log2(exposure(result.image))));
+        }
+        return lines;
+    }
+
+  private:
+    float exposure(const Image& image) const {
+        return command_.exposure ? static_cast<float>(std::exp2(*command_.exposure)) : auto_exposure(image);
+    }
+
+    const RenderCommand& command_;
+    std::filesystem::path image_;
+};
+
+std::string stopped_text(const RenderReport& report, int asked) {
+    return asked == kNoEndOfSamples
+               ? fmt::format("stopped: {} samples per pixel were done", report.samples_done)
+               : fmt::format("stopped: {} of {} samples per pixel were done", report.samples_done, asked);
+}
+
+// The file's name with the number of its frame; the first frame's is as it was given.
+std::filesystem::path of_frame(const std::filesystem::path& file, int frame) {
+    if (file.empty() || frame == 1) return file;
+    return file.parent_path() /
+           fmt::format("{}-{}{}", file.stem().string(), frame, file.extension().string());
+}
+
+// What a frame is rendered with: each writes files of its own.
+RenderCommand of_frame(const RenderCommand& command, int frame) {
+    RenderCommand own = command;
+    own.output = of_frame(command.output, frame).string();
+    own.stats = of_frame(command.stats, frame).string();
+    own.options.maps.save = of_frame(command.options.maps.save, frame);
+    own.options.maps.load = of_frame(command.options.maps.load, frame);
+    own.checkpoint.save = of_frame(command.checkpoint.save, frame);
+    own.checkpoint.resume = of_frame(command.checkpoint.resume, frame);
+    return own;
+}
+
+// What the frames of one scene file share.
+struct Frames {
+    SceneFrames scene;
+    CommandFiles files;                       // of all frames so far
+    std::set<std::filesystem::path> written;  // the images of those before
+    ConsoleMonitor& monitor;
+    const CommandContext& context;
+};
+
+// Reads and renders the next frame of the scene file, if one is left. `clock` runs since its time began.
+void render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
+    ConsoleMonitor& monitor = frames.monitor;
+    CommandFiles& files = frames.files;
+
+    // Read.
+    Checkpointing checkpointing(command.checkpoint, monitor);
+    RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
+    const Stopwatch reading;
+    std::optional<Job> next = frames.scene.next();
+    if (!next) return;
+    Job job = std::move(*next);
+    facts.read_seconds = reading.seconds();
+    limit_samples(command, job);
+    std::filesystem::path image =
+        command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
+    while (!frames.written.insert(image).second) image = of_frame(image, frame);
+    const Pictures pictures(command, image);
+    if (command.output.empty()) declare_image(command, image, files);
+    files.reads(job.files);
+    files.reads(job.caches);
+
+    // Render, showing the image as it improves. From here on there is something to keep.
+    const Listening listening(frames.context.around);
+    RenderOptions options = command.options;
+    const double whole = command.options.limits.seconds - writing_seconds(job.film, command.png);
+    options.limits.seconds = whole - clock.seconds();
+    if (may_choose(command)) {
+        const Stopwatch choosing;
+        facts.choice = select_method(job, options, monitor);
+        facts.choose_seconds = choosing.seconds();
+    }
+    options.limits.seconds = whole - clock.seconds();
+    const Stopwatch rendering;
+    checkpointing.attach(job, options);
+    const auto note = [&] {
+        facts.render_seconds = checkpointing.earlier_seconds() + rendering.seconds();
+        facts.warnings = monitor.warnings();
+    };
+    options.show = [&](const RenderResult& result) {
+        note();
+        // What cannot be shown now may be later: the render is worth more.
+        try {
+            RenderResult shown = result;
+            pictures.write(facts, job, shown);
+            if (!command.stats.empty()) {
+                write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
+            }
+        } catch (const InputError& error) {
+            monitor.warn(fmt::format("--show-every: {}; the render goes on", error.what()));
+        }
+    };
+    std::optional<TevDisplay> display;
+    if (command.display) {
+        display.emplace(*command.display, pictures.image().filename().string(), monitor);
+        options.watch_every = kDisplayEvery;
+        options.watch = [&display](const RenderResult& result) { display->show(result.image); };
+    }
+    RenderResult result = render(job, options, monitor);
+    note();
+
+    // Write.
+    const bool keep = has_light_or_is_whole(result);
+    std::vector<std::string> said;
+    if (keep) {
+        pictures.write(facts, job, result);
+        for (std::string& line : pictures.said(facts, result)) said.push_back(std::move(line));
+    } else {
+        said.push_back("no image written: there is nothing in it yet");
+    }
+    if (!command.stats.empty()) {
+        const auto kept = keep ? pictures.image() : std::filesystem::path();
+        write_text(command.stats, statistics_json(facts, job, result.report, kept));
+        said.push_back(fmt::format("numbers  {}", command.stats));
+    }
+    if (!command.checkpoint.kept().empty())
+        said.push_back(fmt::format("go on    --resume {}", command.checkpoint.kept().string()));
+    for (const std::string& line : said) monitor.info(line);
+    checkpointing.finish();
+    if (!result.report.complete) throw Stopped(stopped_text(result.report, job.spp));
+}
+
+void act(const RenderCommand& command, const CommandContext& context) {
+    Stopwatch clock;
+    require_readable(command.scene);
+    CommandFiles files;
+    declare_files(command, files);
+    ConsoleMonitor monitor(context.out, context.err,
+                           {context.around.terminal, command.quiet, context.around.stop, {}});
+    Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, monitor),
+                  std::move(files),
+                  {},
+                  monitor,
+                  context};
+    render_frame(command, frames, 1, clock);
+    for (int frame = 2; frames.scene.more() && !monitor.stopped(); ++frame) {
+        clock = {};
+        const RenderCommand own = of_frame(command, frame);
+        declare_files(own, frames.files);
+        render_frame(own, frames, frame, clock);
+    }
+}
+
+void add_image_options(CLI::App& app, RenderCommand& command) {
+    app.add_option("SCENE", command.scene, "scene file in pbrt's text format")->required();
+    app.add_option("-o,--output", command.output,
+                   "OpenEXR image (default: the scene's name for it, in this folder)")
+        ->type_name("FILE.exr");
+    app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
+    add_word(app, "--exposure", "STOPS",
+             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
+             [&command](const std::string& word) {
+                 command.exposure = parse_number({"--exposure"}, word, -60, 60);
+             });
+    add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",
+             [&command](const std::string& word) {
+                 command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
+             });
+    app.add_flag("--skip-missing", command.overrides.skip_missing,
+                 "leave out meshes and textures whose file does not exist, with a warning");
+    app.add_flag("--strict", command.overrides.strict,
+                 "refuse what is not rendered as the scene says, instead of a warning");
+    app.add_option("--stats", command.stats, "write times, counts and settings as JSON")
+        ->type_name("FILE.json");
+    app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");
+}
+
+void add_map_options(CLI::App& app, RenderCommand& command) {
+    app.add_option("--save-maps", command.options.maps.save,
+                   "keep the photon maps, for other views of the same scene (photonmap)")
+        ->type_name("FILE.photons");
+    app.add_option(
+           "--load-maps", command.options.maps.load,
+           "take the photon maps from there; scene, seed and settings must be those they were made of")
+        ->type_name("FILE.photons")
+        ->excludes("--save-maps");
+}
+
+void add_live_options(CLI::App& app, RenderCommand& command) {
+    add_word(app, "--show-every", "TIME",
+             "replaces image, picture and statistics that often while it renders",
+             [&command](const std::string& word) {
+                 command.options.show_every = parse_duration({"--show-every"}, word);
+             });
+    add_word(
+        app, "--display", "HOST:PORT",
+        fmt::format("shows the image as it converges in a running tev (port {} if none is given)", kTevPort),
+        [&command](const std::string& word) {
+            command.display = parse_endpoint({"--display"}, word, kTevPort);
+        });
+    app.add_option("--checkpoint", command.checkpoint.save,
+                   "keep there what is needed to go on, while it renders and when it ends")
+        ->type_name("FILE");
+    add_word(app, "--checkpoint-every", "TIME", "how often (default 30s)",
+             [&command](const std::string& word) {
+                 command.checkpoint.every = parse_duration({"--checkpoint-every"}, word);
+             });
+    app.add_option("--resume", command.checkpoint.resume,
+                   "go on from that checkpoint, and keep it up to date unless --checkpoint names another")
+        ->type_name("FILE");
+}
+
+void add_limit_options(CLI::App& app, RenderCommand& command) {
+    add_word(app, "--passes", "N", "passes, of an integrator that works in passes (progressive)",
+             [&command](const std::string& word) {
+                 command.passes = static_cast<int>(parse_whole({"--passes"}, word, 1, kNoEndOfSamples));
+             });
+    add_word(app, "--time", "TIME", "ends after that long, as 30s, 5min, 2h",
+             [&command](const std::string& word) {
+                 command.options.limits.seconds = parse_duration({"--time"}, word);
+             });
+    add_word(app, "--error", "SHARE", "ends when the noise that is left is no larger, as 1% or 0.01",
+             [&command](const std::string& word) {
+                 command.options.limits.error = parse_share({"--error"}, word);
+             });
+}
+
+void add_method_options(CLI::App& app, RenderCommand& command) {
+    app.add_option("--integrator", command.overrides.integrator,
+                   fmt::format("one of {}", fmt::join(integrator_names(), ", ")))
+        ->type_name("NAME");
+    app.add_option_function<std::vector<std::string>>(
+           "--set",
+           [&command](const std::vector<std::string>& words) {
+               for (const std::string& word : words) {
+                   command.overrides.set.push_back(parse_assignment({"--set"}, word));
+               }
+           },
+           "set a parameter of the integrator; may be repeated")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    add_word(app, "--spp", "N", "samples per pixel, in the place of the scene's",
+             [&command](const std::string& word) {
+                 command.overrides.spp = static_cast<int>(parse_whole({"--spp"}, word, 1, 1 << 24));
+             });
+    add_limit_options(app, command);
+    add_word(app, "--seed", "N", "starts the random numbers (default 0); the same seed gives the same image",
+             [&command](const std::string& word) { command.options.seed = parse_seed({"--seed"}, word); });
+    add_threads(app, command.options.workers);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<RenderCommand>();
+    CLI::App& app = *program.add_subcommand("render", "Render a scene file into an OpenEXR image");
+    app.footer(kRenderFooter);
+    add_image_options(app, *command);
+    add_method_options(app, *command);
+    add_map_options(app, *command);
+    add_live_options(app, *command);
+    app.callback([command, &context] {
+        command->overrides.output = command->output;
+        act(*command, context);
+    });
+}
+
+}  // namespace lucerna

@@ -1,0 +1,131 @@
+#include "engine/cli/run.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/names.h"
+#include "engine/base/plain_text.h"
+#include "engine/base/stopped.h"
+#include "engine/base/version.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/plain_stream.h"
+#include "engine/scene/arithmetic.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kDone = 0;
+constexpr int kBadInput = 1;
+constexpr int kOurFault = 2;
+constexpr int kStopped = 128;  // and the signal's number, as shells count
+
+constexpr const char* kRunFooter = R"(Examples:
+  lucerna render scenes/room/room.pbrt -o room.exr --png
+  lucerna light import lamp.tm25ray -o lamp.exr
+  lucerna import model.glb -o model.pbrt
+  lucerna compare room.exr reference.exr
+  lucerna study direct.toml -o out/direct
+  lucerna info --integrators
+
+Every command says more with --help: lucerna render --help)";
+
+int fail(std::ostream& err, int code, std::string_view message) {
+    fmt::print(err, "lucerna: {}\n", plain_text(one_line(message)));
+    return code;
+}
+
+std::vector<std::string> command_names(const CLI::App& program) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : program.get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(command->get_name());
+    return names;
+}
+
+// A first word that is no command; CLI11 would only call it unexpected.
+bool is_unknown_command(const CLI::App& program, std::string_view word) {
+    if (word.starts_with('-')) return false;
+    const std::vector<std::string> names = command_names(program);
+    return std::find(names.begin(), names.end(), word) == names.end();
+}
+
+// What CLI11 has to say in one line, with a hint at the command's help.
+int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseError& error) {
+    std::string command = "lucerna";
+    for (const CLI::App* app = &program; !app->get_subcommands().empty();) {
+        app = app->get_subcommands().front();
+        command += " " + app->get_name();
+    }
+    return fail(err, kBadInput, fmt::format("{}; see {} --help", one_line(error.what()), command));
+}
+
+int parse_and_act(CLI::App& program, int argc, const char* const* argv, std::ostream& out,
+                  std::ostream& err) {
+    try {
+        program.parse(argc, argv);
+        // A full disk or a closed pipe must not look like success.
+        if (!out.flush()) return fail(err, kBadInput, "standard output: cannot be written");
+        return kDone;
+    } catch (const CLI::Success& success) {  // --help, --version
+        program.exit(success, out, err);
+        return kDone;
+    } catch (const CLI::ParseError& error) {
+        return fail_parsing(err, program, error);
+    }
+}
+
+}  // namespace
+
+int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& err,
+        const Surroundings& around) {
+    PlainStream out(all_out);
+    try {
+        CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
+        program.footer(kRunFooter);
+        program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
+        program.require_subcommand(0, 1);
+        const CommandContext context{out, err, around};
+        add_render_command(program, context);
+        add_light_command(program, context);
+        add_import_command(program, context);
+        add_compare_command(program, context);
+        add_study_command(program, context);
+        add_info_command(program, context);
+        if (argc < 2) {
+            out << program.help();
+            return fail(err, kBadInput,
+                        fmt::format("a command is missing: {}", fmt::join(command_names(program), ", ")));
+        }
+        if (is_unknown_command(program, argv[1])) {
+            const std::vector<std::string> names = command_names(program);
+            const std::vector<std::string_view> known(names.begin(), names.end());
+            return fail(err, kBadInput,
+                        fmt::format("unknown command \"{}\"; {}known are {}", argv[1],
+                                    did_you_mean(argv[1], known), fmt::join(known, ", ")));
+        }
+        return parse_and_act(program, argc, argv, out, err);
+    } catch (const Stopped& stopped) {
+        return fail(err, kStopped + (around.stop ? around.stop->load() : 0), stopped.what());
+    } catch (const InputError& error) {
+        return fail(err, kBadInput, error.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+        return fail(err, kBadInput, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(err, kBadInput,
+                    "not enough memory; fewer photons, a smaller image or a smaller lamp need less");
+    } catch (const std::exception& error) {
+        return fail(
+            err, kOurFault,
+            fmt::format("a fault of lucerna's own; please report it, with the command: {}", error.what()));
+    }
+}
+
+}  // namespace lucerna

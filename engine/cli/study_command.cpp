@@ -1,0 +1,214 @@
+// lucerna study: methods × settings × seeds × scenes against a reference.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/stopped.h"
+#include "engine/cli/commands.h"
+#include "engine/cli/console.h"
+#include "engine/cli/listening.h"
+#include "engine/cli/options.h"
+#include "engine/cli/outputs.h"
+#include "engine/cli/study_page.h"
+#include "engine/cli/study_pictures.h"
+#include "engine/cli/study_runs.h"
+#include "engine/evaluation/study_description.h"
+#include "engine/evaluation/study_measure.h"
+#include "engine/evaluation/study_trade.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and methods:
+
+  title = "Direct light, four ways"
+  seeds = 2                                    # renders of each point; two or more tell bias from noise
+
+  [[scene]]
+  file = "../scenes/cloister/cloister.pbrt"    # from the folder of the study
+  resolution = "120x80"                        # default: the scene's own
+  mask = 4                                     # leave out pixels of which the reference is brighter
+
+  [reference]
+  integrator = "path"
+  spp = [1024]
+
+  [[method]]
+  name = "guided"
+  integrator = "photonmap"
+  set = "indirect=none direct=guided candidates=4|16"    # | between alternatives: each is tried
+  spp = [4, 16, 64]
+
+Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
+goes on from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
+
+Results: DIR/study.html, one page with plots, images and all numbers, and the numbers as DIR/results.csv and
+DIR/results.json. Error is that of one image, as in render --error: the root mean square, over the pixels, of the
+difference of luminance over the reference's (plus a tenth of its mean).
+
+Examples:
+  lucerna study direct.toml -o out/direct
+  lucerna study direct.toml -o out/direct --threads 1)";
+
+// Seeds of methods begin at 0; the reference must share none with them.
+constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
+
+struct StudyCommand {
+    std::string file, folder;
+    bool strict = false;
+    bool quiet = false;
+    Workers workers;
+};
+
+class Study {
+  public:
+    Study(const StudyDescription& description, StudyRuns& runs, Monitor& monitor)
+        : description_(description), runs_(runs), monitor_(monitor) {}
+
+    // Less than all where the monitor wished to stop.
+    std::vector<StudyResult> all() {
+        std::vector<StudyResult> results;
+        for (const StudyScene& scene : description_.scenes) {
+            const auto reference = image(scene, description_.reference, kReferenceSeed);
+            if (!reference) break;
+            const StudyMeasure measure(reference->image, scene.mask_above);
+            for (const StudyPoint& point : description_.points) {
+                const auto result = measured(scene, point, measure);
+                if (!result) return results;
+                // Only now are there results of this scene.
+                if (references_.size() == static_cast<std::size_t>(&scene - description_.scenes.data()))
+                    references_.emplace_back(reference->image.name);
+                results.push_back(*result);
+            }
+        }
+        return results;
+    }
+    // Of the scenes that have results.
+    const std::vector<std::filesystem::path>& references() const { return references_; }
+    const StudyOrigin& origin() const { return origin_; }
+    std::size_t rendered() const { return rendered_; }
+    std::size_t found() const { return found_; }
+
+  private:
+    struct Rendered {
+        NamedImage image;
+        double seconds;
+    };
+    std::optional<StudyResult> measured(const StudyScene& scene, const StudyPoint& point,
+                                        const StudyMeasure& measure) {
+        StudyResult result;
+        result.scene = scene.name;
+        result.method = point.method;
+        result.settings = point.settings;
+        result.set = point.overrides.set;
+        result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
+        std::vector<NamedImage> images;
+        for (int seed = 0; seed < description_.seeds; ++seed) {
+            auto one = image(scene, point, static_cast<std::uint64_t>(seed));
+            if (!one) return {};
+            result.seconds += one->seconds / description_.seeds;
+            images.push_back(std::move(one->image));
+        }
+        result.image = images.front().name;
+        measure.measure(images, result, monitor_);
+        return result;
+    }
+    std::optional<Rendered> image(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed) {
+        const std::size_t all =
+            description_.scenes.size() *
+            (1 + description_.points.size() * static_cast<std::size_t>(description_.seeds));
+        monitor_.info(fmt::format("{}/{}  {}: {}, {}, seed {}", rendered_ + found_ + 1, all, scene.name,
+                                  point.method, point.settings, seed == kReferenceSeed ? 0 : seed));
+        const auto run = runs_.run(scene, point, seed, monitor_);
+        if (!run) return {};
+        ++(run->found ? found_ : rendered_);
+        if (!run->machine.empty()) origin_.machines.insert(run->machine);
+        if (!run->date.empty()) origin_.dates.insert(run->date);
+        origin_.threads.insert(run->threads);
+        return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds};
+    }
+
+    const StudyDescription& description_;
+    StudyRuns& runs_;
+    Monitor& monitor_;
+    std::size_t rendered_ = 0, found_ = 0;
+    std::vector<std::filesystem::path> references_;
+    StudyOrigin origin_;
+};
+
+// A word of a shell's command line.
+std::string shell_word(const std::string& word) {
+    constexpr std::string_view kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string quoted = "'";
+    for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+}
+
+std::string repeated(const StudyCommand& command) {
+    const std::string threads = command.workers.threads == Workers{}.threads
+                                    ? ""
+                                    : fmt::format(" --threads {}", command.workers.threads);
+    return fmt::format("lucerna study {} -o {}{}{}", shell_word(command.file), shell_word(command.folder),
+                       command.strict ? " --strict" : "", threads);
+}
+
+void act(const StudyCommand& command, const CommandContext& context) {
+    const StudyDescription description = read_study(command.file);
+    const std::filesystem::path folder = command.folder;
+    CommandFiles files;
+    files.reads(command.file);
+    for (const StudyScene& scene : description.scenes) files.reads(scene.file);
+    StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict});
+    for (const char* name : {"results.csv", "results.json", "study.html"})
+        files.writes(folder / name, "", "study");
+    const std::string description_text = read_text(command.file);
+    ConsoleMonitor monitor(context.out, context.err,
+                           {context.around.terminal, command.quiet, context.around.stop, {}});
+    Study study(description, runs, monitor);
+    std::vector<StudyResult> results = study.all();
+    const Listening listening(context.around);
+    mark_best(results);
+    const std::size_t wanted = description.points.size() * description.scenes.size();
+    const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command goes on",
+                                      results.size(), wanted));
+    if (results.empty()) throw Stopped(stopped);
+    const std::vector<ScenePictures> pictures =
+        study_pictures(description, study.references(), results, command.workers, monitor);
+    write_text(folder / "results.csv", study_csv(results));
+    write_text(folder / "results.json", study_json(description, results, study.origin()));
+    write_text(folder / "study.html", study_page({description, results, pictures, study.origin(),
+                                                  repeated(command), description_text}));
+    monitor.info(fmt::format("renders  {} made, {} found", study.rendered(), study.found()));
+    for (const std::string& line : advice(results)) monitor.info(line);
+    for (const std::string& line : doubts(results)) monitor.warn(line);
+    monitor.info(fmt::format("results  {}", (folder / "study.html").string()));
+    if (results.size() < wanted) throw Stopped(stopped);
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<StudyCommand>();
+    CLI::App& app =
+        *program.add_subcommand("study", "Measure methods and settings against a reference: error and time");
+    app.footer(kStudyFooter);
+    app.add_option("STUDY", command->file, "what to measure, a TOML file")
+        ->required()
+        ->type_name("STUDY.toml");
+    app.add_option("-o,--output", command->folder,
+                   "folder of the renders and results; made if it is not there")
+        ->required()
+        ->type_name("DIR");
+    app.add_flag("--strict", command->strict,
+                 "refuse what is not rendered as a scene says, instead of a warning");
+    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    add_threads(app, command->workers);
+    app.callback([command, &context] { act(*command, context); });
+}
+
+}  // namespace lucerna

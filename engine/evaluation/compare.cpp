@@ -1,0 +1,149 @@
+#include "engine/evaluation/compare.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error_scale.h"
+#include "engine/evaluation/shared_channels.h"
+
+namespace lucerna {
+namespace {
+
+// The sums of one pass over the pixels.
+struct Sums {
+    double square = 0, relative = 0, absolute = 0;
+    double reference_luminance = 0;
+    std::vector<double> value, reference_value;
+};
+
+class Comparer {
+  public:
+    Comparer(const Image& image, const Image& reference, std::vector<SharedChannel> shared, double mask_above,
+             int z_cell)
+        : image_(image), reference_(reference), shared_(std::move(shared)), mask_above_(mask_above) {
+        sums_.value.resize(shared_.size());
+        sums_.reference_value.resize(shared_.size());
+        const bool variances = std::all_of(shared_.begin(), shared_.end(), [](const SharedChannel& c) {
+            return c.variance_at && c.reference_variance_at;
+        });
+        if (!variances) return;
+        std::vector<std::string> names;
+        for (const SharedChannel& channel : shared_) names.push_back(channel.name);
+        z_tester_.emplace(std::move(names), image.width, z_cell);
+    }
+
+    Comparison run() {
+        for (int y = 0; y < image_.height; ++y) {
+            for (int x = 0; x < image_.width; ++x) pixel(x, y);
+        }
+        finish_means();
+        find_error();
+        if (z_tester_) result_.z_test = z_tester_->finish();
+        return std::move(result_);
+    }
+
+  private:
+    void pixel(int x, int y) {
+        const float* t = &image_.data[image_.index(x, y)];
+        const float* r = &reference_.data[reference_.index(x, y)];
+        const PixelState state = pixel_state(t, r, shared_, mask_above_);
+        result_.bad_pixels += state.bad;
+        result_.bad_reference_pixels += state.bad_reference;
+        if (state.bad || state.bad_reference) return;
+        result_.masked_pixels += state.masked;
+        if (state.masked) return;
+        ++result_.pixels;
+        sums_.reference_luminance += luminances(t, r).r;
+        for (std::size_t c = 0; c < shared_.size(); ++c) value(x, y, c, t, r);
+    }
+
+    void value(int x, int y, std::size_t c, const float* t_pixel, const float* r_pixel) {
+        const SharedChannel& channel = shared_[c];
+        const double t = double{t_pixel[channel.at]};
+        const double r = double{r_pixel[channel.reference_at]};
+        const double difference = std::fabs(t - r);
+        sums_.square += difference * difference;
+        sums_.relative += difference * difference / (r * r + kRelativeMseFloor);  // the floors keep both
+        sums_.absolute += difference / (std::fabs(r) + kMapeFloor);               // denominators above 0
+        sums_.value[c] += t;
+        sums_.reference_value[c] += r;
+        if (difference > result_.largest.value) result_.largest = {difference, x, y, channel.name};
+        if (z_tester_) {
+            z_tester_->add(
+                x, y, c, t - r,
+                double{t_pixel[*channel.variance_at]} + double{r_pixel[*channel.reference_variance_at]});
+        }
+    }
+
+    void finish_means() {
+        if (result_.pixels == 0) return;
+        const double pixels = static_cast<double>(result_.pixels);
+        const double values = pixels * static_cast<double>(shared_.size());  // at least one channel is shared
+        result_.mse = sums_.square / values;
+        result_.relative_mse = sums_.relative / values;
+        result_.mape = sums_.absolute / values;
+        for (std::size_t c = 0; c < shared_.size(); ++c) {
+            ChannelComparison channel{
+                shared_[c].name, sums_.value[c] / pixels, sums_.reference_value[c] / pixels, {}};
+            if (channel.reference_mean != 0) channel.ratio = channel.mean / channel.reference_mean;
+            result_.channels.push_back(std::move(channel));
+        }
+    }
+
+    // A pixel's luminance of the one (t) and the other (r).
+    struct Pair {
+        double t = 0, r = 0;
+    };
+    Pair luminances(const float* t, const float* r) const {
+        Rgb t_rgb(0), r_rgb(0);
+        int found = 0;
+        for (const SharedChannel& channel : shared_) {
+            const int c = channel.name == "R" ? 0 : channel.name == "G" ? 1 : channel.name == "B" ? 2 : -1;
+            if (c < 0) continue;
+            t_rgb[c] = t[channel.at];
+            r_rgb[c] = r[channel.reference_at];
+            ++found;
+        }
+        if (found == 3) return {double{luminance(t_rgb)}, double{luminance(r_rgb)}};
+        return {double{t[shared_[0].at]}, double{r[shared_[0].reference_at]}};
+    }
+
+    // Relative to a mean that is known by now.
+    void find_error() {
+        if (result_.pixels == 0) return;
+        const double pixels = static_cast<double>(result_.pixels), mean = sums_.reference_luminance / pixels;
+        double sum = 0;
+        for (int y = 0; y < image_.height; ++y) {
+            for (int x = 0; x < image_.width; ++x) {
+                const float* t = &image_.data[image_.index(x, y)];
+                const float* r = &reference_.data[reference_.index(x, y)];
+                if (!pixel_state(t, r, shared_, mask_above_).compared()) continue;
+                const Pair pair = luminances(t, r);
+                // Infinite beside a black reference.
+                if (pair.t != pair.r) sum += sqr(pair.t - pair.r) / error_scale2(pair.r, mean);
+            }
+        }
+        result_.error = std::sqrt(sum / pixels);
+    }
+
+    const Image& image_;
+    const Image& reference_;
+    std::vector<SharedChannel> shared_;
+    double mask_above_;
+    Sums sums_;
+    std::optional<ZTester> z_tester_;
+    Comparison result_;
+};
+
+}  // namespace
+
+Comparison compare(const Image& image, const Image& reference, const std::string& name,
+                   const std::string& reference_name, double mask_above, int z_cell) {
+    Comparison result = Comparer(image, reference, shared_channels(image, reference, name, reference_name),
+                                 mask_above, z_cell)
+                            .run();
+    result.left_out = channels_of_one(image, reference);
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,144 @@
+#include "engine/evaluation/study_description.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include "engine/base/error.h"
+#include "engine/base/toml.h"
+#include "engine/base/units.h"
+#include "engine/integrators/setting_text.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kMostSeeds = 1000;
+constexpr std::size_t kMostPoints = 10'000;
+constexpr int kMostSpp = 1 << 24;
+
+using Assignments = std::vector<std::pair<std::string, std::string>>;
+
+std::vector<std::string> split(const std::string& text, char at) {
+    std::vector<std::string> parts;
+    std::istringstream words(text);
+    for (std::string part; std::getline(words, part, at);) parts.push_back(part);
+    return parts;
+}
+
+// "a=1|2 b=3": every choice of alternatives, the last key's changing fastest.
+std::vector<Assignments> choices_of(const Location& at, const std::string& text) {
+    std::vector<Assignments> all{{}};
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        const auto [key, values] = parse_assignment(at, word);
+        std::vector<Assignments> longer;
+        for (const Assignments& some : all) {
+            for (const std::string& value : split(values, '|')) {
+                longer.push_back(some);
+                longer.back().emplace_back(key, value);
+            }
+        }
+        if (longer.empty() || longer.size() > kMostPoints) {
+            throw InputError(at, fmt::format("\"{}\" has {} choices; 1 to {} are accepted", text,
+                                             longer.size(), kMostPoints));
+        }
+        all = std::move(longer);
+    }
+    return all;
+}
+
+std::vector<int> spp_of(const TomlTable& table) {
+    std::vector<int> all;
+    for (const double spp : table.numbers("spp", 1, kMostSpp)) {
+        if (spp != std::floor(spp)) {
+            throw InputError(table.place_of("spp"),
+                             fmt::format("{} samples per pixel: whole numbers are accepted", spp));
+        }
+        all.push_back(static_cast<int>(spp));
+    }
+    if (all.empty()) throw InputError(table.place_of("spp"), "no number of samples: one or more are needed");
+    return all;
+}
+
+std::vector<StudyPoint> points_of(const TomlTable& table, const std::string& method) {
+    const std::string integrator = table.text("integrator");
+    std::vector<StudyPoint> points;
+    for (const Assignments& choice : choices_of(table.place_of("set"), table.text("set", ""))) {
+        for (const int spp : spp_of(table)) {
+            StudyPoint point;
+            point.method = method;
+            point.overrides.integrator = integrator;
+            point.overrides.set = choice;
+            point.overrides.spp = spp;
+            for (const auto& [key, value] : choice) point.settings += fmt::format("{}={} ", key, value);
+            point.settings += fmt::format("spp={}", spp);
+            points.push_back(std::move(point));
+        }
+    }
+    // A misspelt parameter should not come out after an hour.
+    IntegratorSettings settings = make_settings(integrator, table.place_of("integrator"));
+    for (const StudyPoint& point : points) {
+        for (const auto& [key, value] : point.overrides.set) {
+            set_parameter(settings, key, parse_setting(value), table.place_of("set"));
+        }
+    }
+    table.done();
+    return points;
+}
+
+StudyScene scene_of(const TomlTable& table) {
+    StudyScene scene;
+    scene.file = table.path("file");
+    scene.name = table.text("name", scene.file.stem().string());
+    if (table.has("resolution")) {
+        scene.resolution = parse_size(table.place_of("resolution"), table.text("resolution"), 65536);
+    }
+    scene.mask_above = table.number("mask", 0, 1e30, std::numeric_limits<double>::infinity());
+    table.done();
+    return scene;
+}
+
+template <typename Things, typename Name>
+void require_names_differ(const Things& things, const TomlTable& file, const char* what, Name&& name) {
+    std::set<std::string> seen;
+    for (const auto& thing : things) {
+        if (!seen.insert(name(thing)).second) {
+            throw InputError(file.place(), fmt::format("two {} are called \"{}\"", what, name(thing)));
+        }
+    }
+}
+
+}  // namespace
+
+StudyDescription read_study(const std::filesystem::path& file) {
+    const TomlTable table = TomlTable::read(file);
+    StudyDescription description;
+    description.title = table.text("title", file.stem().string());
+    description.seeds = table.whole("seeds", 1, kMostSeeds, 2);
+    for (const TomlTable& scene : table.tables("scene")) description.scenes.push_back(scene_of(scene));
+    if (description.scenes.empty()) throw InputError(table.place(), "no [[scene]]: one or more are needed");
+    require_names_differ(description.scenes, table, "scenes",
+                         [](const StudyScene& scene) { return scene.name; });
+
+    const std::vector<StudyPoint> reference = points_of(table.table("reference"), "reference");
+    if (reference.size() != 1) {
+        throw InputError(
+            table.place_of("reference"),
+            fmt::format("the reference has {} choices of settings; one is needed", reference.size()));
+    }
+    description.reference = reference.front();
+    for (const TomlTable& method : table.tables("method")) {
+        for (StudyPoint& point : points_of(method, method.text("name")))
+            description.points.push_back(std::move(point));
+    }
+    if (description.points.empty()) throw InputError(table.place(), "no [[method]]: one or more are needed");
+    require_names_differ(description.points, table, "methods with the same settings",
+                         [](const StudyPoint& point) { return point.method + ", " + point.settings; });
+    table.done();
+    return description;
+}
+
+}  // namespace lucerna

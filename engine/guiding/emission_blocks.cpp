@@ -1,0 +1,188 @@
+#include "engine/guiding/emission_blocks.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <queue>
+
+namespace lucerna {
+namespace {
+
+constexpr std::size_t kSlices = 8;
+
+// Chi-square with 7 degrees of freedom exceeds it once in a thousand.
+constexpr double kBeyondChance = 24.3;
+
+// A block's mean is taken as if it had so many more trials, with the mean of the block it was cut from : a
+// few trials that brought nothing do not say that none ever will. Lights, which have no block above them,
+// lean on the mean of all.
+constexpr double kInherited = 4, kInheritedByLight = 1;
+
+float number(const LeSampleU& u, int axis) {
+    switch (axis) {
+        case 0:
+            return u.position.x;
+        case 1:
+            return u.position.y;
+        case 2:
+            return u.direction.x;
+        default:
+            return u.direction.y;
+    }
+}
+
+// A block in the making.
+struct Block {
+    std::span<EmitTrial> trials;
+    std::array<float, 4> low{};
+    std::array<int, 4> cuts{};
+    double mean = 0;  // second moment, with what it inherits
+
+    float width(int axis) const { return std::ldexp(1.0F, -cuts[static_cast<std::size_t>(axis)]); }
+    int depth() const { return cuts[0] + cuts[1] + cuts[2] + cuts[3]; }
+    double plain() const { return std::ldexp(1.0, -depth()); }  // share of its light
+};
+
+struct Cut {
+    double gain;  // of the root of the second moment, as a share of all lights' draws
+    std::uint32_t light;
+    std::uint32_t node;
+    int axis;
+
+    // The most gainful first; among equals the earliest.
+    bool operator<(const Cut& other) const {
+        if (gain != other.gain) return gain < other.gain;
+        if (light != other.light) return light > other.light;
+        return node > other.node;
+    }
+};
+
+double sum_of(std::span<const EmitTrial> trials) {
+    double sum = 0;
+    for (const EmitTrial& trial : trials) sum += double{trial.score};
+    return sum;
+}
+
+// How much the root of the mean falls if the block is cut in slices along the axis. None: they do not differ
+// beyond chance.
+std::optional<double> gain_along(const Block& block, int axis, double mean, double variance) {
+    std::array<double, kSlices> sum{};
+    std::array<double, kSlices> count{};
+    const float low = block.low[static_cast<std::size_t>(axis)];
+    const float scale = static_cast<float>(kSlices) / block.width(axis);
+    for (const EmitTrial& trial : block.trials) {
+        const auto slice = static_cast<std::size_t>((number(trial.u, axis) - low) * scale);
+        sum[std::min(slice, kSlices - 1)] += double{trial.score};
+        count[std::min(slice, kSlices - 1)] += 1;
+    }
+    double chi = 0, roots = 0;
+    for (std::size_t i = 0; i < kSlices; ++i) {
+        if (count[i] > 0) chi += (sum[i] - count[i] * mean) * (sum[i] - count[i] * mean) / count[i];
+        roots += std::sqrt((sum[i] + kInherited * mean) / (count[i] + kInherited));
+    }
+    if (!(chi > kBeyondChance * variance)) return std::nullopt;
+    return std::sqrt(mean) - roots / kSlices;
+}
+
+class Learner {
+  public:
+    Learner(std::span<std::vector<EmitTrial>> trials, std::span<const double> powers,
+            const BlockSettings& settings)
+        : settings_(settings), made_(trials.size()), blocks_(trials.size()), shares_(trials.size()) {
+        double sum = 0, count = 0, power = 0;
+        for (std::size_t i = 0; i < trials.size(); ++i) {
+            sum += sum_of(trials[i]);
+            count += static_cast<double>(trials[i].size());
+            power += powers[i];
+        }
+        const double mean = count > 0 ? sum / count : 0.0;
+        for (std::size_t i = 0; i < trials.size(); ++i) {
+            shares_[i] = power > 0 ? powers[i] / power : 0.0;
+            Block whole;
+            whole.trials = trials[i];
+            settle(whole, mean, kInheritedByLight);
+            blocks_[i].push_back(whole);
+            made_[i].nodes[0].importance = std::sqrt(whole.mean);
+            propose(static_cast<std::uint32_t>(i), 0);
+        }
+    }
+
+    std::vector<EmitBlocks> run() {
+        for (std::size_t left = settings_.most_cuts; left > 0 && !queue_.empty(); --left) {
+            const Cut cut = queue_.top();
+            queue_.pop();
+            apply(cut);
+        }
+        return std::move(made_);
+    }
+
+  private:
+    static void settle(Block& block, double inherited, double weight) {
+        block.mean =
+            (sum_of(block.trials) + weight * inherited) / (static_cast<double>(block.trials.size()) + weight);
+    }
+
+    // Finds the axis along which cutting pays most.
+    void propose(std::uint32_t light, std::uint32_t node) {
+        const Block& block = blocks_[light][node];
+        const auto count = static_cast<double>(block.trials.size());
+        if (block.trials.size() < settings_.least_trials || block.depth() >= EmitBlocks::kMostCuts) return;
+        const double mean = sum_of(block.trials) / count;
+        double variance = 0;
+        for (const EmitTrial& trial : block.trials) {
+            variance += (double{trial.score} - mean) * (double{trial.score} - mean);
+        }
+        variance /= count;
+        std::optional<Cut> best;
+        for (int axis = 0; axis < 4; ++axis) {
+            if (block.cuts[static_cast<std::size_t>(axis)] >= EmitBlocks::kMostCutsOfAxis) continue;
+            const auto gain = gain_along(block, axis, mean, variance);
+            if (!gain) continue;
+            const double whole = *gain * block.plain() * shares_[light];
+            if (!best || whole > best->gain) best = Cut{whole, light, node, axis};
+        }
+        if (best && best->gain > 0) queue_.push(*best);
+    }
+
+    void apply(const Cut& cut) {
+        std::vector<EmitBlocks::Node>& nodes = made_[cut.light].nodes;
+        const auto child = static_cast<std::uint32_t>(nodes.size());
+        nodes[cut.node] = {cut.axis, child, 0};
+        const Block whole = blocks_[cut.light][cut.node];
+        const auto axis = static_cast<std::size_t>(cut.axis);
+        const float middle = whole.low[axis] + 0.5F * whole.width(cut.axis);
+        const auto upper =
+            std::partition(whole.trials.begin(), whole.trials.end(),
+                           [&](const EmitTrial& trial) { return number(trial.u, cut.axis) < middle; });
+        const auto below = static_cast<std::size_t>(upper - whole.trials.begin());
+        for (const bool above : {false, true}) {
+            Block half = whole;
+            half.trials = above ? whole.trials.subspan(below) : whole.trials.first(below);
+            ++half.cuts[axis];
+            if (above) half.low[axis] = middle;
+            settle(half, whole.mean, kInherited);
+            blocks_[cut.light].push_back(half);
+            nodes.push_back({-1, 0, std::sqrt(half.mean)});
+        }
+        propose(cut.light, child);
+        propose(cut.light, child + 1);
+    }
+
+    BlockSettings settings_;
+    std::vector<EmitBlocks> made_;
+    std::vector<std::vector<Block>> blocks_;  // beside each light's nodes
+    std::vector<double> shares_;              // of the lights in all power
+    std::priority_queue<Cut> queue_;
+};
+
+}  // namespace
+
+std::vector<EmitBlocks> learn_blocks(std::span<std::vector<EmitTrial>> trials, std::span<const double> powers,
+                                     const BlockSettings& settings) {
+    assert(trials.size() == powers.size());
+    return Learner(trials, powers, settings).run();
+}
+
+}  // namespace lucerna

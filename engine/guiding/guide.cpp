@@ -1,0 +1,301 @@
+#include "engine/guiding/guide.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <unordered_map>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "photon/emission.h"
+#include "photon/kernel.h"
+#include "photon/near_photons.h"
+#include "photon/tangent_metric.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Of the photons in a cached distribution, one in so many has a distribution of its own.
+constexpr int kOverlap = 3;
+// Between the normals of a point and of the cached distribution it takes: cosine.
+constexpr float kAboutTheSame = 0.7F;
+
+constexpr CellId kNoSample = kNoCell - 1;  // no part is named so: a table has fewer cells
+
+// A sample with its light and part as one number to sort by.
+struct HistogramEntry {
+    std::uint64_t key;
+    std::uint32_t order;  // nearest first: sums do not depend on how equal keys are sorted
+    float weight;
+    float plain;
+
+    bool operator<(const HistogramEntry& other) const {
+        return key < other.key || (key == other.key && order < other.order);
+    }
+};
+
+std::uint64_t key_of(std::uint32_t light, CellId part) {
+    return std::uint64_t{light} << 32 | part;
+}
+
+// How many photons are for one choice, and how probable it is without them.
+struct Count {
+    float photons;
+    float plain;
+};
+
+// The f in [0, 1] for which Π f q + (1 - f) p is greatest: over the photons, q the plain probability of each
+// one's choice, p the share of the *other* photons that made it. The logarithm is concave in f, so its slope
+// changes sign once.
+float likeliest_share(std::span<const Count> counts, float all) {
+    if (all < 2) return 1;
+    const auto slope = [&](float f) {
+        float sum = 0;
+        for (const Count& c : counts) {
+            const float p = (c.photons - 1) / (all - 1);
+            // A denominator of 0 needs q = 0 or f = 0, for a choice that a lone photon made.
+            sum += c.photons * (c.plain - p) / std::max(f * c.plain + (1 - f) * p, 1e-12F);
+        }
+        return sum;
+    };
+    if (slope(1) >= 0) return 1;
+    float low = 0, high = 1;
+    for (int i = 0; i < 6; ++i) {
+        const float middle = 0.5F * (low + high);
+        (slope(middle) > 0 ? low : high) = middle;
+    }
+    return 0.5F * (low + high);
+}
+
+}  // namespace
+
+float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Choice>& choices) {
+    assert(samples.size() <= GuideSettings::kMostPhotons);
+    std::array<HistogramEntry, GuideSettings::kMostPhotons> entries;
+    float total = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        entries[i] = {key_of(samples[i].light, samples[i].part), static_cast<std::uint32_t>(i),
+                      samples[i].weight, samples[i].plain};
+        total += samples[i].weight;
+    }
+    if (!(total > 0) || !std::isfinite(total)) return 1;
+    std::sort(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(samples.size()));
+
+    // Count by key.
+    const std::size_t begin = choices.size();
+    float sum = 0;
+    std::array<Count, GuideSettings::kMostPhotons> counts;
+    for (std::size_t i = 0; i < samples.size();) {
+        const std::size_t first = i;
+        const std::uint64_t key = entries[first].key;
+        for (; i < samples.size() && entries[i].key == key; ++i) sum += entries[i].weight;
+        counts[choices.size() - begin] = {static_cast<float>(i - first), entries[first].plain};
+        choices.push_back({static_cast<std::uint32_t>(key >> 32), static_cast<CellId>(key), 0, sum});
+    }
+
+    // A choice is as probable as the steps between the sums make it: what draw() does, to the last bit.
+    float before = 0;
+    for (std::size_t i = begin; i < choices.size(); ++i) {
+        Guide::Choice& choice = choices[i];
+        choice.upto = i + 1 < choices.size() ? std::min(choice.upto / sum, 1.0F) : 1.0F;
+        choice.probability = choice.upto - before;
+        before = choice.upto;
+    }
+    return likeliest_share({counts.data(), choices.size() - begin}, static_cast<float>(samples.size()));
+}
+
+const Guide::Choice& Guide::draw(float u) const {
+    assert(!empty());
+    const auto found = std::upper_bound(choices_.begin(), choices_.end() - 1, u,
+                                        [](float wanted, const Choice& c) { return wanted < c.upto; });
+    return *found;
+}
+
+float Guide::probability(std::uint32_t light, CellId part) const {
+    const std::uint64_t key = key_of(light, part);
+    const auto found = std::lower_bound(choices_.begin(), choices_.end(), key,
+                                        [](const Choice& choice, std::uint64_t wanted) {
+                                            return key_of(choice.light, choice.part) < wanted;
+                                        });
+    return found != choices_.end() && found->light == light && found->part == part ? found->probability
+                                                                                   : 0.0F;
+}
+
+namespace {
+
+// The part of its light that each photon left from, and the share of all photons that left from it: they were
+// emitted by flux, as the plain choice is made.
+struct PhotonParts {
+    std::vector<CellId> parts;  // of each photon's light, or kNoSample
+    std::vector<float> plain;
+
+    PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
+        : parts(map.size()), plain(map.size()) {
+        const auto size = static_cast<std::int64_t>(map.size());
+        constexpr std::int64_t kGrain = 1 << 14;
+        parallel_ranges(
+            workers, size, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                    const Photon& photon = map.photons()[i];
+                    const Light& light = *lights[photon.light];
+                    parts[i] = light.only_particles() ? kNoSample : light.part_of(photon.cell);
+                }
+            });
+        std::unordered_map<std::uint64_t, float> counts;
+        const auto key = [&](std::size_t i) { return key_of(map.photons()[i].light, parts[i]); };
+        for (std::size_t i = 0; i < parts.size(); ++i) ++counts[key(i)];
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            plain[i] = counts[key(i)] / static_cast<float>(parts.size());
+        }
+    }
+};
+
+// The samples around x, on the side of n; their number.
+std::size_t samples_near(const PhotonMap& map, const PhotonParts& photon_parts, const GuideSettings& settings,
+                         const V3f& x, const V3f& n,
+                         std::array<PartSample, GuideSettings::kMostPhotons>& samples) {
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    const NearPhotons near(map, x, metric, static_cast<std::size_t>(settings.k), sqr(settings.radius));
+    std::size_t size = 0;
+    for (const Neighbour& neighbour : near.found()) {
+        const CellId part = photon_parts.parts[neighbour.index];
+        if (part == kNoSample) continue;
+        const Photon& photon = map.photons()[neighbour.index];
+        // All at one point: they count alike.
+        const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
+        samples[size++] = {photon.light, part,
+                           luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
+                           photon_parts.plain[neighbour.index]};
+    }
+    return size;
+}
+
+}  // namespace
+
+GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
+                   const GuideSettings& settings, const Workers& workers)
+    : map_(std::move(map)), settings_(settings) {
+    assert(settings.k >= 0 && settings.k <= GuideSettings::kMostPhotons);
+    if (settings.k > 0 && map_.size() > 0) cache_distributions(lights, workers);
+}
+
+void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> lights, const Workers& workers) {
+    const PhotonParts photon_parts(map_, lights, workers);
+    // A distribution for every few of the photons that each one counts: they overlap. In the order of the
+    // map.
+    const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings_.k) / kOverlap, 1);
+    for (std::size_t i = 0; i < map_.size(); i += stride) {
+        places_.push_back(map_.positions()[i]);
+        normals_.push_back(map_.normals()[i]);
+    }
+    const auto count = static_cast<std::int64_t>(places_.size());
+    constexpr std::int64_t kGrain = 512;  // fixed, so that results do not depend on threads
+    struct Chunk {
+        std::vector<CachedDistribution> distributions;
+        std::vector<Guide::Choice> choices;
+    };
+    std::vector<Chunk> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
+    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t number) {
+        Chunk& chunk = chunks[static_cast<std::size_t>(number)];
+        std::array<PartSample, GuideSettings::kMostPhotons> samples;
+        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+            const std::size_t size =
+                samples_near(map_, photon_parts, settings_, places_[i], normals_[i].unpack(), samples);
+            const std::size_t first = chunk.choices.size();
+            const float defensive_weight = make_histogram({samples.data(), size}, chunk.choices);
+            chunk.distributions.push_back({first, chunk.choices.size() - first, defensive_weight});
+        }
+    });
+    distributions_.reserve(places_.size());
+    for (const Chunk& chunk : chunks) {
+        for (CachedDistribution distribution : chunk.distributions) {
+            distribution.first += choices_.size();
+            distributions_.push_back(distribution);
+        }
+        choices_.insert(choices_.end(), chunk.choices.begin(), chunk.choices.end());
+    }
+    index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+}
+
+Guide GuideMap::at(const V3f& x, const V3f& n) const {
+    if (!index_) return {};
+    const auto nearest = index_->nearest_facing(x, n, kAboutTheSame, sqr(settings_.radius));
+    if (!nearest) return {};
+    const CachedDistribution& distribution = distributions_[nearest->index];
+    return {std::span(choices_).subspan(distribution.first, distribution.size),
+            distribution.defensive_weight};
+}
+
+bool GuideMap::any_near(const V3f& x, const V3f& n) const {
+    if (map_.size() == 0) return false;
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    return !NearPhotons(map_, x, metric, 1, sqr(settings_.radius)).found().empty();
+}
+
+namespace {
+
+// Stores the first hits of one chunk of paths, whatever the surface: each path is one ray, through media as
+// if they were not there.
+struct FirstHits : LightPathVisitor {
+    const Scene* scene = nullptr;
+    float share = 0;  // of a path among all
+    Photons photons;
+
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,
+               const Sampler& /*sampler*/) {
+        if (!start) return false;
+        const auto at = scene->intersect(Ray{start->from.towards(start->d), start->d});
+        if (at) photons.add_hit(at->at, start->d, start->power * share, start->light, start->cell);
+        return false;
+    }
+};
+
+// Throws InputError for more photons than there is memory for, by what the first paths left: they are held as
+// chunks leave them, in one row, and in the map, under its tree.
+void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_t paths, std::int64_t all) {
+    constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
+    std::size_t found = 0;
+    if (paths <= 0) return;
+    for (const FirstHits& chunk : chunks) found += chunk.photons.size();
+    const double photons = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
+    require_memory(static_cast<std::uint64_t>(photons * (3 * kLanded + kTree)),
+                   fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
+                   "fewer are accepted (guidephotons)");
+}
+
+}  // namespace
+
+GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
+                      Monitor& monitor) {
+    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
+        throw InputError(
+            fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
+    }
+    LightPaths paths;
+    paths.count = parameters.paths;
+    paths.seed = parameters.seed;
+    paths.pass = parameters.pass;
+    paths.phase = "guide";
+    std::vector<FirstHits> chunks;
+    trace_light_paths(
+        {scene, workers, monitor}, paths, chunks,
+        [&](std::int64_t /*count*/) {
+            FirstHits chunk;
+            chunk.scene = &scene;
+            chunk.share = 1.0F / static_cast<float>(parameters.paths);
+            return chunk;
+        },
+        require_memory_for_guides);
+    Photons all;
+    for (const FirstHits& chunk : chunks) {
+        const Photons& some = chunk.photons;
+        for (std::size_t i = 0; i < some.size(); ++i) {
+            all.add(some.positions[i], some.normals[i], some.photons[i]);
+        }
+    }
+    return {PhotonMap(all), scene.lights(), parameters.settings, workers};
+}
+
+}  // namespace lucerna

@@ -1,0 +1,216 @@
+#include "engine/guiding/importance_pre_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "engine/base/stopwatch.h"
+#include "engine/guiding/emission_blocks.h"
+#include "photon/near_photons.h"
+#include "photon/photon_map.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
+constexpr double kDarkest = 0.05;
+
+// ImportancePrePass paths for one camera ray: estimates cost as much as the paths that they judge.
+constexpr std::int64_t kPathsPerRay = 4;
+
+constexpr std::array kSurfaceMaps{MapKind::direct, MapKind::global, MapKind::caustic};
+
+// Photons of the pre-pass, by map; a photon's `cell` is the number of its path. Powers are those of the
+// pre-pass's mean.
+struct PrePassPhotons : LightPathVisitor {
+    float share = 0;  // of a path among all
+    std::uint32_t path = 0;
+    std::array<Photons, kMapKinds> photons;
+
+    bool begin(std::uint32_t number, const std::optional<LightPathStart>& /*start*/,
+               const Sampler& /*sampler*/) {
+        path = number;
+        return true;
+    }
+    void hit(const LightPathHit& at) {
+        if (!stores_photons(at.bsdf)) return;
+        photons[static_cast<std::size_t>(map_of(at.path))].add_hit(at.hit.at, at.d, at.power * share,
+                                                                   at.start.light, path);
+    }
+};
+
+// The maps of the pre-pass.
+std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene,
+                                                              const ImportancePrePassSettings& settings,
+                                                              const Workers& workers, Monitor& monitor) {
+    LightPaths paths;
+    paths.count = settings.paths;
+    paths.seed = settings.seed;
+    paths.pass = kEmissionPrePass;
+    paths.specular_below = settings.specular_below;
+    paths.per_chunk = 2048;
+    paths.interleaved = false;  // a photon is named by the path that is under way
+    paths.phase = "pre-pass";
+    std::vector<PrePassPhotons> chunks;
+    trace_light_paths({scene, workers, monitor}, paths, chunks, [&](std::int64_t /*count*/) {
+        PrePassPhotons chunk;
+        chunk.share = 1.0F / static_cast<float>(settings.paths);
+        return chunk;
+    });
+    std::array<std::optional<PhotonMap>, kMapKinds> maps;
+    for (const MapKind kind : kSurfaceMaps) {
+        const auto k = static_cast<std::size_t>(kind);
+        Photons all;
+        for (const PrePassPhotons& chunk : chunks) {
+            const Photons& some = chunk.photons[k];
+            for (std::size_t i = 0; i < some.size(); ++i) {
+                all.add(some.positions[i], some.normals[i], some.photons[i]);
+            }
+        }
+        if (all.size() > 0) maps[k].emplace(all, IndexKind::tree, workers);
+    }
+    return maps;
+}
+
+// Looks at the pre-pass's maps as the image will at its own.
+class Scorer {
+  public:
+    Scorer(const std::array<std::optional<PhotonMap>, kMapKinds>& maps,
+           const ImportancePrePassSettings& settings, std::span<const Importon> importons,
+           const Workers& workers)
+        : maps_(maps), settings_(settings) {
+        constexpr std::int64_t kGrain = 256;
+        parts_.resize((importons.size() + kGrain - 1) / kGrain);
+        parallel_ranges(workers, static_cast<std::int64_t>(importons.size()), kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                            const auto first = static_cast<std::size_t>(begin);
+                            const auto count = static_cast<std::size_t>(end - begin);
+                            for (const Importon& importon : importons.subspan(first, count)) {
+                                look(importon, parts_[static_cast<std::size_t>(chunk)]);
+                            }
+                        });
+    }
+
+    // By path.
+    std::vector<float> scores() const {
+        const std::vector<float> shown = radiances();
+        std::vector<float> scores(static_cast<std::size_t>(settings_.paths));
+        for (const auto& chunk : parts_) {
+            for (const Part& part : chunk) {
+                if (!part.read) continue;
+                const float share = part.radiance / shown[part.ray];
+                scores[part.path] += share * share;
+            }
+        }
+        return scores;
+    }
+
+  private:
+    // Of a camera ray's radiance, what one photon brings.
+    struct Part {
+        std::uint32_t ray, path;
+        float radiance;
+        bool read;    // by the image from its maps; what it finds otherwise is only shown
+        bool landed;  // where a gather ray is: no radiance of the surface that the camera sees
+    };
+
+    void look(const Importon& importon, std::vector<Part>& parts) const {
+        const auto& reads = importon.landed ? settings_.landed : settings_.seen;
+        for (const MapKind kind : kSurfaceMaps) {
+            const auto k = static_cast<std::size_t>(kind);
+            if (!maps_[k] || (importon.landed && !reads[k])) continue;
+            const DensityEstimateSettings& how = settings_.estimate;
+            const TangentMetric metric(importon.p, importon.n, how.metric, how.ratio);
+            const NearPhotons near(*maps_[k], importon.p, metric, static_cast<std::size_t>(how.k),
+                                   sqr(how.radius));
+            // Photons at one point would weigh without bound.
+            const float r2 = std::max(near.radius2(), sqr(kSmallest * how.radius));
+            const float per_power = importon.weight / (kPi * r2);
+            if (!std::isfinite(per_power)) continue;  // r2 is 0 where float32 cannot hold it
+            for (const Neighbour& neighbour : near.found()) {
+                const Photon& photon = maps_[k]->photons()[neighbour.index];
+                parts.push_back({importon.ray, photon.cell, luminance(photon.power) * per_power, reads[k],
+                                 importon.landed});
+            }
+        }
+    }
+
+    // What each camera ray shows, and a little more: > 0.
+    std::vector<float> radiances() const {
+        std::vector<float> shown;
+        double sum = 0;
+        for (const auto& chunk : parts_) {
+            for (const Part& part : chunk) {
+                if (part.ray >= shown.size()) shown.resize(part.ray + 1);
+                if (part.landed) continue;
+                shown[part.ray] += part.radiance;
+                sum += double{part.radiance};
+            }
+        }
+        const auto dark =
+            static_cast<float>(kDarkest * sum / std::max(static_cast<double>(shown.size()), 1.0));
+        for (float& radiance : shown) radiance += dark > 0 ? dark : 1.0F;
+        return shown;
+    }
+
+    static constexpr float kSmallest = 1e-4F;  // of the largest radius
+
+    const std::array<std::optional<PhotonMap>, kMapKinds>& maps_;
+    const ImportancePrePassSettings& settings_;
+    std::vector<std::vector<Part>> parts_;  // by chunk of importons
+};
+
+// The pre-pass's paths by light, with the numbers they began with.
+std::vector<std::vector<EmitTrial>> trials(const Scene& scene, std::uint64_t seed,
+                                           std::span<const float> scores) {
+    std::vector<std::vector<EmitTrial>> by_light(scene.lights().size());
+    const EmitNet net(seed, Purpose::emission, kEmissionPrePass);
+    for (std::size_t path = 0; path < scores.size(); ++path) {
+        const EmitNet::Point point = net.at(static_cast<std::uint32_t>(path));
+        const auto pick = scene.picker().pick(point.light);
+        if (pick) by_light[pick->light].push_back({point.u, scores[path]});
+    }
+    return by_light;
+}
+
+}  // namespace
+
+LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<const float> scores,
+                              float defensive_weight) {
+    auto by_light = trials(scene, seed, scores);
+    std::vector<double> powers;
+    for (const auto& light : scene.lights()) powers.push_back(light->power());
+    return LearnedEmission(scene, learn_blocks(by_light, powers, {}), defensive_weight);
+}
+
+std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, const View& view,
+                                                         const ImportancePrePassSettings& settings,
+                                                         const Workers& workers, Monitor& monitor) {
+    const Stopwatch watch;
+    if (!(scene.picker().total_power() > 0) || scatters(scene.media())) return std::nullopt;
+
+    // Where the picture looks.
+    ImportonParameters looks;
+    looks.rays = std::clamp<std::int64_t>(settings.paths / kPathsPerRay, 64, looks.rays);
+    looks.gather = settings.gather;
+    looks.meter = settings.meter;
+    looks.seed = settings.seed;
+    const std::vector<Importon> importons = trace_importons(scene, view, looks, workers);
+    if (importons.empty()) return std::nullopt;
+
+    // What light paths bring there.
+    const auto maps = pre_pass_maps(scene, settings, workers, monitor);
+    if (monitor.stopped()) return std::nullopt;
+    const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
+
+    // Which ones to emit.
+    ImportancePrePass pre_pass{learn_density(scene, settings.seed, scores, settings.defensive_weight)};
+    pre_pass.importons = importons.size();
+    for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
+    pre_pass.useful /= static_cast<double>(settings.paths);
+    pre_pass.seconds = watch.seconds();
+    return pre_pass;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,49 @@
+// Direct light alone, on surfaces and in media; mirrors and smooth glass are followed. What the other methods
+// add is what this lacks.
+#include "engine/integrators/direct_light.h"
+#include "engine/integrators/integrator.h"
+#include "engine/integrators/specular_chain.h"
+
+namespace lucerna {
+namespace {
+
+class DirectEstimator final : public Estimator {
+  public:
+    DirectEstimator(const Scene& scene, const DirectSettings& settings)
+        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+
+    Rgb Li(const Ray& ray, Sampler& sampler) const override {
+        const auto shade = [&](const Vertex& vertex) {
+            return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
+        };
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+            return sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
+        };
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, sampler, shade, source);
+    }
+
+  private:
+    const Scene& scene_;
+    DirectSettings settings_;
+    LightChooser lights_;
+};
+
+class DirectIntegrator final : public Integrator {
+  public:
+    explicit DirectIntegrator(const DirectSettings& settings) : settings_(settings) {}
+    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+        return std::make_unique<DirectEstimator>(context.scene, settings_);
+    }
+
+  private:
+    DirectSettings settings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_direct(const DirectSettings& settings) {
+    return std::make_unique<DirectIntegrator>(settings);
+}
+
+}  // namespace lucerna

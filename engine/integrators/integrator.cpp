@@ -1,0 +1,22 @@
+#include "engine/integrators/integrator.h"
+
+namespace lucerna {
+namespace {
+
+struct Make {
+    std::unique_ptr<Integrator> operator()(const PathSettings& s) const { return make_path(s); }
+    std::unique_ptr<Integrator> operator()(const DirectSettings& s) const { return make_direct(s); }
+    std::unique_ptr<Integrator> operator()(const PhotonMapSettings& s) const {
+        return make_photon_mapping(s);
+    }
+    std::unique_ptr<Integrator> operator()(const IgiSettings& s) const { return make_igi(s); }
+    std::unique_ptr<Integrator> operator()(const ProgressiveSettings& s) const { return make_progressive(s); }
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings) {
+    return std::visit(Make{}, settings);
+}
+
+}  // namespace lucerna

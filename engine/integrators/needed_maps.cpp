@@ -1,0 +1,66 @@
+#include "engine/integrators/needed_maps.h"
+
+#include <fmt/format.h>
+
+#include "engine/integrators/light_choice.h"
+
+namespace lucerna {
+namespace {
+
+MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (goes_by_guides(settings, scene)) {
+        return {false, fmt::format("direct light is sampled where {} paths of its own lead",
+                                   settings.guide_photons)};
+    }
+    if (settings.direct == DirectMethod::guided) {
+        return {false, "direct light is sampled as by mc: one light without parts leaves nothing to choose"};
+    }
+    const bool map = settings.direct == DirectMethod::map;
+    return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
+}
+
+MapNeed global_map(const PhotonMapSettings& settings) {
+    if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    return {true, settings.indirect == IndirectMethod::map ? "indirect light is read from it"
+                                                           : "gather rays read it where they land"};
+}
+
+MapNeed caustic_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    if (settings.specular_below > 0) {
+        return {true, fmt::format("gloss of alpha below {:g} counts as specular", settings.specular_below)};
+    }
+    const bool specular = scene.has_specular();
+    return {specular,
+            specular ? "the scene has mirrors or smooth glass" : "no surface of the scene is specular"};
+}
+
+MapNeed volume_map(const PhotonMapSettings& settings, const Scene& scene) {
+    if (!scatters(scene.media())) return {false, "no medium of the scene scatters"};
+    return {true, settings.direct == DirectMethod::map
+                      ? "what media scatter is read from it"
+                      : "what media scatter is read from it, but for light straight from a light"};
+}
+
+}  // namespace
+
+MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene) {
+    switch (kind) {
+        case MapKind::direct:
+            return direct_map(settings, scene);
+        case MapKind::global:
+            return global_map(settings);
+        case MapKind::caustic:
+            return caustic_map(settings, scene);
+        case MapKind::volume:
+            return volume_map(settings, scene);
+    }
+    return {false, ""};
+}
+
+bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene) {
+    return settings.direct == DirectMethod::gated ||
+           (settings.direct == DirectMethod::guided && !nothing_to_choose(scene));
+}
+
+}  // namespace lucerna

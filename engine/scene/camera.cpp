@@ -1,0 +1,113 @@
+#include "engine/scene/camera.h"
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+
+#include "engine/base/warp.h"
+
+namespace lucerna {
+namespace {
+
+struct Window {
+    double x0, x1, y0, y1;
+};
+
+// The part of the screen that is imaged. Unless it is given, the image's shorter side spans [-1, 1].
+Window screen_window(const Camera::Settings& s) {
+    const bool given = s.screen[0] != 0 || s.screen[1] != 0 || s.screen[2] != 0 || s.screen[3] != 0;
+    if (given) {
+        return {static_cast<double>(s.screen[0]), static_cast<double>(s.screen[1]),
+                static_cast<double>(s.screen[2]), static_cast<double>(s.screen[3])};
+    }
+    const double aspect = static_cast<double>(s.width) / s.height;  // height >= 1, checked before
+    const double x = std::max(1.0, aspect);
+    const double y = std::max(1.0, 1 / aspect);
+    return {-x, x, -y, y};
+}
+
+void require(bool good, const char* what, double value, const char* accepted) {
+    if (!good) throw InputError(fmt::format("camera: {} is {}; accepted: {}", what, value, accepted));
+}
+
+void check(const Camera::Settings& s) {
+    require(s.width >= 1, "the image's width", s.width, "at least 1 pixel");
+    require(s.height >= 1, "the image's height", s.height, "at least 1 pixel");
+    const auto fov = static_cast<double>(s.fov_degrees);
+    require(s.kind != Camera::Settings::Kind::perspective || (fov > 0 && fov < 180), "fov", fov,
+            "more than 0 and less than 180 degrees");
+    require(s.lens_radius >= 0 && std::isfinite(s.lens_radius), "the lens radius",
+            static_cast<double>(s.lens_radius), "a finite number, not negative");
+    require(s.lens_radius == 0 || (s.focal_distance > 0 && std::isfinite(s.focal_distance)),
+            "the focal distance", static_cast<double>(s.focal_distance), "a finite number greater than 0");
+    const double determinant = s.world_from_camera.determinant();
+    require(std::isfinite(determinant) && determinant != 0, "the transformation's determinant", determinant,
+            "a finite number other than 0");
+}
+
+V3f direction(const M44d& m, const V3d& d) {
+    V3d out;
+    m.multDirMatrix(d, out);
+    return V3f(out);
+}
+
+}  // namespace
+
+Camera::Camera(const Settings& settings) : settings_(settings) {
+    check(settings_);
+    const Window window = screen_window(settings_);
+    require(window.x0 != window.x1, "the screen window's x0", window.x0, "different from x1");
+    require(window.y0 != window.y1, "the screen window's y0", window.y0, "different from y1");
+    const bool perspective = settings_.kind == Settings::Kind::perspective;
+    // Screen units per unit of length on the plane z = 1; an orthographic screen is the plane itself.
+    const double scale =
+        perspective ? std::tan(static_cast<double>(settings_.fov_degrees) / 2 * kPiD / 180) : 1.0;
+    const M44d& m = settings_.world_from_camera;
+    V3d origin;
+    m.multVecMatrix(V3d(0, 0, 0), origin);
+    origin_ = V3f(origin);
+    z_ = direction(m, {0, 0, 1});
+    x_ = direction(m, {scale * (window.x1 - window.x0) / settings_.width, 0, 0});
+    y_ = direction(m, {0, scale * (window.y0 - window.y1) / settings_.height, 0});  // film y runs down
+    corner_ = direction(m, {scale * window.x0, scale * window.y1, perspective ? 1.0 : 0.0});
+    const auto radius = static_cast<double>(settings_.lens_radius);
+    lens_x_ = direction(m, {radius, 0, 0});
+    lens_y_ = direction(m, {0, radius, 0});
+    const V3f rows[] = {direction(m, {1, 0, 0}), direction(m, {0, 1, 0}), direction(m, {0, 0, 1})};
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) directions_[i][j] = rows[i][j];
+    }
+}
+
+Ray Camera::spherical_ray(const V2f& film) const {
+    const V2f at(film.x / static_cast<float>(settings_.width), film.y / static_cast<float>(settings_.height));
+    V3f d;
+    if (settings_.mapping == Settings::Mapping::equal_area) {
+        d = octahedral_square_to_sphere(at);
+    } else {
+        const float theta = kPi * at.y, phi = 2 * kPi * at.x;
+        d = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
+    }
+    std::swap(d.y, d.z);  // the poles are up and down
+    return {origin_, (d * directions_).normalized()};
+}
+
+Ray Camera::ray(const V2f& film, const V2f& lens) const {
+    if (settings_.kind == Settings::Kind::spherical) return spherical_ray(film);
+    const V3f on_plane = corner_ + film.x * x_ + film.y * y_;
+    const bool perspective = settings_.kind == Settings::Kind::perspective;
+    Ray ray;
+    ray.o = perspective ? origin_ : origin_ + on_plane;
+    ray.d = perspective ? on_plane : z_;
+    if (settings_.lens_radius > 0) {
+        // Every ray of a film point goes through the same point of the plane in focus: pass it from the lens.
+        const V2f disc = square_to_disc(lens);
+        const V3f shift = disc.x * lens_x_ + disc.y * lens_y_;
+        ray.d = settings_.focal_distance * ray.d - shift;
+        ray.o += shift;
+    }
+    ray.d.normalize();
+    return ray;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,184 @@
+// What every lobe answers, in a local frame; behind Bsdf, which knows about normals and sums. A lobe's
+// functions are overloads found by its type: see bsdf_*.cpp, one file per family.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/scene/bsdf.h"
+#include "engine/scene/lobes.h"
+#include "engine/scene/microfacet.h"
+
+namespace lucerna {
+
+// A question to a lobe, in the shading frame mirrored so that the known direction's side of the surface is z
+// > 0.
+struct Local {
+    V3f wo, wi;                 // by ns; wo.z may be <= 0 where the two normals disagree
+    bool entering = true;       // wo lies outside (by ng)
+    bool transmission = false;  // wi lies on the other side (by ng)
+};
+
+struct LocalSample {
+    V3f wi;
+    Rgb weight;
+    float pdf_w = 0;
+    bool delta = false;
+    bool transmission = false;
+    float eta_scale = 1;
+    bool straight = false;  // exactly -wo: nothing was there
+};
+using Draw = std::optional<LocalSample>;
+
+// A rough lobe is not asked about directions closer to the horizon: the value of a pair of them grows as
+// 1/cos and would leave float32's range. They carry next to nothing.
+inline constexpr float kGrazing = 1e-12F;
+
+inline bool is_smooth(float alpha_x, float alpha_y) {
+    return std::max(alpha_x, alpha_y) < kSmoothAlpha;
+}
+
+template <typename Rough>
+Ggx facets_of(const Rough& lobe) {
+    return {std::max(lobe.alpha_x, kLeastAlpha), std::max(lobe.alpha_y, kLeastAlpha)};
+}
+
+inline V3f mirrored(const V3f& w) {
+    return {-w.x, -w.y, w.z};
+}
+inline V3f reflected(const V3f& w, const V3f& m) {
+    return 2 * w.dot(m) * m - w;
+}
+
+// Bilinear mixing of colours in [0,1] may round beyond 1.
+inline bool is_share(const Rgb& c) {
+    return std::min({c.x, c.y, c.z}) >= 0 && std::max({c.x, c.y, c.z}) <= 1 + 1e-5F;
+}
+inline bool is_alpha(float alpha) {
+    return alpha >= 0 && std::isfinite(alpha);
+}
+
+// No chance of a rough lobe is less than this share of its colour: at facets turned otherwise than the mean
+// surface it may carry more than the guess says.
+inline constexpr float kLeastChance = 0.1F;
+
+// Only the light must stand above the shading horizon of a diffuse surface: were the eye to, silhouettes of
+// smooth meshes would be black.
+inline bool is_lit(const Local& at, Transport transport) {
+    return (transport == Transport::radiance ? at.wi : at.wo).z >= 0;
+}
+
+// For each lobe:
+//   value         f without the cosine; 0 where the lobe is a delta
+//   density       of draw() choosing at.wi, per solid angle; 0 where the lobe is a delta
+//   draw          a direction; `at.wi` says nothing
+//   albedo_of     Bsdf::albedo
+//   chance_of     a cheap guess at albedo_of's largest channel, >= 0; positive wherever value or a delta is
+//   is_delta_lobe whether it is a delta
+//   is_sound      whether its parameters are in their ranges
+
+Rgb value(const BlackLobe& lobe, const Local& at, Transport transport);
+float density(const BlackLobe& lobe, const Local& at);
+Draw draw(const BlackLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const BlackLobe& lobe, const Local& at);
+float chance_of(const BlackLobe& lobe, const Local& at);
+bool is_delta_lobe(const BlackLobe& lobe);
+bool is_sound(const BlackLobe& lobe);
+
+Rgb value(const DiffuseLobe& lobe, const Local& at, Transport transport);
+float density(const DiffuseLobe& lobe, const Local& at);
+Draw draw(const DiffuseLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const DiffuseLobe& lobe, const Local& at);
+float chance_of(const DiffuseLobe& lobe, const Local& at);
+bool is_delta_lobe(const DiffuseLobe& lobe);
+bool is_sound(const DiffuseLobe& lobe);
+
+Rgb value(const MirrorLobe& lobe, const Local& at, Transport transport);
+float density(const MirrorLobe& lobe, const Local& at);
+Draw draw(const MirrorLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const MirrorLobe& lobe, const Local& at);
+float chance_of(const MirrorLobe& lobe, const Local& at);
+bool is_delta_lobe(const MirrorLobe& lobe);
+bool is_sound(const MirrorLobe& lobe);
+
+Rgb value(const ConductorLobe& lobe, const Local& at, Transport transport);
+float density(const ConductorLobe& lobe, const Local& at);
+Draw draw(const ConductorLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const ConductorLobe& lobe, const Local& at);
+float chance_of(const ConductorLobe& lobe, const Local& at);
+bool is_delta_lobe(const ConductorLobe& lobe);
+bool is_sound(const ConductorLobe& lobe);
+
+Rgb value(const DielectricLobe& lobe, const Local& at, Transport transport);
+float density(const DielectricLobe& lobe, const Local& at);
+Draw draw(const DielectricLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const DielectricLobe& lobe, const Local& at);
+float chance_of(const DielectricLobe& lobe, const Local& at);
+bool is_delta_lobe(const DielectricLobe& lobe);
+bool is_sound(const DielectricLobe& lobe);
+
+Rgb value(const DiffuseTransmitLobe& lobe, const Local& at, Transport transport);
+float density(const DiffuseTransmitLobe& lobe, const Local& at);
+Draw draw(const DiffuseTransmitLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const DiffuseTransmitLobe& lobe, const Local& at);
+float chance_of(const DiffuseTransmitLobe& lobe, const Local& at);
+bool is_delta_lobe(const DiffuseTransmitLobe& lobe);
+bool is_sound(const DiffuseTransmitLobe& lobe);
+
+Rgb value(const OrenNayarLobe& lobe, const Local& at, Transport transport);
+float density(const OrenNayarLobe& lobe, const Local& at);
+Draw draw(const OrenNayarLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const OrenNayarLobe& lobe, const Local& at);
+float chance_of(const OrenNayarLobe& lobe, const Local& at);
+bool is_delta_lobe(const OrenNayarLobe& lobe);
+bool is_sound(const OrenNayarLobe& lobe);
+
+Rgb value(const GlossLobe& lobe, const Local& at, Transport transport);
+float density(const GlossLobe& lobe, const Local& at);
+Draw draw(const GlossLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const GlossLobe& lobe, const Local& at);
+float chance_of(const GlossLobe& lobe, const Local& at);
+bool is_delta_lobe(const GlossLobe& lobe);
+bool is_sound(const GlossLobe& lobe);
+
+Rgb value(const CoveredDiffuseLobe& lobe, const Local& at, Transport transport);
+float density(const CoveredDiffuseLobe& lobe, const Local& at);
+Draw draw(const CoveredDiffuseLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const CoveredDiffuseLobe& lobe, const Local& at);
+float chance_of(const CoveredDiffuseLobe& lobe, const Local& at);
+bool is_delta_lobe(const CoveredDiffuseLobe& lobe);
+bool is_sound(const CoveredDiffuseLobe& lobe);
+
+Rgb value(const CoatedConductorLobe& lobe, const Local& at, Transport transport);
+float density(const CoatedConductorLobe& lobe, const Local& at);
+Draw draw(const CoatedConductorLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const CoatedConductorLobe& lobe, const Local& at);
+float chance_of(const CoatedConductorLobe& lobe, const Local& at);
+bool is_delta_lobe(const CoatedConductorLobe& lobe);
+bool is_sound(const CoatedConductorLobe& lobe);
+
+Rgb value(const ThinDielectricLobe& lobe, const Local& at, Transport transport);
+float density(const ThinDielectricLobe& lobe, const Local& at);
+Draw draw(const ThinDielectricLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const ThinDielectricLobe& lobe, const Local& at);
+float chance_of(const ThinDielectricLobe& lobe, const Local& at);
+bool is_delta_lobe(const ThinDielectricLobe& lobe);
+bool is_sound(const ThinDielectricLobe& lobe);
+
+Rgb value(const SubstrateBaseLobe& lobe, const Local& at, Transport transport);
+float density(const SubstrateBaseLobe& lobe, const Local& at);
+Draw draw(const SubstrateBaseLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const SubstrateBaseLobe& lobe, const Local& at);
+float chance_of(const SubstrateBaseLobe& lobe, const Local& at);
+bool is_delta_lobe(const SubstrateBaseLobe& lobe);
+bool is_sound(const SubstrateBaseLobe& lobe);
+Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport transport);
+float density(const SubstrateGlossLobe& lobe, const Local& at);
+Draw draw(const SubstrateGlossLobe& lobe, const Local& at, const BsdfU& u, Transport transport);
+Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at);
+float chance_of(const SubstrateGlossLobe& lobe, const Local& at);
+bool is_delta_lobe(const SubstrateGlossLobe& lobe);
+bool is_sound(const SubstrateGlossLobe& lobe);
+
+}  // namespace lucerna

@@ -1,0 +1,83 @@
+// Quadrics and disks under an affine map, met exactly: what a ray needs of a Quadric, in double precision.
+//
+// A ray is carried into object space and solved there in double, so radii from 1e-6 to 1e6 and rays that
+// start a few float units off the surface are all alike.
+#pragma once
+
+#include <optional>
+
+#include "engine/base/vec.h"
+#include "engine/scene/mesh.h"
+
+namespace lucerna {
+
+class QuadricShape {
+  public:
+    // Throws InputError for a radius, range or transformation that makes no surface (not > 0, empty,
+    // singular).
+    explicit QuadricShape(const Quadric& quadric);
+
+    // Distance to the nearest crossing with t_min < t <= t_max, in units of d's length (any but 0).
+    std::optional<double> nearest(const V3d& o, const V3d& d, double t_min, double t_max) const;
+    // The same for 0 < t <= ray.t_max.
+    std::optional<double> nearest(const Ray& ray) const;
+
+    struct Surface {
+        V3d p;     // scene units, on the surface to double precision
+        V3d n;     // unit, geometric; reverse_orientation applied
+        V3d dpdu;  // pbrt's, not normalised, never zero
+        V3d dpdv;  // pbrt's, not normalised, never zero
+        V2f uv;    // pbrt's
+    };
+    // The surface where the ray meets it at distance t (a value that nearest() returned for this very ray).
+    Surface at(const V3d& o, const V3d& d, double t) const;
+    Surface at(const Ray& ray, double t) const;
+    // The surface at texture coordinates from 0 to 1.
+    Surface at(double u, double v) const;
+
+    // Holds the whole shape, rounded outwards.
+    const Box3f& bounds() const { return bounds_; }
+    // The same, not rounded to float32.
+    const Box3d& box() const { return box_; }
+    // Largest side of the bounds, scene units: the size that surface_error asks for.
+    float extent() const { return extent_; }
+
+  private:
+    struct Line {
+        V3d o, d;      // object space, d unit
+        double scale;  // object units per unit of t
+    };
+    // A surface of revolution: x² + y² = a z² + 2 b z + c, with z counted from z_zero.
+    struct Profile {
+        double a = 0, b = 0, c = 0, z_zero = 0;
+        double rest(const V3d& p) const;  // x² + y² minus the right side
+        V3d half_gradient(const V3d& p) const;
+    };
+    void check() const;
+    void make_profile();
+    Line to_object(const V3d& o, const V3d& d) const;
+    double phi_at(const V3d& p) const;
+    double v_at(const V3d& p) const;
+    bool within(const V3d& p) const;
+    std::optional<double> nearest_on_sphere(const Line& line, double s_min, double s_max) const;
+    std::optional<double> nearest_on_disk(const Line& line, double s_min, double s_max) const;
+    std::optional<double> nearest_on_profile(const Line& line, double s_min, double s_max) const;
+    V3d normal_at(const V3d& p) const;
+    V3d derivative_v(const V3d& p, double phi) const;
+    Surface surface(const V3d& p, double phi, double v) const;
+    Box3d compute_box() const;
+
+    Quadric::Kind kind_;
+    double radius_, inner_radius_, height_;  // object units
+    V3d p1_, p2_;
+    double z_min_, z_max_, phi_max_;  // z clamped to the shape
+    bool whole_z_, whole_phi_;
+    bool reverse_;
+    Profile profile_;
+    M44d world_from_object_, object_from_world_;
+    Box3d box_;
+    Box3f bounds_;
+    float extent_ = 0;
+};
+
+}  // namespace lucerna

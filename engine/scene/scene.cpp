@@ -1,0 +1,349 @@
+// The scene: shapes made ready, the acceleration structure over them, and what is asked of both.
+//
+// Interfaces (pbrt's "interface" material) are not there at all: no ray has to step through them. One that
+// carries a light is kept, as a black surface that emits. One that is a border between media is kept in a
+// layer of its own, which only rays that ask for it meet.
+#include "engine/scene/scene.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+
+#include "engine/scene/accelerator.h"
+#include "engine/scene/passage.h"
+#include "engine/scene/shape_set.h"
+
+namespace lucerna {
+namespace {
+
+// Embree aborts on rays that are not numbers.
+bool is_usable_ray(const Ray& ray) {
+    return is_usable(ray.o) && is_usable(ray.d) && !std::isnan(ray.t_max);
+}
+
+// A box around the image of a box.
+Box3f carried(const Box3f& box, const M44d& m) {
+    Box3f out;
+    if (box.isEmpty()) return out;
+    for (int corner = 0; corner < 8; ++corner) {
+        const V3d from(static_cast<double>((corner & 1) != 0 ? box.max.x : box.min.x),
+                       static_cast<double>((corner & 2) != 0 ? box.max.y : box.min.y),
+                       static_cast<double>((corner & 4) != 0 ? box.max.z : box.min.z));
+        V3d to;
+        m.multVecMatrix(from, to);
+        out.extendBy(V3f(to));
+    }
+    return out;
+}
+
+// Some particle of the light: not every one of its numbers needs to give one.
+std::optional<LeSample> first_particle(const Light& light) {
+    constexpr std::uint32_t kTries = 64;
+    for (std::uint32_t i = 0; i < kTries; ++i) {
+        Sampler sampler(0, Purpose::emission, 0, i);
+        if (auto emitted = light.sample_Le({sampler.next2(), sampler.next2(), i})) return emitted;
+    }
+    return std::nullopt;
+}
+
+bool is_at_infinity(const Light& light) {
+    return light.kind() == "distant" || light.kind() == "infinite";
+}
+
+}  // namespace
+
+Box3f surface_bounds(const SceneParts& parts) {
+    Box3f box = bounds_of(parts);
+    std::vector<Box3f> prototypes;
+    for (const Shapes& shapes : parts.prototypes) prototypes.push_back(bounds_of(shapes));
+    for (const Instance& instance : parts.instances) {
+        box.extendBy(carried(prototypes[instance.prototype], instance.world_from_prototype));
+    }
+    return box;
+}
+
+SceneSphere enclosing_sphere(const Box3f& box) {
+    if (box.isEmpty()) return {};
+    const V3d lower(box.min);
+    const V3d upper(box.max);
+    SceneSphere sphere;
+    sphere.centre = V3f(0.5 * (lower + upper));
+    // The centre was rounded; the radius makes up for it.
+    const V3d reach(std::max(upper.x - static_cast<double>(sphere.centre.x),
+                             static_cast<double>(sphere.centre.x) - lower.x),
+                    std::max(upper.y - static_cast<double>(sphere.centre.y),
+                             static_cast<double>(sphere.centre.y) - lower.y),
+                    std::max(upper.z - static_cast<double>(sphere.centre.z),
+                             static_cast<double>(sphere.centre.z) - lower.z));
+    sphere.radius = static_cast<float>(reach.length()) * (1 + kSurfaceUlps);
+    if (!(sphere.radius > 0)) sphere.radius = 1;
+    return sphere;
+}
+
+float diagonal_with_media(const Scene& scene) {
+    Box3d box(V3d(scene.bounds().min), V3d(scene.bounds().max));
+    if (scene.bounds().isEmpty()) box.makeEmpty();
+    box.extendBy(bounds_of(scene.media()));
+    const double length = box.isEmpty() ? 0.0 : box.size().length();
+    return length > 0 ? static_cast<float>(length) : 1.0F;
+}
+
+struct Scene::Impl {
+    SceneParts parts;  // without its shapes and prototypes, which the sets own
+    LightPicker picker;
+    LightTree light_tree;
+    std::vector<std::uint32_t> impostors;
+    bool has_specular = false, has_borders = false;
+    Box3f bounds;
+    Counts counts;
+    Counter rays, invalid_rays;
+    std::unique_ptr<const ShapeSet> world;
+    std::vector<ShapeSet> prototypes;
+    std::vector<Accelerator::Placed> instances;
+    std::unique_ptr<const Accelerator> accelerator;
+    struct LightPlace {
+        std::int32_t medium = kNoMedium;
+        Rgb reach{1.0F};
+    };
+    std::vector<LightPlace> light_places;
+
+    const ShapeSet& set_of(const ClosestHit& closest) const {
+        return closest.instance == kNoInstance ? *world : prototypes[instances[closest.instance].prototype];
+    }
+    // The ray in the frame of what it met.
+    LocalRay local(const Ray& ray, const ClosestHit& closest) const {
+        if (closest.instance != kNoInstance) return instances[closest.instance].placement.local(ray);
+        return {V3d(ray.o), V3d(ray.d)};
+    }
+
+    Impl(SceneParts given, const Workers& workers);
+    void take_shapes();
+    void count();
+};
+
+Scene::Impl::Impl(SceneParts given, const Workers& workers)
+    : parts(std::move(given)), picker(parts.lights), light_tree(parts.lights) {
+    for (std::uint32_t i = 0; i < parts.lights.size(); ++i) {
+        if (parts.lights[i]->has_impostor()) impostors.push_back(i);
+    }
+    bounds = surface_bounds(parts);
+    take_shapes();
+    accelerator =
+        std::make_unique<const Accelerator>(*world, prototypes, instances, parts.origin, workers.threads);
+    count();
+}
+
+void Scene::Impl::take_shapes() {
+    const auto lit = [this](const auto& shapes) {
+        return std::ranges::all_of(shapes, [this](const auto& shape) {
+            return shape.traits.light == kNoLight ||
+                   static_cast<std::size_t>(shape.traits.light) < parts.lights.size();
+        });
+    };
+    assert(lit(parts.meshes) && lit(parts.quadrics) && lit(parts.patches) && lit(parts.curves));
+    (void)lit;
+    world = std::make_unique<const ShapeSet>(std::move(static_cast<Shapes&>(parts)), parts.materials);
+    prototypes.reserve(parts.prototypes.size());
+    for (Shapes& shapes : parts.prototypes) prototypes.emplace_back(std::move(shapes), parts.materials);
+    parts.prototypes.clear();
+    instances.reserve(parts.instances.size());
+    for (const Instance& instance : parts.instances) {
+        assert(instance.prototype < prototypes.size());
+        instances.push_back({instance.prototype, InstancePlacement(instance.world_from_prototype)});
+    }
+    parts.instances = {};
+}
+
+void Scene::Impl::count() {
+    const auto add = [this](const ShapeSet& set) {
+        const ShapeSet::Counts& own = set.counts();
+        counts.triangles += own.triangles;
+        counts.quadrics += own.quadrics;
+        counts.patches += own.patches;
+        counts.curves += own.curves;
+        counts.degenerate_triangles += own.degenerate_triangles;
+        counts.geometry_bytes += own.bytes;
+        has_specular = has_specular || set.has_specular();
+        has_borders = has_borders || set.has_borders();
+    };
+    add(*world);
+    for (const ShapeSet& set : prototypes) add(set);
+    counts.prototypes = prototypes.size();
+    counts.instances = instances.size();
+    counts.triangles_seen = world->counts().triangles;
+    for (const auto& placed : instances) {
+        counts.triangles_seen += prototypes[placed.prototype].counts().triangles;
+    }
+    counts.geometry_bytes += accelerator->bytes() + instances.capacity() * sizeof(instances[0]);
+}
+
+Scene::Scene(SceneParts parts, const Workers& workers)
+    : impl_(std::make_unique<Impl>(std::move(parts), workers)) {
+    // Last of all, with rays through the finished scene.
+    auto& places = impl_->light_places;
+    places.resize(lights().size());
+    if (media().empty()) return;
+    parallel_chunks(workers, static_cast<std::int64_t>(places.size()), [&](std::int64_t i) {
+        const Light& light = *lights()[static_cast<std::size_t>(i)];
+        Impl::LightPlace& place = places[static_cast<std::size_t>(i)];
+        const auto first = first_particle(light);
+        if (!first) return;
+        place.medium = medium_around(*this, first->from, first->d);
+        if (is_at_infinity(light)) place.reach = passes_without_end(media(), place.medium);
+    });
+}
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+
+std::optional<Hit> Scene::intersect(const Ray& ray) const {
+    return nearest(ray, kSurfaces);
+}
+
+std::optional<Hit> Scene::intersect_with_borders(const Ray& ray) const {
+    return nearest(ray, kSurfaces | kBorders);
+}
+
+std::optional<Hit> Scene::intersect_border(const Ray& ray) const {
+    return nearest(ray, kBorders);
+}
+
+bool Scene::is_border(const Hit& hit) const {
+    return hit.light == kNoLight && is_interface(impl_->parts.materials[hit.material]);
+}
+
+std::optional<ClosestHit> Scene::closest_hit(const Ray& ray, unsigned layers) const {
+    if (!is_usable_ray(ray)) {
+        impl_->invalid_rays.add();
+        return std::nullopt;
+    }
+    impl_->rays.add();
+    return impl_->accelerator->nearest(ray, layers);
+}
+
+std::optional<ClosestHit> Scene::closest_hit(const Ray& ray) const {
+    return closest_hit(ray, kSurfaces);
+}
+
+void Scene::prefetch_corners(const ClosestHit& closest) const {
+    impl_->set_of(closest).prefetch_corners(closest.primitive);
+}
+
+void Scene::prefetch_vertices(const ClosestHit& closest) const {
+    impl_->set_of(closest).prefetch_vertices(closest.primitive);
+}
+
+std::optional<Hit> Scene::nearest(const Ray& ray, unsigned layers) const {
+    const auto closest = closest_hit(ray, layers);
+    if (!closest) return std::nullopt;
+    return intersect(ray, *closest);
+}
+
+float Scene::distance(const Ray& ray, const ClosestHit& closest) const {
+    const auto t =
+        static_cast<float>(impl_->set_of(closest).exact(closest.primitive, impl_->local(ray, closest)).t);
+    return std::min(t, ray.t_max);  // beyond it by rounding
+}
+
+Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
+    const PrimitiveHit& primitive = closest.primitive;
+    const ShapeSet& set = impl_->set_of(closest);
+    const LocalRay there = impl_->local(ray, closest);
+    Hit hit = set.hit(set.exact(primitive, there), there);
+    if (closest.instance != kNoInstance) hit = impl_->instances[closest.instance].placement.world(hit);
+    const SurfaceTraits& traits = set.traits(primitive.geometry, primitive.primitive);
+    hit.t = std::min(hit.t, ray.t_max);  // beyond it by rounding
+    hit.wo = -ray.d;
+    hit.material = traits.material;
+    hit.light = traits.light;
+    hit.media = traits.media;
+    return hit;
+}
+
+bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) const {
+    Ray ray{x.towards(w), w, distance};
+    if (std::isfinite(distance)) {
+        // The start was moved along the normal, the end must not move with it: a large surface's shift would
+        // carry an oblique ray beyond a small lamp, which would then hide itself.
+        const V3f way = x.p + distance * w - ray.o;
+        ray.t_max = way.length();
+        if (way.dot(w) <= 0) return true;  // the start already lies beyond the end
+        ray.d = way / ray.t_max;           // > 0: way has a part along w
+    }
+    if (!is_usable_ray(ray)) {
+        impl_->invalid_rays.add();
+        return false;
+    }
+    impl_->rays.add();
+    return !impl_->accelerator->occluded(ray, kSurfaces);
+}
+
+std::uint64_t Scene::count_hits(std::span<const Ray> rays, const Workers& workers) const {
+    constexpr std::int64_t kGrain = 4096;
+    std::atomic<std::uint64_t> met{0};
+    parallel_ranges(workers, static_cast<std::int64_t>(rays.size()), kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                        const auto first = static_cast<std::size_t>(begin);
+                        const auto count = static_cast<std::size_t>(end - begin);
+                        met += impl_->accelerator->count_hits(rays.subspan(first, count), kSurfaces);
+                    });
+    return met;
+}
+
+Bsdf Scene::bsdf(const Hit& hit) const {
+    const Material& material = impl_->parts.materials[hit.material];
+    if (is_interface(material)) return {BlackLobe{}, hit.ns, hit.at.n, hit.dpdu};  // one that carries a light
+    return make_bsdf(material, hit, impl_->parts.origin);
+}
+
+std::span<const std::unique_ptr<Light>> Scene::lights() const {
+    return impl_->parts.lights;
+}
+const LightTree& Scene::light_tree() const {
+    return impl_->light_tree;
+}
+const LightPicker& Scene::picker() const {
+    return impl_->picker;
+}
+std::span<const std::uint32_t> Scene::impostors() const {
+    return impl_->impostors;
+}
+std::span<const Material> Scene::materials() const {
+    return impl_->parts.materials;
+}
+bool Scene::has_specular() const {
+    return impl_->has_specular;
+}
+const SceneMedia& Scene::media() const {
+    return impl_->parts.media;
+}
+bool Scene::has_borders() const {
+    return impl_->has_borders;
+}
+std::int32_t Scene::medium_of_light(std::uint32_t light) const {
+    return impl_->light_places[light].medium;
+}
+const Rgb& Scene::reach_of_light(std::uint32_t light) const {
+    return impl_->light_places[light].reach;
+}
+const Box3f& Scene::bounds() const {
+    return impl_->bounds;
+}
+SceneSphere Scene::sphere() const {
+    return enclosing_sphere(impl_->bounds);
+}
+const V3d& Scene::origin() const {
+    return impl_->parts.origin;
+}
+Scene::Counts Scene::counts() const {
+    return impl_->counts;
+}
+std::uint64_t Scene::rays() const {
+    return impl_->rays.total();
+}
+std::uint64_t Scene::invalid_rays() const {
+    return impl_->invalid_rays.total();
+}
+
+}  // namespace lucerna

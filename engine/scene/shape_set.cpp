@@ -1,0 +1,230 @@
+#include "engine/scene/shape_set.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+namespace lucerna {
+namespace {
+
+V3f vertex_of(const Mesh& mesh, std::int32_t index) {
+    assert(index >= 0 && static_cast<std::size_t>(index) < mesh.p.size());
+    return mesh.p[static_cast<std::size_t>(index)];
+}
+
+bool is_degenerate(const Mesh& mesh, const V3i& triangle) {
+    const V3f a = vertex_of(mesh, triangle.x), b = vertex_of(mesh, triangle.y),
+              c = vertex_of(mesh, triangle.z);
+    if (!is_usable(a) || !is_usable(b) || !is_usable(c)) return true;
+    const V3d origin(a);
+    return !((V3d(b) - origin).cross(V3d(c) - origin).length2() > 0);
+}
+
+V3f point_of(const Curves::V4f& control) {
+    return {control.x, control.y, control.z};
+}
+
+// A Bézier curve lies within its control points, its surface within their largest radius.
+void extend(Box3f& box, const Curves& curves) {
+    for (const Curves::V4f& control : curves.control) {
+        const V3f reach(std::fabs(control.w));
+        box.extendBy(point_of(control) - reach);
+        box.extendBy(point_of(control) + reach);
+    }
+}
+
+Box3f patch_box(const BilinearMesh& mesh, std::size_t patch) {
+    Box3f box;
+    for (const std::int32_t vertex : mesh.patches[patch]) {
+        box.extendBy(mesh.p[static_cast<std::size_t>(vertex)]);
+    }
+    return box;
+}
+
+template <typename Value>
+std::uint64_t bytes_of(const std::vector<Value>& values) {
+    return values.capacity() * sizeof(Value);
+}
+
+}  // namespace
+
+Box3f bounds_of(const Shapes& shapes) {
+    Box3f box;
+    for (const Mesh& mesh : shapes.meshes) {
+        for (const V3i& triangle : mesh.triangles) {
+            if (is_degenerate(mesh, triangle)) continue;
+            for (int c = 0; c < 3; ++c) box.extendBy(vertex_of(mesh, triangle[c]));
+        }
+    }
+    for (const Quadric& quadric : shapes.quadrics) box.extendBy(QuadricShape(quadric).bounds());
+    for (const BilinearMesh& mesh : shapes.patches) {
+        for (std::size_t i = 0; i < mesh.patches.size(); ++i) box.extendBy(patch_box(mesh, i));
+    }
+    for (const Curves& curves : shapes.curves) extend(box, curves);
+    return box;
+}
+
+ShapeSet::ShapeSet(Shapes shapes, std::span<const Material> materials)
+    : shapes_(std::move(shapes)), materials_(materials) {
+    take_meshes();
+    take_curves();
+    take_quadrics();
+    take_patches();
+}
+
+unsigned ShapeSet::layer(const SurfaceTraits& traits) const {
+    assert(traits.material < materials_.size());
+    if (traits.light != kNoLight || !is_interface(materials_[traits.material])) return kSurfaces;
+    return traits.media.border ? kBorders : 0;
+}
+
+unsigned ShapeSet::note(const SurfaceTraits& traits) {
+    const unsigned where = layer(traits);
+    has_borders_ = has_borders_ || where == kBorders;
+    has_specular_ = has_specular_ || (where == kSurfaces && is_specular(materials_[traits.material]));
+    return where;
+}
+
+void ShapeSet::take_meshes() {
+    for (Mesh& mesh : shapes_.meshes) {
+        assert(mesh.n.empty() || mesh.n.size() == mesh.p.size());
+        assert(mesh.uv.empty() || mesh.uv.size() == mesh.p.size());
+        counts_.degenerate_triangles += std::erase_if(
+            mesh.triangles, [&mesh](const V3i& triangle) { return is_degenerate(mesh, triangle); });
+        if (mesh.triangles.empty()) continue;
+        if (note(mesh.traits) == kSurfaces) counts_.triangles += mesh.triangles.size();
+        // Embree reads vertices 16 bytes at a time and wants numbers in all of them, used or not.
+        for (V3f& p : mesh.p) {
+            if (!is_usable(p)) p = V3f(0, 0, 0);
+        }
+        mesh.p.reserve(mesh.p.size() + 1);
+        mesh.p.emplace_back(0.0F, 0.0F, 0.0F);
+        counts_.bytes += bytes_of(mesh.p) + bytes_of(mesh.triangles) + bytes_of(mesh.n) + bytes_of(mesh.uv);
+    }
+}
+
+void ShapeSet::take_curves() {
+    for (Curves& curves : shapes_.curves) {
+        assert(curves.control.size() == 4 * curves.segments.size());
+        assert((curves.kind == Curves::Kind::ribbon) == !curves.n.empty());
+        if (!curves.segments.empty() && note(curves.traits) == kSurfaces) {
+            counts_.curves += curves.segments.size();
+        }
+        if (!curves.n.empty()) curves.n.emplace_back(0.0F, 0.0F, 0.0F);  // the same spare for normals
+        counts_.bytes += bytes_of(curves.control) + bytes_of(curves.n) + bytes_of(curves.segments);
+    }
+}
+
+void ShapeSet::take_quadrics() {
+    for (std::uint32_t i = 0; i < shapes_.quadrics.size(); ++i) {
+        const unsigned where = note(shapes_.quadrics[i].traits);
+        if (where == 0) continue;
+        if (where == kSurfaces) ++counts_.quadrics;
+        quadrics_.emplace_back(shapes_.quadrics[i]);
+        quadric_from_.push_back(i);
+    }
+    counts_.bytes += bytes_of(quadrics_) + bytes_of(quadric_from_) + bytes_of(shapes_.quadrics);
+}
+
+void ShapeSet::take_patches() {
+    for (std::uint32_t i = 0; i < shapes_.patches.size(); ++i) {
+        const BilinearMesh& mesh = shapes_.patches[i];
+        counts_.bytes += bytes_of(mesh.p) + bytes_of(mesh.patches) + bytes_of(mesh.n) + bytes_of(mesh.uv);
+        if (mesh.patches.empty()) continue;
+        const unsigned where = note(mesh.traits);
+        if (where == 0) continue;
+        if (where == kSurfaces) counts_.patches += mesh.patches.size();
+        for (std::uint32_t k = 0; k < mesh.patches.size(); ++k) patches_.push_back({i, k});
+    }
+    counts_.bytes += bytes_of(patches_);
+}
+
+const SurfaceTraits& ShapeSet::traits(std::uint32_t geometry, std::uint32_t primitive) const {
+    if (geometry < curves_begin()) return shapes_.meshes[geometry].traits;
+    if (geometry < quadrics_id()) return shapes_.curves[geometry - curves_begin()].traits;
+    if (geometry == quadrics_id()) return shapes_.quadrics[quadric_from_[primitive]].traits;
+    return shapes_.patches[patches_[primitive].mesh].traits;
+}
+
+std::optional<PrimitiveHit> ShapeSet::cross(std::uint32_t geometry, std::uint32_t primitive,
+                                            const LocalRay& ray, double t_min, double t_max) const {
+    if (geometry == quadrics_id()) {
+        const std::optional<double> t = quadrics_[primitive].nearest(ray.o, ray.d, t_min, t_max);
+        if (!t) return std::nullopt;
+        return PrimitiveHit{geometry, primitive, *t};
+    }
+    const PatchAddress& at = patches_[primitive];
+    const auto crossing = PatchShape(shapes_.patches[at.mesh], at.patch).nearest(ray.o, ray.d, t_min, t_max);
+    if (!crossing) return std::nullopt;
+    return PrimitiveHit{geometry, primitive, crossing->t, crossing->u, crossing->v};
+}
+
+Box3f ShapeSet::primitive_bounds(std::uint32_t geometry, std::uint32_t primitive) const {
+    if (geometry == quadrics_id()) return quadrics_[primitive].bounds();
+    const PatchAddress& at = patches_[primitive];
+    Box3f box = patch_box(shapes_.patches[at.mesh], at.patch);
+    // A flat patch's box is flat: room for what the ray's way to it rounds away.
+    V3f far;
+    for (int j = 0; j < 3; ++j) far[j] = std::max(std::fabs(box.min[j]), std::fabs(box.max[j]));
+    const V3f size = box.size();
+    const V3f slack(surface_error(far, std::max({size.x, size.y, size.z})));
+    box.min -= slack;
+    box.max += slack;
+    return box;
+}
+
+PrimitiveHit ShapeSet::exact(const PrimitiveHit& m, const LocalRay& ray) const {
+    if (m.geometry >= curves_begin()) return m;
+    const auto point = triangle_point(shapes_.meshes[m.geometry], m.primitive, ray);
+    if (!point) return m;
+    PrimitiveHit out = m;
+    // A ray may begin within rounding of the plane, and behind it.
+    out.t = std::max(point->t, double{std::numeric_limits<float>::min()});
+    out.u = point->b1;
+    out.v = point->b2;
+    return out;
+}
+
+V2f ShapeSet::uv(const PrimitiveHit& m, const LocalRay& ray) const {
+    const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
+    if (m.geometry < curves_begin()) return triangle_uv(shapes_.meshes[m.geometry], m.primitive, u, v);
+    if (m.geometry < quadrics_id()) {
+        return curve_uv(shapes_.curves[m.geometry - curves_begin()], m.primitive, u, v);
+    }
+    if (m.geometry == quadrics_id()) return quadrics_[m.primitive].at(ray.o, ray.d, m.t).uv;
+    const PatchAddress& at = patches_[m.primitive];
+    return patch_uv(shapes_.patches[at.mesh], at.patch, m.u, m.v);
+}
+
+void ShapeSet::prefetch_vertices(const PrimitiveHit& m) const {
+    if (m.geometry >= curves_begin()) return;
+    const Mesh& mesh = shapes_.meshes[m.geometry];
+    const V3i& triangle = mesh.triangles[m.primitive];
+    for (int c = 0; c < 3; ++c) {
+        const auto vertex = static_cast<std::size_t>(triangle[c]);
+        __builtin_prefetch(&mesh.p[vertex]);
+        if (!mesh.n.empty()) __builtin_prefetch(&mesh.n[vertex]);
+        if (!mesh.uv.empty()) __builtin_prefetch(&mesh.uv[vertex]);
+    }
+}
+
+Hit ShapeSet::surface(const PrimitiveHit& m, const LocalRay& ray) const {
+    const auto u = static_cast<float>(m.u), v = static_cast<float>(m.v);
+    if (m.geometry < curves_begin()) return triangle_hit(shapes_.meshes[m.geometry], m.primitive, u, v);
+    if (m.geometry < quadrics_id()) {
+        const Curves& curves = shapes_.curves[m.geometry - curves_begin()];
+        return curve_hit(curves, {m.primitive, u, v, m.n}, ray, m.t);
+    }
+    if (m.geometry == quadrics_id()) return quadric_hit(quadrics_[m.primitive], ray, m.t);
+    const PatchAddress& at = patches_[m.primitive];
+    return patch_hit(shapes_.patches[at.mesh], at.patch, m.u, m.v);
+}
+
+Hit ShapeSet::hit(const PrimitiveHit& m, const LocalRay& ray) const {
+    Hit hit = surface(m, ray);
+    hit.t = static_cast<float>(m.t);
+    return hit;
+}
+
+}  // namespace lucerna

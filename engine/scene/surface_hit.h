@@ -1,0 +1,69 @@
+// From a primitive, and where on it, to the Hit there: position, normals, tangents, texture coordinates, all
+// in the frame of the shapes. Distance, material, light and media are left to the caller.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "engine/base/vec.h"
+#include "engine/scene/patch.h"
+#include "engine/scene/quadric.h"
+#include "engine/scene/scene.h"
+
+namespace lucerna {
+
+// A ray in a shape's frame; d of any length.
+struct LocalRay {
+    V3d o, d;
+    V3d at(double t) const { return o + t * d; }
+};
+
+// Where a ray meets the plane of a triangle: the weights of its second and third corner, those of the nearest
+// place on the triangle if it passes by the rim. Nothing for a ray along the plane.
+struct TrianglePoint {
+    double t, b1, b2;
+};
+std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray);
+
+V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
+Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
+
+Hit quadric_hit(const QuadricShape& shape, const LocalRay& ray, double t);
+
+V2f patch_uv(const BilinearMesh& mesh, std::uint32_t patch, double u, double v);
+Hit patch_hit(const BilinearMesh& mesh, std::uint32_t patch, double u, double v);
+
+// `u` along the segment and `v` across it as Embree has them: -1 to 1 on a flat curve, 0 on a round one, 0 to
+// 1 on a ribbon. `n` is Embree's normal, not unit.
+V2f curve_uv(const Curves& curves, std::uint32_t segment, float u, float v);
+struct CurvePoint {
+    std::uint32_t segment;
+    float u, v;
+    V3f n;
+};
+Hit curve_hit(const Curves& curves, const CurvePoint& at, const LocalRay& ray, double t);
+
+// The hit carried from a prototype's frame by an affine map.
+struct InstancePlacement {
+    M44d to_world, to_local;
+    float scale = 1;          // at most this much longer does a vector become
+    float inverse_scale = 1;  // the same of the way back
+    float reach = 0;          // length of to_local's translation, prototype units
+
+    explicit InstancePlacement(const M44d& world_from_local);
+    LocalRay local(const Ray& ray) const;
+    Hit world(const Hit& hit) const;
+};
+
+// A Bézier segment and what it is made of, in double.
+struct CurveShape {
+    V3d p[4];
+    double r[4];
+
+    CurveShape(const Curves& curves, std::size_t segment);
+    V3d point(double u) const;
+    V3d derivative(double u) const;  // never zero
+    double radius(double u) const;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,318 @@
+#include "engine/scene/texture_image.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/memory.h"
+#include "engine/base/pictures.h"
+
+namespace lucerna {
+namespace {
+
+[[noreturn]] void unreadable(const std::filesystem::path& file, const std::string& why) {
+    throw InputError({file.string()}, "not a readable image: " + one_line(why));
+}
+
+// What a file says of itself.
+struct Header {
+    int width, height;
+    int channels;  // that are read: 1 or 3
+    bool whole_numbers;
+    bool bytes;
+    std::size_t values() const {
+        return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+               static_cast<std::size_t>(channels);
+    }
+};
+
+Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
+    if (!is_credible(file, spec)) {
+        throw InputError({file.string()},
+                         fmt::format("image size {} × {} is not credible", spec.width, spec.height));
+    }
+    if (spec.channels < 1) throw InputError({file.string()}, "the image has no channels");
+    return {spec.width, spec.height, spec.channels < 3 ? 1 : 3, are_whole(spec.numbers),
+            spec.numbers == PictureNumbers::bytes};
+}
+
+// What the library of picture formats reports becomes an error about the file.
+template <typename Work>
+auto with_input_errors(const std::filesystem::path& file, Work&& work) {
+    try {
+        return work();
+    } catch (const std::runtime_error& error) {
+        unreadable(file, error.what());
+    }
+}
+
+std::unique_ptr<PictureReader> open_input(const std::filesystem::path& file) {
+    require_readable(file);
+    const Pictures& formats = pictures(file);
+    return with_input_errors(file, [&] {
+        check_header(file);
+        return formats.open(file, PictureUse::colour);
+    });
+}
+
+// `copies`: floats of RGB for each pixel that are made of the values.
+template <typename Stored>
+std::vector<Stored> read_values(PictureReader& in, const Header& header, const std::filesystem::path& file,
+                                int copies = 0) {
+    const std::uint64_t pixels = header.values() / static_cast<std::uint64_t>(header.channels);
+    require_memory(
+        header.values() * sizeof(Stored) + pixels * 3 * sizeof(float) * static_cast<unsigned>(copies),
+        fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
+        "fewer pixels are accepted");
+    std::vector<Stored> values(header.values());
+    with_input_errors(file, [&] { in.read({0, header.channels}, std::span(values)); });
+    return values;
+}
+
+// Keeps the range of values that come in, and refuses those that are no light.
+class RangeFinder {
+  public:
+    RangeFinder(const std::filesystem::path& file, int width, int channels)
+        : file_(file),
+          width_(static_cast<std::size_t>(width)),
+          channels_(static_cast<std::size_t>(channels)) {}
+
+    void add(float value) {
+        if (!(value >= 0) || !std::isfinite(value)) {
+            const std::size_t pixel = count_ / channels_;
+            throw InputError({file_.string()},
+                             fmt::format("pixel ({}, {}) holds {}; accepted: finite values, not negative",
+                                         pixel % width_, pixel / width_, value));
+        }
+        range_.least = std::min(range_.least, value);
+        range_.most = std::max(range_.most, value);
+        ++count_;
+    }
+    ValueRange range() const { return range_; }
+
+  private:
+    const std::filesystem::path& file_;
+    std::size_t width_, channels_, count_ = 0;
+    ValueRange range_{std::numeric_limits<float>::max(), 0};
+};
+
+Rgb rgb_of(const float* values, int channels) {
+    return channels == 1 ? Rgb(values[0]) : Rgb(values[0], values[1], values[2]);
+}
+
+std::array<float, 256> decoded_bytes(const Encoding& encoding) {
+    std::array<float, 256> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = encoding.decode(static_cast<float>(i) / 255);
+    return table;
+}
+
+// In memory: bytes through a table, or floats as they are.
+template <typename Stored>
+class MemoryTexels final : public Texels {
+  public:
+    MemoryTexels(const Header& header, std::vector<Stored> values, const Encoding& encoding,
+                 const std::filesystem::path& file)
+        : header_(header), values_(std::move(values)), table_(decoded_bytes(encoding)) {
+        RangeFinder finder(file, header.width, header.channels);
+        for (Stored& value : values_) {
+            if constexpr (std::is_same_v<Stored, float>) {
+                if (header.whole_numbers) value = encoding.decode(value);
+            }
+            finder.add(decoded(value));
+        }
+        range_ = finder.range();
+    }
+
+    int width() const override { return header_.width; }
+    int height() const override { return header_.height; }
+    ValueRange range() const override { return range_; }
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        return {texel(at.x[0], at.y[0]), texel(at.x[1], at.y[0]), texel(at.x[0], at.y[1]),
+                texel(at.x[1], at.y[1])};
+    }
+    void prefetch(const TexelSquare& at) const override {
+        for (const int y : at.y) __builtin_prefetch(&values_[place(at.x[0], y)]);
+    }
+
+  private:
+    // Of a texel's first value.
+    std::size_t place(int x, int y) const {
+        const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(header_.width) +
+                                  static_cast<std::size_t>(x);
+        return pixel * static_cast<std::size_t>(header_.channels);
+    }
+    float decoded(Stored value) const {
+        if constexpr (std::is_same_v<Stored, float>) {
+            return value;
+        } else {
+            return table_[value];
+        }
+    }
+    Rgb texel(int x, int y) const {
+        const Stored* v = &values_[place(x, y)];
+        if (header_.channels == 1) return Rgb(decoded(v[0]));
+        return {decoded(v[0]), decoded(v[1]), decoded(v[2])};
+    }
+
+    Header header_;
+    std::vector<Stored> values_;  // rows from the top, channels interleaved
+    std::array<float, 256> table_;
+    ValueRange range_;
+};
+
+class ImageTexels final : public Texels {
+  public:
+    explicit ImageTexels(std::shared_ptr<const Image> image) : image_(std::move(image)) {
+        const auto [least, most] = std::minmax_element(image_->data.begin(), image_->data.end());
+        range_ = {*least, *most};
+    }
+    int width() const override { return image_->width; }
+    int height() const override { return image_->height; }
+    ValueRange range() const override { return range_; }
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        return {image_->rgb_at(at.x[0], at.y[0]), image_->rgb_at(at.x[1], at.y[0]),
+                image_->rgb_at(at.x[0], at.y[1]), image_->rgb_at(at.x[1], at.y[1])};
+    }
+
+  private:
+    std::shared_ptr<const Image> image_;
+    ValueRange range_;
+};
+
+// In the cache: asked anew each time, decoded as MemoryTexels decodes.
+class CachedTexels final : public Texels {
+  public:
+    CachedTexels(const TileCache& cache, const std::filesystem::path& file, const Header& header,
+                 const Encoding& encoding)
+        : file_(file),
+          picture_(with_input_errors(file, [&] { return cache.open(file, header.channels); })),
+          header_(header),
+          encoding_(encoding),
+          table_(decoded_bytes(encoding)) {
+        // Once through all of it, in bands of tiles, for its range and its faults.
+        RangeFinder finder(file_, header.width, header.channels);
+        std::vector<float> band;
+        for (int y = 0; y < header.height; y += kBand) {
+            const int end = std::min(header.height, y + kBand);
+            band.resize(Header{header.width, end - y, header.channels, false, false}.values());
+            read(0, header.width, y, end, band.data());
+            for (const float value : band) finder.add(value);
+        }
+        range_ = finder.range();
+    }
+
+    int width() const override { return header_.width; }
+    int height() const override { return header_.height; }
+    ValueRange range() const override { return range_; }
+
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        std::array<float, 12> v{};
+        const int n = header_.channels;
+        if (at.x[1] == at.x[0] + 1 && at.y[1] == at.y[0] + 1) {  // all but the edges
+            read(at.x[0], at.x[0] + 2, at.y[0], at.y[0] + 2, v.data());
+        } else {
+            for (int i = 0; i < 4; ++i) {
+                const int x = at.x[i % 2], y = at.y[i / 2];
+                read(x, x + 1, y, y + 1, v.data() + n * i);
+            }
+        }
+        return {rgb_of(v.data(), n), rgb_of(v.data() + n, n), rgb_of(v.data() + 2 * n, n),
+                rgb_of(v.data() + 3 * n, n)};
+    }
+
+  private:
+    static constexpr int kBand = 64;
+
+    void read(int x0, int x1, int y0, int y1, float* out) const {
+        const PixelBox box{x0, x1, y0, y1};
+        const std::size_t count = Header{x1 - x0, y1 - y0, header_.channels, false, false}.values();
+        if (header_.bytes) {
+            std::array<std::uint8_t, 12> few{};
+            std::vector<std::uint8_t> many(count > few.size() ? count : 0);
+            std::uint8_t* bytes = many.empty() ? few.data() : many.data();
+            with_input_errors(file_, [&] { picture_->read(box, std::span(bytes, count)); });
+            for (std::size_t i = 0; i < count; ++i) out[i] = table_[bytes[i]];
+            return;
+        }
+        with_input_errors(file_, [&] { picture_->read(box, std::span(out, count)); });
+        if (!header_.whole_numbers) return;
+        for (std::size_t i = 0; i < count; ++i) out[i] = encoding_.decode(out[i]);
+    }
+
+    std::filesystem::path file_;
+    std::unique_ptr<const TiledPicture> picture_;
+    Header header_;
+    Encoding encoding_;
+    std::array<float, 256> table_;
+    ValueRange range_;
+};
+
+}  // namespace
+
+float Encoding::decode(float x) const {
+    switch (kind) {
+        case Kind::srgb:
+            return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
+        case Kind::linear:
+            return x;
+        case Kind::power:
+            return std::pow(x, exponent);
+    }
+    return x;
+}
+
+TextureImages::TextureImages(const TextureMemory& memory) : memory_(memory) {}
+TextureImages::~TextureImages() = default;
+
+std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& file,
+                                                  const Encoding& encoding) {
+    std::shared_ptr<const Texels>& known =
+        opened_[fmt::format("{} {} {}", static_cast<int>(encoding.kind), encoding.exponent, file.string())];
+    if (known) return known;
+    auto in = open_input(file);
+    const Header header = header_of(file, in->header());
+    const std::size_t bytes = header.values() * (header.bytes ? 1 : sizeof(float));
+    if (bytes > memory_.one || bytes > memory_.all - std::min(in_memory_, memory_.all)) {
+        in.reset();
+        if (!cache_) cache_ = pictures(file).tiles(memory_.cache);
+        known = std::make_shared<CachedTexels>(*cache_, file, header, encoding);
+    } else if (header.bytes) {
+        known = std::make_shared<MemoryTexels<std::uint8_t>>(
+            header, read_values<std::uint8_t>(*in, header, file), encoding, file);
+        in_memory_ += bytes;
+    } else {
+        known = std::make_shared<MemoryTexels<float>>(header, read_values<float>(*in, header, file), encoding,
+                                                      file);
+        in_memory_ += bytes;
+    }
+    return known;
+}
+
+std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
+    return std::make_shared<ImageTexels>(std::move(image));
+}
+
+std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file) {
+    const auto in = open_input(file);
+    const Header header = header_of(file, in->header());
+    const std::vector<float> stored = read_values<float>(*in, header, file, 2);  // its distribution
+    auto image = std::make_shared<Image>(Image::rgb(header.width, header.height));
+    RangeFinder finder(file, header.width, header.channels);
+    const auto channels = static_cast<std::size_t>(header.channels);
+    for (std::size_t i = 0; i < stored.size(); ++i) {
+        const float value = header.whole_numbers ? Encoding{}.decode(stored[i]) : stored[i];
+        finder.add(value);
+        if (channels == 1) {
+            std::fill_n(&image->data[3 * i], 3, value);
+        } else {
+            image->data[i] = value;
+        }
+    }
+    return image;
+}
+
+}  // namespace lucerna

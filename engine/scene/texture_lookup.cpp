@@ -1,0 +1,106 @@
+// From (s,t) to the four texels around it.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "engine/scene/texture_image.h"
+
+namespace lucerna {
+namespace {
+
+// The place within a repeat, [0,1).
+double fraction(double x) {
+    const double within = x - std::floor(x);
+    return within < 1 ? within : 0.0;  // 1: a tiny negative x, rounded
+}
+
+// The two texels between whose centres x lies, how far beyond the first, and which of them are there.
+struct Between {
+    int texel[2];
+    float share;  // of the second
+    bool there[2] = {true, true};
+};
+
+// Inlined: as a return value it goes through memory, narrow in and wide out, which processors wait for.
+[[gnu::always_inline]] inline Between between(double x, int n, Wrap wrap) {
+    if (wrap == Wrap::repeat) x = fraction(x);
+    // Two texels beyond the edge, clamped and black are what they are everywhere there.
+    const double place = std::clamp(x * n - 0.5, -2.0, n + 1.0);
+    const double below = std::floor(place);
+    const int first = static_cast<int>(below);
+    Between result{{first, first + 1}, static_cast<float>(place - below)};
+    for (int i = 0; i < 2; ++i) {
+        int& texel = result.texel[i];
+        result.there[i] = wrap != Wrap::black || (texel >= 0 && texel < n);
+        texel = wrap == Wrap::repeat ? (texel < 0   ? n - 1
+                                        : texel < n ? texel
+                                                    : 0)
+                                     : std::clamp(texel, 0, n - 1);
+    }
+    return result;
+}
+
+// The texels around a place; rows run down.
+struct Around {
+    Between x, y;
+
+    Around(const Texels& texels, const V2d& st, Wrap wrap)
+        : x(between(st.x, texels.width(), wrap)),
+          y(between(wrap == Wrap::repeat ? -st.y : 1 - st.y, texels.height(), wrap)) {}
+    TexelSquare square() const { return {{x.texel[0], x.texel[1]}, {y.texel[0], y.texel[1]}}; }
+};
+
+Rgb bilinear(const Texels& texels, const V2d& st, Wrap wrap) {
+    const Around around(texels, st, wrap);
+    const Between &x = around.x, &y = around.y;
+    std::array<Rgb, 4> c = texels.square(around.square());
+    for (std::size_t i = 0; i < 4; ++i) {
+        if (!x.there[i % 2] || !y.there[i / 2]) c[i] = Rgb(0.0F);
+    }
+    const Rgb upper = c[0] * (1 - x.share) + c[1] * x.share;
+    const Rgb lower = c[2] * (1 - x.share) + c[3] * x.share;
+    return upper * (1 - y.share) + lower * y.share;
+}
+
+template <typename Value>
+class ImageNode final : public TextureNode<Value> {
+  public:
+    ImageNode(std::shared_ptr<const Texels> texels, const ImageLookup& lookup)
+        : texels_(std::move(texels)), lookup_(lookup) {}
+
+    Value at(const TexturePoint& point) const override {
+        Rgb value = bilinear(*texels_, texture_st(lookup_.mapping, point), lookup_.wrap) * lookup_.scale;
+        if (lookup_.invert) {
+            for (int c = 0; c < 3; ++c) value[c] = std::max(0.0F, 1 - value[c]);
+        }
+        if constexpr (std::is_same_v<Value, float>) {
+            return luminance(value);
+        } else {
+            return value;
+        }
+    }
+
+    void prefetch(const TexturePoint& point) const override {
+        texels_->prefetch(Around(*texels_, texture_st(lookup_.mapping, point), lookup_.wrap).square());
+    }
+
+  private:
+    std::shared_ptr<const Texels> texels_;
+    ImageLookup lookup_;
+};
+
+}  // namespace
+
+template <typename Value>
+Texture<Value> image_texture(std::shared_ptr<const Texels> texels, const ImageLookup& lookup) {
+    assert(texels && texels->width() > 0 && texels->height() > 0 && lookup.scale >= 0);
+    ValueRange range = texels->range();
+    if (lookup.wrap == Wrap::black) range.least = 0;
+    range = {range.least * lookup.scale, range.most * lookup.scale};
+    if (lookup.invert) range = {std::max(0.0F, 1 - range.most), std::max(0.0F, 1 - range.least)};
+    return {std::make_shared<ImageNode<Value>>(std::move(texels), lookup), range};
+}
+template RgbTexture image_texture(std::shared_ptr<const Texels>, const ImageLookup&);
+template FloatTexture image_texture(std::shared_ptr<const Texels>, const ImageLookup&);
+
+}  // namespace lucerna

@@ -1,0 +1,155 @@
+// Which VPLs a place asks, and for how many each of them stands.
+//
+// Every light is first weighed by what it would bring if nothing stood in between; shadow rays, which are
+// dear, then go to lights in proportion to that, and a light's value is divided by its chance. As the chances
+// are relative to what reaches the place, neither the lamps' unit nor the scene's matters to them. Sets are
+// looked through light by light (vpl_choice.h), or all sets together are drawn from by a tree (vpl_tree.h):
+// then their number costs next to nothing.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "engine/scene/vertex.h"
+#include "engine/vpl/igi_settings.h"
+#include "engine/vpl/vpl_choice.h"
+#include "engine/vpl/vpl_tree.h"
+
+namespace lucerna {
+
+// A place as VPLs see it; `unit` is the store's, `settings.mindist` a distance.
+LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, float unit);
+LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& settings, float unit);
+
+class IgiVpls {
+  public:
+    // `settings.mindist` is a distance here. Every set was made of `paths` light paths.
+    IgiVpls(const VplSets& sets, std::uint32_t paths, const IgiSettings& settings, const Workers& workers);
+
+    // Sets to choose one of, each as good as any other; and the light paths that one stands for.
+    std::size_t sets() const { return store_.sets(); }
+    std::uint32_t paths() const { return paths_; }
+    std::size_t bytes() const { return store_.bytes() + tree_.bytes(); }
+
+    // Calls visit(light, scale) for lights of the set, so that the mean of the sum of scale · value is the
+    // sum over all of its lights. `place` is a Vertex or a MediumVertex; u in [0,1) chooses among lights.
+    template <typename Place, typename Visit>
+    void choose(const Place& place, std::size_t set, float u, Sampler& sampler, Visit&& visit) const;
+
+  private:
+    // A light that may be asked.
+    struct Candidate {
+        std::uint32_t place;
+        float weight;  // of its value
+        float
+            brings;  // about: luminance at the place, weight included, if it can be seen; in the store's unit
+    };
+    // What a place's choice goes by.
+    template <typename Place>
+    struct Asking {
+        const Place& place;
+        const VplRange& range;
+        LightReceiver at;
+    };
+    static constexpr std::size_t kMostCandidates = 264;
+    // Lights weighed with their BSDF for each shadow ray, where contribution estimates lack it.
+    static constexpr int kPerRay = 4;
+
+    // The luminance that a light brings, its contribution estimate known.
+    template <typename Place>
+    float brings(const Asking<Place>& asking, std::uint32_t place, float estimate) const;
+    template <typename Place, typename Visit>
+    void choose_by_threshold(const Asking<Place>& asking, double u, Visit&& visit) const;
+    // Shadow rays for some of the candidates.
+    template <typename Visit>
+    void thin(std::span<const Candidate> candidates, const VplRange& range, float u, Visit&& visit) const;
+    float chance_by_threshold(float brings) const {
+        return brings * to_radiance_ < settings_.rr_threshold ? settings_.rr_continue : 1.0F;
+    }
+
+    IgiSettings settings_;
+    VplStore store_;
+    VplTree tree_;
+    std::uint32_t paths_;
+    float to_radiance_;  // from the store's unit
+};
+
+template <typename Place>
+float IgiVpls::brings(const Asking<Place>& asking, std::uint32_t place, float estimate) const {
+    if (asking.at.exact) return estimate;
+    const Vpl light = store_.light(asking.range, place);
+    const V3f way = light.at.p - asking.at.x;
+    const float d2 = way.length2();  // > 0, or the estimate were 0
+    const V3f w = way / std::sqrt(d2);
+    return luminance(asking.place.value(w) * light.contribution) * (light.towards(-w) * store_.unit() / d2);
+}
+
+template <typename Place, typename Visit>
+void IgiVpls::choose_by_threshold(const Asking<Place>& asking, double u, Visit&& visit) const {
+    SystematicSampling selection(u);
+    for_each_contribution(store_, asking.range, asking.range.surfaces, asking.range.end, asking.at,
+                          [&](std::uint32_t place, float estimate) {
+                              const float chance = settings_.rr_threshold < 0
+                                                       ? 1.0F
+                                                       : chance_by_threshold(brings(asking, place, estimate));
+                              if (selection.selects(static_cast<double>(chance))) {
+                                  visit(store_.light(asking.range, place), 1 / chance);
+                              }
+                          });
+}
+
+template <typename Visit>
+void IgiVpls::thin(std::span<const Candidate> candidates, const VplRange& range, float u,
+                   Visit&& visit) const {
+    double total = 0;
+    for (const Candidate& c : candidates) total += static_cast<double>(c.brings);
+    const auto rays = static_cast<std::size_t>(settings_.shadow_rays);
+    const bool by_share = settings_.rr_threshold < 0 && rays > 0 && candidates.size() > rays && total > 0;
+    const double sure = by_share ? total / static_cast<double>(rays) : 0;
+    SystematicSampling selection(static_cast<double>(u));
+    for (const Candidate& c : candidates) {
+        if (!(c.brings > 0)) continue;
+        float chance = 1;
+        if (settings_.rr_threshold >= 0) {
+            chance = chance_by_threshold(c.brings);
+        } else if (by_share) {
+            chance = std::min(1.0F, static_cast<float>(static_cast<double>(c.brings) / sure));
+        }
+        if (selection.selects(static_cast<double>(chance)))
+            visit(store_.light(range, c.place), c.weight / chance);
+    }
+}
+
+template <typename Place, typename Visit>
+void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& sampler, Visit&& visit) const {
+    const Asking<Place> asking{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
+    // A million lights want more bits than a float has.
+    constexpr std::size_t kCoarse = 4096;
+    const double fine = static_cast<double>(u) +
+                        (store_.lights() > kCoarse ? static_cast<double>(sampler.bits()) * 0x1p-56 : 0.0);
+    std::array<Candidate, kMostCandidates> candidates;
+    std::size_t size = 0;
+    const auto add = [&](std::uint32_t at, float weight, float estimate) {
+        // (A sum of chances may be rounded up to one light too many; never to as many as there is room for.)
+        if (size < candidates.size())
+            candidates[size++] = {at, weight, brings(asking, at, estimate) * weight};
+    };
+    if (settings_.choice == VplChoice::tree) {
+        tree_.draw(store_, asking.at, static_cast<std::uint32_t>(settings_.tree_samples), fine,
+                   [&](const VplTree::Drawn& d) { add(d.place, d.weight, d.estimate); });
+    } else if (settings_.rr_threshold >= 0 || settings_.shadow_rays == 0) {
+        return choose_by_threshold(asking, fine, visit);
+    } else if (asking.at.exact) {
+        return sample_by_contribution(store_, asking.range, asking.at, settings_.shadow_rays, fine,
+                                      [&](std::uint32_t at, float chance, float) {
+                                          visit(store_.light(asking.range, at), 1 / chance);
+                                      });
+    } else {
+        sample_by_contribution(
+            store_, asking.range, asking.at, kPerRay * settings_.shadow_rays, fine,
+            [&](std::uint32_t at, float chance, float estimate) { add(at, 1 / chance, estimate); });
+    }
+    thin(std::span(candidates).first(size), asking.range, sampler.next(), visit);
+}
+
+}  // namespace lucerna

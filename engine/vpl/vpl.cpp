@@ -1,0 +1,97 @@
+#include "engine/vpl/vpl.h"
+
+#include <algorithm>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/vpl/vpl_of_hit.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Paths that one thread traces at a time.
+constexpr std::int64_t kMostPathsPerChunk = 8192;
+
+// Makes the VPLs of one chunk of paths.
+struct ChunkVpls : LightPathVisitor {
+    VplGloss gloss{};
+    std::vector<Vpl> lights;
+
+    void hit(const LightPathHit& at) {
+        make_vpls(at, gloss, [&](const Vpl& light) { lights.push_back(light); });
+    }
+    void scatter(const LightPathScatter& at) {
+        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
+    }
+};
+
+// Throws InputError for more VPLs than there is memory for, by what the first chunks' paths left: they are
+// held as chunks leave them, in one row, and in the order in which they are asked.
+void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t paths, std::int64_t all) {
+    if (paths <= 0) return;
+    constexpr double kOrdered = 64;
+    std::size_t found = 0;
+    for (const ChunkVpls& part : chunks) found += part.lights.size();
+    const double lights = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
+    require_memory(static_cast<std::uint64_t>(lights * (2 * sizeof(Vpl) + kOrdered)),
+                   fmt::format("about {:.2g} virtual point lights from {} light paths", lights, all),
+                   "fewer sets, or light paths in a set, are accepted (nsets, nlights)");
+}
+
+}  // namespace
+
+VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Workers& workers,
+                   Monitor& monitor) {
+    // Consecutive indices: paths 2^k of a set are a net, and so are all paths of all sets. A chunk is a set,
+    // or a part of one: both are powers of 2.
+    const std::uint64_t all = std::uint64_t{parameters.sets} * parameters.paths;
+    constexpr std::uint64_t kMostPaths = std::uint64_t{1} << 32;  // that have a number
+    if (all > kMostPaths) {
+        throw InputError(
+            fmt::format("{} sets of {} light paths are too many; at most {} paths in all can be "
+                        "emitted (nsets, nlights)",
+                        parameters.sets, parameters.paths, kMostPaths));
+    }
+    LightPaths paths;
+    paths.count = static_cast<std::int64_t>(all);
+    paths.seed = parameters.seed;
+    paths.purpose = Purpose::vpl;
+    paths.pass = parameters.pass;
+    paths.emission = parameters.emission;
+    paths.specular_below = vpl_specular_below(parameters.gloss);
+    paths.per_chunk = std::min<std::int64_t>(parameters.paths, kMostPathsPerChunk);
+    paths.interleaved = false;  // VPLs stand in the order of their paths
+    paths.phase = "virtual point lights";
+    std::vector<ChunkVpls> chunks;
+    trace_light_paths(
+        {scene, workers, monitor}, paths, chunks,
+        [&](std::int64_t /*count*/) {
+            ChunkVpls chunk;
+            chunk.gloss = parameters.gloss;
+            return chunk;
+        },
+        require_memory_for_vpls);
+    std::size_t total = 0;
+    for (const ChunkVpls& part : chunks) total += part.lights.size();
+    if (total > 0xffffffffU) {
+        throw InputError(
+            fmt::format("{} virtual point lights are too many; at most {} fit", total, 0xffffffffU));
+    }
+    VplSets result;
+    result.lights.reserve(total);
+    result.begins.push_back(0);
+    std::int64_t done = 0;
+    for (ChunkVpls& part : chunks) {
+        result.lights.insert(result.lights.end(), part.lights.begin(), part.lights.end());
+        result.ledger.add(part.ledger);
+        part = {};  // the lights are held twice no longer than they must be
+        done += paths.per_chunk;
+        if (done % parameters.paths == 0)
+            result.begins.push_back(static_cast<std::uint32_t>(result.lights.size()));
+    }
+    result.ledger.scale(1.0 / (static_cast<double>(parameters.sets) * parameters.paths));
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,62 @@
+// Where VPLs are kept while an image is made: in blocks of sixteen, each measure of all sixteen side by side,
+// so that what a whole block may send to a place is worked out at once (vpl_contribution.h).
+//
+// Within a set the lights are in the order of a kd-tree over their places and normals: neighbours in memory
+// shine from the same region the same way. Lights on surfaces come first, then those in media; no block
+// mixes the two.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/parallel.h"
+#include "engine/vpl/vpl.h"
+#include "kdtree/box_tree.h"
+
+namespace lucerna {
+
+// Lights that do not exist are black, at the place of the block's first.
+struct alignas(64) VplBlock {
+    using Lane = std::array<float, kBlock>;
+    Lane x, y, z;     // scene units
+    Lane nx, ny, nz;  // on a surface the normal, on the side that shines; in a medium the direction of travel
+    Lane r, g, b;     // Vpl's contribution
+    Lane more;        // on a surface SurfacePoint's error; in a medium the phase function's g
+};
+
+// Blocks of one set.
+struct VplRange {
+    std::uint32_t surfaces = 0, media = 0, end = 0;  // [surfaces, media) on surfaces, [media, end) in media
+};
+
+class VplStore {
+  public:
+    VplStore() = default;
+    // Whether the sets stay separate; or are merged into one, for whoever does not look at every light.
+    enum class Grouping : std::uint8_t { separate, merged };
+    VplStore(const VplSets& sets, Grouping grouping, const Workers& workers);
+
+    std::size_t sets() const { return ranges_.size(); }
+    const VplRange& range(std::size_t set) const { return ranges_[set]; }
+    const std::vector<VplBlock>& blocks() const { return blocks_; }
+
+    // A light by its place: kBlock · its block + its lane.
+    Vpl light(const VplRange& range, std::uint32_t place) const;
+
+    std::size_t lights() const { return lights_; }
+    // One over the mean luminance of the contributions: contribution estimates stay near 1 whatever the
+    // lamps' unit.
+    float unit() const { return unit_; }
+    std::size_t bytes() const {
+        return blocks_.size() * sizeof(VplBlock) + ranges_.size() * sizeof(VplRange);
+    }
+
+  private:
+    std::vector<VplBlock> blocks_;
+    std::vector<VplRange> ranges_;
+    std::size_t lights_ = 0;
+    float unit_ = 1;
+};
+
+}  // namespace lucerna

@@ -1,0 +1,151 @@
+#include "lights/measurement/emit_rays.h"
+
+#include <cmath>
+#include <optional>
+
+#include "engine/base/error.h"
+#include "engine/base/sampler.h"
+#include "engine/base/stopped.h"
+
+namespace lucerna {
+namespace {
+
+constexpr std::uint64_t kDrawsPerChunk = 1 << 14;  // draws of one chunk
+constexpr std::uint64_t kBatch = 64;               // chunks that are in memory at once
+
+MeasuredSettings settings_of(const std::string& name, EmissionMode mode) {
+    MeasuredSettings settings;
+    settings.file = name;
+    settings.mode = mode;
+    return settings;
+}
+
+// A particle's numbers, in the order in which the photon maps draw them. Past 2³² the stratified sequence
+// begins anew under another key.
+LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
+    Sampler sampler =
+        Sampler::stratified(seed, Purpose::emission, draw >> 32, static_cast<std::uint32_t>(draw));
+    LeSampleU u;
+    u.position = sampler.next2();
+    u.direction = sampler.next2();
+    u.salt = sampler.bits();
+    return u;
+}
+
+}  // namespace
+
+LampEmission::LampEmission(LightField field, const std::string& name, EmissionMode mode, std::uint64_t seed,
+                           const Workers& workers, Monitor& monitor)
+    : mode_(mode), seed_(seed), workers_(workers) {
+    info_.unit = field.info().unit;
+    info_.colour = field.info().colour;
+    info_.text = fmt::format("lucerna light field {}; {}", name, field.info().provenance);
+    CellTable table(field, workers, monitor);
+    light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode), monitor);
+    flux_ = light_->power();
+    if (!(flux_ > 0)) throw InputError({name}, "the light field emits nothing");
+}
+
+LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode, std::uint64_t seed,
+                           const Workers& workers, Monitor& monitor)
+    : mode_(mode), seed_(seed), workers_(workers) {
+    LightField field = read_light_field(lamp);
+    info_.unit = field.info().unit;
+    info_.colour = field.info().colour;
+    info_.text = fmt::format("lucerna light field {}; {}", lamp.filename().string(), field.info().provenance);
+    CellTable table = load_or_build_cell_table(lamp, field, workers, monitor);
+    light_ =
+        make_measured_light(std::move(field), std::move(table), settings_of(lamp.string(), mode), monitor);
+    flux_ = light_->power();
+    if (!(flux_ > 0)) throw InputError({lamp.string()}, "the light field emits nothing");
+}
+
+std::vector<LampRay> LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
+    std::vector<LeSampleU> u;
+    u.reserve(end - begin);
+    for (std::uint64_t i = begin; i < end; ++i) u.push_back(numbers(seed_, i));
+    std::vector<std::optional<LeSample>> emitted(u.size());
+    light_->sample_Le_many(u, emitted);
+    std::vector<LampRay> rays;
+    rays.reserve(u.size());
+    for (const std::optional<LeSample>& particle : emitted) {
+        if (!particle) continue;
+        const float flux = luminance(particle->weight);
+        if (flux > 0) rays.push_back({particle->from.p, particle->d, flux});
+    }
+    return rays;
+}
+
+namespace {
+
+// The first `rays` rays of a lamp, batch by batch.
+class Batches {
+  public:
+    Batches(const LampEmission& lamp, std::uint64_t rays, const Workers& workers, Monitor& monitor)
+        : lamp_(lamp), left_(rays), workers_(workers), monitor_(monitor) {}
+
+    std::uint64_t left() const { return left_; }
+    // Only mode weighted has draws that carry nothing; a batch of them is passed over.
+    void next(std::vector<LampRay>& batch) {
+        batch.clear();
+        while (batch.empty() && left_ > 0) {
+            if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
+            // Not more chunks than may be needed: a draw makes one ray at most.
+            const std::uint64_t count = std::min(kBatch, (left_ + kDrawsPerChunk - 1) / kDrawsPerChunk);
+            std::vector<std::vector<LampRay>> chunks(count);
+            parallel_chunks(workers_, static_cast<std::int64_t>(count), [&](std::int64_t chunk) {
+                const std::uint64_t begin = drawn_ + static_cast<std::uint64_t>(chunk) * kDrawsPerChunk;
+                chunks[static_cast<std::size_t>(chunk)] = lamp_.draw(begin, begin + kDrawsPerChunk);
+            });
+            drawn_ += count * kDrawsPerChunk;
+            for (const auto& chunk : chunks) batch.insert(batch.end(), chunk.begin(), chunk.end());
+            if (batch.size() > left_) batch.resize(left_);
+        }
+        left_ -= batch.size();
+    }
+
+  private:
+    const LampEmission& lamp_;
+    std::uint64_t left_, drawn_ = 0;
+    Workers workers_;
+    Monitor& monitor_;
+};
+
+}  // namespace
+
+RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t rays,
+                                Monitor& monitor) const {
+    RayFileInfo info = info_;
+    info.rays = rays;
+    info.flux = flux_;
+    if (!keeps_colour(file, info)) {
+        monitor.warn(fmt::format(
+            "{}: the lamp's colour is not kept; of these formats only TM-25 in lumens can", file.string()));
+    }
+    // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
+    double factor = 0;
+    std::vector<LampRay> batch;
+    if (mode_ == EmissionMode::weighted) {
+        Phase phase(monitor, "weighing rays", rays);
+        double sum = 0;
+        for (Batches batches(*this, rays, workers_, monitor); batches.left() > 0;) {
+            batches.next(batch);
+            for (const LampRay& ray : batch) sum += double{ray.flux};
+            phase.advance(batch.size());
+        }
+        factor = flux_ / sum;  // every ray counted carries something
+    }
+    Phase phase(monitor, "writing rays", rays);
+    Batches batches(*this, rays, workers_, monitor);
+    const auto equal = static_cast<float>(flux_ / static_cast<double>(rays));
+    write_rays(file, info, [&](std::vector<LampRay>& block) {
+        batches.next(block);
+        for (LampRay& ray : block)
+            ray.flux =
+                mode_ == EmissionMode::weighted ? static_cast<float>(factor * double{ray.flux}) : equal;
+        phase.advance(block.size());
+    });
+    return info;
+}
+
+}  // namespace lucerna

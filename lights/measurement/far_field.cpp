@@ -1,0 +1,246 @@
+#include "lights/measurement/far_field.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/stopped.h"
+#include "lights/gauss.h"
+#include "lights/measurement/bell_pixels.h"
+#include "lights/photometric_cell.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kDegree = kPiD / 180;
+constexpr double kLeastStep = 0.05;  // degrees
+constexpr int kNodes = 2;            // Gauss nodes per step and axis, at which a field is asked
+constexpr int kPixelNodes = 3;       // and per pixel of M, over which a mean is taken
+
+// 0, step, 2 step … up to `whole`.
+int steps_of(double step, double whole) {
+    const double count = std::round(whole / step);
+    if (!(step >= kLeastStep && step <= whole) || std::fabs(count * step - whole) > 1e-6 * whole) {
+        throw InputError(fmt::format("a step of {:g} degrees; {:g} or more, dividing {:g}, is accepted", step,
+                                     kLeastStep, whole));
+    }
+    return static_cast<int>(count);
+}
+
+// Light by direction, shared out among the hats of a grid of C planes.
+class HatGrid {
+  public:
+    HatGrid(double polar_whole, const FarFieldGrid& grid)
+        : polar_(steps_of(grid.polar_step, polar_whole)), azimuth_(steps_of(grid.azimuth_step, 360)) {
+        polar_width_ = polar_whole * kDegree / polar_;
+        flux_.resize(static_cast<std::size_t>(polar_ + 1) * static_cast<std::size_t>(azimuth_));
+    }
+
+    int polar() const { return polar_; }
+    int azimuth() const { return azimuth_; }
+    double polar_width() const { return polar_width_; }           // radians
+    double azimuth_width() const { return 2 * kPiD / azimuth_; }  // radians
+    // Radians; theta within the grid, phi in [0, 2π].
+    void add(double theta, double phi, double flux) {
+        const double x = theta / polar_width_, y = phi / azimuth_width();
+        const int i = std::clamp(static_cast<int>(x), 0, polar_ - 1);
+        const int j = std::clamp(static_cast<int>(y), 0, azimuth_ - 1);
+        const double t = std::clamp(x - i, 0.0, 1.0), s = std::clamp(y - j, 0.0, 1.0);
+        at(i, j) += flux * (1 - t) * (1 - s);
+        at(i, j + 1) += flux * (1 - t) * s;
+        at(i + 1, j) += flux * t * (1 - s);
+        at(i + 1, j + 1) += flux * t * s;
+    }
+
+    // Flux over each hat's solid angle. A pole is one direction, whatever its plane.
+    PhotometricGrid finish() {
+        make_even(0);
+        if (polar_ * polar_width_ > 0.75 * kPiD) make_even(polar_);
+        PhotometricGrid grid;
+        for (int i = 0; i <= polar_; ++i) grid.polar.push_back(i * polar_width_ / kDegree);
+        grid.polar.back() = std::round(grid.polar.back());  // 90 or 180
+        for (int j = 0; j <= azimuth_; ++j) {
+            grid.azimuth.push_back(360.0 * j / azimuth_);
+            for (int i = 0; i <= polar_; ++i) {
+                grid.candela.push_back(static_cast<float>(std::max(0.0, at(i, j) / solid_angle(i))));
+            }
+        }
+        return grid;
+    }
+
+  private:
+    double& at(int i, int j) {
+        return flux_[static_cast<std::size_t>(i) * static_cast<std::size_t>(azimuth_) +
+                     static_cast<std::size_t>(j % azimuth_)];
+    }
+    void make_even(int i) {
+        double sum = 0;
+        for (int j = 0; j < azimuth_; ++j) sum += at(i, j);
+        for (int j = 0; j < azimuth_; ++j) at(i, j) = sum / azimuth_;
+    }
+    // > 0: every hat reaches over a step at least.
+    double solid_angle(int i) const {
+        double polar = 0;
+        if (i > 0) polar += PolarStep{(i - 1) * polar_width_, polar_width_}.rising(1);
+        if (i < polar_) polar += PolarStep{i * polar_width_, polar_width_}.falling(1);
+        return polar * azimuth_width();
+    }
+
+    int polar_, azimuth_;     // steps
+    double polar_width_ = 0;  // radians
+    std::vector<double> flux_;
+};
+
+// One axis: rays of the slope that pass filter i at u pass M at u + slope·D.
+std::vector<BellShare> shares(const Rig& rig, int axis, double slope) {
+    std::vector<BellShare> all;
+    const double spacing = rig.spacing[axis], pixel = rig.pixel[axis];  // positive in every rig
+    for (int filter = 0; filter < rig.views[axis]; ++filter) {
+        const double centre = rig.filter(axis, filter);
+        const double sensor = rig.shift[axis] > 0 ? centre : 0.0;
+        // Of the filter's middle on its image, in pixels from the lower edge.
+        const double middle = (centre + slope * rig.distance - sensor) / pixel + 0.5 * rig.pixels[axis];
+        share_bell(middle, spacing / pixel, rig.pixels[axis], [&](int k, double of_bell) {
+            all.push_back({filter, k, spacing * of_bell});
+        });
+    }
+    return all;
+}
+
+// The steepest slope at which a ray passes S and M both.
+double largest_slope(const Rig& rig) {
+    double slope2 = 0;
+    for (int axis = 0; axis < 2; ++axis) {
+        const double on_m = 0.5 * rig.pixels[axis] * rig.pixel[axis];
+        const double on_s =
+            rig.shift[axis] > 0 ? rig.spacing[axis] : 0.5 * rig.intervals(axis) * rig.spacing[axis];
+        slope2 += sqr((on_m + on_s) / rig.distance);  // D > 0
+    }
+    return std::sqrt(slope2);
+}
+
+// A direction at which the field is asked, and the solid angle that it stands for.
+struct Node {
+    double theta, phi, solid;
+};
+
+std::vector<Node> nodes_of(const HatGrid& grid, double theta_most) {
+    std::vector<Node> nodes;
+    for (int i = 0; i < grid.polar() && i * grid.polar_width() < theta_most; ++i) {
+        for (int j = 0; j < grid.azimuth(); ++j) {
+            for (const GaussNode& t : gauss_rule(kNodes)) {
+                for (const GaussNode& s : gauss_rule(kNodes)) {
+                    const double theta = (i + t.x) * grid.polar_width();
+                    nodes.push_back(
+                        {theta, (j + s.x) * grid.azimuth_width(),
+                         t.weight * s.weight * std::sin(theta) * grid.polar_width() * grid.azimuth_width()});
+                }
+            }
+        }
+    }
+    return nodes;
+}
+
+// The field with radiance, not flux density, even over a pixel: each coefficient over the mean of cos⁴θ, to
+// which the geometric term of a direction is proportional, from its filter's middle through its pixel.
+LightField evened(const LightField& field) {
+    const Rig& rig = field.rig();
+    std::vector<float> e(field.coefficients().begin(), field.coefficients().end());
+    const auto slope = [&rig](int axis, int filter, int pixel, double within) {
+        const double on_m = rig.column_edge(axis, filter + 1, 0) + (pixel + within) * rig.pixel[axis];
+        return (on_m - rig.filter(axis, filter)) / rig.distance;  // D > 0
+    };
+    for (int m = 0; m < rig.views.x; ++m) {
+        for (int k = 0; k < rig.pixels.x; ++k) {
+            for (int n = 0; n < rig.views.y; ++n) {
+                for (int l = 0; l < rig.pixels.y; ++l) {
+                    double mean = 0;
+                    for (const GaussNode& x : gauss_rule(kPixelNodes)) {
+                        for (const GaussNode& y : gauss_rule(kPixelNodes)) {
+                            const double over_cos2 = 1 + sqr(slope(0, m, k, x.x)) + sqr(slope(1, n, l, y.x));
+                            mean += x.weight * y.weight / sqr(over_cos2);
+                        }
+                    }
+                    e[rig.index(m, n, k, l)] /= static_cast<float>(mean);  // slopes are finite: > 0
+                }
+            }
+        }
+    }
+    return {rig, std::move(e), field.info()};
+}
+
+}  // namespace
+
+double far_intensity(const LightField& field, const V2d& slope) {
+    const Rig& rig = field.rig();
+    const std::vector<BellShare> across = shares(rig, 0, slope.x), up = shares(rig, 1, slope.y);
+    double sum = 0;
+    for (const BellShare& x : across) {
+        double row = 0;
+        for (const BellShare& y : up) {
+            row += y.weight * double{field.coefficients()[rig.index(x.filter, y.filter, x.pixel, y.pixel)]};
+        }
+        sum += x.weight * row;
+    }
+    const double over_cos2 = 1 + slope.length2();
+    return sqr(rig.distance) * over_cos2 * std::sqrt(over_cos2) * sum;
+}
+
+PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, const Workers& workers,
+                         Monitor& monitor) {
+    const double measured = field.flux();
+    if (!(measured > 0))
+        throw InputError(
+            fmt::format("the light field's flux is {:g}; a lamp that shines is needed", measured));
+    HatGrid grid(90, steps);
+    const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(field.rig())));
+    const LightField even = evened(field);
+    std::vector<double> flux(nodes.size());
+    constexpr std::int64_t kGrain = 256;
+    {
+        Phase phase(monitor, "far field", nodes.size());
+        parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                            if (monitor.stopped()) throw Stopped("far field: stopped");
+                            for (std::int64_t n = begin; n < end; ++n) {
+                                const Node& node = nodes[static_cast<std::size_t>(n)];
+                                const double slope = std::tan(node.theta);  // θ < 90° at every node
+                                const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
+                                const double cos2 = 1 / (1 + sqr(slope));
+                                flux[static_cast<std::size_t>(n)] =
+                                    node.solid * sqr(cos2) * far_intensity(even, at);
+                            }
+                            phase.advance(static_cast<std::uint64_t>(end - begin));
+                        });
+    }
+    for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
+    PhotometricInfo info;
+    info.provenance = field.info().provenance;
+    const Rig& rig = field.rig();
+    info.opening = V3d(rig.intervals(0) * rig.spacing.x, rig.intervals(1) * rig.spacing.y, 0);
+    const PhotometricWeb web(grid.finish(), std::move(info));
+    if (!(web.flux() > 0)) throw InputError("the light field sends nothing into the far field");
+    return scaled(web, measured / web.flux());
+}
+
+PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
+    const bool backward =
+        std::any_of(rays.rays.begin(), rays.rays.end(), [](const LampRay& r) { return r.d.z < 0; });
+    HatGrid grid(backward ? 180 : 90, steps);
+    double sum = 0;
+    for (const LampRay& ray : rays.rays) {
+        const V3d d(ray.d);
+        const double theta = std::atan2(std::hypot(d.x, d.y), d.z), phi = std::atan2(-d.y, d.x);
+        grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, double{ray.flux});
+        sum += double{ray.flux};
+    }
+    if (!(sum > 0)) throw InputError("the rays carry no flux");
+    PhotometricInfo info;
+    info.provenance = rays.provenance;
+    // Rays that were unusable are part of the lamp.
+    return scaled(PhotometricWeb(grid.finish(), std::move(info)), rays.flux > 0 ? rays.flux / sum : 1.0);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,338 @@
+#include "lights/measurement/photographs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/memory.h"
+#include "engine/base/stopped.h"
+#include "lights/measurement/exposure.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kSameTime = 1e-6;      // relative
+constexpr double kMuchNoise = 0.1;      // of the signal's root mean square
+constexpr double kLeastDensity = 0.25;  // photograph pixels per pixel of M
+constexpr std::size_t kNamedMissing = 3;
+
+std::string seconds_text(double seconds) {
+    return fmt::format("{:g} s", seconds);
+}
+
+std::string view_text(int m, int n, FilterSign sign) {
+    return fmt::format("view [{}, {}] {}", m, n, sign_name(sign));
+}
+
+template <typename Visit>
+void for_each_view(const V2i& views, Visit&& visit) {
+    for (int m = 0; m < views.x; ++m) {
+        for (int n = 0; n < views.y; ++n) {
+            for (const FilterSign sign : kFilterSigns) visit(m, n, sign);
+        }
+    }
+}
+
+// Hours of work must not end at a file that was never there.
+void require_photographs(const Manifest& manifest) {
+    std::size_t missing = 0;
+    std::vector<std::string> named;
+    const auto ask = [&](const std::filesystem::path& file, const std::string& what) {
+        std::error_code unknown;
+        if (std::filesystem::is_regular_file(file, unknown)) return;
+        if (missing++ < kNamedMissing) named.push_back(fmt::format("{} ({})", one_line(file.string()), what));
+    };
+    for (const Shot& dark : manifest.darks) ask(dark.file, "dark, " + seconds_text(dark.seconds));
+    for_each_view(manifest.rig.views, [&](int m, int n, FilterSign sign) {
+        if (missing > 1'000'000) return;  // a manifest of other views than were taken
+        for (const Shot& shot : manifest.shots(m, n, sign))
+            ask(shot.file, view_text(m, n, sign) + ", " + seconds_text(shot.seconds));
+    });
+    if (missing == 0) return;
+    input_error(manifest.place, "{}{} of {} photographs are missing: {}{}",
+                missing > 1'000'000 ? "over " : "", missing, manifest.shot_count() + manifest.darks.size(),
+                fmt::join(named, "; "), missing > named.size() ? "; …" : "");
+}
+
+// What all views share: the format of the photographs, the dark frames, the way to M.
+class Bench {
+  public:
+    Bench(const Manifest& manifest, const PhotographReader& reader, const Workers& workers)
+        : manifest_(manifest),
+          reader_(reader),
+          first_(reader(manifest.shots(0, 0, FilterSign::positive).front(), {})) {
+        const CameraCalibration& camera = manifest.camera;
+        const bool whole = first_.most > 0;
+        noise_.gain = camera.gain;
+        noise_.read_noise = camera.read_noise;
+        noise_.step = whole ? 1 : 0;
+        if (whole) noise_.saturated = first_.most, noise_.black = 0;
+        if (camera.saturated) noise_.saturated = *camera.saturated;
+        if (camera.black) noise_.black = *camera.black;
+        add_darks(workers);
+    }
+
+    const V2i& size() const { return first_.size; }
+    const CountNoise& noise() const { return noise_; }
+
+    AreaMap to_plane() const {
+        const V2i& plane = manifest_.rig.pixels;
+        const Corners corners =
+            manifest_.corners.value_or(corners_of_crop({0, 0}, V2d(first_.size.x, first_.size.y)));
+        try {
+            // Bounds what a manifest can make us allocate by what the photographs hold.
+            const double there = area(corners), wanted = static_cast<double>(plane.x) * plane.y;
+            if (there < kLeastDensity * wanted) {
+                throw InputError(
+                    fmt::format("M's {} x {} pixels come from {:.0f} of the photographs'; at least {:.0f} "
+                                "are accepted",
+                                plane.x, plane.y, there, std::ceil(kLeastDensity * wanted)));
+            }
+            return photograph_to_plane(first_.size, plane, corners);
+        } catch (const InputError& error) {
+            throw InputError(manifest_.corners_place, error.what());
+        }
+    }
+
+    // Photographs must be of one size and kind.
+    Photograph read(const Shot& shot, const ShotId& which) const {
+        Photograph photograph = reader_(shot, which);
+        if (photograph.size != first_.size || photograph.most != first_.most) {
+            const auto kind = [](const Photograph& p) {
+                return fmt::format("{} x {} pixels of {}", p.size.x, p.size.y,
+                                   p.most == 0     ? "floats"
+                                   : p.most == 255 ? "8 bits"
+                                                   : "16 bits");
+            };
+            throw InputError({shot.file.string()},
+                             fmt::format("{}, where the others have {}; the same are accepted",
+                                         kind(photograph), kind(first_)));
+        }
+        return photograph;
+    }
+
+    const DarkFrame& dark(const Shot& shot) const {
+        if (darks_.empty()) return flat_;
+        for (const auto& [seconds, frame] : darks_) {
+            if (same(seconds, shot.seconds)) return frame;
+        }
+        std::vector<std::string> times;
+        for (const auto& [seconds, frame] : darks_) times.push_back(seconds_text(seconds));
+        throw InputError({shot.file.string()},
+                         fmt::format("no dark frame of {}; there are those of {}", seconds_text(shot.seconds),
+                                     fmt::join(times, ", ")));
+    }
+
+    std::uint64_t hot_pixels() const {
+        std::uint64_t count = 0;
+        for (const auto& [seconds, frame] : darks_) count += frame.hot.size();
+        return count;
+    }
+
+    static double area(const Corners& c) {
+        const V2d a = c[2] - c[0], b = c[3] - c[1];
+        return 0.5 * std::fabs(a.x * b.y - a.y * b.x);
+    }
+
+  private:
+    static bool same(double a, double b) { return std::fabs(a - b) <= kSameTime * std::max(a, b); }
+    void add_darks(const Workers& workers) {
+        if (manifest_.darks.empty())
+            flat_ = flat_dark(first_.size, static_cast<float>(manifest_.camera.pedestal));
+        for (const Shot& shot : manifest_.darks) {
+            const bool done = std::any_of(darks_.begin(), darks_.end(),
+                                          [&](const auto& dark) { return same(dark.first, shot.seconds); });
+            if (done) continue;
+            std::vector<std::vector<float>> frames;
+            for (std::size_t i = 0; i < manifest_.darks.size(); ++i) {
+                const Shot& other = manifest_.darks[i];
+                if (same(other.seconds, shot.seconds))
+                    frames.push_back(read(other, {true, static_cast<int>(i)}).counts);
+            }
+            darks_.emplace_back(shot.seconds,
+                                dark_frame(frames, first_.size, noise_, manifest_.camera.pedestal, workers));
+        }
+    }
+
+    const Manifest& manifest_;
+    const PhotographReader& reader_;
+    Photograph first_;
+    CountNoise noise_;
+    std::vector<std::pair<double, DarkFrame>> darks_;
+    DarkFrame flat_;
+};
+
+// What a column of views found, joined in order.
+struct Findings {
+    std::uint64_t photographs = 0, saturated = 0;
+    std::string first_saturated;
+    double variance = 0;  // sum over coefficients of both films' parts
+};
+
+class Assembler {
+  public:
+    Assembler(const Manifest& manifest, const Bench& bench, const AreaMap& to_plane, Assembly& assembly)
+        : manifest_(manifest), bench_(bench), to_plane_(to_plane), assembly_(assembly) {}
+
+    // One view behind one film.
+    void add(int m, int n, FilterSign sign, Findings& findings) {
+        const std::vector<Shot> shots = manifest_.shots(m, n, sign);
+        std::vector<std::vector<float>> counts;
+        std::vector<Exposure> exposures;
+        counts.reserve(shots.size());
+        for (const Shot& shot : shots) {
+            const DarkFrame& dark = bench_.dark(shot);
+            counts.push_back(bench_.read(shot, {false, static_cast<int>(counts.size()), m, n, sign}).counts);
+            exposures.push_back(
+                {shot.seconds, counts.back(), dark.level, dark.variance, manifest_.camera.pedestal});
+        }
+        MergedExposures merged = merge_exposures(exposures, bench_.noise());
+        findings.photographs += shots.size();
+        mend_hot(bench_.dark(shots.front()).hot, merged);
+        for (const std::uint32_t pixel : merged.saturated) {
+            if (!to_plane_.uses(pixel)) continue;
+            if (findings.saturated++ == 0) findings.first_saturated = view_text(m, n, sign);
+        }
+        store(m, n, sign, merged, findings);
+    }
+
+  private:
+    // What dark current alone has filled in the shortest exposure has seen nothing.
+    void mend_hot(std::span<const std::uint32_t> hot, MergedExposures& merged) const {
+        std::vector<std::uint32_t> blind, full;
+        std::set_intersection(merged.saturated.begin(), merged.saturated.end(), hot.begin(), hot.end(),
+                              std::back_inserter(blind));
+        if (blind.empty()) return;
+        std::set_difference(merged.saturated.begin(), merged.saturated.end(), blind.begin(), blind.end(),
+                            std::back_inserter(full));
+        mend(merged.rate, bench_.size(), blind);
+        mend(merged.variance, bench_.size(), blind);
+        merged.saturated = std::move(full);
+    }
+
+    // Rectifies rates to irradiance on M, and carries their variance to the coefficients.
+    void store(int m, int n, FilterSign sign, const MergedExposures& merged, Findings& findings) {
+        const Rig& rig = manifest_.rig;
+        const auto pixels = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
+        const std::size_t start = rig.index(m, n, 0, 0);
+        const double film = manifest_.camera.transmission[sign == FilterSign::positive ? 0 : 1];  // > 0
+        const double scale = manifest_.camera.scale / film;
+        const std::span<float> out(assembly_.images.of(sign).data() + start, pixels);
+        to_plane_.means(merged.rate, out);
+        for (float& value : out) value = static_cast<float>(double{value} * scale);
+        if (!manifest_.camera.noise_known && assembly_.deviations.empty()) return;
+        plane_.resize(pixels);
+        to_plane_.variances(merged.variance, plane_);
+        const double factor = scale * filter_scale(rig, sign);
+        for (std::size_t i = 0; i < pixels; ++i) {
+            const double variance = double{plane_[i]} * factor * factor;
+            findings.variance += variance;
+            // Variances until all films are in.
+            if (!assembly_.deviations.empty())
+                assembly_.deviations[start + i] += static_cast<float>(variance);
+        }
+    }
+
+    const Manifest& manifest_;
+    const Bench& bench_;
+    const AreaMap& to_plane_;
+    Assembly& assembly_;
+    std::vector<float> plane_;
+};
+
+void join(const std::vector<Findings>& all, bool noise_known, Assembly& assembly, Monitor& monitor) {
+    double variance = 0;
+    std::string first;
+    for (const Findings& findings : all) {
+        assembly.photographs += findings.photographs;
+        assembly.saturated += findings.saturated;
+        variance += findings.variance;
+        if (first.empty()) first = findings.first_saturated;
+    }
+    const Rig& rig = assembly.images.rig;
+    const double plus = filter_scale(rig, FilterSign::positive),
+                 minus = filter_scale(rig, FilterSign::negative);
+    double squares = 0;
+    for (std::size_t i = 0; i < assembly.images.positive.size(); ++i) {
+        const double e =
+            plus * double{assembly.images.positive[i]} - minus * double{assembly.images.negative[i]};
+        squares += e * e;
+    }
+    const auto count = static_cast<double>(assembly.images.positive.size());  // a rig has at least one
+    assembly.signal = std::sqrt(squares / count);
+    assembly.noise = noise_known ? std::sqrt(variance / count) : 0;
+    if (assembly.saturated > 0) {
+        monitor.warn(fmt::format(
+            "{} pixels are full in every exposure, the first in {}: their light is a lower bound; "
+            "shorter exposures would see them",
+            assembly.saturated, first));
+    }
+    if (assembly.noise > kMuchNoise * assembly.signal) {
+        monitor.warn(
+            fmt::format("the coefficients' noise is {:.0f} % of their root mean square; longer exposures or "
+                        "larger pixels of M would lower it",
+                        assembly.signal > 0 ? 100 * assembly.noise / assembly.signal : 100.0));
+    }
+}
+
+}  // namespace
+
+Assembly assemble(const Manifest& manifest, const Workers& workers, Monitor& monitor,
+                  const AssembleOptions& options) {
+    require_photographs(manifest);
+    const auto from_files = [&](const Shot& shot, const ShotId&) {
+        return read_photograph(shot.file, manifest.channel);
+    };
+    return assemble(manifest, from_files, workers, monitor, options);
+}
+
+Assembly assemble(const Manifest& manifest, const PhotographReader& reader, const Workers& workers,
+                  Monitor& monitor, const AssembleOptions& options) {
+    const Bench bench(manifest, reader, workers);
+    const AreaMap to_plane = bench.to_plane();
+    const Rig& rig = manifest.rig;
+    Assembly assembly;
+    assembly.images.rig = rig;
+    assembly.images.info = manifest.info;
+    assembly.images.flux = manifest.flux;
+    require_memory(bytes_of(rig.coefficients(), (options.deviations ? 3 : 2) * sizeof(float)),
+                   fmt::format("filter images of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
+    assembly.images.positive.resize(rig.coefficients());
+    assembly.images.negative.resize(rig.coefficients());
+    if (options.deviations) assembly.deviations.resize(rig.coefficients());
+    assembly.size = bench.size();
+    assembly.hot = bench.hot_pixels();
+    assembly.density =
+        Bench::area(manifest.corners.value_or(corners_of_crop({0, 0}, V2d(bench.size().x, bench.size().y)))) /
+        (static_cast<double>(rig.pixels.x) * rig.pixels.y);
+    if (assembly.density < 1) {
+        monitor.warn(fmt::format("the photographs are coarser than M: {:.2g} of their pixels to one of M's",
+                                 assembly.density));
+    }
+
+    // Each view writes coefficients of its own, so views may be done in any order.
+    const std::int64_t views = std::int64_t{rig.views.x} * rig.views.y;
+    std::vector<Findings> findings(static_cast<std::size_t>(views));
+    Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views));
+    parallel_chunks(workers, views, [&](std::int64_t view) {
+        if (monitor.stopped()) throw Stopped("photographs: stopped");
+        Assembler assembler(manifest, bench, to_plane, assembly);
+        const auto m = static_cast<int>(view / rig.views.y), n = static_cast<int>(view % rig.views.y);
+        for (const FilterSign sign : kFilterSigns)
+            assembler.add(m, n, sign, findings[static_cast<std::size_t>(view)]);
+        phase.advance(1);
+    });
+    for (float& variance : assembly.deviations) variance = std::sqrt(variance);
+    join(findings, manifest.camera.noise_known, assembly, monitor);
+    assembly.images.info.provenance =
+        fmt::format("{}{}assembled from {} photographs", manifest.info.provenance,
+                    manifest.info.provenance.empty() ? "" : "; ", assembly.photographs);
+    return assembly;
+}
+
+}  // namespace lucerna

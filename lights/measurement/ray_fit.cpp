@@ -1,0 +1,234 @@
+// Where the planes go for a ray set.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "lights/measurement/ray_passage.h"
+#include "lights/measurement/ray_projection.h"
+#include "lights/measurement/ray_resolution.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kNearlyAll = 0.99;  // of the flux, where a few stray rays shall not decide
+
+struct Weighed {
+    double value, weight;
+};
+
+// The value below which `share` of the weight lies. Not empty; weights >= 0 with a positive sum.
+double quantile(std::vector<Weighed>& values, double share) {
+    std::sort(values.begin(), values.end(),
+              [](const Weighed& a, const Weighed& b) { return a.value < b.value; });
+    double total = 0;
+    for (const Weighed& v : values) total += v.weight;
+    double sum = 0;
+    for (const Weighed& v : values) {
+        sum += v.weight;
+        if (sum >= share * total) return v.value;
+    }
+    return values.back().value;
+}
+
+// The rays that leave towards +z with some flux, as indices.
+std::vector<std::size_t> forward_rays(const RaySet& set) {
+    std::vector<std::size_t> forward;
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        if (double{set.rays[i].d.z} > kGrazing && set.rays[i].flux > 0) forward.push_back(i);
+    }
+    if (forward.empty())
+        throw InputError("ray set: no ray carries flux towards +z; turn the lamp so that it shines there");
+    return forward;
+}
+
+void check(const FitOptions& o) {
+    for (int a = 0; a < 2; ++a) {
+        if (o.views[a] < 0 || o.views[a] > 1024)
+            throw InputError(fmt::format("views {}; 1 to 1024, or 0 for a choice from the rays", o.views[a]));
+        if (o.pixels[a] < 0 || o.pixels[a] > 8192)
+            throw InputError(
+                fmt::format("pixels {}; 1 to 8192, or 0 for a choice from the rays", o.pixels[a]));
+    }
+    if (!(o.distance >= 0) || !std::isfinite(o.distance)) {
+        throw InputError(
+            fmt::format("plane distance {} m; positive, or 0 for a choice from the rays", o.distance));
+    }
+    if (!(o.capture > 0 && o.capture < 1))
+        throw InputError(fmt::format("capture {}; between 0 and 1", o.capture));
+    if (!(o.noise > 0) || !std::isfinite(o.noise))
+        throw InputError(fmt::format("noise {}; positive", o.noise));
+    if (o.z && !std::isfinite(*o.z)) throw InputError("the height of S is not finite");
+}
+
+// The box on S: centre and half size, without the margin.
+struct Box {
+    V2d centre, half;
+    bool holds(const V2d& p) const {
+        return std::fabs(p.x - centre.x) <= half.x && std::fabs(p.y - centre.y) <= half.y;
+    }
+};
+
+// How far from `centre` rays start, per axis, but for a few.
+V2d reach_of_starts(const RaySet& set, std::span<const std::size_t> forward, const V2d& centre) {
+    V2d reach;
+    std::vector<Weighed> values(forward.size());
+    for (int a = 0; a < 2; ++a) {
+        for (std::size_t i = 0; i < forward.size(); ++i) {
+            const LampRay& ray = set.rays[forward[i]];
+            values[i] = {std::fabs(double{ray.o[a]} - centre[a]), double{ray.flux}};
+        }
+        reach[a] = quantile(values, kNearlyAll);
+    }
+    return reach;
+}
+
+Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double height, double capture) {
+    const double tail = (1 - capture) / 16;
+    Box box;
+    std::vector<Weighed> values(forward.size());
+    V2d low, high, middle;
+    for (int a = 0; a < 2; ++a) {
+        for (std::size_t i = 0; i < forward.size(); ++i) {
+            const LampRay& ray = set.rays[forward[i]];
+            values[i] = {pass(ray, height)[a], double{ray.flux}};
+        }
+        middle[a] = quantile(values, 0.5);
+        low[a] = quantile(values, tail);
+        high[a] = quantile(values, 1 - tail);
+    }
+    const V2d most = kWidestS * reach_of_starts(set, forward, middle);
+    for (int a = 0; a < 2; ++a) {
+        // Rays from a point have no reach: any box may hold them.
+        if (most[a] > 0) {
+            low[a] = std::max(low[a], middle[a] - most[a]);
+            high[a] = std::min(high[a], middle[a] + most[a]);
+        }
+        box.centre[a] = 0.5 * (low[a] + high[a]);
+        box.half[a] = 0.5 * (high[a] - low[a]);
+    }
+    // A point or a line source still needs a box that has an area.
+    const double least = std::max(1e-5, 1e-3 * std::max(box.half.x, box.half.y));
+    for (int a = 0; a < 2; ++a) box.half[a] = std::max(box.half[a], least);
+    return box;
+}
+
+// Half size of M's box, for the rays that pass the box on S.
+V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box& box, double height,
+              const FitOptions& options, double distance) {
+    std::vector<Weighed> radius;
+    std::vector<V2d> at;
+    std::vector<double> weight;
+    double total = 0;
+    for (const std::size_t i : forward) {
+        const LampRay& ray = set.rays[i];
+        total += double{ray.flux};
+        if (!box.holds(pass(ray, height))) continue;
+        at.push_back(pass(ray, height + distance) - box.centre);
+        weight.push_back(double{ray.flux});
+    }
+    if (at.empty()) throw InputError("ray set: no ray passes the plane S inside its box");
+    // The lobe's own proportion, from the middle of the flux; then one factor that reaches the share.
+    V2d proportion;
+    radius.resize(at.size());
+    for (int a = 0; a < 2; ++a) {
+        for (std::size_t i = 0; i < at.size(); ++i) radius[i] = {std::fabs(at[i][a]), weight[i]};
+        proportion[a] = std::max(quantile(radius, 0.8), 1e-3 * box.half[a]);
+    }
+    double inside = 0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        radius[i] = {std::max(std::fabs(at[i].x) / proportion.x, std::fabs(at[i].y) / proportion.y),
+                     weight[i]};
+        inside += weight[i];
+    }
+    const double factor = quantile(radius, std::min(1.0, options.capture * total / inside));
+    return proportion * (std::max(factor, 1e-3) * 1.0001);  // the last ray is inside, not on the edge
+}
+
+// The height below which nearly all rays start: the lamp is behind it. Rays that start on a surface around
+// the lamp, far wider than their waist, tell nothing about where the lamp ends.
+constexpr double kAround = 8;
+
+double front_of(const RaySet& set, std::span<const std::size_t> forward, const Waist& waist) {
+    std::vector<Weighed> heights;
+    V3d mean(0, 0, 0);
+    double flux = 0;
+    for (const std::size_t i : forward) {
+        const LampRay& ray = set.rays[i];
+        heights.push_back({double{ray.o.z}, double{ray.flux}});
+        mean += double{ray.flux} * V3d(ray.o);
+        flux += double{ray.flux};
+    }
+    mean /= flux;  // > 0: each forward ray carries some
+    double spread2 = 0;
+    for (const std::size_t i : forward)
+        spread2 += double{set.rays[i].flux} * (V3d(set.rays[i].o) - mean).length2() / flux;
+    if (std::sqrt(spread2) > kAround * waist.spread && waist.spread > 0) return -INFINITY;
+    return quantile(heights, kNearlyAll);
+}
+
+}  // namespace
+
+Waist waist_of(const RaySet& set) {
+    const std::vector<std::size_t> forward = forward_rays(set);
+    // A line is q + z m with the slope m; weights as stated. Var(q + z m) is a parabola in z.
+    V2d q_mean(0, 0), m_mean(0, 0);
+    double weight = 0, start = 0;
+    const auto each = [&](auto&& f) {
+        for (const std::size_t i : forward) {
+            const LampRay& ray = set.rays[i];
+            const V2d m(double{ray.d.x} / double{ray.d.z}, double{ray.d.y} / double{ray.d.z});  // d.z > 0
+            f(pass(ray, 0), m, double{ray.flux} * sqr(double{ray.d.z}), double{ray.o.z});
+        }
+    };
+    each([&](const V2d& q, const V2d& m, double w, double z) {
+        q_mean += w * q, m_mean += w * m, weight += w, start += w * z;
+    });
+    q_mean /= weight, m_mean /= weight, start /= weight;  // > 0: forward rays carry flux
+    double qq = 0, qm = 0, mm = 0;
+    each([&](const V2d& q, const V2d& m, double w, double) {
+        qq += w * (q - q_mean).length2(), qm += w * (q - q_mean).dot(m - m_mean);
+        mm += w * (m - m_mean).length2();
+    });
+    // Slopes that differ by less than a microradian have no waist that can be told.
+    const double z = mm > 1e-12 * weight ? -qm / mm : start;
+    return {z, std::sqrt(std::max(0.0, qq + 2 * z * qm + z * z * mm) / weight)};
+}
+
+Rig choose_rig(const RaySet& set, const FitOptions& options, Monitor& monitor) {
+    check(options);
+    const std::vector<std::size_t> forward = forward_rays(set);
+    Rig rig;
+    if (options.z) {
+        rig.centre.z = *options.z;
+    } else {
+        const Waist waist = waist_of(set);
+        rig.centre.z = std::max(waist.z, front_of(set, forward, waist));
+    }
+    const Box box = box_on_s(set, forward, rig.centre.z, options.capture);
+    rig.centre.x = box.centre.x;
+    rig.centre.y = box.centre.y;
+    rig.distance = options.distance > 0 ? options.distance : 5 * 2 * std::max(box.half.x, box.half.y);
+    V2d half_m = half_of_m(set, forward, box, rig.centre.z, options, rig.distance);
+    for (int a = 0; a < 2; ++a) half_m[a] = std::min(half_m[a], kWidestM * rig.distance);
+    const ResolutionWish wish{box.half, half_m, options.views, options.pixels, options.noise};
+    if (!choose_resolution(set, forward, wish, rig, monitor)) {
+        monitor.warn(fmt::format("the rays are too few for a noise of {:.3g} % at any resolution",
+                                 100 * options.noise));
+    }
+    return rig;
+}
+
+Projection fit_light_field(const RaySet& set, const FitOptions& options, const Workers& workers,
+                           Monitor& monitor) {
+    Projection made = project_rays(set, choose_rig(set, options, monitor), workers, monitor);
+    const FluxAccount& a = made.account;
+    monitor.info(fmt::format(
+        "flux {:.6g} {}: {:.6g} captured; missed {:.4g} (unusable {:.4g}, backwards {:.4g}, beside S "
+        "{:.4g}, beside M {:.4g}, not in the basis {:.4g})",
+        a.total, flux_unit_name(set.unit), a.captured, a.missed(), a.skipped, a.backward, a.beside_s,
+        a.beside_m, a.not_in_basis));
+    monitor.info(fmt::format("noise {:.3g} % in a coefficient (rms over rms)", 100 * made.noise));
+    return made;
+}
+
+}  // namespace lucerna

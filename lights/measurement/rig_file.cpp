@@ -1,0 +1,208 @@
+#include "lights/measurement/rig_file.h"
+
+#include <cmath>
+#include <string>
+
+#include "engine/base/units.h"
+#include "lights/gauss.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kMostViews = 4096;       // per side
+constexpr int kMostRigPixels = 16384;  // per side
+constexpr double kLeastFlux = 1e-9, kMostFlux = 1e12;
+
+// One of two ways to give the same lengths; exactly one must be there.
+struct Either {
+    const char* direct;
+    const char* derived;
+};
+
+V2d one_of(const TomlTable& table, const Either& names, const V2d& parts) {
+    const bool direct = table.has(names.direct), derived = table.has(names.derived);
+    if (direct && derived) {
+        input_error(table.place_of(names.derived),
+                    "\"{}\" says again what \"{}\" says; one of them is accepted", names.derived,
+                    names.direct);
+    }
+    if (!direct && !derived)
+        input_error(table.place(), "[rig] lacks \"{}\" or \"{}\"", names.direct, names.derived);
+    if (direct) return table.lengths(names.direct);
+    const V2d whole = table.lengths(names.derived);
+    return {whole.x / parts.x, whole.y / parts.y};  // parts >= 1
+}
+
+// Setup A: the sensor moves with the filter, by whole pixels from view to view.
+void derive_shift(const TomlTable& table, Rig& rig) {
+    const char* key = table.has("spacing") ? "spacing" : "filter";
+    const double times = table.has("spacing") ? 1 : 4;  // a filter is four spacings wide
+    for (int axis = 0; axis < 2; ++axis) {
+        const double pixels = rig.spacing[axis] / rig.pixel[axis];  // both > 0
+        const double whole = std::round(pixels);
+        if (whole >= 1 && whole <= 65535 && std::fabs(pixels - whole) <= 1e-5 * whole) {
+            rig.shift[axis] = static_cast<int>(whole);
+            rig.spacing[axis] = whole * rig.pixel[axis];
+            continue;
+        }
+        const double below = std::max(1.0, std::floor(pixels));
+        input_error(
+            table.place_of(key),
+            "\"{}\" of {} is {:.6g} pixels of {} per view; in Setup A a whole number is accepted: the "
+            "nearest are {} and {}",
+            key, length_text(times * rig.spacing[axis]), pixels, length_text(rig.pixel[axis]),
+            length_text(times * below * rig.pixel[axis]), length_text(times * (below + 1) * rig.pixel[axis]));
+    }
+}
+
+void read_disc(const TomlTable& table, EmitterDescription& emitter) {
+    const double radius = table.length("radius");
+    emitter.half_size = {radius, radius};
+    emitter.exponent = table.number("exponent", 1, 1000, 1.0);
+}
+
+void read_rectangle(const TomlTable& table, EmitterDescription& emitter) {
+    emitter.half_size = table.lengths("size") * 0.5;
+    emitter.exponent = table.number("exponent", 1, 1000, 1.0);
+}
+
+void read_projector(const TomlTable& table, EmitterDescription& emitter) {
+    const double radius = 0.5 * table.length("aperture");
+    emitter.half_size = {radius, radius};
+    emitter.focal_length = table.length("focal_length");
+    emitter.focus = table.length("focus");
+    if (!(emitter.focus > emitter.focal_length)) {
+        input_error(table.place_of("focus"),
+                    "\"focus\" of {} is not beyond the focal length of {}; a greater distance is accepted",
+                    length_text(emitter.focus), length_text(emitter.focal_length));
+    }
+    emitter.slide = table.path("slide");
+    emitter.slide_size = table.lengths("slide_size");
+    emitter.inverted = table.flag("inverted", false);
+}
+
+void read_scene(const TomlTable& table, EmitterDescription& emitter) {
+    emitter.scene = table.path("file");
+    constexpr int kMostEmittedRays = 2'000'000'000, kMostSeed = 2147483647;
+    emitter.rays = table.whole("rays", 1, kMostEmittedRays, static_cast<int>(emitter.rays));
+    emitter.seed = static_cast<std::uint64_t>(table.whole("seed", 0, kMostSeed, 0));
+}
+
+EmitterDescription read_emitter(const TomlTable& table) {
+    using Kind = EmitterDescription::Kind;
+    EmitterDescription emitter;
+    const std::string kind = table.choice("kind", {"disc", "rectangle", "projector", "scene"});
+    emitter.kind = kind == "disc"        ? Kind::disc
+                   : kind == "rectangle" ? Kind::rectangle
+                   : kind == "projector" ? Kind::projector
+                                         : Kind::scene;
+    emitter.setback = table.position("setback", 0.0);
+    if (emitter.setback < 0 && emitter.kind != Kind::scene) {
+        throw InputError(table.place_of("setback"),
+                         "the lamp cannot stand before the sampling plane; 0 or more is accepted");
+    }
+    emitter.unit = table.choice("unit", {"lm", "W"}, "lm") == "lm" ? FluxUnit::lumen : FluxUnit::watt;
+    if (emitter.kind == Kind::scene) {
+        emitter.flux = table.has("flux") ? table.number("flux", kLeastFlux, kMostFlux) : 0;
+    } else {
+        emitter.flux = table.number("flux", kLeastFlux, kMostFlux);
+    }
+    if (emitter.kind != Kind::scene) emitter.colour = read_colour(table);  // a scene's lights have their own
+    if (emitter.kind == Kind::disc) read_disc(table, emitter);
+    if (emitter.kind == Kind::rectangle) read_rectangle(table, emitter);
+    if (emitter.kind == Kind::projector) read_projector(table, emitter);
+    if (emitter.kind == Kind::scene) read_scene(table, emitter);
+    table.done();
+    return emitter;
+}
+
+AcquireOptions read_quality(const TomlTable& table) {
+    AcquireOptions options;
+    options.s_nodes = table.whole("s_nodes", 1, kMaxGauss, options.s_nodes);
+    options.m_nodes = table.whole("m_nodes", 1, kMaxGauss, options.m_nodes);
+    table.done();
+    return options;
+}
+
+}  // namespace
+
+Rig read_planes(const TomlTable& table) {
+    Rig rig;
+    const std::string setup = table.choice("setup", {"A", "B"});
+    rig.views = table.wholes("views", 1, kMostViews);
+    rig.pixels = table.wholes("pixels", 1, kMostRigPixels);
+    rig.spacing = one_of(table, {"spacing", "filter"}, {4, 4});
+    const V2d pixels(rig.pixels.x, rig.pixels.y);
+    rig.pixel = one_of(table, {"pixel", setup == "A" ? "sensor" : "screen"}, pixels);
+    rig.distance = table.length("distance");
+    if (setup == "A") derive_shift(table, rig);
+    if (const std::string fault = rig.fault(); !fault.empty())
+        throw InputError(table.place(), "[rig]: " + fault);
+    table.done();
+    return rig;
+}
+
+Rgb read_colour(const TomlTable& table) {
+    if (!table.has("colour")) return Rgb(1.0F);
+    const std::vector<double> parts = table.numbers("colour", 0, 1e6);
+    if (parts.size() != 3) {
+        input_error(table.place_of("colour"), "\"colour\" has {} values; red, green and blue are accepted",
+                    parts.size());
+    }
+    const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
+                     static_cast<float>(parts[2]));
+    if (!(luminance(colour) > 1e-6F))
+        throw InputError(table.place_of("colour"), "\"colour\" is black; one with light in it is accepted");
+    return colour / luminance(colour);  // above 1e-6
+}
+
+RigDescription read_rig(const TomlTable& table) {
+    RigDescription description;
+    description.rig = read_planes(table.table("rig"));
+    description.emitter = read_emitter(table.table("emitter"));
+    description.rig.centre.z = description.emitter.setback;  // the lamp is the origin
+    if (table.has("quality")) description.quality = read_quality(table.table("quality"));
+    if (table.has("camera")) description.camera = read_camera(table.table("camera"));
+    table.done();
+    return description;
+}
+
+RigDescription read_rig_file(const std::filesystem::path& file) {
+    return read_rig(TomlTable::read(file));
+}
+
+void add(WordHash& hash, const Rig& rig) {
+    for (int axis = 0; axis < 2; ++axis) {
+        for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]}) hash.add(i);
+        hash.add(rig.spacing[axis]);
+        hash.add(rig.pixel[axis]);
+    }
+    hash.add(rig.distance);
+    for (int c = 0; c < 3; ++c) hash.add(rig.centre[c]);
+}
+
+std::uint64_t description_key(const RigDescription& description) {
+    WordHash key;
+    const EmitterDescription& emitter = description.emitter;
+    add(key, description.rig);
+    for (int axis = 0; axis < 2; ++axis) {
+        key.add(emitter.half_size[axis]);
+        key.add(emitter.slide_size[axis]);
+    }
+    for (int c = 0; c < 3; ++c) key.add(emitter.colour[c]);
+    for (const double x :
+         {emitter.setback, emitter.flux, emitter.exponent, emitter.focal_length, emitter.focus})
+        key.add(x);
+    key.add(static_cast<int>(emitter.kind));
+    key.add(static_cast<int>(emitter.unit));
+    key.add(static_cast<int>(emitter.inverted));
+    key.add(emitter.slide.string());
+    key.add(emitter.scene.string());
+    key.add(static_cast<std::uint64_t>(emitter.rays));
+    key.add(emitter.seed);
+    key.add(description.quality.s_nodes);
+    key.add(description.quality.m_nodes);
+    return key.value();
+}
+
+}  // namespace lucerna

@@ -1,0 +1,217 @@
+// Luminaires on the measuring bench: the same field as the formula's, the right way round, and the same bytes
+// whether or not the work was stopped.
+#include "engine/cli/acquire_scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <fstream>
+
+#include "engine/base/files.h"
+#include "engine/cli/sums_file.h"
+#include "lights/measurement/acquire.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "tests/support/error_of.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace acquire_scene_test {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kHead =
+    "Camera \"perspective\" Film \"rgb\" WorldBegin\nMaterial \"diffuse\" \"rgb reflectance\" [0 0 0]\n";
+
+// A luminaire in a folder of the test's own.
+class Lamp {
+  public:
+    explicit Lamp(const std::string& world) { write(world); }
+    void write(const std::string& world) const { std::ofstream(folder_ / "lamp.pbrt") << kHead << world; }
+    SceneEmitter emitter(std::int64_t rays) const {
+        SceneEmitter made;
+        made.file = folder_ / "lamp.pbrt";
+        made.rays = rays;
+        made.unit = FluxUnit::lumen;
+        return made;
+    }
+    std::filesystem::path part() const { return folder_ / "lamp.exr.part"; }
+
+  private:
+    testing::TemporaryFolder folder_;
+};
+
+constexpr const char* kDisc =
+    "AreaLightSource \"diffuse\" \"rgb L\" [2 1 1] \"float power\" 5\nShape \"disk\" \"float radius\" 0.01\n";
+
+Rig bench(bool travels) {
+    Rig rig;
+    rig.views = {6, 6};
+    rig.spacing = {0.008, 0.008};
+    rig.pixels = travels ? V2i(15, 12) : V2i(10, 8);
+    rig.pixel = travels ? V2d(0.004, 0.004) : V2d(0.012, 0.012);
+    rig.distance = 0.05;
+    rig.shift = travels ? V2i(2, 2) : V2i(0, 0);
+    return rig;
+}
+
+// Σ (measured - true)² over Σ variance: 1 for a correct measurement by independent rays, less by stratified
+// ones.
+double misfit(const LightField& measured, const LightField& expected, const SamplingNoise& noise,
+              double scale) {
+    double sum = 0;
+    for (std::size_t i = 0; i < measured.coefficients().size(); ++i) {
+        sum += sqr(scale * double{measured.coefficients()[i]} - double{expected.coefficients()[i]});
+    }
+    return sum / (sqr(noise.rms) * static_cast<double>(measured.coefficients().size()));
+}
+
+class AcquireSceneOf : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(BothSetups, AcquireSceneOf, ::testing::Values(false, true),
+                         [](const auto& setup) { return setup.param ? "SetupA" : "SetupB"; });
+
+TEST_P(AcquireSceneOf, MattDisc_IsTheFieldOfItsFormulaWithinItsNoise) {
+    const Lamp lamp(kDisc);
+    const Rig rig = bench(GetParam());
+    Monitor silent;
+    const SceneAcquisition made = acquire_scene(lamp.emitter(400'000), rig, {}, Workers{2}, silent);
+    const LightField field = field_of(made.images);
+    const LightField expected =
+        acquire(cosine_emitter(EmitterModel::Outline::disc, {0.01, 0.01}, 5), rig, Workers{2}, silent);
+    EXPECT_LT(misfit(field, expected, made.noise, 1), 1.15);
+    // Too bright by twice the noise is seen.
+    EXPECT_LT(made.noise.relative, 0.2);
+    EXPECT_GT(misfit(field, expected, made.noise, 1 + 2 * made.noise.relative), 2.5);
+    EXPECT_NEAR(made.account.total, 5, 1e-3);
+    EXPECT_NEAR(field.flux() / expected.flux(), 1, 5e-3);
+    EXPECT_NEAR(made.account.explained(), made.account.missed(), 1e-4);
+    EXPECT_EQ(field.info().unit, FluxUnit::lumen);
+    EXPECT_NEAR(field.info().colour.x / field.info().colour.y, 2, 1e-3);
+}
+
+TEST(AcquireScene, EmitterBesideTheAxis_AppearsOnItsSideOfSAndShinesToItsSideOfM) {
+    // A narrow cone from (+8, -4) mm that leans towards +y.
+    const Lamp lamp(
+        "LightSource \"spot\" \"point3 from\" [0.008 -0.004 0] \"point3 to\" [0.008 0.006 0.05]\n"
+        "    \"float coneangle\" 8 \"float power\" 1\n");
+    Rig rig = bench(false);
+    rig.pixels = {20, 20};
+    rig.pixel = {0.006, 0.006};
+    Monitor silent;
+    const LightField field =
+        field_of(acquire_scene(lamp.emitter(50'000), rig, {}, Workers{2}, silent).images);
+    const auto centre = [&](double distance) {
+        const PlaneIrradiance wall =
+            project(field, {distance, {0, 0}, {0.1, 0.1}, {50, 50}}, Workers{2}, silent);
+        V2d sum(0, 0);
+        for (int y = 0; y < 50; ++y) {
+            for (int x = 0; x < 50; ++x) sum += wall.at(x, y) * V2d((x - 24.5) * 2e-3, (y - 24.5) * 2e-3);
+        }
+        return sum * (wall.patch.pixel_area() / wall.flux());
+    };
+    EXPECT_NEAR(centre(0).x, 0.008, 0.0015);
+    EXPECT_NEAR(centre(0).y, -0.004, 0.0015);
+    EXPECT_NEAR(centre(0.05).x, 0.008, 0.001);
+    EXPECT_NEAR(centre(0.05).y, 0.006, 0.001);
+}
+
+TEST(AcquireScene, WithAFluxGiven_IsScaledToItAndNothingElseChanges) {
+    const Lamp lamp(kDisc);
+    Monitor silent;
+    SceneEmitter emitter = lamp.emitter(20'000);
+    const LightField as_is = field_of(acquire_scene(emitter, bench(false), {}, Workers{2}, silent).images);
+    emitter.flux = 15;
+    const SceneAcquisition scaled = acquire_scene(emitter, bench(false), {}, Workers{2}, silent);
+    EXPECT_NEAR(scaled.account.total, 15, 1e-6);
+    EXPECT_NEAR(field_of(scaled.images).flux() / as_is.flux(), 3, 1e-4);
+    EXPECT_NEAR(scaled.emitted, 15, 1e-3);
+}
+
+// Stops after so many light paths.
+class Impatient final : public Monitor {
+  public:
+    explicit Impatient(std::uint64_t patience) : left_(patience) {}
+    void advance(std::uint64_t units) override { left_ -= std::min(left_, units); }
+    bool stopped() const override { return left_ == 0; }
+
+  private:
+    std::uint64_t left_;
+};
+
+SceneEmitter in_small_blocks(const Lamp& lamp) {
+    SceneEmitter emitter = lamp.emitter(100'000);
+    emitter.block = 1 << 14;
+    return emitter;
+}
+
+TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
+    const Lamp lamp(kDisc);
+    Monitor silent;
+    const SceneEmitter emitter = in_small_blocks(lamp);
+    const SceneAcquisition whole = acquire_scene(emitter, bench(true), {}, Workers{1}, silent);
+    for (const std::uint64_t patience : {30'000U, 40'000U}) {  // 2 blocks, then 3 of the 5 that are left
+        Impatient user(patience);
+        const std::string message =
+            testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
+        EXPECT_THAT(message, HasSubstr("goes on from"));
+        EXPECT_TRUE(std::filesystem::exists(lamp.part()));
+    }
+    const SceneAcquisition resumed = acquire_scene(emitter, bench(true), lamp.part(), Workers{3}, silent);
+    EXPECT_EQ(whole.images.positive, resumed.images.positive);
+    EXPECT_EQ(whole.images.negative, resumed.images.negative);
+    EXPECT_EQ(whole.account.captured, resumed.account.captured);
+    EXPECT_EQ(whole.account.beside_m, resumed.account.beside_m);
+    EXPECT_EQ(whole.noise.rms, resumed.noise.rms);
+    EXPECT_EQ(whole.images.info.colour, resumed.images.info.colour);
+}
+
+TEST(AcquireScene, SumsOfOtherWorkOrDamaged_AreRefused) {
+    const Lamp lamp(kDisc);
+    Monitor silent;
+    SceneEmitter emitter = in_small_blocks(lamp);
+    Impatient user(20'000);
+    testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
+    const auto refusal = [&](const SceneEmitter& of, const Rig& rig) {
+        return testing::error_of([&] { acquire_scene(of, rig, lamp.part(), Workers{2}, silent); });
+    };
+    SceneEmitter other = emitter;
+    other.seed = 1;
+    EXPECT_THAT(refusal(other, bench(true)), HasSubstr("belongs to another"));
+    EXPECT_THAT(refusal(emitter, bench(false)), HasSubstr("belongs to another"));
+    lamp.write(std::string(kDisc) + "# a word\n");
+    EXPECT_THAT(refusal(emitter, bench(true)), HasSubstr("belongs to another"));
+    lamp.write(kDisc);
+    std::vector<std::byte> bytes = read_bytes(lamp.part());
+    const auto put = [&](std::size_t count) {
+        std::ofstream(lamp.part(), std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(count));
+    };
+    put(bytes.size() - 8);
+    EXPECT_THAT(refusal(emitter, bench(true)), HasSubstr("damaged"));
+    put(20);
+    EXPECT_THAT(refusal(emitter, bench(true)), HasSubstr("damaged"));
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    put(bytes.size());
+    EXPECT_THAT(refusal(emitter, bench(true)), HasSubstr("damaged"));
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    put(bytes.size());
+    EXPECT_EQ(refusal(emitter, bench(true)), "no error");
+}
+
+TEST(AcquireScene, OfASceneWithoutLight_NamesItsFile) {
+    const Lamp lamp("Shape \"sphere\"\n");
+    Monitor silent;
+    EXPECT_THAT(
+        testing::error_of([&] { acquire_scene(lamp.emitter(1000), bench(false), {}, Workers{1}, silent); }),
+        HasSubstr("lamp.pbrt: the luminaire has no light"));
+    const Lamp downwards(
+        "AreaLightSource \"diffuse\" ReverseOrientation Shape \"disk\" \"float radius\" 0.01\n");
+    const SceneAcquisition made =
+        acquire_scene(downwards.emitter(1000), bench(false), {}, Workers{1}, silent);
+    EXPECT_EQ(made.account.captured, 0);
+    EXPECT_NEAR(made.account.backward / made.account.total, 1, 1e-9);
+}
+
+}  // namespace acquire_scene_test
+}  // namespace lucerna

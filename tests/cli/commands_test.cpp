@@ -1,0 +1,377 @@
+// The whole command at work: what each subcommand makes and says.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <csignal>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "engine/base/version.h"
+#include "engine/cli/run.h"
+#include "lights/light_field.h"
+#include "tests/cli/run_support.h"
+#include "tests/support/shared_data.h"
+
+namespace lucerna {
+namespace commands_test {
+
+using ::testing::HasSubstr;
+using testing::lucerna_run;
+using ::testing::Not;
+using testing::Outcome;
+
+using RunRender = testing::RunTest;
+using RunLight = testing::RunTest;
+using RunCompare = testing::RunTest;
+using RunInfo = testing::RunTest;
+
+// --- render ---
+
+TEST_F(RunRender, Defaults_WriteTheScenesImageHere) {
+    const Outcome outcome = lucerna_run({"render", "scene.pbrt", "--png"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(files(), (std::vector<std::string>{"picture.exr", "picture.png", "scene.pbrt"}));
+    EXPECT_THAT(outcome.out, HasSubstr("picture.exr"));
+    EXPECT_THAT(outcome.out, HasSubstr("picture.png"));
+    const Image image = read_exr("picture.exr");
+    EXPECT_EQ(image.width, 12);
+    EXPECT_EQ(image.height, 8);
+    EXPECT_EQ(image.attributes.at("lucerna.scene"), "scene.pbrt");
+    EXPECT_EQ(image.attributes.at("lucerna.integrator"), "path");
+    EXPECT_EQ(image.attributes.at("lucerna.maxdepth"), "4");
+    EXPECT_EQ(image.attributes.at("lucerna.seed"), "0");
+    EXPECT_EQ(image.attributes.at("lucerna.spp"), "2");
+    EXPECT_EQ(image.attributes.at("lucerna.version"), program_version());
+    EXPECT_TRUE(image.attributes.contains("lucerna.seconds"));
+}
+
+TEST_F(RunRender, CommandLine_OverridesTheScene) {
+    const Outcome outcome =
+        lucerna_run({"render",    "scene.pbrt", "-o",           "b.exr",     "--integrator",
+                     "photonmap", "--set",      "photons=2000", "--set",     "gatherrays=2",
+                     "--spp",     "3",          "--seed",       "9",         "--resolution",
+                     "6x5",       "--stats",    "b.json",       "--threads", "2"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const Image image = read_exr("b.exr");
+    EXPECT_EQ(image.width, 6);
+    EXPECT_EQ(image.height, 5);
+    EXPECT_EQ(image.attributes.at("lucerna.photons"), "2000");
+
+    const auto stats = nlohmann::json::parse(read_text("b.json"));
+    for (const char* key :
+         {"program", "version", "scene", "integrator", "settings", "seed", "threads", "image", "samples",
+          "complete", "seconds", "numbers", "notes", "warnings", "peak_memory_bytes"}) {
+        EXPECT_TRUE(stats.contains(key)) << key;
+    }
+    EXPECT_EQ(stats["integrator"], "photonmap");
+    EXPECT_EQ(stats["settings"]["photons"], 2000);
+    EXPECT_EQ(stats["settings"]["kernel"], "epanechnikov");
+    EXPECT_EQ(stats["seed"], 9);
+    EXPECT_EQ(stats["threads"], 2);
+    EXPECT_EQ(stats["samples"]["asked"], 3);
+    EXPECT_EQ(stats["samples"]["done"], 3);
+    EXPECT_EQ(stats["image"]["width"], 6);
+    EXPECT_EQ(stats["complete"], true);
+    EXPECT_GT(stats["seconds"]["total"], 0);
+    EXPECT_GT(stats["peak_memory_bytes"], 1'000'000);
+}
+
+TEST_F(RunRender, EveryIntegrator_RendersTheScene) {
+    for (const char* name : {"path", "direct", "photonmap", "igi", "progressive"}) {
+        std::vector<std::string> words{"render", "scene.pbrt", "-o", "c.exr", "--integrator", name};
+        if (std::string_view(name).starts_with("p") && name != std::string("path"))
+            words.insert(words.end(), {"--set", "photons=1000"});
+        EXPECT_EQ(lucerna_run(words).code, 0) << name;
+        const Image image = read_exr("c.exr");
+        EXPECT_TRUE(std::any_of(image.data.begin(), image.data.end(), [](float v) { return v > 0; })) << name;
+    }
+}
+
+TEST_F(RunRender, SameSeed_SameImageForAnyThreads) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--threads", "1"}).code, 0);
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "b.exr", "--threads", "3"}).code, 0);
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "c.exr", "--seed", "1"}).code, 0);
+    EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
+    EXPECT_NE(read_exr("a.exr").data, read_exr("c.exr").data);
+}
+
+TEST_F(RunRender, Passes_AreCountedAndSaid) {
+    const std::vector<std::string> words{"render",       "scene.pbrt",  "-o",      "a.exr",
+                                         "--integrator", "progressive", "--set",   "photons=500",
+                                         "--passes",     "5",           "--stats", "a.json"};
+    const Outcome outcome = lucerna_run(words);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("5 passes, 5 spp"));
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["numbers"]["passes.done"], 5);
+    EXPECT_EQ(stats["notes"]["ended_by"], "samples");
+    EXPECT_GT(stats["numbers"]["error.relative"], 0);
+    EXPECT_LT(stats["numbers"]["radius.share"], 1);
+    EXPECT_EQ(read_exr("a.exr").attributes.at("lucerna.passes"), "5");
+}
+
+TEST_F(RunRender, Time_TakesThePlaceOfTheScenesSamples) {
+    const Outcome outcome =
+        lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--integrator", "progressive", "--set",
+                     "photons=500", "--time", "1.5s", "--show-every", "0.2s", "--png", "--stats", "a.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["notes"]["ended_by"], "time");
+    EXPECT_TRUE(stats["samples"]["asked"].is_null());
+    EXPECT_GT(stats["samples"]["done"], 2) << "more than the scene asks for";
+    EXPECT_EQ(stats["complete"], true);
+    EXPECT_EQ(files(), (std::vector<std::string>{"a.exr", "a.json", "a.png", "scene.pbrt"}));
+}
+
+TEST_F(RunRender, Error_EndsTheRender) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "5%", "--stats", "a.json"}).code,
+              0);
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["notes"]["ended_by"], "error");
+    EXPECT_LE(stats["numbers"]["error.relative"], 0.05);
+}
+
+// What is said can be said again: the same options make the same picture.
+TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
+    std::string text = read_text("scene.pbrt");
+    const std::string limited = "\"integer maxdepth\" 4";
+    std::ofstream("scene.pbrt") << text.replace(text.find(limited), limited.size(), "");
+    const Outcome outcome =
+        lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "5%", "--stats", "a.json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("tried    path "));
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_THAT(stats["choice"]["tried"].get<std::string>(), HasSubstr("path"));
+    EXPECT_LE(stats["choice"]["beyond_noise"], 0.025) << "half of what was asked for";
+    EXPECT_TRUE(read_exr("a.exr").attributes.contains("lucerna.tried"));
+
+    const std::size_t at = outcome.out.find("method   ");
+    ASSERT_NE(at, std::string::npos);
+    std::istringstream line(outcome.out.substr(at + 9, outcome.out.find('\n', at) - at - 9));
+    std::vector<std::string> words{"render", "scene.pbrt",
+                                   "-o",     "b.exr",
+                                   "--spp",  fmt::format("{}", stats["samples"]["done"].get<int>())};
+    for (std::string word; line >> word;) words.push_back(word);
+    ASSERT_EQ(lucerna_run(words).code, 0);
+    EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
+}
+
+TEST_F(RunRender, WhoeverNamesTheMethodOrKeepsACheckpoint_HasNothingChosen) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{"--integrator", "path"},
+                                                 {"--set", "lights=power"},
+                                                 {"--spp", "20"},
+                                                 {"--checkpoint", "a.checkpoint"}}) {
+        std::vector<std::string> words{"render",  "scene.pbrt", "-o",      "a.exr",
+                                       "--error", "20%",        "--stats", "a.json"};
+        words.insert(words.end(), more.begin(), more.end());
+        ASSERT_EQ(lucerna_run(words).code, 0) << more[0];
+        EXPECT_FALSE(nlohmann::json::parse(read_text("a.json")).contains("choice")) << more[0];
+    }
+    // Nor where the scene's own method is the only one: its paths have four bounces at most.
+    EXPECT_THAT(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "20%"}).out,
+                HasSubstr("no other shows the same"));
+}
+
+TEST_F(RunRender, WrongLimits_AreRefused) {
+    expect_refused({"render", "scene.pbrt", "--passes", "5"}, {"--passes", "path does not work in passes"});
+    expect_refused({"render", "scene.pbrt", "--time", "30"}, {"--time", "\"30\" is not a time"});
+    expect_refused({"render", "scene.pbrt", "--error", "0"}, {"--error", "not a share"});
+}
+
+TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
+    const auto render = [](const std::string& image, std::vector<std::string> more) {
+        std::vector<std::string> words = {"render", "scene.pbrt",   "-o",
+                                          image,    "--integrator", "photonmap",
+                                          "--set",  "photons=3000", "gatherrays=2"};
+        words.insert(words.end(), more.begin(), more.end());
+        return lucerna_run(words);
+    };
+    ASSERT_EQ(render("new.exr", {"--save-maps", "room.photons", "--set", "direct=map"}).code, 0);
+    const Outcome again = render("kept.exr", {"--load-maps", "room.photons", "--set", "direct=map"});
+    ASSERT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(read_exr("new.exr").data, read_exr("kept.exr").data);
+
+    const Outcome other = render("no.exr", {"--load-maps", "room.photons", "--seed", "1"});
+    EXPECT_EQ(other.code, 1);
+    EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are of another scene"));
+    const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});
+    EXPECT_EQ(path.code, 1);
+    EXPECT_THAT(path.err, HasSubstr("only photonmap keeps its maps"));
+    EXPECT_FALSE(std::filesystem::exists("no.exr") || std::filesystem::exists("path.photons"));
+}
+
+TEST_F(RunRender, Quiet_SaysNothing) {
+    const Outcome outcome = lucerna_run({"render", "scene.pbrt", "--quiet", "--png"});
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(RunRender, StoppedBeforeTheFirstSample_KeepsTheOldImage) {
+    write("a.exr", "the image of yesterday");
+    const std::atomic<int> stop{SIGINT};
+    const Outcome outcome =
+        lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--stats", "a.json"}, {false, &stop});
+    EXPECT_EQ(outcome.code, 128 + SIGINT);
+    EXPECT_EQ(outcome.err, "lucerna: stopped: 0 of 2 samples per pixel were done\n");
+    EXPECT_THAT(outcome.out, HasSubstr("no image written"));
+    EXPECT_EQ(read_text("a.exr"), "the image of yesterday");
+    const auto stats = nlohmann::json::parse(read_text("a.json"));
+    EXPECT_EQ(stats["complete"], false);
+    EXPECT_EQ(stats["samples"]["done"], 0);
+}
+
+// --- light ---
+
+const std::vector<std::string> kSmallLamp = {"light",   "acquire", "-o",       "lamp.exr", "--radius",
+                                             "10mm",    "--flux",  "7",        "--unit",   "W",
+                                             "--views", "5x6",     "--pixels", "8x10",     "--quiet"};
+
+TEST_F(RunLight, Acquire_HoldsTheFluxItWasGiven) {
+    const Outcome outcome = lucerna_run(kSmallLamp);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(files(), (std::vector<std::string>{"lamp.cells", "lamp.exr", "scene.pbrt"}));
+    const LightField field = read_light_field("lamp.exr");
+    EXPECT_EQ(field.rig().views, V2i(5, 6));
+    EXPECT_EQ(field.rig().pixels, V2i(8, 10));
+    EXPECT_EQ(field.info().unit, FluxUnit::watt);
+    EXPECT_NEAR(field.info().captured + field.info().missed, 7, 0.01);
+    EXPECT_GT(field.info().captured, 0.98 * 7 * 0.98);
+    EXPECT_THAT(field.info().provenance, HasSubstr("disc"));
+}
+
+TEST_F(RunLight, Info_SaysGeometryAndFlux) {
+    ASSERT_EQ(lucerna_run(kSmallLamp).code, 0);
+    const std::string light = lucerna_run({"light", "info", "lamp.exr"}).out;
+    for (const char* word : {"5 x 6 views", "8 x 10 pixels", "captured", "negative", "peak", " W"}) {
+        EXPECT_THAT(light, HasSubstr(word));
+    }
+    EXPECT_THAT(lucerna_run({"info", "lamp.exr"}).out, HasSubstr("a light field"));
+}
+
+TEST_F(RunLight, AcquiredLamp_LightsAScene) {
+    ASSERT_EQ(lucerna_run(kSmallLamp).code, 0);
+    std::string scene = testing::kScene;
+    scene = scene.substr(0, scene.find("LightSource"));
+    write("lamp.pbrt",
+          scene +
+              "Translate 0 1.5 0\nRotate 90 1 0 0\nLightSource \"lightfield\" \"string filename\" "
+              "\"lamp.exr\"\n");
+    const Outcome outcome = lucerna_run({"render", "lamp.pbrt", "-o", "a.exr"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out,
+                Not(HasSubstr("cell table")));  // made with the lamp, and of the field in its file
+    const Image image = read_exr("a.exr");
+    EXPECT_TRUE(std::any_of(image.data.begin(), image.data.end(), [](float v) { return v > 0; }));
+    EXPECT_THAT(lucerna_run({"info", "lamp.pbrt"}).out, HasSubstr("lightfield"));
+}
+
+TEST_F(RunLight, Import_AccountsForAllFlux) {
+    LUCERNA_NEED_DATA(path, "osram-ostar-green-100k.tm25ray");
+    const std::string file = std::filesystem::absolute(path).string();
+    const Outcome outcome =
+        lucerna_run({"light", "import", file, "-o", "green.exr", "--views", "10x10", "--pixels", "16x16"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const LightField field = read_light_field("green.exr");
+    EXPECT_EQ(field.rig().views, V2i(10, 10));
+    EXPECT_NEAR(field.info().captured + field.info().missed, 337, 0.5);
+    EXPECT_GT(field.info().captured, 0.95 * 337);
+    EXPECT_THAT(outcome.out, HasSubstr("beside M"));
+    EXPECT_THAT(lucerna_run({"info", file}).out, HasSubstr("100000"));
+}
+
+// --- compare ---
+
+TEST_F(RunCompare, TwoImages_TextAndJsonAgree) {
+    Image a = Image::rgb(2, 1);
+    a.data = {1, 1, 1, 5, 5, 5};
+    Image b = Image::rgb(2, 1);
+    b.data = {2, 2, 2, 3, 3, 3};
+    write_exr("a.exr", a);
+    write_exr("b.exr", b);
+    const Outcome text = lucerna_run({"compare", "a.exr", "b.exr", "--json", "c.json"});
+    ASSERT_EQ(text.code, 0) << text.err;
+    EXPECT_THAT(text.out, HasSubstr("MSE            2.5\n"));
+    EXPECT_THAT(text.out, HasSubstr("(t-r)^2/(r^2+0.0001)"));
+    EXPECT_THAT(text.out, HasSubstr("ratio 1.2\n"));
+    const auto json = nlohmann::json::parse(read_text("c.json"));
+    EXPECT_EQ(json["mse"], 2.5);
+    EXPECT_EQ(json["channels"]["R"]["ratio"], 1.2);
+    EXPECT_EQ(json["bad_pixels"], 0);
+    EXPECT_FALSE(json.contains("z_test"));
+    const Outcome printed = lucerna_run({"compare", "a.exr", "b.exr", "--json", "-"});
+    EXPECT_EQ(nlohmann::json::parse(printed.out), json);
+}
+
+TEST_F(RunCompare, NotFinite_IsReported) {
+    Image a = Image::rgb(2, 1);
+    a.data = {NAN, 1, 1, 1, 1, 1};
+    Image b = Image::rgb(2, 1);
+    b.data = {1, 1, 1, 1, 1, 1};
+    write_exr("a.exr", a);
+    write_exr("b.exr", b);
+    EXPECT_THAT(lucerna_run({"compare", "a.exr", "b.exr"}).out, HasSubstr("not finite: 1 in the image"));
+    EXPECT_THAT(lucerna_run({"info", "a.exr"}).out, HasSubstr("NOT FINITE: 1 pixel"));
+}
+
+TEST_F(RunCompare, DifferentSizes_IsRefused) {
+    write_exr("a.exr", Image::rgb(2, 1));
+    write_exr("b.exr", Image::rgb(1, 2));
+    expect_refused({"compare", "a.exr", "b.exr"}, {"a.exr", "2 x 1", "b.exr", "1 x 2"});
+}
+
+TEST_F(RunCompare, TwoRenders_CarryAZTest) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--spp", "8"}).code, 0);
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "b.exr", "--spp", "8", "--seed", "1"}).code, 0);
+    EXPECT_THAT(lucerna_run({"compare", "a.exr", "b.exr"}).out, HasSubstr("z-test"));
+}
+
+// --- info ---
+
+TEST_F(RunInfo, Scene_SaysWhatIsInIt) {
+    const Outcome outcome = lucerna_run({"info", "scene.pbrt"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    for (const char* word : {"4 triangles", "1 point", "grey", "diffuse", "12 x 8", "2 samples", "path",
+                             "maxdepth", "origin", "bounds", "perspective, 40 degrees"}) {
+        EXPECT_THAT(outcome.out, HasSubstr(word));
+    }
+}
+
+TEST_F(RunInfo, Scene_SaysWhatWouldBeBuiltAndWhatWasIgnored) {
+    write("odd.pbrt",
+          "Integrator \"photonmap\" \"string direct\" \"map\" WorldBegin\n"
+          "Material \"mirror\" Shape \"sphere\" \"float radios\" 2 LightSource \"point\"\n");
+    const Outcome outcome = lucerna_run({"info", "odd.pbrt"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("direct map built: direct light is read from it"));
+    EXPECT_THAT(outcome.out, HasSubstr("caustic map built: the scene has mirrors"));
+    EXPECT_THAT(outcome.out, HasSubstr("16 sets of virtual point lights from 64 light paths each"));
+    EXPECT_THAT(outcome.out, HasSubstr("\"float radios\" of Shape \"sphere\" has no effect"));
+    EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("ignored      nothing"));
+}
+
+TEST_F(RunInfo, Integrators_ListEveryParameter) {
+    const Outcome outcome = lucerna_run({"info", "--integrators"});
+    EXPECT_EQ(outcome.code, 0);
+    for (const char* word : {"path:", "direct:", "photonmap:", "igi:", "gatherrays", "mindist", "maxdepth",
+                             "constant | cone | epanechnikov"}) {
+        EXPECT_THAT(outcome.out, HasSubstr(word));
+    }
+}
+
+TEST_F(RunInfo, Image_SaysChannelsAndHeader) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr"}).code, 0);
+    const std::string text = lucerna_run({"info", "a.exr"}).out;
+    for (const char* word : {"12 x 8", "variance.R", "mean", "lucerna.integrator", "lucerna.spp"}) {
+        EXPECT_THAT(text, HasSubstr(word));
+    }
+}
+
+}  // namespace commands_test
+}  // namespace lucerna

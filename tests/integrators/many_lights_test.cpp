@@ -1,0 +1,198 @@
+// Many lights, most of them behind walls: whoever asks one chooses it as the settings say, wherever he
+// stands.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/integrators/integrator.h"
+#include "engine/integrators/photon_mapping.h"
+#include "tests/support/media.h"
+#include "tests/support/scenes.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace many_lights_test {
+
+using testing::SceneMaker;
+
+constexpr int kCells = 32;
+
+// A row of closed cells along x, 1 m each, with a lamp of 0.1 m at every ceiling; thin fog, if asked for.
+Scene cells(float albedo, bool fog) {
+    SceneMaker make;
+    const auto grey = make.diffuse(Rgb(albedo)), black = make.diffuse(Rgb(0.0F));
+    const V3f x(kCells, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    make.quad({0, 0, 0}, z, x, grey);
+    make.quad(y, x, z, grey);
+    make.quad({0, 0, 0}, x, y, grey);
+    make.quad(z, y, x, grey);
+    for (int i = 0; i <= kCells; ++i) make.quad({static_cast<float>(i), 0, 0}, y, z, grey);
+    for (int i = 0; i < kCells; ++i) {
+        const V3f corner(static_cast<float>(i) + 0.45F, 0.98F, 0.45F);
+        make.quad_light(corner, {0.1F, 0, 0}, {0, 0, 0.1F}, black, Rgb(10));
+    }
+    if (fog) {
+        const Medium thin = testing::homogeneous(Rgb(0), Rgb(0.05F));
+        make.region(testing::in_box(thin, {0, 0, 0}, {kCells, 1, 1}));
+    }
+    return make.build();
+}
+
+// Along a ray through the middle of a cell in the middle of the row, to a wall.
+RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
+    constexpr int kSamples = 4000;
+    const Ray ray{{16.2F, 0.5F, 0.1F}, V3f(0.6F, 0.1F, 0.8F).normalized()};
+    Monitor silent;
+    RenderReport report;
+    const Workers workers{2};
+    const auto integrator = make_integrator(settings);
+    PassContext context{scene, 7, 0, workers, silent, report};
+    const auto shared_state = integrator->shared_state(context);
+    context.shared_state = shared_state.get();
+    const auto estimator = integrator->prepare(context);
+    std::vector<double> values(kSamples);
+    parallel_ranges(workers, kSamples, 100, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+        for (std::int64_t i = begin; i < end; ++i) {
+            Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            values[static_cast<std::size_t>(i)] = static_cast<double>(estimator->Li(ray, sampler).x);
+        }
+    });
+    RunningStats stats;
+    for (const double value : values) stats.add(value);
+    return stats;
+}
+
+template <typename Settings>
+void expect_lights_chosen_as_set(const Scene& scene, Settings settings, const char* name) {
+    settings.lights = LightSelection::tree;
+    const RunningStats tree = seen(scene, settings);
+    settings.lights = LightSelection::power;
+    const RunningStats power = seen(scene, settings);
+    EXPECT_GT(tree.mean(), 0) << name;
+    EXPECT_LE(std::fabs(tree.mean() - power.mean()),
+              4 * std::hypot(tree.standard_error(), power.standard_error()))
+        << name << ": " << tree.mean() << " and " << power.mean();
+    EXPECT_LT(tree.standard_error(), 0.5 * power.standard_error())
+        << name << ": " << tree.standard_error() / tree.mean();
+}
+
+// Nothing but the fog scatters: light is asked for there alone.
+void expect_lights_chosen_by_every_method(const Scene& scene) {
+    expect_lights_chosen_as_set(scene, PathSettings{}, "path");
+    expect_lights_chosen_as_set(scene, DirectSettings{}, "direct");
+    PhotonMapSettings photons;
+    photons.photons = 20'000;
+    photons.gather_rays = 1;
+    expect_lights_chosen_as_set(scene, photons, "photonmap");
+    ProgressiveSettings progressive;
+    progressive.photons = 20'000;
+    expect_lights_chosen_as_set(scene, progressive, "progressive");
+    IgiSettings igi;
+    igi.nsets = 4;
+    expect_lights_chosen_as_set(scene, igi, "igi");
+    igi.compensate = true;
+    expect_lights_chosen_as_set(scene, igi, "igi, compensated");
+}
+
+TEST(ManyLights, FogBetweenBlackWalls_AsksAsTheSettingsSay_UnderEveryMethod) {
+    expect_lights_chosen_by_every_method(cells(0, true));
+}
+
+// A path that media may scatter asks at surfaces, too.
+TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
+    SceneMaker make;
+    make.region(testing::in_box(testing::homogeneous(Rgb(0), Rgb(0.01F)), {-9, -9, -9}, {-8, -8, -8}));
+    make.quad({0, 0, 0}, {0, 0, 1}, {kCells, 0, 0}, make.diffuse(Rgb(0.5F)));
+    const auto black = make.diffuse(Rgb(0.0F));
+    for (int i = 0; i < kCells; ++i) {
+        make.quad_light({static_cast<float>(i) + 0.45F, 0.3F, 0.45F}, {0.1F, 0, 0}, {0, 0, 0.1F}, black,
+                        Rgb(10));
+    }
+    const Scene scene = make.build();
+    ASSERT_FALSE(scene.media().empty());
+    PathSettings path;
+    const auto error = [&](LightSelection lights) {
+        path.lights = lights;
+        const auto estimator = [&] {
+            Monitor silent;
+            RenderReport report;
+            const Workers workers{1};
+            return make_path(path)->prepare({scene, 7, 0, workers, silent, report});
+        }();
+        RunningStats stats;
+        for (std::uint64_t i = 0; i < 4000; ++i) {
+            Sampler sampler(7, Purpose::test, 0, i);
+            stats.add(static_cast<double>(
+                estimator->Li({{16.5F, 0.2F, 0.5F}, V3f(0.1F, -1, 0.1F).normalized()}, sampler).x));
+        }
+        return stats;
+    };
+    const RunningStats tree = error(LightSelection::tree), power = error(LightSelection::power);
+    EXPECT_GT(tree.mean(), 0);
+    EXPECT_LE(std::fabs(tree.mean() - power.mean()),
+              4 * std::hypot(tree.standard_error(), power.standard_error()));
+    EXPECT_LT(tree.standard_error(), 0.5 * power.standard_error());
+}
+
+// --- precomputed irradiance
+
+struct Precomputed {
+    RunningStats places;  // what single places are given
+    RunningStats means;   // over the places, by seed
+};
+Precomputed on_the_floors(const Scene& scene, LightSelection lights) {
+    PhotonMapSettings settings;
+    settings.lights = lights;
+    settings.precompute = 1;
+    settings.precompute_lights = 4;
+    DensityEstimateSettings how;
+    how.k = 50;
+    how.radius = 0.3F;
+    Monitor silent;
+    const Workers workers{2};
+    Precomputed precomputed;
+    for (std::uint64_t seed = 0; seed < 8; ++seed) {
+        MapParameters parameters;
+        parameters.paths = 6000;
+        parameters.seed = seed;
+        parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
+        const PhotonMaps maps = build_photon_maps(scene, parameters, workers, silent);
+        RenderReport report;
+        const PassContext context{scene, seed, 0, workers, silent, report};
+        const IrradiancePoints points = precompute_irradiance(context, maps, how, settings);
+        RunningStats one;
+        for (int cell = 8; cell < 24; ++cell) {
+            for (const float dx : {0.3F, 0.5F, 0.7F}) {
+                const V3f x(static_cast<float>(cell) + dx, 0, 0.5F);
+                if (const auto found = points.nearest(x, {0, 1, 0}, how.radius)) {
+                    one.add(static_cast<double>(found->irradiance.x));
+                    precomputed.places.add(static_cast<double>(found->irradiance.x));
+                }
+            }
+        }
+        EXPECT_GT(one.count(), 24U);
+        precomputed.means.add(one.mean());
+    }
+    return precomputed;
+}
+
+// What was precomputed at a point stays in the image however many samples it has: a point that asks the lamps
+// of other cells is a blot.
+TEST(ManyLights, PrecomputedIrradiance_AsksAsTheSettingsSay) {
+    const Scene scene = cells(0.4F, false);
+    const Precomputed tree = on_the_floors(scene, LightSelection::tree),
+                      power = on_the_floors(scene, LightSelection::power);
+    EXPECT_LE(std::fabs(tree.means.mean() - power.means.mean()),
+              4 * std::hypot(tree.means.standard_error(), power.means.standard_error()))
+        << tree.means.mean() << " and " << power.means.mean();
+    // Of four draws by power among 32 lamps most say nothing, and one says eight times too much; those by the
+    // tree mostly find the lamp of the cell.
+    const auto spread = [](const Precomputed& of) {
+        return std::sqrt(of.places.variance()) / of.places.mean();
+    };
+    EXPECT_LT(spread(tree), 0.5 * spread(power)) << spread(tree) << " and " << spread(power);
+    RecordProperty("spread", fmt::format("{:.3f} by the tree, {:.3f} by power", spread(tree), spread(power)));
+}
+
+}  // namespace many_lights_test
+}  // namespace lucerna

@@ -1,0 +1,140 @@
+// Whichever VPLs a place asks, the mean of what it finds is the same: all of a set, some by roulette, or some
+// from a tree over all sets.
+#include <gtest/gtest.h>
+
+#include "engine/vpl/igi_vpls.h"
+#include "tests/support/materials.h"
+#include "tests/support/media_methods.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace vpl_choice_test {
+
+using testing::Colour;
+
+IgiSettings few_sets() {
+    IgiSettings igi;
+    igi.nlights = 32;
+    igi.nsets = 4;
+    igi.mindist = 0.1F;
+    igi.compensate = false;
+    return igi;
+}
+IgiSettings every_light() {
+    IgiSettings igi = few_sets();
+    igi.shadow_rays = 0;
+    return igi;
+}
+
+struct Way {
+    const char* name;
+    IgiSettings settings;
+};
+std::vector<Way> ways() {
+    IgiSettings rays = few_sets(), one = rays, note = rays, tree = rays, few = rays, clamped = rays;
+    one.shadow_rays = 1;
+    note.rr_threshold = 0.05F;
+    tree.choice = VplChoice::tree;
+    few.choice = VplChoice::tree;
+    few.tree_samples = 3;
+    few.shadow_rays = 0;
+    clamped.choice = VplChoice::tree;
+    clamped.rr_threshold = 0.05F;
+    return {{"four rays", rays}, {"one ray", one},         {"by a threshold", note},
+            {"tree", tree},      {"tree, few draws", few}, {"tree, clamped", clamped}};
+}
+
+// All over the small Cornell box, but for its lamp.
+Colour look(const Scene& scene, const IgiSettings& settings, int samples) {
+    return testing::radiance(scene, settings, samples, [](const V2f& u) {
+        return testing::from_to({0.5F, 0.5F, -1.4F}, {u.x, 0.8F * u.y, 0});
+    });
+}
+
+double sigmas_apart(const Colour& a, const Colour& b) {
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double sigma = std::hypot(a[k].standard_error(), b[k].standard_error());
+        most = std::max(most, std::fabs(a[k].mean() - b[k].mean()) / sigma);
+    }
+    return most;
+}
+
+void expect_all_ways_agree(const Scene& scene, int samples) {
+    const Colour truth = look(scene, every_light(), 2 * samples);
+    for (const Way& way : ways()) {
+        EXPECT_LT(sigmas_apart(look(scene, way.settings, samples), truth), 4) << way.name;
+    }
+    // A third too little must be seen.
+    IgiSettings wrong = few_sets();
+    wrong.indirect_scale = 0.67F;
+    EXPECT_GT(sigmas_apart(look(scene, wrong, samples), truth), 4);
+}
+
+TEST(VplChoice, DiffuseBox_AllWaysAgree) {
+    expect_all_ways_agree(testing::small_cornell(), 20'000);
+}
+
+TEST(VplChoice, Varnish_AllWaysAgree) {
+    const auto add_plate = [](testing::SceneMaker& make) {
+        const auto varnished = make.material(testing::coated(testing::grey(0.5F), 0.3F));
+        make.quad({0.1F, 0.01F, 0.1F}, {0, 0, 0.8F}, {0.8F, 0, 0}, varnished);
+    };
+    expect_all_ways_agree(testing::small_cornell_with(add_plate), 20'000);
+}
+
+TEST(VplChoice, Fog_AllWaysAgree) {
+    expect_all_ways_agree(testing::foggy_cornell(1, 0.5F), 10'000);
+}
+
+TEST(VplChoice, Clamp_AllWaysAgree) {
+    const Scene scene = testing::small_cornell();
+    IgiSettings all = every_light();
+    all.glimit = 2;
+    const Colour truth = look(scene, all, 40'000);
+    for (Way& way : ways()) {
+        way.settings.glimit = 2;
+        EXPECT_LT(sigmas_apart(look(scene, way.settings, 20'000), truth), 4) << way.name;
+    }
+}
+
+TEST(VplChoice, RelativeRoulette_TheSameInAnyUnit) {
+    // A thousand times brighter lamps, a thousand times smaller scenes: no light is decided otherwise.
+    const auto looked = [](float power, float size) {
+        testing::SceneMaker make;
+        make.room(V3f(size), make.diffuse(Rgb(0.5F)));
+        make.light(make_point_light(size * V3f(0.5F, 0.75F, 0.5F), Rgb(power)));
+        const Scene scene = make.build();
+        IgiSettings igi = few_sets();
+        igi.mindist = 0.125F * size;
+        Colour stats = testing::radiance(scene, igi, 200, [&](const V2f& u) {
+            return testing::from_to(size * V3f(0.5F, 0.25F, 0.125F), size * V3f(u.x, u.y, 1));
+        });
+        return stats[1].mean();
+    };
+    const double usual = looked(1, 1);
+    EXPECT_NEAR(looked(1024, 1) / usual, 1024, 1e-3);
+    EXPECT_NEAR(looked(1, 1.0F / 1024) / usual, 1024 * 1024, 1e3);
+}
+
+TEST(VplChoice, Tree_AnyThreads_SameRadiance) {
+    const Scene scene = testing::small_cornell();
+    IgiSettings igi = few_sets();
+    igi.choice = VplChoice::tree;
+    igi.nlights = 4096;
+    Monitor silent;
+    RenderReport report;
+    const Workers one{1}, three{3};
+    const auto a = make_integrator(igi)->prepare({scene, 7, 0, one, silent, report});
+    const auto b = make_integrator(igi)->prepare({scene, 7, 0, three, silent, report});
+    for (std::uint32_t i = 0; i < 200; ++i) {
+        Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
+        const V2f u = sampler.next2();
+        Sampler again = sampler;
+        const Ray ray = testing::from_to({0.5F, 0.5F, -1.4F}, {u.x, u.y, 0});
+        EXPECT_EQ(a->Li(ray, sampler), b->Li(ray, again));
+    }
+}
+
+}  // namespace vpl_choice_test
+}  // namespace lucerna
