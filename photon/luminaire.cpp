@@ -16,10 +16,10 @@ struct EscapedRays : LightPathVisitor {
 
     void escape(const LightPathEscape& at) {
         if (!(at.d.z > kLeastForward)) {
-            block.tally.backward += V3d(at.power);
+            block.flux.backward += V3d(at.power);
             return;
         }
-        block.tally.forward += V3d(at.power);
+        block.flux.forward += V3d(at.power);
         block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, luminance(at.power)});
     }
 };
@@ -70,9 +70,9 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
     for (const EscapedRays& chunk : chunks) rays += chunk.block.rays.size();
     block.rays.reserve(rays);
     for (EscapedRays& chunk : chunks) {
-        chunk.block.tally.ledger = chunk.ledger;
+        chunk.block.flux.ledger = chunk.ledger;
         block.rays.insert(block.rays.end(), chunk.block.rays.begin(), chunk.block.rays.end());
-        block.tally.add(chunk.block.tally);
+        block.flux.add(chunk.block.flux);
     }
     return block;
 }
@@ -82,20 +82,20 @@ RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, Flu
     check_luminaire(scene, parameters);
     RaySet set;
     set.unit = unit;
-    LuminaireTally tally;
+    LuminaireFlux flux;
     Phase phase(monitor, "light paths", static_cast<std::uint64_t>(parameters.paths));
     for (std::int64_t index = 0; index < parameters.blocks(); ++index) {
         if (monitor.stopped()) throw Stopped("stopped before all light paths were traced");
         const LuminaireBlock block = trace_luminaire(scene, parameters, index, workers);
         set.rays.insert(set.rays.end(), block.rays.begin(), block.rays.end());
-        tally.add(block.tally);
-        phase.advance(block.tally.ledger.paths);
+        flux.add(block.flux);
+        phase.advance(block.flux.ledger.paths);
     }
     const double share = 1.0 / static_cast<double>(parameters.paths);  // paths >= 1
-    tally.scale(share);
-    const Rgb forward(V3f(tally.forward));
-    set.flux = double{luminance(Rgb(V3f(tally.forward + tally.backward)))};
-    set.skipped_flux = double{luminance(Rgb(V3f(tally.backward)))};
+    flux.scale(share);
+    const Rgb forward(V3f(flux.forward));
+    set.flux = double{luminance(Rgb(V3f(flux.forward + flux.backward)))};
+    set.skipped_flux = double{luminance(Rgb(V3f(flux.backward)))};
     if (!(luminance(forward) > 0)) throw InputError("no light leaves the luminaire towards +z");
     set.colour = forward / luminance(forward);
     for (LampRay& ray : set.rays) ray.flux *= static_cast<float>(share);

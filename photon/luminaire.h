@@ -31,12 +31,12 @@ struct LuminaireParameters {
 
 // Where the light went: the ledger, and what escaped told apart. Sums over paths until scaled by 1 / paths,
 // then the flux of one lamp, in the unit of its lights.
-struct LuminaireTally {
+struct LuminaireFlux {
     Ledger ledger;
     V3d forward{0, 0, 0};   // left towards +z: the rays
     V3d backward{0, 0, 0};  // left backwards or sideways
 
-    void add(const LuminaireTally& other) {
+    void add(const LuminaireFlux& other) {
         ledger.add(other.ledger);
         forward += other.forward;
         backward += other.backward;
@@ -51,7 +51,7 @@ struct LuminaireTally {
 struct LuminaireBlock {
     std::vector<LampRay>
         rays;  // metres, in the world's frame; flux is the luminance of the path's power, not yet / paths
-    LuminaireTally tally;  // of these paths
+    LuminaireFlux flux;  // of these paths
 };
 
 // Rays with a smaller d.z leave sideways: they would pass S at infinity.

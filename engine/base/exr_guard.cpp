@@ -100,9 +100,9 @@ void check_preview(const std::string& preview) {
         throw InputError("damaged OpenEXR file: a preview of another size than its own");
 }
 
-class Walker {
+class HeaderReader {
   public:
-    explicit Walker(const std::filesystem::path& file)
+    explicit HeaderReader(const std::filesystem::path& file)
         : in_(open_to_read(file)), left_(std::filesystem::file_size(file)), bytes_(left_) {}
 
     void read(void* to, std::uint64_t bytes) {
@@ -179,55 +179,55 @@ void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
                    fmt::format("an OpenEXR image {} pixels wide", width), "a narrower one is accepted");
 }
 
-void read_attribute(Walker& walker, const std::string& name, const std::string& type, std::int32_t size,
+void read_attribute(HeaderReader& reader, const std::string& name, const std::string& type, std::int32_t size,
                     Part& part) {
     if (name == "dataWindow" && type == "box2i") {
-        part.window = walker.value<std::array<std::int32_t, 4>>();
+        part.window = reader.value<std::array<std::int32_t, 4>>();
     } else if (type == "tiledesc") {
-        part.tile = walker.value<std::array<std::uint32_t, 2>>();
-        walker.skip(1);
+        part.tile = reader.value<std::array<std::uint32_t, 2>>();
+        reader.skip(1);
     } else if (type == "chlist" || type == "stringvector" || type == "preview") {
         std::string value(static_cast<std::size_t>(size), '\0');
-        walker.read(value.data(), value.size());
+        reader.read(value.data(), value.size());
         if (type == "chlist") part.channels = count_channels(value);
         if (type == "stringvector") check_texts(value);
         if (type == "preview") check_preview(value);
     } else {
-        walker.skip(static_cast<std::uint64_t>(size));
+        reader.skip(static_cast<std::uint64_t>(size));
     }
 }
 
 // One part's header; false if there is none: an empty name where its first attribute would be.
-bool check_part(Walker& walker, ExrKind kind) {
+bool check_part(HeaderReader& reader, ExrKind kind) {
     Part part;
     bool any = false;
-    for (std::string name = walker.name(); !name.empty(); name = walker.name()) {
+    for (std::string name = reader.name(); !name.empty(); name = reader.name()) {
         any = true;
-        const std::string type = walker.name();
-        const auto size = walker.value<std::int32_t>();
-        if (size < 0 || static_cast<std::uint64_t>(size) > walker.left()) {
+        const std::string type = reader.name();
+        const auto size = reader.value<std::int32_t>();
+        if (size < 0 || static_cast<std::uint64_t>(size) > reader.left()) {
             throw InputError(fmt::format("damaged OpenEXR file: an attribute of {} bytes, and {} are left",
-                                         size, walker.left()));
+                                         size, reader.left()));
         }
         check_type(type, size, kind);
-        read_attribute(walker, name, type, size, part);
+        read_attribute(reader, name, type, size, part);
     }
-    if (any) check_sizes(part, walker.bytes(), kind);
+    if (any) check_sizes(part, reader.bytes(), kind);
     return any;
 }
 
 }  // namespace
 
 void check_exr_header(const std::filesystem::path& file, ExrKind kind) {
-    Walker walker(file);
-    if (walker.bytes() < 8 || walker.value<std::uint32_t>() != kMagic)
+    HeaderReader reader(file);
+    if (reader.bytes() < 8 || reader.value<std::uint32_t>() != kMagic)
         throw InputError("no OpenEXR file: it does not start with the number 20000630");
-    const auto version = walker.value<std::uint32_t>();
+    const auto version = reader.value<std::uint32_t>();
     if (kind == ExrKind::light_field && (version & ~kLongNames) != kVersion)
         throw InputError("not a single-part scan-line OpenEXR file of version 2");
     if ((version & kVersionMask) != kVersion) throw InputError("not an OpenEXR file of version 2");
-    if (!check_part(walker, kind)) throw InputError("damaged OpenEXR file: it has an empty header");
-    while ((version & kSeveralParts) != 0 && check_part(walker, kind)) continue;
+    if (!check_part(reader, kind)) throw InputError("damaged OpenEXR file: it has an empty header");
+    while ((version & kSeveralParts) != 0 && check_part(reader, kind)) continue;
 }
 
 }  // namespace lucerna

@@ -46,14 +46,14 @@ void measure_blocks(const Scene& scene, const LuminaireParameters& parameters,
                     const std::filesystem::path& part, const Workers& workers, Monitor& monitor,
                     AcquisitionState& state) {
     Phase phase(monitor, "light paths", static_cast<std::uint64_t>(parameters.paths));
-    phase.advance(state.tally.ledger.paths);
+    phase.advance(state.flux.ledger.paths);
     Stopwatch since_save;
     for (; state.blocks < parameters.blocks(); ++state.blocks) {
         if (monitor.stopped()) {
             if (part.empty()) throw Stopped("stopped before all light paths were traced");
             save_state(part, state);
             throw Stopped(fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
-                                      state.tally.ledger.paths, parameters.paths, part.string()));
+                                      state.flux.ledger.paths, parameters.paths, part.string()));
         }
         if (!part.empty() && since_save.seconds() > kSecondsBetweenSaves) {
             save_state(part, state);
@@ -61,8 +61,8 @@ void measure_blocks(const Scene& scene, const LuminaireParameters& parameters,
         }
         const LuminaireBlock block = trace_luminaire(scene, parameters, state.blocks, workers);
         add_rays(state.sums, block.rays, workers);
-        state.tally.add(block.tally);
-        phase.advance(block.tally.ledger.paths);
+        state.flux.add(block.flux);
+        phase.advance(block.flux.ledger.paths);
     }
 }
 
@@ -70,13 +70,13 @@ void measure_blocks(const Scene& scene, const LuminaireParameters& parameters,
 SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameters& parameters,
                            const AcquisitionState& state) {
     const double paths = static_cast<double>(parameters.paths);  // >= 1
-    const double leaving = luminance_of(state.tally.forward + state.tally.backward);
+    const double leaving = luminance_of(state.flux.forward + state.flux.backward);
     if (!(leaving > 0)) throw InputError({emitter.file.string()}, "no light leaves the luminaire");
     const double share = emitter.flux > 0 ? emitter.flux / leaving : 1 / paths;
-    const double forward = luminance_of(state.tally.forward);
+    const double forward = luminance_of(state.flux.forward);
     LightFieldInfo info;
     // Nothing forwards: the field is black, and its colour of no matter.
-    if (forward > 0) info.colour = Rgb(V3f(state.tally.forward / forward));
+    if (forward > 0) info.colour = Rgb(V3f(state.flux.forward / forward));
     info.unit = emitter.unit;
     info.provenance = fmt::format("luminaire {} traced with {} light paths, seed {}",
                                   emitter.file.filename().string(), parameters.paths, parameters.seed);
@@ -84,13 +84,13 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
         images_of(state.sums, share, info), state.sums.account, {}, {}, {}, parameters.paths};
     made.images.flux = share * leaving;
     made.account.total = share * leaving;
-    made.account.backward = share * luminance_of(state.tally.backward);
+    made.account.backward = share * luminance_of(state.flux.backward);
     for (double* flux : {&made.account.beside_s, &made.account.beside_m, &made.account.not_in_basis})
         *flux *= share;
     const LightField field = field_of(made.images);
     made.account.captured = field.flux();
-    made.emitted = share * luminance_of(state.tally.ledger.emitted);
-    made.absorbed = share * luminance_of(state.tally.ledger.absorbed);
+    made.emitted = share * luminance_of(state.flux.ledger.emitted);
+    made.absorbed = share * luminance_of(state.flux.ledger.absorbed);
     made.noise = sampling_noise(state.sums, share, field);
     return made;
 }
@@ -118,7 +118,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     if (!part.empty()) {
         if (auto kept = load_state(part, key, rig)) {
             state = std::move(*kept);
-            monitor.info(fmt::format("going on after {} of {} light paths", state.tally.ledger.paths,
+            monitor.info(fmt::format("going on after {} of {} light paths", state.flux.ledger.paths,
                                      parameters.paths));
         }
     }

@@ -36,9 +36,9 @@ static_assert(sizeof(Head) == 8 * (6 + kNumbers + kCounts) && std::is_trivially_
 // Calls number(double&) and count(std::uint64_t&) for all that the head keeps; one list serves both ways.
 template <typename Number, typename Count>
 void for_each_entry(AcquisitionState& state, Number&& number, Count&& count) {
-    Ledger& ledger = state.tally.ledger;
+    Ledger& ledger = state.flux.ledger;
     for (V3d* entry : {&ledger.emitted, &ledger.absorbed, &ledger.escaped, &ledger.cut, &ledger.roulette,
-                       &state.tally.forward, &state.tally.backward}) {
+                       &state.flux.forward, &state.flux.backward}) {
         for (int c = 0; c < 3; ++c) number((*entry)[c]);
     }
     FluxAccount& account = state.sums.account;

@@ -14,7 +14,7 @@ namespace lucerna {
 struct AcquisitionState {
     std::uint64_t key = 0;    // names the work: same key, same blocks
     std::int64_t blocks = 0;  // done
-    LuminaireTally tally;
+    LuminaireFlux flux;
     FilterSums sums;
 };
 

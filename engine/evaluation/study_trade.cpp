@@ -13,6 +13,8 @@
 namespace lucerna {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 // A field of RFC 4180.
 std::string csv_field(const std::string& text) {
     if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
@@ -108,7 +110,6 @@ std::string study_csv(const std::vector<StudyResult>& results) {
 
 std::string study_json(const StudyDescription& description, const std::vector<StudyResult>& results,
                        const StudyOrigin& origin) {
-    using Json = nlohmann::ordered_json;
     const auto estimate = [](const std::optional<Estimate>& e) {
         if (!e) return Json(nullptr);
         return Json{{"value", e->value}, {"error", e->error ? Json(*e->error) : Json(nullptr)}};

@@ -93,7 +93,7 @@ TEST(Luminaire, PointAtTheFocusOfAParabola_GivesAParallelBeamOfItsClosedForm) {
     EXPECT_TRUE(testing::chi_square(counted, expected).accepted());
     EXPECT_FALSE(testing::chi_square(counted, uniform).accepted());
     EXPECT_NEAR(mirrored / 200'000, all, 2e-3);  // of 1 W
-    EXPECT_LT(block.tally.ledger.imbalance(), 1e-5);
+    EXPECT_LT(block.flux.ledger.imbalance(), 1e-5);
 }
 
 TEST(Luminaire, BallAtTheFocus_SpreadsByItsSizeSeenFromTheMirror) {
@@ -121,20 +121,20 @@ Scene busy_lamp() {
 
 TEST(Luminaire, Ledger_ClosesAndTellsForwardFromBackward) {
     const LuminaireBlock block = trace_luminaire(busy_lamp(), parameters(100'000), 0, Workers{2});
-    const Ledger& ledger = block.tally.ledger;
+    const Ledger& ledger = block.flux.ledger;
     EXPECT_LT(ledger.imbalance(), 1e-5);
     double rays = 0;
     for (const LampRay& ray : block.rays) {
         EXPECT_GT(ray.d.z, 0);
         rays += double{ray.flux};
     }
-    EXPECT_NEAR(double{luminance(Rgb(V3f(block.tally.forward)))} / rays, 1, 1e-5);
+    EXPECT_NEAR(double{luminance(Rgb(V3f(block.flux.forward)))} / rays, 1, 1e-5);
     for (int c = 0; c < 3; ++c) {
-        EXPECT_NEAR((block.tally.forward[c] + block.tally.backward[c]) / ledger.escaped[c], 1, 1e-12);
-        EXPECT_GT(block.tally.backward[c], 0);
+        EXPECT_NEAR((block.flux.forward[c] + block.flux.backward[c]) / ledger.escaped[c], 1, 1e-12);
+        EXPECT_GT(block.flux.backward[c], 0);
         EXPECT_GT(ledger.absorbed[c], 0);
     }
-    EXPECT_GT(block.tally.forward.x, block.tally.forward.z);  // the wall is red
+    EXPECT_GT(block.flux.forward.x, block.flux.forward.z);  // the wall is red
 }
 
 bool same(const LampRay& a, const LampRay& b) {
@@ -148,7 +148,7 @@ TEST(Luminaire, OnAnyThreadsAndInAnyBlocks_SendsTheSameRays) {
         const LuminaireBlock again = trace_luminaire(lamp, parameters(30'000), 0, Workers{threads});
         ASSERT_EQ(once.rays.size(), again.rays.size());
         EXPECT_TRUE(std::equal(once.rays.begin(), once.rays.end(), again.rays.begin(), same));
-        EXPECT_EQ(once.tally.ledger.absorbed, again.tally.ledger.absorbed);
+        EXPECT_EQ(once.flux.ledger.absorbed, again.flux.ledger.absorbed);
     }
     const LuminaireParameters blocks = parameters(30'000, 7'000);
     EXPECT_EQ(blocks.blocks(), 5);
@@ -157,7 +157,7 @@ TEST(Luminaire, OnAnyThreadsAndInAnyBlocks_SendsTheSameRays) {
     for (std::int64_t i = 0; i < blocks.blocks(); ++i) {
         const LuminaireBlock block = trace_luminaire(lamp, blocks, i, Workers{2});
         joined.insert(joined.end(), block.rays.begin(), block.rays.end());
-        paths += block.tally.ledger.paths;
+        paths += block.flux.ledger.paths;
     }
     EXPECT_EQ(paths, 30'000U);
     ASSERT_EQ(joined.size(), once.rays.size());
