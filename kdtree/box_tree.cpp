@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
+#include "kdtree/node_order.h"
 
 namespace lucerna {
 namespace {
@@ -58,16 +59,13 @@ Box3f around(const BoxNode8& node) {
 template <typename BoxOf>
 std::vector<BoxNode8> make_level(std::size_t count, const Workers& workers, BoxOf&& box_of) {
     std::vector<BoxNode8> nodes(groups(count, kNodeWidth));
-    const auto each = [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            nodes[i] = empty_node();
-            const std::size_t first = i * kNodeWidth;
-            for (std::size_t j = first; j < std::min(count, first + kNodeWidth); ++j) {
-                put(nodes[i], j - first, box_of(j));
-            }
+    parallel_each(workers, nodes.size(), kGrain, [&](std::size_t i) {
+        nodes[i] = empty_node();
+        const std::size_t first = i * kNodeWidth;
+        for (std::size_t j = first; j < std::min(count, first + kNodeWidth); ++j) {
+            put(nodes[i], j - first, box_of(j));
         }
-    };
-    parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain, each);
+    });
     return nodes;
 }
 
@@ -83,13 +81,10 @@ BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_
         return std::pair(first, std::min(kBlock, points.size() - first));
     };
     tree.blocks.resize(groups(points.size(), kBlock));
-    const auto fill = [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const auto [first, count] = members(i);
-            tree.blocks[i] = make_block(points.subspan(first, count), payloads.subspan(first, count));
-        }
-    };
-    parallel_ranges(workers, static_cast<std::int64_t>(tree.blocks.size()), kGrain, fill);
+    parallel_each(workers, tree.blocks.size(), kGrain, [&](std::size_t i) {
+        const auto [first, count] = members(i);
+        tree.blocks[i] = make_block(points.subspan(first, count), payloads.subspan(first, count));
+    });
 
     // Boxes around the points of each block, then around the boxes of each node, up to one node.
     tree.levels.push_back(make_level(tree.blocks.size(), workers, [&](std::size_t block) {
@@ -118,6 +113,16 @@ BoxTree build_box_tree(std::span<const V3f> points, std::span<const std::uint32_
         }));
     }
     return tree;
+}
+
+std::vector<std::uint32_t> box_order(std::span<const V3f> points, const Workers& workers) {
+    check_node_order_size(points.size());
+    std::vector<OrderEntry<3>> entries(points.size());
+    constexpr std::int64_t kEntryGrain = 1 << 14;
+    parallel_each(workers, points.size(), kEntryGrain, [&](std::size_t i) {
+        entries[i] = {{points[i].x, points[i].y, points[i].z}, static_cast<std::uint32_t>(i)};
+    });
+    return node_order<3>(std::move(entries), workers);
 }
 
 }  // namespace lucerna

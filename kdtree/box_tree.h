@@ -1,15 +1,15 @@
 // Points in blocks, and boxes over the blocks: the tree that photons are looked up in.
 //
 // The points keep the order they come in. Sixteen in a row make a block, eight blocks in a row are the
-// children of an 8-wide node, eight nodes the children of another, up to a single root: what lies where
-// follows from the numbers alone, so that the tree stores nothing but boxes, and is right for any order. It
+// children of an 8-wide node, eight nodes the children of another, up to a single root: the
+// indices of children are implicit, so that the tree stores nothing but boxes, and is right for any order. It
 // is fast for an order in which neighbours in memory are neighbours in space: `box_order` finds one.
 //
 // Blocks and nodes hold one coordinate of all their members beside each other, so that a measure works on all
 // of them at once. A search is asked with a measure of the caller's own, which says how far the points of a
 // block are and how near those under a box could be; each point carries a payload of 32 bits that only that
-// measure interprets. Where payloads stand for places of their own (directions, say), boxes around those lie
-// beside the boxes of the higher nodes: what no payload under them would let count is passed by.
+// measure interprets. Where payloads encode vectors (directions, say), the higher nodes also have boxes of
+// these vectors, so that a measure can cull by them.
 #pragma once
 
 #include <array>
@@ -52,7 +52,7 @@ struct BoxTree {
     std::size_t size = 0;  // points
 };
 
-// The place, finite, that a payload stands for.
+// The vector, finite, that a payload encodes.
 using PayloadPlace = std::function<V3f(std::uint32_t)>;
 
 // `points` are finite; `payloads` as many as there are points. Without `place` there are no boxes around
@@ -94,15 +94,15 @@ inline Node8Keys box_distances2(const BoxNode8& node, const V3f& x) {
 
 namespace box_tree {
 
-// A place still to be looked at: a block (level 0) or a node (one above its level).
-struct Place {
+// An entry of the traversal's stack: a block (level 0) or a node (one above its level).
+struct StackEntry {
     float bound;  // of all keys in it
     std::uint32_t index;
     std::uint32_t level;
 };
 
 // A traversal of 2^32 points is ten levels deep, and leaves at most seven places behind on each.
-inline constexpr std::size_t kMostPlaces = 80;
+inline constexpr std::size_t kMostEntries = 80;
 
 // Has the processor fetch the block while other work is done.
 inline void fetch(const PointBlock& block) {
@@ -120,60 +120,62 @@ Node8Keys bounds(const BoxTree& tree, const Measure& measure, std::size_t level,
     return measure.bounds(node);
 }
 
-}  // namespace box_tree
-
-template <typename Measure, typename Take>
-void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
+// Looks at all places whose bound is no more than `bound`: the nearest first, where take() lowers the bound
+// by what it returns, or in the order in which they are kept.
+template <bool nearest_first, typename Measure, typename Take>
+void search(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
     const FloatTraps none(
         kNoFaults);  // places that are not filled are NaN or infinite; all are computed with
-    std::array<box_tree::Place, box_tree::kMostPlaces> places;
+    std::array<StackEntry, kMostEntries> places;
     std::size_t size = 0;
     if (!tree.levels.empty()) places[size++] = {0, 0, static_cast<std::uint32_t>(tree.levels.size())};
     while (size > 0) {
-        const box_tree::Place place = places[--size];
-        if (!(place.bound <= bound)) continue;
+        const StackEntry place = places[--size];
+        if (nearest_first && !(place.bound <= bound)) continue;
         if (place.level == 0) {
             const BlockKeys keys = measure.keys(tree.blocks[place.index]);
-            bound = take(keys, place.index * static_cast<std::uint32_t>(kBlock));
+            const auto first = place.index * static_cast<std::uint32_t>(kBlock);
+            if constexpr (nearest_first) {
+                bound = take(keys, first);
+            } else {
+                take(keys, first);
+            }
             continue;
         }
-        // Put the boxes that matter on the stack, the nearest on top.
-        const Node8Keys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
-        const std::size_t bottom = size;
-        for (std::size_t i = 0; i < kNodeWidth; ++i) {
-            if (!(bounds[i] <= bound)) continue;
-            if (place.level == 1) box_tree::fetch(tree.blocks[place.index * kNodeWidth + i]);
-            std::size_t at = size++;
-            for (; at > bottom && places[at - 1].bound < bounds[i]; --at) places[at] = places[at - 1];
-            places[at] = {
-                bounds[i],
-                place.index * static_cast<std::uint32_t>(kNodeWidth) + static_cast<std::uint32_t>(i),
+        const Node8Keys near = bounds(tree, measure, place.level - 1, place.index);
+        const auto child = [&](std::size_t i) {
+            return StackEntry{
+                near[i], place.index * static_cast<std::uint32_t>(kNodeWidth) + static_cast<std::uint32_t>(i),
                 place.level - 1};
+        };
+        if constexpr (nearest_first) {
+            // Put the boxes that matter on the stack, the nearest on top.
+            const std::size_t bottom = size;
+            for (std::size_t i = 0; i < kNodeWidth; ++i) {
+                if (!(near[i] <= bound)) continue;
+                if (place.level == 1) fetch(tree.blocks[place.index * kNodeWidth + i]);
+                std::size_t at = size++;
+                for (; at > bottom && places[at - 1].bound < near[i]; --at) places[at] = places[at - 1];
+                places[at] = child(i);
+            }
+        } else {
+            for (std::size_t i = kNodeWidth; i-- > 0;) {
+                if (near[i] <= bound) places[size++] = child(i);
+            }
         }
     }
 }
 
+}  // namespace box_tree
+
+template <typename Measure, typename Take>
+void search_nearest(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
+    box_tree::search<true>(tree, measure, bound, take);
+}
+
 template <typename Measure, typename Take>
 void search_all(const BoxTree& tree, const Measure& measure, float bound, Take&& take) {
-    const FloatTraps none(kNoFaults);  // as in search_nearest
-    std::array<box_tree::Place, box_tree::kMostPlaces> places;
-    std::size_t size = 0;
-    if (!tree.levels.empty()) places[size++] = {0, 0, static_cast<std::uint32_t>(tree.levels.size())};
-    while (size > 0) {
-        const box_tree::Place place = places[--size];
-        if (place.level == 0) {
-            take(measure.keys(tree.blocks[place.index]), place.index * static_cast<std::uint32_t>(kBlock));
-            continue;
-        }
-        const Node8Keys bounds = box_tree::bounds(tree, measure, place.level - 1, place.index);
-        for (std::size_t i = kNodeWidth; i-- > 0;) {
-            if (!(bounds[i] <= bound)) continue;
-            places[size++] = {
-                bounds[i],
-                place.index * static_cast<std::uint32_t>(kNodeWidth) + static_cast<std::uint32_t>(i),
-                place.level - 1};
-        }
-    }
+    box_tree::search<false>(tree, measure, bound, take);
 }
 
 }  // namespace lucerna

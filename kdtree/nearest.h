@@ -35,7 +35,7 @@ inline float just_below(float x) {
 
 // Sorts `items` into `to`, as many places. Squared distances around a point in a plane are spread evenly, as
 // areas are: put into bins first, little is left to compare. Any other keys are sorted too, only slower.
-inline std::span<const Neighbour> sort_spread(std::span<const Neighbour> items, Neighbour* to) {
+inline std::span<const Neighbour> sort_far(std::span<const Neighbour> items, Neighbour* to) {
     constexpr std::size_t kMostBins = 256;
     constexpr std::uint32_t kCrowd = 16;
     float largest = 0;
@@ -108,7 +108,7 @@ class Nearest {
             return {data_, size_};
         }
         reserve(size_);
-        return sort_spread({data_, size_}, data_ + size_);
+        return sort_far({data_, size_}, data_ + size_);
     }
 
   private:

@@ -184,13 +184,7 @@ std::vector<std::uint32_t> node_order(std::vector<OrderEntry<K>> entries, const 
 
     std::vector<std::uint32_t> result(entries.size());
     constexpr std::int64_t kGrain = 1 << 14;
-    parallel_ranges(workers, static_cast<std::int64_t>(entries.size()), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                             ++i) {
-                            result[i] = entries[i].index;
-                        }
-                    });
+    parallel_each(workers, entries.size(), kGrain, [&](std::size_t i) { result[i] = entries[i].index; });
     return result;
 }
 

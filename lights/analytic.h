@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/vec.h"
+#include "engine/base/warp.h"
 #include "lights/light.h"
 
 namespace lucerna {
@@ -53,5 +54,15 @@ using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided);
 // The same light on geometry that lets all rays pass: it shines, and only sample_Li() and particles find it.
 std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
+
+// Light from so far away that it is parallel: what lights share that have no place of their own.
+
+// A particle along `way`.n, from the disc before the scene that covers it.
+inline LeSample particle_from_afar(const SceneSphere& scene, const Frame& way, const V2f& u,
+                                   const Rgb& weight) {
+    const V2f disc = scene.radius * square_to_disc(u);
+    const V3f p = scene.centre + way.to_world({disc.x, disc.y, -scene.radius});
+    return LeSample{{p}, way.n, weight};
+}
 
 }  // namespace lucerna

@@ -2,14 +2,14 @@
 //
 // Emission is uniform in area and cosine-weighted, so every particle weighs the same. Towards a point x,
 // triangles and disks are sampled uniformly in area: pdf_w = d² / (A cosθ). A sphere is sampled uniformly in
-// the cone it fills as seen from outside (Shirley, Wang and Zimmerman 1996, "Monte Carlo Techniques for
-// Direct Lighting Calculations", section 3.2), and uniformly in area from inside.
+// the cone it fills as seen from outside [Shirley 1996,
+// 3.2], and uniformly in area from inside.
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 
-#include "engine/base/cdf.h"
-#include "engine/base/frame.h"
+#include "engine/base/sampler.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "lights/analytic.h"
 
@@ -73,10 +73,10 @@ class Lambertian {
         // themselves.
         const double distance = d - end_gap(y, d) / cos_y;
         if (!(distance > 0)) return std::nullopt;
-        return incident(way / d, distance, d2 / (area * cos_y));
+        return sample_towards(way / d, distance, d2 / (area * cos_y));
     }
 
-    std::optional<LightSample> incident(const V3d& w, double distance, double pdf_w) const {
+    std::optional<LightSample> sample_towards(const V3d& w, double distance, double pdf_w) const {
         const auto pdf = static_cast<float>(pdf_w);
         const Rgb weight = radiance_ * static_cast<float>(1 / pdf_w);
         if (is_black(weight) || !is_finite(weight) || !(pdf > 0) || !std::isfinite(pdf)) return std::nullopt;
@@ -135,7 +135,7 @@ class Triangles {
             const V3f n(shape_.reverse ? -across.normalized() : across.normalized());
             LightBounds one{{}, n, 0};
             for (int i = 0; i < 3; ++i) one.box.extendBy(vertex(triangle, i));
-            all = all ? together(*all, one) : one;
+            all = all ? union_of(*all, one) : one;
         }
         return all.value_or(LightBounds{});
     }
@@ -257,7 +257,8 @@ class SphereLight final : public Light {
         // either.
         const double gap = end_gap({V3d(centre_), axis, static_cast<float>(2 * radius_)}, d);
         const double half = std::sqrt(std::max(0.0, sqr(radius_ + gap) - d * d * sin2));
-        return emission_.incident(w.normalize(), std::max(0.0, d * (1 - h) - half), 1 / (kTwoPi * h_max));
+        return emission_.sample_towards(w.normalize(), std::max(0.0, d * (1 - h) - half),
+                                        1 / (kTwoPi * h_max));
     }
 
     EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n) const override {

@@ -146,12 +146,12 @@ void CellEmission::place(Lanes& lanes, std::size_t size) const {
     // Edges are linear in the cell's numbers: that of number 0, and the step from one to the next.
     const V2d edge_s(rig.interval_edge(0, 0), rig.interval_edge(1, 0));
     const V2d edge_m(rig.column_edge(0, 0, 0), rig.column_edge(1, 0, 0));
-    const V2d travel(rig.column_edge(0, 1, 0) - edge_m.x, rig.column_edge(1, 1, 0) - edge_m.y);
+    const V2d shift_m(rig.column_edge(0, 1, 0) - edge_m.x, rig.column_edge(1, 1, 0) - edge_m.y);
     for (std::size_t i = 0; i < size; ++i) {
         const V2d on_s(edge_s.x + (c.n[i] + double{lanes.x[i]}) * rig.spacing.x,
                        edge_s.y + (c.o[i] + double{lanes.y[i]}) * rig.spacing.y);
-        const V2d on_m(edge_m.x + c.n[i] * travel.x + (c.p[i] + double{c.remainder[2][i]}) * rig.pixel.x,
-                       edge_m.y + c.o[i] * travel.y + (c.q[i] + double{c.remainder[3][i]}) * rig.pixel.y);
+        const V2d on_m(edge_m.x + c.n[i] * shift_m.x + (c.p[i] + double{c.remainder[2][i]}) * rig.pixel.x,
+                       edge_m.y + c.o[i] * shift_m.y + (c.q[i] + double{c.remainder[3][i]}) * rig.pixel.y);
         const V3d p = placement_.point(on_s);
         const V3d d = placement_.vector({on_m.x - on_s.x, on_m.y - on_s.y, rig.distance});
         const double shorten = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);  // D > 0, and the scale
@@ -165,6 +165,37 @@ void CellEmission::place(Lanes& lanes, std::size_t size) const {
     for (std::size_t i = 0; i < size; ++i) {
         lanes.error[i] = surface_error({lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, settings_.extent);
     }
+}
+
+Placement::Placement(const M44d& m, const V3d& centre, const Location& at) {
+    for (int row = 0; row < 4; ++row) {
+        for (int column = 0; column < 4; ++column) {
+            if (!std::isfinite(m[row][column])) throw InputError(at, "the lamp's placement is not finite");
+        }
+    }
+    if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
+        throw InputError(
+            at, "the lamp's placement is projective; rotation, translation and uniform scale are accepted");
+    }
+    for (int axis = 0; axis < 3; ++axis) axis_[axis] = V3d(m[axis][0], m[axis][1], m[axis][2]);
+    scale2_ = (axis_[0].length2() + axis_[1].length2() + axis_[2].length2()) / 3;
+    if (!(scale2_ > 0) || !std::isfinite(scale2_) || !std::isfinite(1 / scale2_)) {
+        throw InputError(
+            at, "the lamp's placement is singular; rotation, translation and uniform scale are accepted");
+    }
+    // Each entry of A Aᵀ against that of scale² times the identity. Mirror images are isometries too.
+    for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+            if (std::fabs(axis_[i].dot(axis_[j]) / scale2_ - (i == j ? 1 : 0)) > 1e-4) {
+                input_error(
+                    at,
+                    "the lamp's placement shears or scales unevenly (axes of length {:g}, {:g}, {:g}); "
+                    "rotation, translation and uniform scale are accepted",
+                    axis_[0].length(), axis_[1].length(), axis_[2].length());
+            }
+        }
+    }
+    m.multVecMatrix(centre, origin_);
 }
 
 }  // namespace lucerna

@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/huge_pages.h"
+#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "lights/light.h"

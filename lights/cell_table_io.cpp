@@ -3,10 +3,10 @@
 #include <cstring>
 #include <fstream>
 #include <span>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 #include "lights/cell_table.h"
 
 namespace lucerna {
@@ -63,16 +63,9 @@ void CellTable::save(const std::filesystem::path& file) const {
     check.add(header.flux);
     for_each_array(tables, [&](std::span<const std::byte> bytes) { check.add_bytes(bytes); });
     header.check = check.value();
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out.exceptions(std::ios::badbit | std::ios::failbit);
-        out.write(reinterpret_cast<const char*>(&header), sizeof header);
-        for_each_array(tables, [&](std::span<const std::byte> bytes) {
-            out.write(reinterpret_cast<const char*>(bytes.data()),
-                      static_cast<std::streamsize>(bytes.size()));
-        });
-        out.close();
-    });
+    std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(&header, 1))};
+    for_each_array(tables, [&](std::span<const std::byte> bytes) { parts.push_back(bytes); });
+    replace_file(file, parts);
 }
 
 std::optional<CellTable> CellTable::load(const std::filesystem::path& file, const LightField& field,

@@ -3,8 +3,8 @@
 // A texel is a piece of the sphere in which the value is constant (as in pbrt-v4), so values, densities and
 // integrals agree exactly.
 //
-// Sources: the equal-area map of the square to the sphere is Clarberg's, "Fast Equal-Area Mapping of the
-// (Hemi)Sphere using SIMD", 2008, with pbrt-v4's orientation; latitude-longitude images are oriented as in
+// Sources: the equal-area map of the square to the sphere is that of
+// [Clarberg 2008], with pbrt-v4's orientation; latitude-longitude images are oriented as in
 // pbrt-v3.
 #pragma once
 

@@ -1,4 +1,4 @@
-#include "lights/ies.h"
+#include "lights/photometric_files.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "lights/photometric_planes.h"
 
 namespace lucerna {
 namespace {

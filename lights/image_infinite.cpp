@@ -2,8 +2,9 @@
 // that the scene's sphere shows to that direction: area πR², hence the flux πR² ∫ L dω.
 #include <cmath>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
+#include "lights/analytic.h"
 #include "lights/image_lights.h"
 
 namespace lucerna {
@@ -25,9 +26,7 @@ class ImageInfiniteLight final : public Light {
         const Rgb weight = scale_ * drawn->value * (disc_area() / drawn->pdf_w);
         if (is_black(weight) || !is_finite(weight)) return std::nullopt;
         const Frame frame(-axes_.to_world(drawn->w).normalized());
-        const V2f disc = scene_.radius * square_to_disc(u.position);
-        const V3f p = scene_.centre + frame.to_world({disc.x, disc.y, -scene_.radius});
-        return LeSample{{p}, frame.n, weight};
+        return particle_from_afar(scene_, frame, u.position, weight);
     }
 
     std::optional<LightSample> sample_Li(const V3f&, const V2f& u, std::optional<CellId>) const override {

@@ -1,4 +1,4 @@
-#include "lights/ldt.h"
+#include "lights/photometric_files.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "lights/ies.h"
-#include "lights/photometric_planes.h"
 
 namespace lucerna {
 namespace {

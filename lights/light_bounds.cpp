@@ -32,7 +32,7 @@ float LightImportance::at(const V3f& x, const V3f& n) const {
     return result * light_importance::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F));
 }
 
-LightBounds together(const LightBounds& a, const LightBounds& b) {
+LightBounds union_of(const LightBounds& a, const LightBounds& b) {
     LightBounds all = a;
     all.box.extendBy(b.box);
     all.theta_e = std::max(a.theta_e, b.theta_e);
@@ -56,7 +56,7 @@ LightBounds together(const LightBounds& a, const LightBounds& b) {
     return all;
 }
 
-LightBounds together(std::span<const LightBounds> all) {
+LightBounds union_of(std::span<const LightBounds> all) {
     assert(!all.empty());
     LightBounds result = all.front();
     V3d sum(0.0);

@@ -20,9 +20,9 @@ struct LightBounds {
 };
 
 // Bounds of both.
-LightBounds together(const LightBounds& a, const LightBounds& b);
+LightBounds union_of(const LightBounds& a, const LightBounds& b);
 // Bounds of all, at least one: the cone is around the mean of their axes.
-LightBounds together(std::span<const LightBounds> all);
+LightBounds union_of(std::span<const LightBounds> all);
 
 // The arithmetic of a light's importance, on plain numbers and without branches: loops over many bounds side
 // by side turn into vector instructions.

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 
 namespace lucerna {
 
@@ -24,8 +24,8 @@ std::string Rig::fault() const {
         if (!std::isfinite(pixel[axis]) || !(pixel[axis] > 0)) {
             return fmt::format("a pixel size of {} m {}; it must be finite and positive", pixel[axis], name);
         }
-        const double travel = shift[axis] * pixel[axis];
-        if (shift[axis] > 0 && std::fabs(travel - spacing[axis]) > 1e-5 * spacing[axis]) {
+        const double shift_m = shift[axis] * pixel[axis];
+        if (shift[axis] > 0 && std::fabs(shift_m - spacing[axis]) > 1e-5 * spacing[axis]) {
             return fmt::format("a shift of {} pixels of {} m {}, which is not the filter spacing of {} m",
                                shift[axis], pixel[axis], name, spacing[axis]);
         }
@@ -148,15 +148,18 @@ double storage_scale(std::span<const float> coefficients) {
     return scale;
 }
 
-std::uint64_t content_hash(const LightField& field) {
-    WordHash hash;
-    const Rig& rig = field.rig();
+void add_planes(WordHash& hash, const Rig& rig) {
     for (int axis = 0; axis < 2; ++axis) {
         for (const int i : {rig.views[axis], rig.pixels[axis], rig.shift[axis]}) hash.add(i);
         hash.add(rig.spacing[axis]);
         hash.add(rig.pixel[axis]);
     }
     hash.add(rig.distance);
+}
+
+std::uint64_t content_hash(const LightField& field) {
+    WordHash hash;
+    add_planes(hash, field.rig());
     const double scale = storage_scale(field.coefficients());
     for (const float e : field.coefficients()) {
         const float held = from_stored(stored_half(e, scale), scale);

@@ -31,7 +31,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/huge_pages.h"
+#include "engine/base/files.h"
+#include "engine/base/memory.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "lights/bell_cell.h"
@@ -172,6 +173,8 @@ inline float from_stored(half stored, double scale) {
 // A name for the numbers and the geometry, as a file holds them: a field in memory and the one that is read
 // back from its file have the same. Others differ, for all that can be expected.
 std::uint64_t content_hash(const LightField& field);
+// Adds the numbers of a rig's planes to a hash: all but where its centre lies.
+void add_planes(WordHash& hash, const Rig& rig);
 
 // One OpenEXR image, an atlas of the views with v and t upwards: half coefficients times the attribute
 // "scale". Throws InputError naming file and cause.

@@ -20,9 +20,9 @@
 #include <new>
 
 #include "engine/base/error.h"
-#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
+#include "engine/base/pictures.h"
 #include "lights/light_field.h"
 
 namespace lucerna {

@@ -4,6 +4,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <vector>
+
+#include "engine/base/error.h"
 
 namespace lucerna {
 namespace {
@@ -49,7 +52,7 @@ struct LightTree::Building {
         if (end - begin == 1) {
             const Item& item = items[begin];
             tree.nodes_.push_back({LightImportance(item.bounds), item.light, true});
-            tree.ways_[item.light] = {true, true, turns};
+            tree.positions_[item.light] = {true, true, turns};
             return item.bounds;
         }
         const std::size_t middle_item = split(begin, end, depth);
@@ -57,7 +60,7 @@ struct LightTree::Building {
         const LightBounds first = build(begin, middle_item, turns, depth + 1);
         const auto next = static_cast<std::uint32_t>(tree.nodes_.size());
         const LightBounds second = build(middle_item, end, turns | std::uint64_t{1} << depth, depth + 1);
-        const LightBounds all = together(first, second);
+        const LightBounds all = union_of(first, second);
         tree.nodes_[at] = {LightImportance(all), next, false};
         return all;
     }
@@ -98,7 +101,7 @@ struct LightTree::Building {
     int cheapest_cut(std::size_t begin, std::size_t end, Bucket&& bucket) const {
         std::array<std::optional<LightBounds>, kBuckets> in;
         const auto add = [](std::optional<LightBounds>& to, const LightBounds& more) {
-            to = to ? together(*to, more) : more;
+            to = to ? union_of(*to, more) : more;
         };
         for (std::size_t i = begin; i < end; ++i) {
             add(in[static_cast<std::size_t>(bucket(items[i]))], items[i].bounds);
@@ -119,7 +122,7 @@ struct LightTree::Building {
     }
 };
 
-LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : ways_(lights.size()) {
+LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : positions_(lights.size()) {
     Building building{*this, {}, 0};
     double total = 0;
     for (const auto& light : lights) total += light->only_particles() ? 0.0 : light->power();
@@ -130,7 +133,7 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : ways_(lig
         auto bounds = light.bounds();
         if (!bounds) {
             beside_.push_back(i);
-            ways_[i] = {true, false, 0};
+            positions_[i] = {true, false, 0};
             continue;
         }
         // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
@@ -181,21 +184,50 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
 }
 
 float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light) const {
-    const Way& way = ways_[light];
-    if (!way.known) return 0;
+    const Position& position = positions_[light];
+    if (!position.known) return 0;
     const float down = tree_share();
-    if (!way.placed) return (1 - down) / static_cast<float>(beside_.size());
+    if (!position.placed) return (1 - down) / static_cast<float>(beside_.size());
     float probability = down;
     if (nodes_[0].leaf) return nodes_[0].importance.at(x, n) > 0 ? probability : 0.0F;
     std::uint32_t node = 0;
     for (int depth = 0; !nodes_[node].leaf; ++depth) {
         const float p = first_child_probability(node, x, n);
         if (p < 0) return 0;
-        const bool second = (way.turns >> depth & 1) != 0;
+        const bool second = (position.turns >> depth & 1) != 0;
         probability *= second ? 1 - p : p;
         node = second ? nodes_[node].next : node + 1;
     }
     return probability;
+}
+
+LightPicker::LightPicker(std::span<const std::unique_ptr<Light>> lights) {
+    std::vector<double> powers;
+    powers.reserve(lights.size());
+    for (const auto& light : lights) {
+        const double power = light->power();
+        if (!std::isfinite(power) || power < 0) {
+            throw InputError(
+                fmt::format("light {} ({}): its power is {} W; accepted: a finite number, not negative",
+                            powers.size(), light->kind(), power));
+        }
+        powers.push_back(power);
+    }
+    cdf_ = Cdf(powers);
+}
+
+std::optional<LightPicker::Pick> LightPicker::pick(const Cdf& lights, float u) {
+    if (!(lights.total() > 0)) return std::nullopt;
+    const Cdf::Draw draw = lights.draw(u);
+    // A light too weak for float32 beside the others would be picked with probability 0: then it is not
+    // picked.
+    const auto probability = static_cast<float>(draw.probability);
+    if (!(probability > 0)) return std::nullopt;
+    return Pick{static_cast<std::uint32_t>(draw.item), probability, draw.remainder};
+}
+
+float LightPicker::probability(std::uint32_t light) const {
+    return cdf_.total() > 0 ? static_cast<float>(cdf_.probability(light)) : 0.0F;
 }
 
 }  // namespace lucerna

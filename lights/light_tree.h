@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/sampler.h"
 #include "lights/light.h"
 #include "lights/light_bounds.h"
 
@@ -47,7 +48,7 @@ class LightTree {
         bool leaf;
     };
     // How a light is reached.
-    struct Way {
+    struct Position {
         bool known = false;       // among the lights that are chosen at all
         bool placed = false;      // in the tree
         std::uint64_t turns = 0;  // from the root: bit i set, the second child at depth i
@@ -59,7 +60,29 @@ class LightTree {
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> beside_;  // lights without a place
-    std::vector<Way> ways_;              // by light
+    std::vector<Position> positions_;    // by light
+};
+
+// Which light to ask: one of many, in proportion to power.
+class LightPicker {
+  public:
+    LightPicker() = default;
+    explicit LightPicker(std::span<const std::unique_ptr<Light>> lights);
+
+    struct Pick {
+        std::uint32_t light;
+        float probability;  // > 0
+        float remainder;    // of u, uniform in [0,1) again
+    };
+    // None if no light has power. u in [0,1).
+    std::optional<Pick> pick(float u) const { return pick(cdf_, u); }
+    // The same by other weights of the lights than their power.
+    static std::optional<Pick> pick(const Cdf& lights, float u);
+    float probability(std::uint32_t light) const;
+    double total_power() const { return cdf_.total(); }  // W
+
+  private:
+    Cdf cdf_;
 };
 
 }  // namespace lucerna

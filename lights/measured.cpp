@@ -7,8 +7,7 @@
 
 #include "engine/base/error.h"
 #include "lights/cell_emission.h"
-#include "lights/emit_net.h"
-#include "lights/placement.h"
+#include "lights/emission_net.h"
 
 namespace lucerna {
 namespace {
@@ -55,7 +54,7 @@ class MeasuredLight final : public Light {
         constexpr std::size_t kLines = 4096;
         if (!shape_ || !(flux_ > 0)) return 0;
         std::vector<LeSampleU> u;
-        const EmitNet net(0, Purpose::emission, 0);
+        const EmissionNet net(0, Purpose::emission, 0);
         for (std::uint32_t i = 0; i < kLines; ++i) u.push_back(net.at(i).u);
         std::vector<std::optional<LeSample>> out(kLines);
         emission_.sample_Le_many(u, out);
@@ -86,7 +85,7 @@ class MeasuredLight final : public Light {
         const float pdf_w = from ? part.part_pdf_w : part.whole_pdf_w;
         const auto weight = static_cast<float>(radiance / double{pdf_w});
         if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
-        return LightSample{to_float(-travel(line)),
+        return LightSample{to_float(-direction_of(line)),
                            static_cast<float>(distance),
                            weight * field_.info().colour,
                            pdf_w,
@@ -131,7 +130,8 @@ class MeasuredLight final : public Light {
         if (!(t <= double{ray.t_max})) return std::nullopt;
         const EmittedRadiance found = found_along(*line, static_cast<float>(t));
         if (!(luminance(found.radiance) > 0)) return std::nullopt;
-        if (shape_ && shape_->last_crossing(placement_.point(line->on_s), travel(*line))) return std::nullopt;
+        if (shape_ && shape_->last_crossing(placement_.point(line->on_s), direction_of(*line)))
+            return std::nullopt;
         return found;
     }
 
@@ -142,7 +142,7 @@ class MeasuredLight final : public Light {
         if (!line || !shape_) return dark;
         const EmittedRadiance found = found_along(*line, t);
         if (!(luminance(found.radiance) > 0)) return dark;
-        const V3d along = travel(*line);
+        const V3d along = direction_of(*line);
         const auto origin = shape_->last_crossing(placement_.point(line->on_s), along);
         if (!origin) return dark;
         const double beyond = (V3d(origin->p) - V3d(ray.o)).dot(-along) - double{t};
@@ -237,7 +237,7 @@ class MeasuredLight final : public Light {
     }
 
     // Of the light along the line: its direction in the scene.
-    V3d travel(const Line& line) const {
+    V3d direction_of(const Line& line) const {
         const V3d d = placement_.vector(line.way).normalized();
         return line.way.z > 0 ? d : -d;
     }
@@ -271,7 +271,7 @@ class MeasuredLight final : public Light {
     // that.
     double distance_to_origin(const Line& line, const V3f& x) const {
         if (shape_) {
-            const V3d along = travel(line);
+            const V3d along = direction_of(line);
             const auto origin = shape_->last_crossing(placement_.point(line.on_s), along);
             if (origin) {
                 // The ray ends where it is `gap` in front of the shape; a grazing one (cosine 0) gives -inf.

@@ -1,10 +1,10 @@
-#include "lights/ray_light.h"
+#include "lights/measured.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "lights/placement.h"
+#include "lights/cell_emission.h"
 
 namespace lucerna {
 namespace {

@@ -1,4 +1,4 @@
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,9 +8,9 @@
 #include <fstream>
 #include <limits>
 
-#include "engine/base/cie.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/spectrum.h"
 
 namespace lucerna {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstring>
 #include <span>
 
-#include "engine/base/cie.h"
 #include "engine/base/error.h"
+#include "engine/base/spectrum.h"
 #include "lights/ray_reader.h"
 
 namespace lucerna {

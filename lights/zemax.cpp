@@ -4,7 +4,7 @@
 // and so does this one.
 #include <array>
 
-#include "engine/base/cie.h"
+#include "engine/base/spectrum.h"
 #include "lights/ray_reader.h"
 
 namespace lucerna {

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 #include "engine/base/memory.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "photon/trace_light_paths.h"
 
 namespace lucerna {
@@ -52,7 +52,7 @@ struct ChunkPhotons : LightPathVisitor {
     }
     void scatter(const LightPathScatter& at) {
         const auto kind = static_cast<std::size_t>(MapKind::volume);
-        const bool direct = at.path.diffuse == 0 && at.path.specular == 0;
+        const bool direct = at.path.non_specular == 0 && at.path.specular == 0;
         if (!parameters->wanted[kind] || (direct && !parameters->volume_direct)) {
             ++counts[kind].not_wanted;
         } else {
@@ -113,19 +113,18 @@ std::int64_t stored(const std::vector<ChunkPhotons>& chunks, std::size_t kind) {
 // them (which the system does not get back at once) and in their maps, under the tree; one map at a time as
 // it landed and in its order, too. Measured: 142 bytes for a photon of two maps, where this says 139.
 double bytes_of_maps(double all, double largest) {
-    constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon);
+    constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon);
     constexpr double kTree = 24, kOrder = sizeof(std::uint32_t) + sizeof(PackedDirection);
-    return all * (2 * kLanded + kTree) + largest * (kLanded + kOrder);
+    return all * (2 * kBytesOfHit + kTree) + largest * (kBytesOfHit + kOrder);
 }
 
 // Throws InputError if `total` paths will store more photons than there is memory for, by what the first
 // `done` stored.
 void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total) {
-    if (done <= 0 || total <= done) return;
     double all = 0, largest = 0;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        const double photons = static_cast<double>(stored(chunks, kind)) * static_cast<double>(total - done) /
-                               static_cast<double>(done);
+        const double photons = expected_of(
+            chunks, done, total - done, [&](const ChunkPhotons& chunk) { return chunk.counts[kind].stored; });
         all += photons;
         largest = std::max(largest, photons);
     }
@@ -223,10 +222,7 @@ std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, cons
 
 PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                              Monitor& monitor) {
-    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
-        throw InputError(
-            fmt::format("photons: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
-    }
+    require_path_numbers("photons", parameters.paths);
     PhotonMaps result;
 
     // Emit and trace light paths.
@@ -270,7 +266,8 @@ std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
     MapParameters all = parameters;
     all.wanted.fill(true);
     ChunkPhotons first(all, kPathsPerChunk);
-    trace_chunk(scene, light_paths(all, kPathsPerChunk), 0, kPathsPerChunk, first);
+    const LightPaths paths = light_paths(all, kPathsPerChunk);
+    trace_chunk(scene, paths, samplers_of(paths), 0, kPathsPerChunk, first);
     for (const Photons& batch : first.batches) {
         key.add_bytes(std::as_bytes(std::span(batch.positions)));
         key.add_bytes(std::as_bytes(std::span(batch.photons)));
@@ -279,6 +276,46 @@ std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
         for (int c = 0; c < 3; ++c) key.add(flux[c]);
     }
     return key.value();
+}
+
+namespace {
+
+// Notes the ray of each segment at its end.
+struct RaysOfPaths : LightPathVisitor {
+    SurfacePoint from;  // where the segment that is under way begins
+    std::vector<Ray> rays;
+
+    bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,
+               const Sampler& /*sampler*/) {
+        if (start) from = start->from;
+        return true;
+    }
+    void hit(const LightPathHit& at) {
+        note(at.d);
+        from = at.hit.at;
+    }
+    void scatter(const LightPathScatter& at) {
+        note(at.d);
+        from = SurfacePoint{at.p};
+    }
+    void escape(const LightPathEscape& at) { note(at.d); }
+
+  private:
+    void note(const V3f& d) { rays.push_back({from.towards(d), d}); }
+};
+
+}  // namespace
+
+std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& parameters) {
+    LightPaths paths;
+    paths.count = parameters.paths;
+    paths.seed = parameters.seed;
+    paths.pass = parameters.pass;
+    paths.specular_below = parameters.specular_below;
+    paths.interleaved = false;  // a segment begins where the one before it ended
+    RaysOfPaths visitor;
+    trace_chunk(scene, paths, samplers_of(paths), 0, paths.count, visitor);
+    return std::move(visitor.rays);
 }
 
 }  // namespace lucerna

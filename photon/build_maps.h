@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
@@ -59,7 +61,32 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
                              Monitor& monitor);
 
 // Names the maps that these parameters make of a scene. As a scene has no name, what it does with its first
-// light paths stands for it: a change that none of some thousand paths meets is not seen.
+// light paths stands for it: a change that none of some thousand paths hits is not noticed. Maps in files are
+// `photonmap`'s, which sets neither caustic_chains nor most_bounces: they are not part of it.
 std::uint64_t map_key(const Scene& scene, const MapParameters& parameters);
+
+// The rays of a photon pass, for measuring: what the pass asks of the scene, without what it makes of it.
+
+// Every ray that build_photon_maps traces for the parameters' `paths` (targets are not looked at), path after
+// path. Only for scenes without borders between media, whose search for the medium around a vertex traces
+// others.
+std::vector<Ray> rays_of_light_paths(const Scene& scene, const MapParameters& parameters);
+
+// Photon maps on disk: built once, looked at from many places.
+
+// Where a render takes its maps from and where it leaves them; empty: builds them, leaves none.
+struct MapFiles {
+    std::filesystem::path load, save;
+
+    bool any() const { return !load.empty() || !save.empty(); }
+};
+
+// Replaces the file. `key` is map_key()'s. Throws InputError.
+void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::uint64_t key);
+
+// The same maps, photon by photon; indexed anew. Throws InputError if the file is damaged or of another key,
+// or names a light beyond `lights`.
+PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::size_t lights,
+                     IndexKind index, const Workers& workers);
 
 }  // namespace lucerna

@@ -1,10 +1,12 @@
 #include "photon/density_estimate.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "engine/base/frame.h"
-#include "photon/near_photons.h"
-#include "photon/shading_normals.h"
+#include "engine/base/vec.h"
+#include "photon/bounce.h"
+#include "photon/photon_map.h"
 
 namespace lucerna {
 
@@ -17,7 +19,7 @@ template <typename Carry>
 DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, float error,
                                                 Carry&& carry) const {
     const TangentMetric metric(x, n, settings_.metric, settings_.ratio);
-    if (!spread_.empty()) return spread_estimate(metric, x, carry);
+    if (!radii_.empty()) return sample_point_estimate(metric, x, carry);
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> found;
@@ -29,14 +31,14 @@ DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, floa
 }
 
 template <typename Carry>
-DensityEstimateResult DensityEstimate::spread_estimate(const TangentMetric& metric, const V3f& x,
-                                                       Carry&& carry) const {
+DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric& metric, const V3f& x,
+                                                             Carry&& carry) const {
     std::vector<Neighbour> found;
     map_.index().within(x, metric, sqr(settings_.radius), found);
     DensityEstimateResult result;
     result.radius = settings_.radius;
     for (const Neighbour& neighbour : found) {
-        const float r2 = sqr(spread_[neighbour.index]);
+        const float r2 = sqr(radii_[neighbour.index]);
         if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
         const Photon& photon = map_.photons()[neighbour.index];
         result.value +=
@@ -92,26 +94,14 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
     switch (settings_.boundary) {
         case Boundary::none:
             return {1, 1};
-        case Boundary::hull: {
-            const Frame frame(disc.n);
-            const float scale = 1 / std::sqrt(disc.r2);
-            std::vector<V2f> points;
-            points.reserve(found.size() + 1);
-            for (const Neighbour& neighbour : found) {
-                const V3f q = crossing(disc.x, disc.n, map_.positions()[neighbour.index],
-                                       map_.photons()[neighbour.index].direction.unpack(), settings_.metric);
-                points.emplace_back(scale * frame.s.dot(q), scale * frame.t.dot(q));
-            }
-            return {hull_share(settings_.kernel, points), 1};
-        }
         case Boundary::probes: {
             if (!probing_) return {1, 1};
-            Sampler chance = probing_->chance;
+            Sampler sampler = probing_->sampler;
             std::array<ProbedPhoton, kProbedPhotons> some;
-            const std::span<const ProbedPhoton> picked = pick(disc, found, chance.next(), some);
+            const std::span<const ProbedPhoton> picked = pick(disc, found, sampler.next(), some);
             if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
-            const ProbeChance turned{chance.next(), chance.next2()};
+            const ProbeNumbers turned{sampler.next(), sampler.next2()};
             const ProbedDisc asked{disc.x,           disc.n,    disc.r2, metric.ball2(disc.r2),
                                    settings_.kernel, disc.error};
             return probe(probing_->scene, asked, metric, picked, turned);
@@ -121,20 +111,63 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
 }
 
 DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
-    const V3f n = hit.at.n.dot(wo) < 0 ? -hit.at.n : hit.at.n;
+    const SurfacePoint at = hit.at.facing(wo);
     if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
-        // The same for all photons that count, whichever way they came.
-        DensityEstimateResult lit = irradiance({hit.at.p, n, hit.at.error});
-        lit.value *= bsdf.f(wo, n, Transport::radiance);
+        // The same for all photons that count, whichever way they came. A short cut that changes no value,
+        // hence normals that are exactly equal; irradiance_suffices() allows for how files round them.
+        DensityEstimateResult lit = irradiance(at);
+        lit.value *= bsdf.f(wo, at.n, Transport::radiance);
         return lit;
     }
-    return estimate(hit.at.p, n, hit.at.error, [&](const Photon& photon, const V3f& wi) {
+    return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi) {
         return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi);
     });
 }
 
 DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const {
     return estimate(at.p, at.n, at.error, [](const Photon& photon, const V3f&) { return photon.power; });
+}
+
+namespace {
+
+// Every n-th photon: evenly spread, since a map is ordered in space.
+Photons thinned(const PhotonMap& map, std::size_t points) {
+    const std::size_t stride = std::max<std::size_t>((map.size() + points - 1) / points, 1);
+    Photons some;
+    for (std::size_t i = 0; i < map.size(); i += stride) {
+        some.add(map.positions()[i], map.normals()[i], map.photons()[i]);
+    }
+    return some;
+}
+
+}  // namespace
+
+LocalRadius::LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
+                         const Workers& workers)
+    : places_(thinned(map, points)), radii_(places_.size()), largest_(how.radius) {
+    constexpr std::int64_t kGrain = 256;
+    parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
+        const V3f& x = places_.positions()[i];
+        const TangentMetric metric(x, places_.normals()[i].unpack(), how.metric, how.ratio);
+        // The photon that stands here is one of those found: k more beside it.
+        const auto k = static_cast<std::size_t>(how.k) + 1;
+        const float r2 = NearPhotons(map, x, metric, k, sqr(how.radius)).radius2();
+        // Where all of them lie at one point, a radius of 0 would never hold any other photon.
+        radii_[i] = r2 > 0 ? std::sqrt(r2) : largest_;
+    });
+}
+
+double LocalRadius::mean() const {
+    if (radii_.empty()) return double{largest_};
+    double sum = 0;
+    for (const float radius : radii_) sum += double{radius};
+    return sum / static_cast<double>(radii_.size());
+}
+
+float LocalRadius::at(const V3f& x, const V3f& n) const {
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    const NearPhotons near(places_, x, metric, 1, sqr(largest_));
+    return near.found().empty() ? largest_ : radii_[near.found().front().index];
 }
 
 }  // namespace lucerna

@@ -1,14 +1,15 @@
 // Radiance from a photon map by density estimation [Jensen 2001, 7].
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
+#include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
-#include "photon/boundary.h"
-#include "photon/kernel.h"
 #include "photon/photon_map.h"
 #include "photon/probes.h"
 #include "photon/tangent_metric.h"
@@ -24,10 +25,17 @@ struct DensityEstimateSettings {
     Boundary boundary = Boundary::none;
 };
 
-// What Boundary::probes asks, and by what chance; without it they do nothing.
+// The largest radius of an estimate: what is set, scene units, or a share of the scene's diagonal where
+// nothing is (0).
+inline constexpr float kDefaultRadius = 0.05F;
+inline float largest_radius(float diagonal, float set = 0) {
+    return set > 0 ? set : kDefaultRadius * diagonal;
+}
+
+// What Boundary::probes needs: the scene, and random numbers; without it they do nothing.
 struct Probing {
     const Scene& scene;
-    Sampler chance;  // one of the estimate's own, whose draws nobody else makes
+    Sampler sampler;  // the estimate's own, whose numbers nobody else draws
 };
 
 // What an estimate rests on, beside its value.
@@ -43,13 +51,14 @@ struct DensityEstimateResult {
 // makes the estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more
 // than k within the largest radius, that is the radius and all count. With k = 0 the largest radius is the
 // radius wherever it is asked: all photons within it count, and the estimate is the density blurred by the
-// kernel, exactly in the mean. An empty map gives black. Photons that all rest at one point get the radius
+// kernel, exactly in the mean. An empty map gives black. Photons that all lie at one point get the radius
 // below which float32 cannot tell points apart (the surface's own error), never 0.
 //
-// Spread photons. A radius that varies from place to place does not keep the flux: where it grows away from
+// Radii by photon. A radius that varies from place to place does not keep the flux: where it grows away from
 // a bright spot with slope s, those just outside still reach into the spot, and photons in its middle count
-// 1 + 8s/15 times. Where each photon is given the radius instead (the sample-point estimator of density:
-// Silverman, "Density Estimation", 1986, 5.3), each is spread over its own disc and counts once exactly.
+// 1 + 8s/15 times: 4 ∫ t (1 - t²) / (1 - s t) dt over [0, 1], for Epanechnikov's kernel and small s. Where
+// each photon is given the radius instead (the sample-point estimator of density [Silverman 1986, 5.3]), each
+// is spread over its own disc and counts once exactly.
 
 // Whether irradiance says all there is to know about what arrives at a surface: it is exactly Lambertian, and
 // shaded by its own normal, but for how exactly files give normals (1 mrad). A bent normal, be it
@@ -62,11 +71,11 @@ class DensityEstimate {
     DensityEstimate(const PhotonMap& map, const DensityEstimateSettings& settings,
                     std::optional<Probing> probing = {})
         : map_(map), settings_(settings), probing_(probing) {}
-    // Spread photons: `spread` has the radius of each of the map's, scene units, > 0; the settings' radius
-    // says how far away they are looked for. All found count; there is no boundary correction.
+    // Radii by photon: `radii` has one of each of the map's, scene units, > 0; the settings' radius says how
+    // far away they are looked for. All found count; there is no boundary correction.
     DensityEstimate(const PhotonMap& map, const DensityEstimateSettings& settings,
-                    std::span<const float> spread)
-        : map_(map), settings_(settings), spread_(spread) {}
+                    std::span<const float> radii)
+        : map_(map), settings_(settings), radii_(radii) {}
 
     // Radiance that the surface sends towards `wo` because of the map's photons.
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
@@ -84,7 +93,8 @@ class DensityEstimate {
     template <typename Carry>
     DensityEstimateResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
     template <typename Carry>
-    DensityEstimateResult spread_estimate(const TangentMetric& metric, const V3f& x, Carry&& carry) const;
+    DensityEstimateResult sample_point_estimate(const TangentMetric& metric, const V3f& x,
+                                                Carry&& carry) const;
     // Of photons already found.
     template <typename Carry>
     DensityEstimateResult sum(const Disc& disc, std::span<const Neighbour> found, Carry&& carry) const;
@@ -95,7 +105,27 @@ class DensityEstimate {
     const PhotonMap& map_;
     DensityEstimateSettings settings_;
     std::optional<Probing> probing_;
-    std::span<const float> spread_;  // empty: not spread
+    std::span<const float> radii_;  // by photon; empty: one radius by place
+};
+
+// How far one must look for k photons: known at some photons of a map, looked up anywhere.
+class LocalRadius {
+  public:
+    // At most some `points` of the map's photons, spread evenly over them, learn the radius that `how` finds:
+    // that of the k nearest, the photon itself left out, or the largest where there are fewer.
+    LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
+                const Workers& workers);
+
+    // The radius at the nearest of these photons on n's side (unit), scene units, > 0; the largest radius
+    // where none is that near.
+    float at(const V3f& x, const V3f& n) const;
+    // Over these photons; the largest radius if there are none.
+    double mean() const;
+
+  private:
+    PhotonMap places_;
+    std::vector<float> radii_;  // of each place
+    float largest_;
 };
 
 }  // namespace lucerna

@@ -9,7 +9,8 @@
 // themselves lit by caustics and nothing else.
 //
 // Scattering in a medium counts as D: what it sends to a surface is indirect light. Of the Volume map's
-// photons those that come straight from a light can be left out, for methods that ask the lights along a ray.
+// photons those that come straight from a light can be left out, for methods that sample the lights along a
+// ray.
 #pragma once
 
 #include <cstdint>
@@ -29,12 +30,12 @@ inline std::string_view map_name(MapKind kind) {
 
 // Of a hit on a surface.
 inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
-    if (caustic_chains && path.specular_last && !path.off_caustics) return MapKind::caustic;
-    if (path.diffuse > 0) return MapKind::global;
+    if (caustic_chains && path.specular_last && !path.left_caustic_chain) return MapKind::caustic;
+    if (path.non_specular > 0) return MapKind::global;
     return path.specular > 0 ? MapKind::caustic : MapKind::direct;
 }
 
-// Photons rest on surfaces with a diffuse part, and are used in density estimates for that part alone. Gloss,
+// Photons lie on surfaces with a diffuse part, and are used in density estimates for that part alone. Gloss,
 // rough metal and glass reflect too little of what an estimate would find, and renderers follow the ray there
 // instead.
 inline bool stores_photons(const Bsdf& bsdf) {

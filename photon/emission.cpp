@@ -4,7 +4,7 @@
 
 namespace lucerna {
 
-std::optional<Emission::Choice> Emission::choose(const EmitNet::Point& point) const {
+std::optional<Emission::Choice> Emission::choose(const EmissionNet::Point& point) const {
     if (!learned_) {
         const auto pick = scene_.picker().pick(point.light);
         if (!pick) return std::nullopt;
@@ -49,7 +49,8 @@ void Emission::emit_group(std::span<const Choice> group, std::span<std::optional
     const std::uint32_t light = group.front().light;
     scene_.lights()[light]->sample_Le_many(numbers_, emitted_);
     const std::int32_t medium = scene_.medium_of_light(light);
-    const Rgb& reach = scene_.reach_of_light(light);
+    const Rgb& reach =
+        scene_.reach_of_light(light);  // 1; 0 for a light at infinity if a medium is without end
     for (std::size_t i = 0; i < group.size(); ++i) {
         const std::optional<LeSample>& emitted = emitted_[i];
         if (!emitted) continue;

@@ -1,10 +1,10 @@
-// The first moment of a photon's life: a light is chosen by its power and is asked for a particle. Learned
-// emission (learned_emission.h) may steer both choices; the start's power is then weighted so that every mean
-// stays what it is.
+// Emission of photons [Jensen 2001, 5.1]: a light is chosen by its power, then a particle of it is sampled.
+// Learned emission (learned_emission.h) may guide both choices; the start's power is then weighted so that
+// every mean stays what it is.
 //
-// Light paths start in batches: their numbers come from one net, and each light is asked once for all its
-// particles of a batch, so that the reads of a measured lamp's tables overlap. A path's start is the same in
-// whatever batch it is asked for.
+// Light paths start in batches: their numbers come from one scrambled Sobol sequence, and each light is asked
+// once for all its particles of a batch, so that the reads of a measured lamp's tables overlap. A path's
+// start is the same in whatever batch it is asked for.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@
 
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
-#include "lights/emit_net.h"
+#include "lights/emission_net.h"
 #include "photon/learned_emission.h"
 
 namespace lucerna {
@@ -23,15 +23,16 @@ struct LightPathStart {
     CellId cell;
     SurfacePoint from;
     V3f d;                            // unit
-    Rgb power;                        // W; its mean over paths is the flux of all lights together, in
-                                      // expectation where learned emission weights it
-    std::int32_t medium = kNoMedium;  // of the borders, in which it begins
+    Rgb power;                        // W, not yet divided by the number of paths; its mean over paths
+                                      // is the flux of all lights (in expectation, if learned emission
+                                      // weights it)
+    std::int32_t medium = kNoMedium;  // by the scene's medium interfaces, in which it begins
 };
 
 // Starts the paths of one pass. For one thread: it keeps its working memory.
 class Emission {
   public:
-    // A batch that stays within a core's second cache.
+    // A batch that stays within the L2 cache.
     static constexpr std::size_t kBatch = 512;
 
     // Plain if `learned` is null; it must outlive this.
@@ -44,8 +45,8 @@ class Emission {
     void start(std::uint32_t first, std::span<std::optional<LightPathStart>> out);
 
     // Sets of VPLs start from few paths each, maps from many at once.
-    static EmitNet::Kind net_kind(Purpose purpose) {
-        return purpose == Purpose::vpl ? EmitNet::Kind::pairs : EmitNet::Kind::joint;
+    static EmissionNet::Kind net_kind(Purpose purpose) {
+        return purpose == Purpose::vpl ? EmissionNet::Kind::pairs : EmissionNet::Kind::joint;
     }
 
     // Calls visit(path, start) for the paths [begin, end) in order.
@@ -69,11 +70,11 @@ class Emission {
         float scale;  // of its power: plain density over its own
         LeSampleU u;
     };
-    std::optional<Choice> choose(const EmitNet::Point& point) const;
+    std::optional<Choice> choose(const EmissionNet::Point& point) const;
     void emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out);
 
     const Scene& scene_;
-    EmitNet net_;
+    EmissionNet net_;
     const LearnedEmission* learned_;  // null: plain
     std::vector<Choice> choices_;
     std::vector<LeSampleU> numbers_;

@@ -1,17 +1,21 @@
 #include "photon/irradiance.h"
 
-#include "engine/base/frame.h"
+#include <cmath>
+
+#include "engine/base/path_limits.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "kdtree/box_tree.h"
 #include "photon/deposit.h"
-#include "photon/resting_point.h"
 
 namespace lucerna {
 namespace {
 
 constexpr float kSameNormal = 0.9F;  // cosine
 constexpr std::int64_t kPlacesPerChunk = 1024;
-constexpr int kMostGlossyBounces = 8;  // over shiny surfaces
+// Over shiny surfaces, to a place of a point: a bounce that finds none is one point fewer, and no light is
+// lost.
+constexpr int kMostGlossyBounces = 8;
 
 // Whatever looks along a surface looks from so far above it, in units of the distance: a surface that curves
 // hides nothing.
@@ -45,14 +49,13 @@ std::uint32_t number_of(const Photon& photon) {
 
 // Goes on from `from` along d to the first surface with a diffuse part.
 void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sampler& sampler,
-          SurfacePlaces& places) {
+          SurfacePoints& places) {
     for (int bounce = 0; bounce < kMostGlossyBounces; ++bounce) {
         const auto hit = scene.intersect(Ray{from.towards(d), d});
         if (!hit) return;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (stores_photons(bsdf)) {
-            const V3f& n = hit->at.n;
-            places.add({hit->at.p, n.dot(d) > 0 ? -n : n, hit->at.error}, number);
+            places.add(hit->at.facing(-d), number);
             return;
         }
         const BsdfU u{sampler.next(), sampler.next2()};
@@ -65,8 +68,8 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sa
 
 // Neighbours in space become neighbours in memory: for the index, and for the estimates, which then find the
 // photons around them in the cache.
-SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
-    SurfacePlaces ordered;
+SurfacePoints in_order(const SurfacePoints& places, const Workers& workers) {
+    SurfacePoints ordered;
     ordered.reserve(places.size());
     for (const std::uint32_t i : box_order(places.positions, workers)) {
         ordered.positions.push_back(places.positions[i]);
@@ -79,43 +82,43 @@ SurfacePlaces in_order(const SurfacePlaces& places, const Workers& workers) {
 
 }  // namespace
 
-void SurfacePlaces::reserve(std::size_t n) {
+void SurfacePoints::reserve(std::size_t n) {
     positions.reserve(n);
     normals.reserve(n);
     errors.reserve(n);
     numbers.reserve(n);
 }
 
-void SurfacePlaces::add(const SurfacePlaces& more) {
+void SurfacePoints::add(const SurfacePoints& more) {
     positions.insert(positions.end(), more.positions.begin(), more.positions.end());
     normals.insert(normals.end(), more.normals.begin(), more.normals.end());
     errors.insert(errors.end(), more.errors.begin(), more.errors.end());
     numbers.insert(numbers.end(), more.numbers.begin(), more.numbers.end());
 }
 
-SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
+SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers) {
     constexpr std::int64_t kPhotons = 4 * kPlacesPerChunk;
     const auto count = static_cast<std::int64_t>(map.size());
-    std::vector<SurfacePlaces> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
+    std::vector<SurfacePoints> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
     const float share = 1.0F / static_cast<float>(parameters.stride);
     parallel_ranges(workers, count, kPhotons, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-        SurfacePlaces& part = parts[static_cast<std::size_t>(chunk)];
+        SurfacePoints& part = parts[static_cast<std::size_t>(chunk)];
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const std::uint32_t number = number_of(map.photons()[i]);
             Sampler sampler(parameters.seed, Purpose::gather, parameters.pass, number);
             if (sampler.next() >= share) continue;
             const V3f n = map.normals()[i].unpack();
             const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
-            land(scene, resting_point(scene, map.positions()[i], n), d, number, sampler, part);
+            land(scene, surface_point_of(scene, map.positions()[i], n), d, number, sampler, part);
         }
     });
-    SurfacePlaces all;
-    for (const SurfacePlaces& part : parts) all.add(part);
+    SurfacePoints all;
+    for (const SurfacePoints& part : parts) all.add(part);
     return all;
 }
 
-IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources,
+IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const IrradianceSources& sources,
                                    const Workers& workers, Monitor& monitor)
     : scene_(sources.probing ? &sources.probing->scene : nullptr),
       places_(in_order(places, workers)),
@@ -127,7 +130,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePlaces& places, const Irradiance
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
-            if (probing) probing->chance = probing->chance.split(places_.numbers[i]);
+            if (probing) probing->sampler = probing->sampler.split(places_.numbers[i]);
             const DensityEstimateResult own =
                 DensityEstimate(*sources.maps.front(), sources.how, probing).irradiance(at);
             Rgb all = own.value;
@@ -157,9 +160,33 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
 
 bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) const {
     const V3f way = point - x;
-    const float distance = way.length();
-    const V3f lift = kLift * distance * n;
-    return distance > 0 && !scene_->unoccluded(SurfacePoint{x + lift}, way / distance, distance);
+    return !scene_->unoccluded_along(x + kLift * way.length() * n, way);
+}
+
+namespace {
+
+// Of the surface that p lies on within that surface's own error, met from `height` over p.
+std::optional<float> error_hit_from(const Scene& scene, const V3f& p, const V3f& n, float height) {
+    Ray down{p + height * n, -n, 2 * height};
+    for (int i = 0; i < kMaxSheets && down.t_max > 0; ++i) {
+        const auto hit = scene.intersect(down);
+        if (!hit) return std::nullopt;
+        // Twice: p is off by one error, the hit by another.
+        if (std::fabs((hit->at.p - p).dot(n)) <= 2 * hit->at.error) return hit->at.error;
+        down = Ray{hit->at.towards(-n), -n, down.t_max - hit->t};
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+SurfacePoint surface_point_of(const Scene& scene, const V3f& p, const V3f& n) {
+    // Twice what rounding comes to on whatever the scene can hold; and what a thick curve's own bound may be.
+    const float rounding = 2 * surface_error(p, diagonal(scene));
+    for (const float height : {rounding, 1e3F * rounding}) {
+        if (const auto error = error_hit_from(scene, p, n, height)) return {p, n, *error};
+    }
+    return {p, n, surface_error(p, 0)};
 }
 
 }  // namespace lucerna

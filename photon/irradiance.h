@@ -1,8 +1,8 @@
 // Precomputed irradiance, so that a gather ray needs one look-up instead of an estimate.
 //
-// Source: [Christensen 1999]. Radiosity changes slowly, and what a
-// gather ray meets is averaged over a hemisphere: the value at the nearest of these points, on the same side
-// of a surface of about the same normal, is as good as an estimate of its own.
+// Source: [Christensen 1999]. Radiosity changes slowly, and what a gather ray hits is averaged over a
+// hemisphere: the value at the nearest of these points, on the same side of a surface of about the same
+// normal, is as good as an estimate of its own.
 //
 // What is between counts, too. The nearest point may stand beyond a thin wall that a floor goes through: its
 // light is not that of this side. Each point knows how much room there is around it along the surface; from
@@ -25,6 +25,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/scene/scene.h"
 #include "photon/density_estimate.h"
 
 namespace lucerna {
@@ -32,7 +33,7 @@ namespace lucerna {
 // Points on surfaces with a diffuse part, with the normals on the side that is lit and the bounds of how far
 // they may lie off their surfaces: rays leave from there. Each has a number by which its chance goes,
 // whatever others there are.
-struct SurfacePlaces {
+struct SurfacePoints {
     std::vector<V3f> positions;
     std::vector<PackedDirection> normals;
     std::vector<float> errors;  // SurfacePoint's
@@ -46,7 +47,7 @@ struct SurfacePlaces {
         errors.push_back(at.error);
         numbers.push_back(number);
     }
-    void add(const SurfacePlaces& more);
+    void add(const SurfacePoints& more);
     SurfacePoint operator[](std::size_t i) const { return {positions[i], normals[i].unpack(), errors[i]}; }
 };
 
@@ -55,11 +56,11 @@ struct BounceParameters {
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
 };
-// Where they lead, over mirrors and gloss as far as they are met; those that leave the scene make no place.
-// Whether a photon is one of them, where its bounce goes and what number the place has, the direction it came
-// from decides: not its place in the map, which rounding may change for all of them. The same for any number
-// of threads.
-SurfacePlaces bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
+// The end points of these bounces, over mirrors and gloss as far as they are met; those that leave the scene
+// make no place. Whether a photon is one of them, where its bounce goes and what number the place has, the
+// direction it came from decides: not its place in the map, which rounding may change for all of them. The
+// same for any number of threads.
+SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers);
 
 // What the points add up.
@@ -76,7 +77,7 @@ struct IrradianceSources {
 class IrradiancePoints {
   public:
     // At every place the irradiance of all sources together; the radius is that of the first map's estimate.
-    IrradiancePoints(const SurfacePlaces& places, const IrradianceSources& sources, const Workers& workers,
+    IrradiancePoints(const SurfacePoints& places, const IrradianceSources& sources, const Workers& workers,
                      Monitor& monitor);
 
     struct Found {
@@ -97,9 +98,17 @@ class IrradiancePoints {
     bool is_hidden(const V3f& x, const V3f& n, const V3f& point) const;
 
     const Scene* scene_;
-    SurfacePlaces places_;
+    SurfacePoints places_;
     std::vector<Value> values_;
     std::unique_ptr<PhotonIndex> index_;  // by their normals
 };
+
+// Where a photon lies, as a surface point: a map keeps its place and normal, and rays that leave from there
+// must know how far it may lie off its surface.
+
+// That bound goes by what the surface is: a corner of it may be far away though the place is near the scene's
+// middle, and curves and instances have more of their own. So the surface is looked for, along n, and asked.
+// If it is not found, the error is that of p alone.
+SurfacePoint surface_point_of(const Scene& scene, const V3f& p, const V3f& n);
 
 }  // namespace lucerna

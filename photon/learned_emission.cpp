@@ -15,11 +15,11 @@ struct Masses {
 };
 
 // The plain share of every node: half of the node it was cut from, exactly.
-std::vector<double> plain_masses(const EmitBlocks& blocks, double root) {
+std::vector<double> plain_masses(const EmissionBlocks& blocks, double root) {
     std::vector<double> plain(blocks.nodes.size());
     plain[0] = root;
     for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
-        const EmitBlocks::Node& node = blocks.nodes[i];
+        const EmissionBlocks::Node& node = blocks.nodes[i];
         if (node.axis < 0) continue;
         assert(node.child > i && node.child + 1 < blocks.nodes.size());
         plain[node.child] = plain[node.child + 1] = 0.5 * plain[i];
@@ -27,7 +27,7 @@ std::vector<double> plain_masses(const EmitBlocks& blocks, double root) {
     return plain;
 }
 
-double learned_mass(const EmitBlocks& blocks, std::span<const double> plain) {
+double learned_mass(const EmissionBlocks& blocks, std::span<const double> plain) {
     double sum = 0;
     for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
         if (blocks.nodes[i].axis < 0) sum += plain[i] * blocks.nodes[i].importance;
@@ -35,13 +35,13 @@ double learned_mass(const EmitBlocks& blocks, std::span<const double> plain) {
     return sum;
 }
 
-// β · plain + (1 - β) · learned, β the defensive weight, from the uncut blocks upwards. `scale` makes all
+// β · plain + (1 - β) · learned, β the defensive weight, from the undivided blocks upwards. `scale` makes all
 // lights' learned masses add up to their plain ones.
-std::vector<double> mixed_masses(const EmitBlocks& blocks, std::span<const double> plain,
+std::vector<double> mixed_masses(const EmissionBlocks& blocks, std::span<const double> plain,
                                  double defensive_weight, double scale) {
     std::vector<double> mixed(plain.begin(), plain.end());
     for (std::size_t i = blocks.nodes.size(); i-- > 0;) {
-        const EmitBlocks::Node& node = blocks.nodes[i];
+        const EmissionBlocks::Node& node = blocks.nodes[i];
         mixed[i] = node.axis < 0 ? defensive_weight * plain[i] +
                                        (1 - defensive_weight) * scale * plain[i] * node.importance
                                  : mixed[node.child] + mixed[node.child + 1];
@@ -57,7 +57,7 @@ constexpr float kBelowOne = 0x1.fffffep-1F;
 
 }  // namespace
 
-LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmitBlocks> blocks,
+LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks,
                                  float defensive_weight) {
     assert(blocks.size() == scene.lights().size());
     assert(defensive_weight > 0 && defensive_weight <= 1);
@@ -87,13 +87,13 @@ LearnedEmission::LearnedEmission(const Scene& scene, std::span<const EmitBlocks>
     lights_ = Cdf(weights);
 }
 
-void LearnedEmission::add(const EmitBlocks& blocks, std::span<const double> mass) {
+void LearnedEmission::add(const EmissionBlocks& blocks, std::span<const double> mass) {
     const auto first = static_cast<std::uint32_t>(nodes_.size());
     roots_.push_back(first);
     // By the shares as float32 has them: what warp() draws by, to the last bit.
     std::vector<double> density(blocks.nodes.size(), 1.0);
     for (std::size_t i = 0; i < blocks.nodes.size(); ++i) {
-        const EmitBlocks::Node& node = blocks.nodes[i];
+        const EmissionBlocks::Node& node = blocks.nodes[i];
         if (node.axis < 0) {
             nodes_.push_back({static_cast<float>(1 / density[i]), -1, 0});  // > 0: see below
             continue;
@@ -106,14 +106,6 @@ void LearnedEmission::add(const EmitBlocks& blocks, std::span<const double> mass
         density[node.child + 1] = 2 * density[i] * (1 - double{lower});
         nodes_.push_back({lower, node.axis, first + node.child});
     }
-}
-
-std::optional<LearnedEmission::Pick> LearnedEmission::pick(float u) const {
-    if (!(lights_.total() > 0)) return std::nullopt;
-    const Cdf::Draw draw = lights_.draw(u);
-    const auto probability = static_cast<float>(draw.probability);
-    if (!(probability > 0)) return std::nullopt;  // too weak for float32 beside the others, as LightPicker
-    return Pick{static_cast<std::uint32_t>(draw.item), probability};
 }
 
 float LearnedEmission::warp(std::uint32_t light, LeSampleU& u) const {

@@ -20,9 +20,9 @@
 // everywhere, β the defensive weight, so it is, and no weight exceeds 1/β. It must not be learned from the
 // paths that it weighs: a pre-pass's are those of no pass (importance_pre_pass.h).
 //
-// A draw descends the light's blocks, at most EmitBlocks::kMostCuts of them whatever the lamp, and
+// A draw descends the light's blocks, at most EmissionBlocks::kMostCuts of them whatever the lamp, and
 // stretches one number at each: a monotone map of each number within its block. So what is stratified stays
-// so (Clarberg et al., "Wavelet Importance Sampling", 2005, warp points down a hierarchy in this way), and a
+// so ([Clarberg 2005] warps points down a hierarchy in this way), and a
 // density whose defensive weight is 1 changes no bit of any number.
 #pragma once
 
@@ -31,15 +31,16 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/cdf.h"
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
+#include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "lights/light.h"
+#include "lights/light_tree.h"
 
 namespace lucerna {
 
 // A light's blocks and their importance: what a learned density is made of. nodes[0] is the whole hypercube.
-struct EmitBlocks {
+struct EmissionBlocks {
     // A block is cut at most so often along one axis, so that each of its numbers keeps 12 bits of 24 of its
     // own, and in all.
     static constexpr int kMostCutsOfAxis = 12, kMostCuts = 24;
@@ -47,7 +48,8 @@ struct EmitBlocks {
     struct Node {
         int axis = -1;            // of position.x, position.y, direction.x, direction.y; -1: not cut
         std::uint32_t child = 0;  // the lower half; the upper one follows. Larger than the node's own index
-        double importance = 0;    // of an uncut block: how often to draw there, per plain draw; >= 0, finite
+        double importance =
+            0;  // of an undivided block: how often to draw there, per plain draw; >= 0, finite
     };
     std::vector<Node> nodes{Node{}};
 };
@@ -56,14 +58,10 @@ class LearnedEmission {
   public:
     // `blocks`: one for each of the scene's lights. `defensive_weight` in (0, 1]: the least share of plain
     // emission. If nothing is important this is plain emission.
-    LearnedEmission(const Scene& scene, std::span<const EmitBlocks> blocks, float defensive_weight);
+    LearnedEmission(const Scene& scene, std::span<const EmissionBlocks> blocks, float defensive_weight);
 
-    struct Pick {
-        std::uint32_t light;
-        float probability;  // > 0
-    };
     // None if no light has power. u in [0,1).
-    std::optional<Pick> pick(float u) const;
+    std::optional<LightPicker::Pick> pick(float u) const { return LightPicker::pick(lights_, u); }
 
     // Moves the numbers of a picked light to where the learned density has them; returns p/q of the light's
     // own numbers: what its particle's power is to be multiplied by.
@@ -80,11 +78,11 @@ class LearnedEmission {
 
   private:
     struct Node {
-        float lower;  // share of the lower half; of an uncut block p/q
+        float lower;  // share of the lower half; of an undivided block p/q
         std::int32_t axis;
         std::uint32_t child;  // index in nodes_
     };
-    void add(const EmitBlocks& blocks, std::span<const double> mass);
+    void add(const EmissionBlocks& blocks, std::span<const double> mass);
 
     Cdf lights_;                        // power times the light's q/p
     std::vector<std::uint32_t> roots_;  // of each light's nodes

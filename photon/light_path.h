@@ -8,34 +8,34 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
-#include "engine/scene/passage.h"
-#include "engine/scene/phase.h"
+#include "engine/scene/media_traversal.h"
+#include "engine/scene/medium.h"
 #include "engine/scene/scene.h"
-#include "photon/bounce_class.h"
+#include "photon/bounce.h"
 #include "photon/emission.h"
 #include "photon/ledger.h"
-#include "photon/shading_normals.h"
 
 namespace lucerna {
 
 // How a path came to where it is, in the notation L(S|D)*: what the maps are told apart by.
 struct PathClass {
-    std::uint32_t specular = 0;  // delta bounces so far, and those that count as such
-    std::uint32_t diffuse = 0;   // all other bounces, and scattering in media
-    bool specular_last = false;  // the last bounce was specular
-    // Some bounce that was not specular was of light that came to it over nothing specular, straight from a
-    // light or from another such bounce; or a medium scattered the path. False: L(S+D)*S*.
-    bool off_caustics = false;
+    std::uint32_t specular = 0;      // delta bounces so far, and those that count as such
+    std::uint32_t non_specular = 0;  // all other bounces, and scattering in media
+    bool specular_last = false;      // the last bounce was specular
+    // False as long as the path is L(S+D)*S*: every bounce that was not specular came directly after one that
+    // was, and no medium has scattered it.
+    bool left_caustic_chain = false;
 
     void bounce(bool is_specular) {
-        ++(is_specular ? specular : diffuse);
-        off_caustics = off_caustics || (!is_specular && !specular_last);
+        ++(is_specular ? specular : non_specular);
+        left_caustic_chain = left_caustic_chain || (!is_specular && !specular_last);
         specular_last = is_specular;
     }
     void scatter() {
-        ++diffuse;
-        off_caustics = true;
+        ++non_specular;
+        left_caustic_chain = true;
         specular_last = false;
     }
 };
@@ -52,11 +52,11 @@ inline bool is_of_use(const PathClass& path, PathUse use) {
         case PathUse::all:
             return true;
         case PathUse::first_hits:
-            return path.specular == 0 && path.diffuse == 0;
+            return path.specular == 0 && path.non_specular == 0;
         case PathUse::caustics:
-            return path.diffuse == 0;
+            return path.non_specular == 0;
         case PathUse::caustic_chains:
-            return !path.off_caustics;
+            return !path.left_caustic_chain;
     }
     return true;
 }
@@ -90,11 +90,6 @@ struct LightPathEscape {
     const LightPathStart& start;
 };
 
-// No path goes on for sure, so that even a closed box of albedo 1 comes to an end.
-inline constexpr float kMaxSurvival = 0.999F;
-// Against endless loops only; roulette ends paths long before (0.999^100000 is 1e-44).
-inline constexpr std::uint32_t kMaxBounces = 100'000;
-
 // A light path under way: its end, its power and its class.
 class LightPath {
   public:
@@ -121,7 +116,7 @@ class LightPath {
     // One segment: the surface at its end, or where a medium scatters it before that; neither: it escapes.
     struct Segment {
         std::optional<Hit> hit;
-        std::optional<Crossing::Scattered> scattered;
+        std::optional<MediaTraversal::Scattered> scattered;
     };
     // To the next surface, or to where a medium scatters. The power may be black after it.
     Segment propagate() {
@@ -131,11 +126,11 @@ class LightPath {
     template <typename HitBy>
     Segment propagate(const Ray& ray, HitBy&& hit) {
         Segment segment{hit(ray), {}};
-        // Bent normals turn to whoever looks; light does not look, and is absorbed by what it meets from
-        // behind.
+        // Shading normals are turned towards wo for rays from the eye alone; wo = 0 disables that, and light
+        // that hits a surface from behind is absorbed.
         if (segment.hit) segment.hit->wo = V3f(0.0F);
         if (scene_.media().empty()) return segment;
-        const Crossing crossing = cross_media(scene_, ray, segment.hit, medium_, power_, sampler_);
+        const MediaTraversal crossing = traverse_media(scene_, ray, segment.hit, medium_, power_, sampler_);
         ledger_.media += V3d(power_) - V3d(crossing.power);
         arriving_ = power_;
         power_ = crossing.power;
@@ -144,7 +139,8 @@ class LightPath {
         return segment;
     }
 
-    // Both sample the direction in which the path goes on; false: it ends, and the ledger says why.
+    // For a surface, and for a medium: samples the direction in which the path continues; false: it ends, and
+    // the ledger says why.
     bool scatter(const Hit& hit, const Bsdf& bsdf) {
         const BsdfU u{sampler_.next(), sampler_.next2()};
         const float u_survive = sampler_.next();
@@ -155,7 +151,7 @@ class LightPath {
         }
         const Rgb scattered = power_ * sample->weight * shading_correction(bsdf, -d_, sample->wi);
         ledger_.absorbed += V3d(power_) - V3d(scattered);  // what the surface keeps
-        // What the class takes or gives has mean 0, as roulette has, and is booked there.
+        // The class scales by a factor of mean 1; the difference is booked as roulette's, whose mean is 0.
         const BounceClass bounced = classify(bsdf, -d_, *sample, specular_below_, sampler_);
         const Rgb of_class = scattered * bounced.scale;
         ledger_.roulette += V3d(scattered) - V3d(of_class);
@@ -167,12 +163,11 @@ class LightPath {
         d_ = sample->wi;
         return true;
     }
-    bool scatter(const Crossing::Scattered& at) {
+    bool scatter(const MediaTraversal::Scattered& at) {
         ledger_.scattered += V3d(power_);
         const V2f u = sampler_.next2();
-        // By the largest channel: one distance serves all, and may leave a path with one colour alone.
-        // Measured by luminance a blue one would be worth little, and the few that survive would be far too
-        // bright.
+        // By the largest channel: one distance serves all channels, and may leave a path with only one. By
+        // luminance a path left with blue alone would rarely survive, and then be far too bright.
         if (!survive(max_component(power_) / max_component(arriving_), power_, sampler_.next())) return false;
         path_.scatter();
         from_ = SurfacePoint{at.p};
@@ -205,11 +200,11 @@ class LightPath {
     std::int32_t medium_;
 };
 
-// What happens at the end of a segment; false: the path ends there.
+// What happens at the end of a segment: the visitor stores it, the path is scattered. False: it ends there.
 template <typename OnHit, typename OnScatter, typename OnEscape>
-bool finish_segment(const Scene& scene, LightPath& light_path, const LightPath::Segment& segment,
-                    const LightPathStart& start, Ledger& ledger, OnHit&& on_hit, OnScatter&& on_scatter,
-                    OnEscape&& on_escape) {
+bool interact(const Scene& scene, LightPath& light_path, const LightPath::Segment& segment,
+              const LightPathStart& start, Ledger& ledger, OnHit&& on_hit, OnScatter&& on_scatter,
+              OnEscape&& on_escape) {
     if (is_black(light_path.power())) return false;  // absorbed on the way, and booked
     if (segment.scattered) {
         ++ledger.scatterings;
@@ -230,18 +225,19 @@ bool finish_segment(const Scene& scene, LightPath& light_path, const LightPath::
     return false;
 }
 
-// Follows the path; calls on_hit(LightPathHit) at every surface, on_scatter(LightPathScatter) where a medium
-// turns it, and on_escape(LightPathEscape) if it leaves the scene. Source of the roulette: [Pharr 2004], with
-// the luminance of the power in place of that of the scale alone, so that every survivor of a surface carries
-// the luminance its parent had. `specular_below` as BounceClass has it.
+// Follows one path from its start to its end; calls on_hit(LightPathHit) at every surface,
+// on_scatter(LightPathScatter) where a medium turns it, and on_escape(LightPathEscape) if it leaves the
+// scene. Source of the roulette: [Pharr 2004], with the luminance of the power in place of that of the scale
+// alone, so that every survivor of a surface carries the luminance its parent had. `specular_below` as
+// BounceClass has it.
 template <typename OnHit, typename OnScatter, typename OnEscape>
 void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& sampler, Ledger& ledger,
                       OnHit&& on_hit, OnScatter&& on_scatter, OnEscape&& on_escape,
                       float specular_below = 0) {
     LightPath light_path(scene, start, sampler, ledger, specular_below);
-    for (std::uint32_t bounce = 0; bounce < kMaxBounces; ++bounce) {
-        if (!finish_segment(scene, light_path, light_path.propagate(), start, ledger, on_hit, on_scatter,
-                            on_escape))
+    for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
+        if (!interact(scene, light_path, light_path.propagate(), start, ledger, on_hit, on_scatter,
+                      on_escape))
             return;
     }
     ledger.cut += V3d(light_path.power());

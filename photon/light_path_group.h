@@ -59,7 +59,7 @@ class LightPathGroup {
         LightPath light_path;
         Ray ray;
         std::optional<ClosestHit> closest;
-        std::uint32_t segments = 0;
+        int segments = 0;
     };
 
     // A segment of every path.
@@ -95,8 +95,8 @@ class LightPathGroup {
             return slot.closest ? std::optional<Hit>(scene_.intersect(ray, *slot.closest)) : std::nullopt;
         };
         const LightPath::Segment segment = slot.light_path.propagate(slot.ray, hit);
-        if (!finish_segment(scene_, slot.light_path, segment, slot.start, ledger_, on_hit_, on_scatter_,
-                            on_escape_))
+        if (!interact(scene_, slot.light_path, segment, slot.start, ledger_, on_hit_, on_scatter_,
+                      on_escape_))
             return false;
         if (!is_of_use(slot.light_path.path(), use_)) {
             ledger_.not_followed += V3d(slot.light_path.power());

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/error.h"
-#include "engine/base/stopped.h"
+#include "engine/base/monitor.h"
 #include "photon/trace_light_paths.h"
 
 namespace lucerna {

@@ -1,16 +1,16 @@
 // The file: a head, then for each map that was built its positions, normals and photons. In this machine's
 // byte order; a check over all of it.
-#include "photon/map_file.h"
+#include "photon/build_maps.h"
 
 #include <cstring>
 #include <fstream>
 #include <type_traits>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 #include "engine/base/memory.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/scene/arithmetic.h"
 
 namespace lucerna {
@@ -112,19 +112,11 @@ void save_maps(const std::filesystem::path& file, const PhotonMaps& maps, std::u
         if (map) for_each_array(*map, [&](std::span<const std::byte> bytes) { check.add_bytes(bytes); });
     }
     head.check = check_of(head, check);
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out.exceptions(std::ios::badbit | std::ios::failbit);
-        const auto write = [&out](std::span<const std::byte> bytes) {
-            out.write(reinterpret_cast<const char*>(bytes.data()),
-                      static_cast<std::streamsize>(bytes.size()));
-        };
-        write(std::as_bytes(std::span(&head, 1)));
-        for (const std::optional<PhotonMap>& map : maps.maps) {
-            if (map) for_each_array(*map, write);
-        }
-        out.close();
-    });
+    std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(&head, 1))};
+    for (const std::optional<PhotonMap>& map : maps.maps) {
+        if (map) for_each_array(*map, [&](std::span<const std::byte> bytes) { parts.push_back(bytes); });
+    }
+    replace_file(file, parts);
 }
 
 PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::size_t lights,
@@ -136,11 +128,11 @@ PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::
     PhotonMaps maps;
     maps.ledger = head.ledger;
     WordHash check;
-    std::array<Photons, kMapKinds> landed;
+    std::array<Photons, kMapKinds> deposited;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         maps.counts[kind] = head.counts[kind];
         if (head.photons[kind] == kNotBuilt) continue;
-        Photons& photons = landed[kind];
+        Photons& photons = deposited[kind];
         photons.positions = read_array<V3f>(in, head.photons[kind], check);
         photons.normals = read_array<PackedDirection>(in, head.photons[kind], check);
         photons.photons = read_array<Photon>(in, head.photons[kind], check);
@@ -150,13 +142,13 @@ PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::
     const Stopwatch indexing;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         if (head.photons[kind] == kNotBuilt) continue;
-        for (std::size_t i = 0; i < landed[kind].size(); ++i) {
-            if (!is_photon(landed[kind].positions[i], landed[kind].photons[i], lights)) {
+        for (std::size_t i = 0; i < deposited[kind].size(); ++i) {
+            if (!is_photon(deposited[kind].positions[i], deposited[kind].photons[i], lights)) {
                 input_error(at, "the file is damaged: photon {} of the {} map is none", i,
                             map_name(static_cast<MapKind>(kind)));
             }
         }
-        maps.maps[kind].emplace(landed[kind], index, workers);
+        maps.maps[kind].emplace(deposited[kind], index, workers);
     }
     maps.seconds_index = indexing.seconds();
     return maps;

@@ -1,4 +1,5 @@
-// A photon at rest: what a particle leaves where it lands. 24 bytes; its position is kept beside it.
+// A photon as it is stored where a particle hits a surface or is scattered in a medium. 24 bytes; its
+// position is stored beside it.
 #pragma once
 
 #include <cmath>
@@ -9,9 +10,9 @@
 
 namespace lucerna {
 
-// A unit vector in 32 bits: the octahedral map (Meyer et al., "On Floating-Point Normal Vectors", 2010), 16
-// bits a side. The angle is off by less than 1e-4 rad, which moves a photon by less than 1e-4 of the search
-// radius.
+// A unit vector in 32 bits: the octahedral map [Meyer 2010], 16 bits a side. The angle is off by less than
+// 1e-4 rad, which moves the point at which the photon crosses a tangent plane by less than 1e-4 of its
+// distance from the plane along the path, over the cosine there (at least kGrazing).
 class PackedDirection {
   public:
     PackedDirection() = default;

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/frame.h"
-#include "photon/boundary.h"
+#include "engine/base/path_limits.h"
+#include "engine/base/vec.h"
 #include "photon/deposit.h"
 
 namespace lucerna {
@@ -81,22 +81,21 @@ class Prober {
     // Whether a photon that was found counts.
     bool counts(const ProbedPhoton& photon) const {
         const V3f back = back_along(photon.d) * photon.d;
-        const V3f landed = photon.p - back;
-        if (rises(photon.p)) return sees(landed);
-        const V3f crossed = disc_.x + crossing(disc_.x, disc_.n, photon.p, photon.d, metric_.kind()) - back;
+        const V3f deposited = photon.p - back;
+        if (rises(photon.p)) return sees(deposited);
+        const V3f crossed = disc_.x + metric_.crossing(photon.p, photon.d) - back;
         if (!sees(crossed)) return false;
-        return (landed - crossed).length2() < sqr(lift_) || is_clear(crossed, landed);
+        return (deposited - crossed).length2() < sqr(lift_) || is_clear(crossed, deposited);
     }
 
   private:
-    static constexpr int kMostSurfaces = 8;
     // The surface's error, so many times: x is off by one, what a ray meets by another.
     static constexpr float kErrors = 2;
 
-    // Whether a photon comes to rest on this way within the disc. Glass, and whatever else lets light
-    // through, is no edge: photons rest beyond it, if not by this way then by another that it bends.
+    // Whether a photon is stored on this way within the disc. Glass, and whatever else lets light
+    // through, is no edge: photons lie beyond it, if not by this way then by another that it bends.
     bool rests_under(Ray way) const {
-        for (int i = 0; i < kMostSurfaces; ++i) {
+        for (int i = 0; i < kMaxSheets; ++i) {
             const auto hit = scene_.intersect(way);
             if (!hit) return false;
             const Bsdf bsdf = scene_.bsdf(*hit);
@@ -109,7 +108,7 @@ class Prober {
     // Whether x sees a place where it may come to rest on this way, which ends over the plane: whether a ray
     // that ends on a surface meets it is a matter of rounding.
     bool rests_over(Ray way) const {
-        for (int i = 0; i < kMostSurfaces && way.t_max > 0; ++i) {
+        for (int i = 0; i < kMaxSheets && way.t_max > 0; ++i) {
             const auto hit = scene_.intersect(way);
             if (!hit) return false;
             if (stores_photons(scene_.bsdf(*hit)) && is_near(*hit, way.d) &&
@@ -138,11 +137,7 @@ class Prober {
     }
     // Whether nothing stands between a point and the one just over x.
     bool sees(const V3f& p) const { return is_clear(eye_, p); }
-    bool is_clear(const V3f& from, const V3f& to) const {
-        const V3f way = to - from;
-        const float distance = way.length();
-        return !(distance > 0) || scene_.unoccluded(SurfacePoint{from}, way / distance, distance);
-    }
+    bool is_clear(const V3f& from, const V3f& to) const { return scene_.unoccluded_along(from, to - from); }
     // Whether it lies over the disc's plane.
     bool rises(const V3f& p) const { return disc_.n.dot(p - disc_.x) > 0; }
 
@@ -158,7 +153,7 @@ class Prober {
 }  // namespace
 
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons, const ProbeChance& chance) {
+             std::span<const ProbedPhoton> photons, const ProbeNumbers& u) {
     const Prober prober(scene, disc, metric);
     const std::size_t count = photons.size();
 
@@ -167,10 +162,10 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     constexpr std::size_t kRimProbes = 4;
     bool whole = true;
     for (std::size_t i = 0; whole && i < kRimProbes; ++i) {
-        const V2f u(0.75F + 0.25F * chance.place.x, (static_cast<float>(i) + chance.place.y) / kRimProbes);
-        const V3f y = prober.place(u);
+        const V2f rim(0.75F + 0.25F * u.place.x, (static_cast<float>(i) + u.place.y) / kRimProbes);
+        const V3f y = prober.place(rim);
         whole = prober.goes_on(y) ||
-                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, chance.first, count)].d));
+                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, u.first, count)].d));
     }
 
     std::array<V3f, kProbedPhotons> seen;
@@ -178,7 +173,7 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     const std::size_t asked = whole ? (count + 3) / 4 : count;
     std::size_t counted = 0;
     for (std::size_t i = 0; i < asked; ++i) {
-        const ProbedPhoton& photon = photons[pick(i, asked, chance.first, count)];
+        const ProbedPhoton& photon = photons[pick(i, asked, u.first, count)];
         if (prober.counts(photon)) seen[counted++] = photon.d;
     }
     if (counted == 0) return {1, 0};
@@ -190,10 +185,10 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     float sum = 0;
     std::array<int, kProbedDirections> arrived{};
     for (int i = 0; i < kProbes; ++i) {
-        const V3f y = prober.place(probe_place(i, kProbes, chance.place));
+        const V3f y = prober.place(probe_place(i, kProbes, u.place));
         const bool open = prober.is_open(y);
         for (std::size_t j = 0; j < directions; ++j)
-            arrived[j] += prober.counts(y, open, seen[pick(j, directions, chance.first, counted)]);
+            arrived[j] += prober.counts(y, open, seen[pick(j, directions, u.first, counted)]);
     }
     for (std::size_t j = 0; j < directions; ++j) {
         sum +=

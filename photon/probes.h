@@ -1,14 +1,18 @@
-// What of an estimate is real, asked of the scene: how much of its disc photons could have reached, and how
-// many of those found reached it [Jensen 2001, 7].
+// How much of an estimate's disc photons could have reached, and how many of those found reached it: the
+// boundary bias of density estimates [Jensen 2001, 7.2], mended by short rays.
 //
-// A photon counts by where its path crosses the disc. Two things can be wrong with that. The path may cross
-// where the surface has ended, and the next one would find nothing there: the share of the kernel where
-// photons can be found (boundary.h). And something may stand between: the path ended on the far side of a
-// thin wall, or of a rib, over the plane, or began behind one, under it, and never crossed the disc. One rule
-// decides for both, so that what is divided by belongs to what is summed:
+// A photon counts by where its path crosses the disc. Two things can be wrong with that. At the edge of a
+// surface the disc hangs over: no photon lies there, and the estimate is too dark by the part of the kernel
+// that hangs over (half of it on a straight edge, three quarters at a right corner). Divided by the share
+// that does not, it is right again as far as the light is even over the disc. And something may stand
+// between: the path ended on the far side of a thin wall, or of a rib, over the plane, or began behind one,
+// under it, and never crossed the disc. A few photons' paths, moved across the disc as the kernel has it, are
+// traced: does each end where the metric would have counted it? One rule decides for both, so that what is
+// divided by belongs to what is summed:
 //
-//   a photon that rests over the plane counts if x sees where it rests (it would have gone on into the disc);
-//   one that rests under it, if x sees where it crossed the plane, and nothing lies from there to its rest.
+//   a photon that lies over the plane counts if x sees where it lies (it would have gone on into the disc);
+//   one that lies under it, if x sees where it crossed the plane, and nothing stands from there to where it
+//   lies.
 //
 // Rays begin a little over the surfaces they ask about: a share of the radius, and never less than what
 // rounding leaves open. A disc hardly wider than that is taken for flat as far as float32 can tell.
@@ -20,7 +24,6 @@
 
 #include "engine/base/vec.h"
 #include "engine/scene/scene.h"
-#include "photon/kernel.h"
 #include "photon/tangent_metric.h"
 
 namespace lucerna {
@@ -41,8 +44,8 @@ struct Probed {
     float part;   // of the photons that count, in [0,1]
 };
 
-// Chance, in [0,1): which of the photons are asked first, and how the probes' places are turned.
-struct ProbeChance {
+// Random numbers, in [0,1): which of the photons are asked first, and how the probes' places are turned.
+struct ProbeNumbers {
     float first;
     V2f place;
 };
@@ -52,9 +55,9 @@ inline constexpr std::size_t kProbedDirections = 2;  // of photons that count
 inline constexpr int kProbes = 16;                   // of each direction
 
 // `photons`: at least one, at most kProbedPhotons, each standing for as much of what was found as any other.
-// The mean of the directions' shares is the harmonic one: directions of a small share are found as seldom as
-// it is small.
+// Photons' directions are found with a probability in proportion to their share: so shares are averaged
+// harmonically, which makes the mean of 1/share right.
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons, const ProbeChance& chance);
+             std::span<const ProbedPhoton> photons, const ProbeNumbers& u);
 
 }  // namespace lucerna

@@ -24,14 +24,22 @@ inline constexpr float kGrazing = 1.0F / 128;
 // measure by which a BoxTree is searched, its payloads being packed directions of travel.
 class TangentMetric {
   public:
-    // `ratio` >= 1: a photon counts within distance r only if it rests within ratio·r in space. That keeps
+    // `ratio` >= 1: a photon counts within distance r only if it lies within ratio·r in space. That keeps
     // the search a ball, and keeps out photons that project onto x from the other end of a long way.
     TangentMetric(const V3f& x, const V3f& n, MetricKind kind, float ratio)
         : x_(x), n_(n), kind_(kind), inverse_ratio2_(1 / (ratio * ratio)) {}
 
     MetricKind kind() const { return kind_; }
 
-    // The larger of the projected distance and the share of the distance in space: `d` is the photon's
+    // Where a photon at x_i, on its way along d, crosses the plane through x: the offset from x. Agrees with
+    // the distance about grazing photons.
+    V3f crossing(const V3f& x_i, const V3f& d) const {
+        const V3f v = x_i - x_;
+        if (kind_ == MetricKind::euclidean) return v;
+        return v - n_.dot(v) / std::min(n_.dot(d), -kGrazing) * d;  // never divided by less than kGrazing
+    }
+
+    // The larger of the projected distance and the Euclidean distance divided by `ratio`: `d` is the photon's
     // direction of travel, 1/sqrt 3 to 1 long, `r2` its squared Euclidean distance. On a flat surface with
     // ratio >= 1 this is r2 itself.
     float operator()(const V3f& x_i, const V3f& d, float r2) const {
@@ -96,7 +104,7 @@ class TangentMetric {
     float inverse_ratio2_;
 };
 
-// The corners' lie between the sums of the lower and of the higher terms.
+// At every corner n·(p - from) lies between the sums of the lower and of the higher terms by axis.
 inline TangentMetric::Heights TangentMetric::heights(const BoxNode8& node, std::size_t i,
                                                      const V3f& from) const {
     const V3f a((node.low_x[i] - from.x) * n_.x, (node.low_y[i] - from.y) * n_.y,
@@ -140,7 +148,7 @@ inline Node8Keys TangentMetric::bounds(const BoxNode8& node, const BoxNode8& dir
                       std::max(x_.z - node.low_z[i], node.high_z[i] - x_.z));
         const auto [lowest, highest, terms] = heights(node, i, x_);
         const float height = std::max(std::max(lowest, -highest) - 8 * kRounding * terms, 0.0F);
-        // The steepest that counts, at least what steepness counts as.
+        // The largest |n·d| in the box, at least kGrazing.
         const float steepest = std::max(kGrazing, 8 * kRounding - heights(directions, i, V3f(0)).lowest);
         // Directions are 1/sqrt 3 long at least, and what is not steep of them lies along the plane.
         const float along = std::sqrt(std::max(1.0F / 3 - steepest * steepest, 0.0F));
@@ -156,6 +164,25 @@ inline Node8Keys TangentMetric::from_behind(Node8Keys bounds, const BoxNode8& di
         if (heights(directions, i, V3f(0)).lowest > 8 * kRounding) bounds[i] = INFINITY;
     }
     return bounds;
+}
+
+// Density kernels on the unit disc, each with integral 1 over the disc [Jensen 2001, 7.4]. `x2` is (d/r)², in
+// [0,1].
+enum class KernelShape : std::uint8_t { constant, cone, epanechnikov };
+
+// What is done where an estimate's disc hangs over the edge of its surface: nothing, or probes (probes.h).
+enum class Boundary : std::uint8_t { none, probes };
+
+inline float kernel(KernelShape shape, float x2) {
+    switch (shape) {
+        case KernelShape::constant:
+            return kInvPi;
+        case KernelShape::cone:
+            return 3 * kInvPi * (1 - std::sqrt(x2));
+        case KernelShape::epanechnikov:
+            return 2 * kInvPi * (1 - x2);
+    }
+    return 0;
 }
 
 }  // namespace lucerna

@@ -1,5 +1,5 @@
 // The one driver of light paths: it emits them, traces them and hands what they meet to visitors. Photon maps
-// [Jensen 2001, 7], virtual point lights [Keller 1997], guides, importance pre-passes and luminaires are all
+// [Jensen 2001, 5], virtual point lights [Keller 1997], guides, importance pre-passes and luminaires are all
 // visitors of the same paths.
 //
 // Work is chunks of a fixed number of paths, so that results do not depend on the number of threads; each
@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "photon/light_path_group.h"
@@ -19,7 +20,7 @@ namespace lucerna {
 
 struct LightPaths {
     std::int64_t first = 0;  // number of the first path
-    std::int64_t count = 0;  // in all, those of chunks that are there already included; first + count <= 2^32
+    std::int64_t count = 0;  // total, with those of chunks traced before; first + count <= 2^32
     std::uint64_t seed = 0;
     Purpose purpose = Purpose::emission;
     std::uint32_t pass = 0;
@@ -47,12 +48,16 @@ struct LightPathVisitor {
     void escape(const LightPathEscape& /*at*/) {}
 };
 
+// The random numbers of all of them: made once, as a chunk may be no more than a few paths.
+inline SamplerFamily samplers_of(const LightPaths& paths) {
+    return {paths.seed, paths.purpose, paths.pass};
+}
+
 // Traces the paths [begin, end) for one visitor, in the calling thread.
 template <typename Visitor>
-void trace_chunk(const Scene& scene, const LightPaths& paths, std::int64_t begin, std::int64_t end,
-                 Visitor& visitor) {
+void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamily& samplers,
+                 std::int64_t begin, std::int64_t end, Visitor& visitor) {
     Emission emission(scene, paths.seed, paths.purpose, paths.pass, paths.emission);
-    const SamplerFamily samplers(paths.seed, paths.purpose, paths.pass);
     LightPathGroup group(
         scene, visitor.ledger, [&](const LightPathHit& at) { visitor.hit(at); },
         [&](const LightPathScatter& at) { visitor.scatter(at); },
@@ -69,6 +74,23 @@ void trace_chunk(const Scene& scene, const LightPaths& paths, std::int64_t begin
     group.finish();
 }
 
+// Throws InputError unless so many paths, which `what` asks for, have numbers of their own.
+inline void require_path_numbers(std::string_view what, std::int64_t paths) {
+    constexpr std::int64_t kMostPaths = std::int64_t{1} << 32;
+    if (paths >= 1 && paths <= kMostPaths) return;
+    throw InputError(fmt::format("{}: {} paths asked for; 1 to {} can be emitted", what, paths, kMostPaths));
+}
+
+// How many things so many paths will leave, where count_of(visitor) of them are in each visitor of the `done`
+// that have been traced.
+template <typename Visitor, typename CountOf>
+double expected_of(const std::vector<Visitor>& chunks, std::int64_t done, std::int64_t paths,
+                   CountOf&& count_of) {
+    std::uint64_t found = 0;
+    for (const Visitor& chunk : chunks) found += count_of(chunk);
+    return static_cast<double>(found) * static_cast<double>(paths) / static_cast<double>(done);
+}
+
 // Where light paths are traced, and by whom.
 struct LightPathWork {
     const Scene& scene;
@@ -76,33 +98,35 @@ struct LightPathWork {
     Monitor& monitor;
 };
 
-// Traces light paths until there are paths.count of them: `chunks` holds the visitors of those before, in
+// Continues until paths.count light paths are traced: `chunks` holds the visitors of those traced before, in
 // whole chunks, and gets those of all others. make_visitor(n) makes the visitor of a chunk of n paths. What
-// the first 65,536 paths left tells what all will need: require_memory(chunks, done, count) throws InputError
-// where that is more than there is. Stopped early (monitor), visitors of chunks that were not traced are as
-// the default constructor makes them, and the caller must not use the result.
+// the first 65,536 paths left tells what all will need (expected_of): require_memory(chunks, done > 0, count)
+// throws InputError where that is more than there is. Stopped early (monitor), visitors of chunks that were
+// not traced are as the default constructor makes them, and the caller must not use the result.
 template <typename Visitor, typename MakeVisitor, typename RequireMemory>
 void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::vector<Visitor>& chunks,
                        MakeVisitor&& make_visitor, RequireMemory&& require_memory) {
     constexpr std::int64_t kFirstPaths = 65'536;
     const std::int64_t first = static_cast<std::int64_t>(chunks.size()) * paths.per_chunk;
     chunks.resize(static_cast<std::size_t>((paths.count + paths.per_chunk - 1) / paths.per_chunk));
+    const SamplerFamily samplers = samplers_of(paths);
     Phase phase(work.monitor, paths.phase, static_cast<std::uint64_t>(paths.count - first));
     const auto trace = [&](std::int64_t from, std::int64_t to) {
-        parallel_ranges(
-            work.workers, to - from, paths.per_chunk,
-            [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                if (work.monitor.stopped()) return;
-                Visitor visitor = make_visitor(end - begin);
-                trace_chunk(work.scene, paths, paths.first + from + begin, paths.first + from + end, visitor);
-                chunks[static_cast<std::size_t>((from + begin) / paths.per_chunk)] = std::move(visitor);
-                phase.advance(static_cast<std::uint64_t>(end - begin));
-            });
+        parallel_ranges(work.workers, to - from, paths.per_chunk,
+                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                            if (work.monitor.stopped()) return;
+                            Visitor visitor = make_visitor(end - begin);
+                            trace_chunk(work.scene, paths, samplers, paths.first + from + begin,
+                                        paths.first + from + end, visitor);
+                            chunks[static_cast<std::size_t>((from + begin) / paths.per_chunk)] =
+                                std::move(visitor);
+                            phase.advance(static_cast<std::uint64_t>(end - begin));
+                        });
     };
     // Whole chunks, so that those after them begin where they would.
     const std::int64_t sample = std::min(paths.count, std::max(first, kFirstPaths));
     trace(first, sample);
-    if (!work.monitor.stopped()) require_memory(chunks, sample, paths.count);
+    if (sample > 0 && !work.monitor.stopped()) require_memory(chunks, sample, paths.count);
     trace(sample, paths.count);
 }
 template <typename Visitor, typename MakeVisitor>

@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
-#include "engine/scene/passage.h"
+#include "engine/scene/media_traversal.h"
 
 namespace lucerna {
 namespace {
 
 // Directions in which the ball is looked through, times the eight signs of each: an edge or a corner of walls
 // along the axes is then told nearly without chance.
-constexpr std::uint32_t kLooks = 2;
+constexpr std::uint32_t kAppearances = 2;
 constexpr unsigned kSigns = 8;
 // However narrow the place, so much of the ball is taken to be open.
 constexpr float kLeastFilling = 1.0F / 64;
@@ -23,12 +23,6 @@ float unit_part(float x) {
 }
 
 }  // namespace
-
-bool VolumeDensityEstimate::sees(const V3f& from, const V3f& to) const {
-    const V3f way = to - from;
-    const float distance = way.length();
-    return !(distance > 0) || scene_.unoccluded(SurfacePoint{from}, way / distance, distance);
-}
 
 // ∫ σ_s t² dt over the ray up to t_max, in luminance.
 double VolumeDensityEstimate::scattered_along(const ScatteringPoint& at, const Ray& ray,
@@ -58,8 +52,8 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
     const V2f place(std::fabs(first.z), std::atan2(std::fabs(first.y), std::fabs(first.x)) / (0.5F * kPi));
     double sum = 0;
     bool obstructed = false;
-    for (std::uint32_t look = 0; look < kLooks; ++look) {
-        const float step = static_cast<float>(look) / kLooks;
+    for (std::uint32_t look = 0; look < kAppearances; ++look) {
+        const float step = static_cast<float>(look) / kAppearances;
         const float z = unit_part(place.x + step), phi = 0.5F * kPi * unit_part(place.y + step);
         const float s = std::sqrt(1 - z * z);
         const V3f w(s * std::cos(phi), s * std::sin(phi), z);
@@ -75,7 +69,7 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
         }
     }
     const auto r = static_cast<double>(radius);
-    const double open = kSigns * kLooks * static_cast<double>(luminance(at.sigma_s)) * r * r * r / 3;
+    const double open = kSigns * kAppearances * static_cast<double>(luminance(at.sigma_s)) * r * r * r / 3;
     return {std::max(static_cast<float>(sum / open), kLeastFilling), obstructed};
 }
 
@@ -94,9 +88,9 @@ std::size_t VolumeDensityEstimate::pick(std::span<const Brought> found, float u)
 VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPoint& at, float radius,
                                                               std::vector<Brought>& found,
                                                               const Sampler& sampler) const {
-    Sampler chance = sampler;
-    const float u = chance.next();
-    const V3f anywhere = square_to_sphere(chance.next2());
+    Sampler own = sampler;
+    const float u = own.next();
+    const V3f anywhere = square_to_sphere(own.next2());
     const auto look = [&](const Brought& photon) {
         const V3f way = photon.from - at.p;
         return filling(at, radius, way.length() > 0 ? way.normalized() : anywhere, sampler.split(1));
@@ -104,9 +98,10 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
     const V3f first = found[pick(found, u)].from;
     const Filling seen = look({first, Rgb(0)});
     if (!seen.obstructed) return seen;
-    std::erase_if(found, [&](const Brought& photon) { return !sees(at.p, photon.from); });
+    std::erase_if(found,
+                  [&](const Brought& photon) { return !scene_.unoccluded_along(at.p, photon.from - at.p); });
     // One that does not count says nothing of those that do.
-    return found.empty() || sees(at.p, first) ? seen : look(found[pick(found, u)]);
+    return found.empty() || scene_.unoccluded_along(at.p, first - at.p) ? seen : look(found[pick(found, u)]);
 }
 
 VolumeDensityEstimate::Result VolumeDensityEstimate::in_scattered(const ScatteringPoint& at,

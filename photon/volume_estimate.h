@@ -5,9 +5,9 @@
 // function is what a ray gains per unit of length, and coefficients need not be known at the photons.
 //
 // Where we differ: a ball that reaches into a wall, or over the end of the medium, holds fewer photons than
-// one in the open. The estimate is divided by the part of the ball that scatters and can be seen from its
-// middle, by what is scattered there over what is in the middle; and photons that cannot be seen from there
-// do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
+// one in the open. The estimate is divided by the integral of σ_s over the part of the ball that is
+// visible from its centre, over σ_s(centre) times the ball's volume; and photons that are not visible from
+// the centre do not count. So fog is as bright at a wall as it is, and light does not leak through thin ones.
 //
 // That part is not known, it is looked for along a few directions; and the mean of 1/X is more than 1 over
 // the mean of X, by as much as X scatters. So one of the directions is that in which a photon was found that
@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "engine/base/sampler.h"
-#include "engine/scene/phase.h"
+#include "engine/scene/medium.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
 #include "photon/photon_map.h"
@@ -79,7 +79,6 @@ class VolumeDensityEstimate {
     double scattered_along(const ScatteringPoint& at, const Ray& ray, Sampler& sampler) const;
     Result sum(const ScatteringPoint& at, std::span<const Neighbour> found, float radius2,
                const Sampler& sampler) const;
-    bool sees(const V3f& from, const V3f& to) const;
 
     const Scene& scene_;
     const PhotonMap& map_;

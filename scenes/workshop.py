@@ -92,32 +92,41 @@ class Mesh:
 
     def write(self, path, crease=40.0):
         """A binary PLY with normals, and texture points if all faces have them. Says how many triangles."""
-        key = lambda p: (round(p[0], 6), round(p[1], 6), round(p[2], 6))
         scale = max((abs(v) for face in self.faces for p in face[:3] for v in p), default=1.0)
-        if scale < 1:  # millimetres written in metres: six digits of the largest
-            digits = 6 - math.floor(math.log10(scale))
-            key = lambda p: (round(p[0], digits), round(p[1], digits), round(p[2], digits))
-        around, normals = {}, []
+        # Of millimetres written in metres: six digits of the largest.
+        digits = 6 if scale >= 1 else 6 - math.floor(math.log10(scale))
+        known = {}  # keys of points: most belong to several faces
+
+        def key(p):
+            found = known.get(p)
+            if found is None:
+                found = known[p] = (round(p[0], digits), round(p[1], digits), round(p[2], digits))
+            return found
+        around, normals, keys = {}, [], []
         for index, (a, b, c, _) in enumerate(self.faces):
             n = cross(sub(b, a), sub(c, a))
-            normals.append((n, unit(n)))
-            for p in (a, b, c):
-                around.setdefault(key(p), []).append(index)
+            normals.append(n + unit(n))
+            corner = (key(a), key(b), key(c))
+            keys.append(corner)
+            for k in corner:
+                around.setdefault(k, []).append(index)
         textured = all(face[3] is not None for face in self.faces)
         cosine = math.cos(math.radians(crease))
         slots, vertices, corners = {}, [], array.array("i")
         for index, face in enumerate(self.faces):
-            own = normals[index][1]
+            _, _, _, ox, oy, oz = normals[index]
             for k in range(3):
-                total = [0.0, 0.0, 0.0]
-                for other in around[key(face[k])]:
-                    weighted, direction = normals[other]
-                    if other == index or dot(direction, own) > cosine:
-                        for i in range(3):
-                            total[i] += weighted[i]
-                n = unit(total)
+                own = keys[index][k]
+                x = y = z = 0.0
+                for other in around[own]:
+                    wx, wy, wz, dx, dy, dz = normals[other]
+                    if other == index or dx * ox + dy * oy + dz * oz > cosine:
+                        x += wx
+                        y += wy
+                        z += wz
+                n = unit((x, y, z))
                 vertex = face[k] + n + (face[3][k] if textured else ())
-                slot = (key(face[k]), tuple(round(v, 4) for v in vertex[3:]))
+                slot = own + tuple([round(v, 4) for v in vertex[3:]])
                 if slot not in slots:
                     slots[slot] = len(vertices)
                     vertices.append(vertex)
@@ -130,11 +139,9 @@ class Mesh:
                        + "element face %d\nproperty list uchar int vertex_indices\nend_header\n"
                        % len(self.faces)).encode())
             row = struct.Struct("<%df" % len(names))
-            for vertex in vertices:
-                out.write(row.pack(*vertex))
-            triangle = struct.Struct("<Biii")
-            for i in range(0, len(corners), 3):
-                out.write(triangle.pack(3, *corners[i:i + 3]))
+            out.write(b"".join([row.pack(*vertex) for vertex in vertices]))
+            triangle = struct.Struct("<Biii").pack
+            out.write(b"".join([triangle(3, *corners[i:i + 3]) for i in range(0, len(corners), 3)]))
         print("   %-44s %7d triangles" % (os.path.relpath(path), len(self.faces)))
 
 

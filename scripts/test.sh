@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds everything and runs tests. Usage: scripts/test.sh [ci|nightly] [ARGUMENT...]
+# Builds what the tests need and runs them. Usage: scripts/test.sh [ci|nightly] [ARGUMENT...]
 #   (nothing)  what must hold before a change is kept, in minutes: every module, and whole scenes with measured lamps
 #   ci         what CI checks beside that: large references, extremes, kills, pages, AddressSanitizer, UBSan, fuzzers
 #   nightly    ThreadSanitizer, fuzzers for long, gigabytes: hours
@@ -15,7 +15,10 @@ esac
 
 bash scripts/deps.sh
 cmake --preset release -DLUCERNA_TESTS=ON --log-level=WARNING >/dev/null
-cmake --build --preset release --parallel "$(nproc)"
+# What is quick needs neither the benchmarks nor the programs of the other runs.
+target=all
+[ "$suite" != quick ] || target=quick_tests
+cmake --build --preset release --target "$target" --parallel "$(nproc)"
 # Two tests at a time, of two threads each: who waits for work must not spin.
 export OMP_WAIT_POLICY=passive
 exec ctest --test-dir build/release -L "^$suite\$" --output-on-failure -j2 --output-junit "tests-$suite.xml" "$@"

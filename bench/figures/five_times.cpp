@@ -17,7 +17,6 @@
 
 #include "engine/base/error.h"
 #include "lights/gauss.h"
-#include "lights/measurement/far_field.h"
 #include "lights/measurement/plane_irradiance.h"
 
 namespace {
@@ -109,13 +108,13 @@ Extent extent_of(const RaySet& rays) {
     }
     const double count = static_cast<double>(lines.size());  // a lamp that shines forward has some
     at /= count, slope /= count;
-    double together = 0, spread = 0;
+    double joint = 0, deviation = 0;
     for (const Line& line : lines) {
-        together += (line.at - at).dot(line.slope - slope);
-        spread += (line.slope - slope).length2();
+        joint += (line.at - at).dot(line.slope - slope);
+        deviation += (line.slope - slope).length2();
     }
     Extent extent;
-    const double z = -together / spread;
+    const double z = -joint / deviation;
     const Imath::V2d middle = at + z * slope;
     extent.centre = V3d(middle.x, middle.y, z);
     std::vector<double> reach;

@@ -116,11 +116,11 @@ Flicker flicker(const Cells& cells) {
     return {*middle, all.size()};
 }
 
-V3d parse_travel(const std::string& text) {
+V3d parse_path(const std::string& text) {
     std::istringstream words(text);
-    V3d travel;
-    if (!(words >> travel.x >> travel.y >> travel.z)) throw std::runtime_error("TRAVEL is three numbers");
-    return travel;
+    V3d path;
+    if (!(words >> path.x >> path.y >> path.z)) throw std::runtime_error("TRAVEL is three numbers");
+    return path;
 }
 
 std::vector<double> parse_sizes(const std::string& text) {
@@ -133,8 +133,8 @@ std::vector<double> parse_sizes(const std::string& text) {
 
 class Flight {
   public:
-    Flight(Job job, const V3d& travel, std::size_t frames)
-        : job_(std::move(job)), begin_(job_.camera.settings()), travel_(travel), frames_(frames) {}
+    Flight(Job job, const V3d& path, std::size_t frames)
+        : job_(std::move(job)), begin_(job_.camera.settings()), path_(path), frames_(frames) {}
 
     // The cells of each size.
     std::vector<Cells> fly(bool fresh_seeds, const std::vector<double>& sizes) {
@@ -143,7 +143,7 @@ class Flight {
         for (std::size_t frame = 0; frame < frames_; ++frame) {
             Camera::Settings camera = begin_;
             const double share = static_cast<double>(frame) / static_cast<double>(frames_ - 1);
-            for (int a = 0; a < 3; ++a) camera.world_from_camera[3][a] += share * travel_[a];
+            for (int a = 0; a < 3; ++a) camera.world_from_camera[3][a] += share * path_[a];
             job_.camera = Camera(camera);
             const RenderOptions options{fresh_seeds ? 1000 + frame : 1000, Workers{}};
             const Image image = render(job_, options, silent).image;
@@ -156,7 +156,7 @@ class Flight {
   private:
     Job job_;
     Camera::Settings begin_;
-    V3d travel_;
+    V3d path_;
     std::size_t frames_;
 };
 
@@ -192,7 +192,7 @@ void run(const std::vector<std::string>& words) {
         overrides.set.push_back(parse_assignment({"KEY=VALUE"}, words[i]));
     const std::vector<double> sizes = parse_sizes(words[5]);
     Monitor silent;
-    Flight flight(read_scene(words[0], overrides, Workers{}, silent), parse_travel(words[4]), frames);
+    Flight flight(read_scene(words[0], overrides, Workers{}, silent), parse_path(words[4]), frames);
     const auto fresh = flight.fly(true, sizes), fixed = flight.fly(false, sizes);
     for (std::size_t i = 0; i < sizes.size(); ++i) {
         const Flicker a = flicker(fresh[i]), b = flicker(fixed[i]);

@@ -17,11 +17,11 @@
 #include <ctime>
 #include <vector>
 
+#include "engine/base/monitor.h"
 #include "engine/base/stats.h"
-#include "engine/base/stopwatch.h"
 #include "engine/base/units.h"
-#include "engine/integrators/igi_estimator.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/vpl/igi_vpls.h"
 #include "engine/vpl/vpl_shading.h"
 
 namespace {

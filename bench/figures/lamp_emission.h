@@ -15,7 +15,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/sampler.h"
 #include "lights/cell_table.h"
-#include "lights/emit_net.h"
+#include "lights/emission_net.h"
 #include "lights/light_field.h"
 #include "lights/measured.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -139,7 +139,7 @@ inline EmissionMeasured measure_emission(const Light& light, std::span<const Pla
     std::vector<std::optional<LeSample>> out(kChunk);
     double seconds = 0;
     for (std::uint32_t batch = 0; batch < particles.batches; ++batch) {
-        const EmitNet net(1, Purpose::bench, batch);
+        const EmissionNet net(1, Purpose::bench, batch);
         // in_batch is a multiple of a chunk.
         for (std::uint32_t first = 0; first < particles.in_batch; first += kChunk) {
             for (std::uint32_t i = 0; i < kChunk; ++i) u[i] = net.at(first + i).u;

@@ -41,14 +41,15 @@ void means() {
 
 PhotonMap corner_photons(const LitShape& corner, std::uint64_t seed) {
     constexpr int kPhotons = 200'000;
-    Photons landed;
+    Photons deposited;
     const auto power = static_cast<float>(corner.area / kPhotons);
     for (std::uint32_t i = 0; i < kPhotons; ++i) {
         Sampler sampler(seed, Purpose::bench, 0, i);
-        const LandedPhoton photon = corner.photon(sampler);
-        landed.add(photon.p, PackedDirection(photon.n), {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
+        const DepositedPhoton photon = corner.photon(sampler);
+        deposited.add(photon.p, PackedDirection(photon.n),
+                      {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
     }
-    return PhotonMap(landed);
+    return PhotonMap(deposited);
 }
 
 void corner_picture() {

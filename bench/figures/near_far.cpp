@@ -24,7 +24,7 @@
 
 #include "bench/figures/figure_main.h"
 #include "bench/figures/lamp_emission.h"
-#include "lights/measurement/far_field.h"
+#include "lights/measurement/plane_irradiance.h"
 
 namespace {
 
@@ -49,7 +49,7 @@ Origin origin_of(const LightField& field) {
     const Rig& rig = field.rig();
     Origin origin;
     // Moments of places on S and of slopes, both axes together.
-    double weight = 0, spread = 0, together = 0;
+    double weight = 0, deviation = 0, joint = 0;
     V2d at(0, 0), slope(0, 0);
     double at_slope = 0, slope2 = 0;
     std::vector<std::pair<double, double>> reach;  // distance from the middle, flux
@@ -76,9 +76,9 @@ Origin origin_of(const LightField& field) {
         }
     }
     at /= weight, slope /= weight;  // a lamp's flux is positive
-    together = at_slope / weight - at.dot(slope);
-    spread = slope2 / weight - slope.length2();
-    origin.waist = spread > 0 ? -together / spread : 0;
+    joint = at_slope / weight - at.dot(slope);
+    deviation = slope2 / weight - slope.length2();
+    origin.waist = deviation > 0 ? -joint / deviation : 0;
     origin.centre = at + origin.waist * slope;
     std::sort(reach.begin(), reach.end());
     double total = 0, sum = 0;
@@ -143,7 +143,7 @@ void compare(const std::string& lamp, const LightField& field, const Photometric
 void time_light(const std::string& lamp, const Origin& origin, const char* model, const Light& light,
                 std::size_t bytes, const Effort& effort) {
     constexpr std::uint32_t kChunk = 512;
-    const EmitNet net(1, Purpose::bench, 0);
+    const EmissionNet net(1, Purpose::bench, 0);
     std::vector<LeSampleU> u(kChunk);
     std::vector<std::optional<LeSample>> out(kChunk);
     double sample_Le = 0, sample_Li = 0, sum = 0;

@@ -22,10 +22,10 @@
 #include <vector>
 
 #include "bench/figures/figure_main.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/base/units.h"
 #include "engine/pbrt/read_scene.h"
-#include "photon/path_rays.h"
+#include "photon/build_maps.h"
 
 namespace {
 
@@ -71,16 +71,16 @@ std::vector<Round> take_turns(const Scene& scene, const MapParameters& parameter
                               const std::vector<Ray>& rays, std::int64_t rounds, int threads) {
     std::vector<Round> all;
     const Workers workers{threads};
-    std::uint64_t met = 0;
+    std::uint64_t hits = 0;
     for (std::int64_t i = 0; i < rounds; ++i) {
         TraceMeter trace;
         const PhotonMaps maps = build_photon_maps(scene, parameters, workers, trace);
         const Meter bare;
-        met = scene.count_hits(rays, workers);
+        hits = scene.count_hits(rays, workers);
         all.push_back({trace.cost(), bare.read()});
-        if (met != maps.ledger.hits) {
+        if (hits != maps.ledger.hits) {
             throw std::runtime_error(
-                fmt::format("the light paths hit {} surfaces, their rays {}", maps.ledger.hits, met));
+                fmt::format("the light paths hit {} surfaces, their rays {}", maps.ledger.hits, hits));
         }
     }
     return all;

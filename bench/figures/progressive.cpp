@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "bench/figures/figure_main.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/base/units.h"
 #include "engine/evaluation/compare.h"
 #include "engine/pbrt/read_scene.h"

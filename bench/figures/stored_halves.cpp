@@ -115,7 +115,7 @@ Times time_fetches(const Rig& rig, const CellTable& table, const std::vector<Sto
                    std::uint32_t particles) {
     constexpr auto kSize = static_cast<std::uint32_t>(CellTable::Block::kSize);
     constexpr std::uint32_t kBlocks = 16;  // so many at a time that the clock is asked seldom
-    const EmitNet net(1, Purpose::bench, 0);
+    const EmissionNet net(1, Purpose::bench, 0);
     std::vector<CellTable::Block> blocks(kBlocks);
     Times times;
     for (std::uint32_t first = 0; first < particles; first += kBlocks * kSize) {

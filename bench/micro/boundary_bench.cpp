@@ -43,7 +43,6 @@ void estimates(benchmark::State& state, Boundary boundary) {
     state.SetItemsProcessed(state.iterations());
 }
 BENCHMARK_CAPTURE(estimates, none, Boundary::none)->Arg(50)->Arg(100);
-BENCHMARK_CAPTURE(estimates, hull, Boundary::hull)->Arg(50)->Arg(100);
 BENCHMARK_CAPTURE(estimates, probes, Boundary::probes)->Arg(50)->Arg(100);
 
 }  // namespace

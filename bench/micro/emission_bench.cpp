@@ -10,7 +10,7 @@
 #include <map>
 
 #include "engine/base/sampler.h"
-#include "lights/emit_net.h"
+#include "lights/emission_net.h"
 #include "lights/measured.h"
 
 namespace {
@@ -78,7 +78,7 @@ void build_table(benchmark::State& state, bool large, bool negative) {
 // Random numbers for many batches, so that no batch finds the cache as the last one left it.
 std::vector<LeSampleU> numbers() {
     std::vector<LeSampleU> u(kBatch * 2048);
-    const EmitNet net(1, Purpose::bench, 0);
+    const EmissionNet net(1, Purpose::bench, 0);
     for (std::size_t i = 0; i < u.size(); ++i) u[i] = net.at(static_cast<std::uint32_t>(i)).u;
     return u;
 }
@@ -277,7 +277,7 @@ void single_brute(benchmark::State& state, bool large) {
 }
 
 void net_numbers(benchmark::State& state) {
-    const EmitNet net(1, Purpose::bench, 0);
+    const EmissionNet net(1, Purpose::bench, 0);
     std::uint32_t i = 0;
     for (auto _ : state) benchmark::DoNotOptimize(net.at(i++));
     state.SetItemsProcessed(state.iterations());

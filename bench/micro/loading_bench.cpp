@@ -17,7 +17,7 @@
 #include "engine/base/files.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
-#include "engine/scene/ply.h"
+#include "engine/scene/mesh.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {

@@ -12,12 +12,12 @@
 #include <numeric>
 #include <random>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
 #include "photon/build_maps.h"
-#include "photon/near_photons.h"
+#include "photon/photon_map.h"
 
 namespace {
 
@@ -31,7 +31,7 @@ struct Place {
 std::vector<Place> places_of(const Job& job, std::size_t count) {
     Sampler sampler(1, Purpose::bench, 0, 0);
     std::vector<Place> places;
-    const auto look = [&](const Ray& ray) -> std::optional<Hit> {
+    const auto add_hit = [&](const Ray& ray) -> std::optional<Hit> {
         auto hit = job.scene.intersect(ray);
         if (!hit) return std::nullopt;
         places.push_back({hit->at.p, hit->at.n.dot(ray.d) > 0 ? -hit->at.n : hit->at.n});
@@ -41,11 +41,11 @@ std::vector<Place> places_of(const Job& job, std::size_t count) {
         const V2f pixel = sampler.next2();
         const V2f film(pixel.x * static_cast<float>(job.film.width),
                        pixel.y * static_cast<float>(job.film.height));
-        const auto hit = look(job.camera.ray(film, sampler.next2()));
+        const auto hit = add_hit(job.camera.ray(film, sampler.next2()));
         if (!hit) continue;
         const Frame frame(places.back().n);
         const V3f d = frame.to_world(square_to_cosine_hemisphere(sampler.next2()));
-        look(Ray{hit->at.towards(d), d});
+        add_hit(Ray{hit->at.towards(d), d});
     }
     places.resize(count);
     return places;
@@ -53,8 +53,8 @@ std::vector<Place> places_of(const Job& job, std::size_t count) {
 
 struct Setting {
     Job job;
-    Photons landed;  // in no order
-    float radius;    // the largest, as the renderer's default has it
+    Photons deposited;  // in no order
+    float radius;       // the largest, as the renderer's default has it
     std::vector<Place> places;
 };
 
@@ -62,12 +62,12 @@ Photons shuffled(const PhotonMap& map, std::size_t count) {
     std::vector<std::uint32_t> order(map.size());
     std::iota(order.begin(), order.end(), 0U);
     std::shuffle(order.begin(), order.end(), std::mt19937(1));
-    Photons landed;
-    landed.reserve(count);
+    Photons deposited;
+    deposited.reserve(count);
     for (const std::uint32_t i : std::span(order).first(std::min(count, order.size()))) {
-        landed.add(map.positions()[i], map.normals()[i], map.photons()[i]);
+        deposited.add(map.positions()[i], map.normals()[i], map.photons()[i]);
     }
-    return landed;
+    return deposited;
 }
 
 const Setting& setting_of(std::size_t photons) {
@@ -83,10 +83,10 @@ const Setting& setting_of(std::size_t photons) {
     parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
     parameters.targets[static_cast<std::size_t>(MapKind::global)] = static_cast<std::int64_t>(photons);
     const PhotonMaps maps = build_photon_maps(job.scene, parameters, Workers{}, silent);
-    Photons landed = shuffled(*maps.find(MapKind::global), photons);
+    Photons deposited = shuffled(*maps.find(MapKind::global), photons);
     const float radius = 0.05F * job.scene.bounds().size().length();
     std::vector<Place> places = places_of(job, 1 << 14);
-    return made.emplace(photons, Setting{std::move(job), std::move(landed), radius, std::move(places)})
+    return made.emplace(photons, Setting{std::move(job), std::move(deposited), radius, std::move(places)})
         .first->second;
 }
 
@@ -107,8 +107,8 @@ void report(benchmark::State& state, double tree, double flann, const char* unit
 void searches(benchmark::State& state, MetricKind metric) {
     const Setting& setting = setting_of(static_cast<std::size_t>(state.range(0)));
     const auto k = static_cast<std::size_t>(state.range(1));
-    const PhotonMap tree(setting.landed, IndexKind::tree);
-    const PhotonMap flann(setting.landed, IndexKind::flann);
+    const PhotonMap tree(setting.deposited, IndexKind::tree);
+    const PhotonMap flann(setting.deposited, IndexKind::flann);
     double seconds_tree = 0;
     double seconds_flann = 0;
     std::size_t count = 0;
@@ -146,9 +146,9 @@ void builds(benchmark::State& state) {
     double seconds_flann = 0;
     for (auto _ : state) {
         const std::clock_t begin = std::clock();
-        { const PhotonMap map(setting.landed, IndexKind::tree, workers); }
+        { const PhotonMap map(setting.deposited, IndexKind::tree, workers); }
         const std::clock_t between = std::clock();
-        benchmark::DoNotOptimize(make_flann_tree(setting.landed.positions));
+        benchmark::DoNotOptimize(make_flann_tree(setting.deposited.positions));
         seconds_tree += static_cast<double>(between - begin) / CLOCKS_PER_SEC;
         seconds_flann += static_cast<double>(std::clock() - between) / CLOCKS_PER_SEC;
     }

@@ -13,10 +13,10 @@
 #include <new>
 
 #include "engine/base/error.h"
-#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/memory.h"
+#include "engine/base/pictures.h"
 
 namespace lucerna {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/base/exr_guard.h"
+#include "engine/base/pictures.h"
 
 #include <algorithm>
 #include <array>

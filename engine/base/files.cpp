@@ -16,7 +16,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
-#include "engine/base/stopped.h"
+#include "engine/base/monitor.h"
 
 namespace lucerna {
 

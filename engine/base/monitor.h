@@ -1,9 +1,12 @@
 // How long work speaks to whoever waits for it. Passed by reference; only the console prints.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <string_view>
+
+#include "engine/base/error.h"
 
 namespace lucerna {
 
@@ -36,6 +39,28 @@ class Phase {
 
   private:
     Monitor& monitor_;
+};
+
+// Work that ended because the user asked it to, and gave up what it was making.
+
+// Thrown where Monitor::stopped() was heard and there is nothing whole to give back. A command that ends with
+// it has an exit code of its own.
+class Stopped : public InputError {
+  public:
+    using InputError::InputError;
+};
+
+// How long a phase took, for the statistics.
+
+// Runs from its construction.
+class Stopwatch {
+  public:
+    double seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace lucerna

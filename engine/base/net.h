@@ -1,10 +1,9 @@
 // Scrambled (0,2)-sequence: the first two Sobol dimensions under Owen's nested uniform scrambling.
 //
-// Sources: Sobol 1967; Owen 1998; Kollig and Keller, "Efficient Multidimensional Sampling", 2002; the hash
-// that stands for the scrambling tree is of the form of Laine and Karras, "Stratified Sampling for Stochastic
-// Transparency", 2011: every step of it carries bits upwards only, which is what makes it a nested
-// permutation when it works on the reversed word. Beyond two dimensions: direction numbers of Joe and Kuo,
-// "Constructing Sobol Sequences with Better Two-Dimensional Projections", 2008.
+// Sources: [Sobol 1967; Owen 1998; Kollig and Keller 2002]; the hash that stands for the scrambling tree is
+// of the form of [Laine and Karras 2011]: every step of it carries bits upwards only, which is what makes it
+// a nested permutation when it works on the reversed word. Beyond two dimensions: direction numbers of [Joe
+// and Kuo 2008].
 #pragma once
 
 #include <array>

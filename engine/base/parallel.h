@@ -92,6 +92,16 @@ void parallel_ranges(const Workers& workers, std::int64_t n, std::int64_t grain,
     });
 }
 
+// Calls body(i) for every i in [0, n), in ranges of `grain`.
+template <typename Body>
+void parallel_each(const Workers& workers, std::size_t n, std::int64_t grain, Body&& body) {
+    parallel_ranges(workers, static_cast<std::int64_t>(n), grain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
+                            body(i);
+                    });
+}
+
 // Counts events from many threads without making them wait for each other. For statistics only.
 class Counter {
   public:

@@ -10,8 +10,8 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
-#include "engine/base/names.h"
 #include "engine/base/pictures.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {

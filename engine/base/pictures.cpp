@@ -11,9 +11,7 @@
 #include <fstream>
 
 #include "engine/base/error.h"
-#include "engine/base/exr_guard.h"
 #include "engine/base/files.h"
-#include "engine/base/png_guard.h"
 
 namespace lucerna {
 namespace {
@@ -24,15 +22,15 @@ constexpr const char* kEntry = "lucerna_pictures_1";
 // Libraries expect the usual rounding and no traps while they are set up, and may change both, and the
 // flushing of denormals, for the thread that loads them. Numbers must not depend on whether a picture was
 // read before.
-class KeptFloatEnvironment {
+class SavedFloatEnvironment {
   public:
-    KeptFloatEnvironment() {
+    SavedFloatEnvironment() {
         std::fegetenv(&kept_);
         std::fesetenv(FE_DFL_ENV);
     }
-    ~KeptFloatEnvironment() { std::fesetenv(&kept_); }
-    KeptFloatEnvironment(const KeptFloatEnvironment&) = delete;
-    KeptFloatEnvironment& operator=(const KeptFloatEnvironment&) = delete;
+    ~SavedFloatEnvironment() { std::fesetenv(&kept_); }
+    SavedFloatEnvironment(const SavedFloatEnvironment&) = delete;
+    SavedFloatEnvironment& operator=(const SavedFloatEnvironment&) = delete;
 
   private:
     std::fenv_t kept_{};
@@ -112,7 +110,7 @@ std::vector<std::filesystem::path> library_folders() {
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders) {
     const std::filesystem::path library = found_in(folders, file);
-    const KeptFloatEnvironment kept;
+    const SavedFloatEnvironment kept;
     // Never unloaded: what it made has its code there.
     void* handle = dlopen(library.c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) {

@@ -122,6 +122,25 @@ std::vector<std::filesystem::path> library_folders();
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders = library_folders());
 
+// A look at an OpenEXR file's header before a library reads it: what the library allocates on the header's
+// word alone must be something that the file can hold.
+
+// What is accepted: any OpenEXR file (tiles, several parts, attributes of any type), or what light fields are
+// in, scan lines of a single part with attributes of the types that they have.
+enum class ExrKind : std::uint8_t { any, light_field };
+
+// Throws InputError (without the file's name) for what is no OpenEXR file of that kind, and for attributes,
+// tiles or a data window larger than the file can hold. What passes may still be damaged.
+void check_exr_header(const std::filesystem::path& file, ExrKind kind);
+
+// A look at a PNG's chunks before a library reads them: libpng would say what is wrong with them on standard
+// error, too, beside the error that names the file.
+
+// Throws InputError (without the file's name) for a header that PNG does not know [PNG 11.2.2], a chunk that
+// the picture needs and that is cut off, damaged or unknown, and where one is missing. What passes may still
+// be damaged inside its compressed data.
+void check_png_chunks(const std::filesystem::path& file);
+
 }  // namespace lucerna
 
 // The one thing that liblucerna_pictures.so gives away. The number changes with the types above, so that a

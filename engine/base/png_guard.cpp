@@ -1,4 +1,4 @@
-#include "engine/base/png_guard.h"
+#include "engine/base/pictures.h"
 
 #include <fmt/format.h>
 #include <zlib.h>

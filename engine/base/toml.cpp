@@ -28,7 +28,6 @@ struct TomlFault {};
 
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
-#include "engine/base/names.h"
 #include "engine/base/units.h"
 
 namespace lucerna {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -47,5 +48,14 @@ std::string length_text(double metres);
 std::string duration_text(double seconds);
 // "12.3 MB"
 std::string bytes_text(double bytes);
+
+// Helping with a mistyped name.
+
+// Insertions, deletions, substitutions and swaps of neighbours that turn a into b.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+// "did you mean \"radius\"? " for the nearest of `known`, or nothing if none is near.
+// Words of more than 64 letters are not looked at: a hint must not take longer than the work.
+std::string did_you_mean(std::string_view name, std::span<const std::string_view> known);
 
 }  // namespace lucerna

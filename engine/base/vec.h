@@ -1,4 +1,4 @@
-// Vectors, matrices and colours: Imath's, under short names. Nothing here is home-made but luminance.
+// Vectors, matrices and colours: Imath's, under short names; rays, frames, boxes, points on surfaces.
 #pragma once
 
 #include <Imath/ImathBox.h>
@@ -6,6 +6,7 @@
 #include <Imath/ImathMatrix.h>
 #include <Imath/ImathVec.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace lucerna {
@@ -36,6 +37,9 @@ inline float luminance(const Rgb& c) {
 inline float max_component(const Rgb& c) {
     return std::fmax(c.x, std::fmax(c.y, c.z));
 }
+inline Rgb at_most_one(const Rgb& c) {
+    return {std::min(c.x, 1.0F), std::min(c.y, 1.0F), std::min(c.z, 1.0F)};
+}
 inline bool is_black(const Rgb& c) {
     return c.x == 0 && c.y == 0 && c.z == 0;
 }
@@ -44,6 +48,13 @@ inline bool is_finite(const Rgb& c) {
 }
 inline bool is_finite(const V3f& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// n or -n, whichever lies on w's side [Pharr et al. 2023, 3.3: FaceForward]; n itself where w lies in its
+// plane.
+template <typename T>
+Imath::Vec3<T> face_forward(const Imath::Vec3<T>& n, const Imath::Vec3<T>& w) {
+    return n.dot(w) < 0 ? -n : n;
 }
 
 inline float sqr(float x) {
@@ -59,6 +70,69 @@ struct Ray {
     float t_max = INFINITY;
 
     V3f at(float t) const { return o + t * d; }
+};
+
+// An orthonormal frame around a unit normal; local z is the normal.
+struct Frame {
+    V3f s, t, n;
+
+    Frame() : s(1, 0, 0), t(0, 1, 0), n(0, 0, 1) {}
+
+    // [Duff 2017]: no branch but the sign, good for every
+    // n.
+    explicit Frame(const V3f& normal) : n(normal) {
+        const float sign = std::copysign(1.0F, n.z);
+        const float a = -1.0F / (sign + n.z);  // |sign + n.z| >= 1
+        const float b = n.x * n.y * a;
+        s = V3f(1.0F + sign * n.x * n.x * a, sign * b, -sign * n.x);
+        t = V3f(b, sign + n.y * n.y * a, -n.y);
+    }
+
+    V3f to_local(const V3f& v) const { return {v.dot(s), v.dot(t), v.dot(n)}; }
+    V3f to_world(const V3f& v) const { return v.x * s + v.y * t + v.z * n; }
+};
+
+// Boxes along the axes: their corners, and what holds them elsewhere.
+inline constexpr int kBoxCorners = 8;
+
+inline V3d box_corner(const Box3d& box, int i) {
+    return {(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+            (i & 4) != 0 ? box.max.z : box.min.z};
+}
+
+// The box around the image of a box; an empty one's is empty.
+inline Box3d carried_box(const Box3d& box, const M44d& m) {
+    Box3d out;
+    if (box.isEmpty()) return out;
+    for (int i = 0; i < kBoxCorners; ++i) {
+        V3d to;
+        m.multVecMatrix(box_corner(box, i), to);
+        out.extendBy(to);
+    }
+    return out;
+}
+
+// A point on a surface, with what is needed to leave that surface safely in float32.
+
+// A float has 24 bits; eight of its last units cover what one intersection and one transform round away.
+inline constexpr float kSurfaceUlps = 8 * 0x1p-23F;
+
+// `error` bounds how far `p` may lie off the true surface: proportional to the largest coordinate and to the
+// size of the primitive, because both are what the intersection subtracts.
+inline float surface_error(const V3f& p, float primitive_extent) {
+    const float largest = std::max(std::fabs(p.x), std::max(std::fabs(p.y), std::fabs(p.z)));
+    return kSurfaceUlps * (largest + primitive_extent);
+}
+
+struct SurfacePoint {
+    V3f p;            // scene units
+    V3f n{0, 0, 0};   // geometric unit normal; zero where there is no surface (a point in space)
+    float error = 0;  // scene units
+
+    // The same point with its normal on w's side.
+    SurfacePoint facing(const V3f& w) const { return {p, face_forward(n, w), error}; }
+    // The start of a ray that leaves towards `w`: moved off the surface on w's side.
+    V3f towards(const V3f& w) const { return p + std::copysign(error, n.dot(w)) * n; }
 };
 
 }  // namespace lucerna

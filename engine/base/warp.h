@@ -61,7 +61,7 @@ inline V2f square_to_triangle(const V2f& u) {
 }
 
 // The unit square onto the sphere with equal areas: the upper hemisphere in the square's inner diamond, the
-// lower one in its corners (Clarberg, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD", 2008).
+// lower one in its corners [Clarberg 2008].
 // Coordinates a little outside the square (a pixel filter's) wrap around its edges.
 inline V3f octahedral_square_to_sphere(V2f at) {
     if (at.x < 0) at = {-at.x, 1 - at.y};

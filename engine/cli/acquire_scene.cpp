@@ -4,9 +4,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
-#include "engine/base/stopped.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/cli/sums_file.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/scene/arithmetic.h"

@@ -12,8 +12,8 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/render/job.h"
-#include "lights/measurement/filter_sums.h"
 #include "lights/measurement/opacity.h"
+#include "lights/measurement/ray_projection.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

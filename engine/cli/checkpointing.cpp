@@ -8,7 +8,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 #include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/run.h"

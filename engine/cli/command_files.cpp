@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <span>
+
 #include "engine/base/error.h"
+#include "engine/base/files.h"
 #include "engine/base/pictures.h"
 
 namespace lucerna {
@@ -82,6 +85,11 @@ void CommandFiles::require_outside(const Folder& folder, const File& file) {
     input_error({file.name.string()}, "{}; {} writes files of such names into {}",
                 file.by.empty() ? "is read by this command and might be lost" : "is an output, of " + file.by,
                 folder.by, folder.name.string());
+}
+
+void write_text(const std::filesystem::path& file, std::string_view text) {
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
+    replace_file(file, std::span(&bytes, 1));
 }
 
 }  // namespace lucerna

@@ -50,4 +50,9 @@ class CommandFiles {
     std::vector<Folder> folders_;
 };
 
+// Text files that a command writes.
+
+// Writes text by replace_file: the old file or the new one, never half of one.
+void write_text(const std::filesystem::path& file, std::string_view text);
+
 }  // namespace lucerna

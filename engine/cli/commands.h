@@ -1,13 +1,15 @@
 // The subcommands: each adds its options, help and action to the command line. One file each.
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <cstdint>
 #include <ostream>
+#include <string>
+#include <vector>
 
+#include "engine/base/parallel.h"
+#include "engine/base/units.h"
 #include "engine/cli/run.h"
-
-namespace CLI {
-class App;
-}
 
 namespace lucerna {
 
@@ -24,5 +26,44 @@ void add_import_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
 void add_study_command(CLI::App& program, const CommandContext& context);
 void add_info_command(CLI::App& program, const CommandContext& context);
+
+// Options that are read by units.h, so that every bad word gets the same kind of answer.
+
+// Adds option `name`; `take` gets the word and throws InputError if it is none.
+template <typename Take>
+CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string& type,
+                      const std::string& help, Take take) {
+    return app
+        .add_option_function<std::string>(
+            name, [take](const std::string& word) { take(word); }, help)
+        ->type_name(type);
+}
+
+// --threads N
+inline void add_threads(CLI::App& app, Workers& workers) {
+    add_word(app, "--threads", "N", "threads that work (default: one per processor)",
+             [&workers](const std::string& word) {
+                 workers.threads = static_cast<int>(parse_whole({"--threads"}, word, 1, 1024));
+             });
+}
+
+// When a command is to be asked to stop, instead of being ended.
+
+// While one lives, a signal asks the command to stop, and it keeps what there is. Reading is not under one:
+// what was read is worth nothing yet, and reading asks nobody.
+class Listening {
+  public:
+    explicit Listening(const Surroundings& around) : listening_(around.listening) {
+        if (listening_) *listening_ = true;
+    }
+    ~Listening() {
+        if (listening_) *listening_ = false;
+    }
+    Listening(const Listening&) = delete;
+    Listening& operator=(const Listening&) = delete;
+
+  private:
+    std::atomic<bool>* listening_;
+};
 
 }  // namespace lucerna

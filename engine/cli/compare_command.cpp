@@ -5,11 +5,10 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
-#include "engine/cli/comparison_page.h"
 #include "engine/cli/console.h"
-#include "engine/cli/options.h"
-#include "engine/cli/outputs.h"
+#include "engine/cli/page_parts.h"
 #include "engine/evaluation/comparison.h"
 #include "engine/evaluation/error_pictures.h"
 

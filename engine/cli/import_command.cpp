@@ -7,9 +7,9 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/outputs.h"
 #include "engine/gltf/write_pbrt.h"
 
 namespace lucerna {

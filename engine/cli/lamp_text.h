@@ -4,8 +4,10 @@
 #include <ostream>
 
 #include "engine/base/parallel.h"
+#include "lights/flux_unit.h"
 #include "lights/light_field.h"
 #include "lights/measurement/ray_projection.h"
+#include "lights/photometric.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -14,5 +16,9 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
 void print_ray_set(std::ostream& out, const RaySet& rays);
 // Where the flux of a ray set went when it was projected.
 void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit);
+
+// What a photometric web holds, for people.
+
+void print_photometric(std::ostream& out, const PhotometricWeb& web, FluxUnit unit);
 
 }  // namespace lucerna

@@ -11,18 +11,15 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 #include "engine/base/version.h"
 #include "engine/cli/acquire_scene.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/listening.h"
-#include "engine/cli/outputs.h"
 #include "engine/scene/arithmetic.h"
 #include "engine/scene/texture_image.h"
 #include "lights/measurement/acquire.h"
-#include "lights/measurement/acquire_part.h"
 #include "lights/measurement/camera_simulation.h"
-#include "lights/measurement/projector.h"
 #include "lights/measurement/rig_file.h"
 
 namespace lucerna {

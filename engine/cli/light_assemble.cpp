@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "engine/base/files.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/outputs.h"
 #include "lights/measurement/photographs.h"
 
 namespace lucerna {

@@ -1,15 +1,18 @@
-// What the subcommands of lucerna light share; each of them is a file of its own, light_NAME.cpp.
+// What the subcommands of lucerna light share; most of them have a file of their own, light_NAME.cpp.
 #pragma once
 
+#include <filesystem>
 #include <string>
+#include <variant>
 
 #include "engine/base/error.h"
-#include "engine/base/stopped.h"
+#include "engine/base/files.h"
+#include "engine/base/monitor.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/options.h"
 #include "lights/light_field.h"
+#include "lights/ray_set.h"
 
 namespace lucerna {
 
@@ -55,5 +58,15 @@ void add_light_info(CLI::App& light, const CommandContext& context);
 void add_light_project(CLI::App& light, const CommandContext& context);
 void add_light_view(CLI::App& light, const CommandContext& context);
 void add_light_farfield(CLI::App& light, const CommandContext& context);
+
+// A lamp's file, whatever it holds: told by its name's end.
+
+using LampFile = std::variant<LightField, RaySet>;
+
+// .exr is a light field; else rays. Throws InputError naming file and cause.
+inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
+    if (suffix_of(file) == ".exr") return read_light_field(file);
+    return read_rays(file, monitor);
+}
 
 }  // namespace lucerna

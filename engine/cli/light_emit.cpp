@@ -4,12 +4,12 @@
 #include <memory>
 
 #include "engine/base/files.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/listening.h"
-#include "engine/cli/outputs.h"
 #include "lights/cell_table.h"
 #include "lights/measurement/emit_rays.h"
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 
 namespace lucerna {
 namespace {

@@ -3,20 +3,181 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <string_view>
 
 #include "engine/base/files.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/lamp_text.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/outputs.h"
-#include "engine/cli/photometric_text.h"
-#include "engine/cli/polar_plot.h"
-#include "lights/ies.h"
-#include "lights/ldt.h"
-#include "lights/measurement/far_field.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "lights/photometric.h"
+#include "lights/photometric_files.h"
 
 namespace lucerna {
 namespace {
+
+// The luminous intensity distribution as lighting people draw it: a polar diagram of two planes, as SVG.
+
+using Imath::V2d;
+
+constexpr double kRadius = 250, kMargin = 50, kHead = 64, kFoot = 44;  // pixels
+constexpr double kWidth = 2 * (kRadius + kMargin);
+constexpr double kFaint = 0.02;  // of the peak: what is less above the horizon is not drawn
+constexpr double kStep = 0.5;    // degrees between the points of a curve
+
+std::string escaped(std::string_view text) {
+    std::string result;
+    for (const char c : text) {
+        if (c == '&') {
+            result += "&amp;";
+        } else if (c == '<') {
+            result += "&lt;";
+        } else if (c == '>') {
+            result += "&gt;";
+        } else {
+            result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+        }
+    }
+    return result;
+}
+
+// A step of 1, 2 or 5 times a power of ten that goes four to eight times into `peak` > 0.
+double nice_step(double peak) {
+    const double rough = peak / 4;
+    const double power = std::pow(10, std::floor(std::log10(rough)));
+    for (const double factor : {5.0, 2.0}) {
+        if (factor * power <= rough) return factor * power;
+    }
+    return power;
+}
+
+struct Plot {
+    const PhotometricWeb& web;
+    bool up, down;      // which half planes are drawn
+    double step, most;  // of the rings; their largest intensity
+    V2d centre;         // pixels
+
+    double height() const { return kHead + kFoot + (up ? kRadius + 20 : 14) + (down ? kRadius + 20 : 14); }
+    // γ in degrees; to the right for `side` 1, to the left for -1.
+    V2d at(double gamma, double side, double share) const {
+        const double angle = gamma * M_PI / 180;
+        return centre + share * kRadius * V2d(side * std::sin(angle), std::cos(angle));
+    }
+};
+
+Plot plan(const PhotometricWeb& web) {
+    double above = 0, below = 0;
+    for (double c = 0; c < 360; c += 15) {
+        for (double gamma = 0; gamma <= 180; gamma += 1) {
+            const double value = web.intensity(web.direction(gamma, c));
+            (gamma > 90 ? above : below) = std::max(gamma > 90 ? above : below, value);
+        }
+    }
+    const double peak = std::max({above, below, 1e-12});
+    Plot plot{web, above > kFaint * peak, below > kFaint * peak, nice_step(peak), 0, {0, 0}};
+    plot.most = std::ceil(peak / plot.step - 1e-9) * plot.step;
+    plot.centre = V2d(kWidth / 2, kHead + (plot.up ? kRadius + 20 : 14));
+    return plot;
+}
+
+// Angles at which the drawn part begins and ends.
+std::pair<double, double> drawn_angles(const Plot& plot) {
+    return {plot.down ? 0 : 90, plot.up ? 180 : 90};
+}
+
+void append_grid(std::string& svg, const Plot& plot, std::string_view unit) {
+    const auto [first, last] = drawn_angles(plot);
+    const int rings = static_cast<int>(std::lround(plot.most / plot.step));
+    svg += "<g fill=\"none\" stroke=\"#c4c4c4\" stroke-width=\"1\">\n";
+    for (int ring = 1; ring <= rings; ++ring) {
+        const double share = static_cast<double>(ring) / rings;
+        for (const double side : {-1.0, 1.0}) {
+            const V2d from = plot.at(first, side, share), to = plot.at(last, side, share);
+            // From nadir to zenith the right half runs counterclockwise on the page.
+            svg += fmt::format("<path d=\"M{:.2f} {:.2f}A{:.2f} {:.2f} 0 0 {} {:.2f} {:.2f}\"/>\n", from.x,
+                               from.y, share * kRadius, share * kRadius, side > 0 ? 0 : 1, to.x, to.y);
+        }
+    }
+    for (double gamma = first; gamma <= last; gamma += 15) {
+        for (const double side : {-1.0, 1.0}) {
+            const V2d end = plot.at(gamma, side, 1);
+            svg += fmt::format("<path d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}\"/>\n", plot.centre.x, plot.centre.y,
+                               end.x, end.y);
+        }
+    }
+    svg += "</g>\n<g font-size=\"11\" fill=\"#555\" text-anchor=\"middle\">\n";
+    for (double gamma = first; gamma <= last; gamma += 30) {
+        for (const double side : {-1.0, 1.0}) {
+            if (side < 0 && (gamma == 0 || gamma == 180)) continue;
+            const V2d place = plot.at(gamma, side, 1.06);
+            svg += fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\">{:g}°</text>\n", place.x, place.y + 4, gamma);
+        }
+    }
+    svg += "</g>\n<g font-size=\"10\" fill=\"#555\">\n";
+    for (int ring = 1; ring <= rings; ++ring) {
+        const V2d place = plot.at(plot.down ? 7.5 : 172.5, 1, static_cast<double>(ring) / rings);
+        svg += fmt::format("<text x=\"{:.2f}\" y=\"{:.2f}\">{:g}{}{}</text>\n", place.x + 2, place.y - 2,
+                           ring * plot.step, ring == rings ? " " : "", ring == rings ? unit : "");
+    }
+    svg += "</g>\n";
+}
+
+// The plane's half at `right` on the right, the other one on the left, as one line.
+void append_curve(std::string& svg, const Plot& plot, double right, std::string_view style) {
+    const double first = plot.down ? 0 : 90, last = plot.up ? 180 : 90;
+    svg += "<path fill=\"none\" ";
+    svg += style;
+    svg += " d=\"";
+    char command = 'M';
+    const auto append = [&](double gamma, double side) {
+        const double c = side > 0 ? right : right + 180;
+        const V2d p = plot.at(gamma, side, plot.web.intensity(plot.web.direction(gamma, c)) / plot.most);
+        svg += fmt::format("{}{:.2f} {:.2f}", command, p.x, p.y);
+        command = 'L';
+    };
+    const int count = static_cast<int>((last - first) / kStep);
+    for (int i = count; i >= 0; --i) append(first + i * kStep, -1);
+    for (int i = 0; i <= count; ++i) append(first + i * kStep, 1);
+    svg += plot.up && plot.down ? "Z\"/>\n" : "\"/>\n";
+}
+
+// Nadir is down; the plane C0-C180 is solid, C90-C270 dashed; the half without light is left away. `unit` is
+// that of the intensities, "cd" or "W/sr", `flux_unit` that of the flux.
+std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, std::string_view unit,
+                           std::string_view flux_unit) {
+    // The diagram speaks of C planes.
+    const PhotometricWeb web = given.grid().planes == PhotometricPlanes::c ? given : resampled(given, 1, 5);
+    const Plot plot = plan(web);
+    std::string svg = fmt::format(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0:g} {1:g}\" width=\"{0:g}\" "
+        "height=\"{1:g}\" font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" "
+        "fill=\"white\"/>\n",
+        kWidth, plot.height());
+    svg += fmt::format("<text x=\"20\" y=\"26\" font-size=\"15\">{}</text>\n", escaped(title));
+    svg += fmt::format(
+        "<text x=\"20\" y=\"46\" font-size=\"12\" fill=\"#555\">flux {:.5g} {}, peak {:.5g} "
+        "{}</text>\n",
+        web.flux(), flux_unit, web.peak(), unit);
+    append_grid(svg, plot, unit);
+    constexpr std::string_view kSolid = "stroke=\"#c0392b\" stroke-width=\"2\"";
+    constexpr std::string_view kDashed = "stroke=\"#1f5fa8\" stroke-width=\"2\" stroke-dasharray=\"7 4\"";
+    append_curve(svg, plot, 90, kDashed);
+    append_curve(svg, plot, 0, kSolid);
+    const double y = plot.height() - 20;
+    const auto legend = [&](double x, std::string_view style, std::string_view text) {
+        svg += fmt::format(
+            "<path {} d=\"M{:g} {:g}h36\"/><text x=\"{:g}\" y=\"{:g}\" font-size=\"12\">{}"
+            "</text>\n",
+            style, x, y - 4, x + 44, y, text);
+    };
+    legend(20, kSolid, "C180 (left) - C0 (right)");
+    legend(300, kDashed, "C270 (left) - C90 (right)");
+    return svg + "</svg>\n";
+}
 
 constexpr const char* kLightFarfieldFooter =
     R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than

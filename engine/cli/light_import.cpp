@@ -4,15 +4,15 @@
 #include <memory>
 
 #include "engine/base/files.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/lamp_text.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/outputs.h"
 #include "lights/measurement/ray_projection.h"
 
 namespace lucerna {
 namespace {
 
-constexpr const char* kImportFooter =
+constexpr const char* kLightImportFooter =
     R"(What is not given is chosen from the rays. The light field is for a scene's
   LightSource "lightfield" "string filename" "lamp.exr"
 
@@ -56,7 +56,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
 void add_light_import(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<ImportOptions>();
     CLI::App& app = *light.add_subcommand("import", "Make a light field from a measured lamp's rays");
-    app.footer(kImportFooter);
+    app.footer(kLightImportFooter);
     app.add_option("RAYS", options->rays, "ray file: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
         ->required();
     add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);

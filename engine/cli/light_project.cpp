@@ -9,10 +9,9 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "engine/cli/lamp_file.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
-#include "engine/cli/outputs.h"
-#include "engine/evaluation/contact_sheet.h"
+#include "engine/evaluation/error_pictures.h"
 #include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {

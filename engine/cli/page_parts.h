@@ -4,8 +4,10 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/base/image.h"
+#include "engine/evaluation/comparison.h"
 
 namespace lucerna {
 
@@ -28,5 +30,13 @@ std::string script_text(std::string_view text);
 
 // "data:image/png;base64,…" of a plain picture.
 std::string data_url(const Image& picture);
+
+// A comparison as one HTML file that carries all it needs: images with a slider, a flip, zoom and exposure,
+// maps of the errors, and the numbers.
+
+// `error_range`: the relative error that is shown in full colour. Images of more than 2048 pixels on a side
+// are shrunk by a whole factor, and the page says so.
+std::string comparison_page(const ComparisonReport& report, const std::vector<NamedImage>& images,
+                            const NamedImage& reference, double error_range);
 
 }  // namespace lucerna

@@ -11,15 +11,11 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "engine/base/stopped.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/cli/checkpointing.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/listening.h"
-#include "engine/cli/method_selection.h"
-#include "engine/cli/options.h"
-#include "engine/cli/outputs.h"
 #include "engine/cli/run_report.h"
 #include "engine/cli/tev_display.h"
 #include "engine/integrators/integrator.h"
@@ -179,16 +175,16 @@ class Pictures {
         const RenderReport& report = result.report;
         const std::string passes =
             report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
-        const auto error = report.numbers.find("error.relative");
-        const std::string noise = error == report.numbers.end() ? ""
+        const std::optional<double>& error = report.relative_error;
+        const std::string noise = !error ? ""
                                   : facts.choice && facts.choice->beyond_noise > 0
                                       ? fmt::format("noise {:.2g} %, at most {:.2g} % beyond it, ",
-                                                    100 * error->second, 100 * facts.choice->beyond_noise)
-                                      : fmt::format("noise {:.2g} %, ", 100 * error->second);
+                                                    100 * *error, 100 * facts.choice->beyond_noise)
+                                      : fmt::format("noise {:.2g} %, ", 100 * *error);
         std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})",
                                                    image_.string(), result.image.width, result.image.height,
-                                                   report.notes.at("unit"), passes, report.samples_done,
-                                                   noise, duration_text(facts.render_seconds))};
+                                                   report.unit, passes, report.samples_done, noise,
+                                                   duration_text(facts.render_seconds))};
         if (command_.png) {
             // A factor is greater than 0: the quotient of two positive numbers, or 1.
             lines.push_back(fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),

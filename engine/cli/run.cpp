@@ -12,12 +12,12 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/names.h"
+#include "engine/base/monitor.h"
 #include "engine/base/plain_text.h"
-#include "engine/base/stopped.h"
+#include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/commands.h"
-#include "engine/cli/plain_stream.h"
+#include "engine/cli/console.h"
 #include "engine/scene/arithmetic.h"
 
 namespace lucerna {

@@ -3,8 +3,14 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
 
+#include <cmath>
+#include <ctime>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
+#include "engine/base/parallel.h"
+#include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/run.h"
 #include "engine/scene/arithmetic.h"
@@ -56,7 +62,9 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["complete"] = report.complete;
     Json seconds = {{"read", facts.read_seconds}};
     if (facts.choice) seconds["choose"] = facts.choose_seconds;
-    for (const auto& [phase, time] : report.seconds) seconds[phase] = time;
+    for (const PhaseSeconds* phases : {&report.once.seconds, &report.passes.seconds, &report.seconds}) {
+        for (const auto& [phase, time] : *phases) seconds[phase] = time;
+    }
     seconds["total"] = facts.read_seconds + facts.choose_seconds + facts.render_seconds;
     json["seconds"] = std::move(seconds);
     if (facts.choice) {
@@ -65,8 +73,8 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
                           {"expected_seconds", facts.choice->seconds},
                           {"beyond_noise", facts.choice->beyond_noise}};
     }
-    json["numbers"] = report.numbers;
-    json["notes"] = report.notes;
+    json["numbers"] = report.numbers();
+    json["notes"] = report.notes();
     json["warnings"] = facts.warnings;
     json["peak_memory_bytes"] = peak_memory_bytes();
     // File names need not be UTF-8; a foreign byte must not cost the statistics.
@@ -89,6 +97,68 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
     if (facts.choice) attributes["lucerna.tried"] = facts.choice->tried;
     for (const auto& [name, value] : describe(job.integrator)) attributes["lucerna." + name] = value;
     return attributes;
+}
+
+namespace {
+
+std::string options_text(const IntegratorSettings& settings) {
+    std::string text = fmt::format("--integrator {}", integrator_name(settings));
+    const auto defaults = describe(make_settings(integrator_name(settings), {}));
+    const auto values = describe(settings);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        if (values[i] != defaults[i]) text += fmt::format(" --set {}={}", values[i].first, values[i].second);
+    }
+    return text;
+}
+
+std::string limits_text(const Limits& limits) {
+    return limits.error > 0 ? fmt::format("to {:g} %", 100 * limits.error)
+                            : fmt::format("in {}", duration_text(limits.seconds));
+}
+
+}  // namespace
+
+std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Monitor& monitor) {
+    auto choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
+    if (!choice) {
+        if (!monitor.stopped())
+            monitor.info(fmt::format("method   {}, the scene's own: no other shows the same picture",
+                                     integrator_name(job.integrator)));
+        return std::nullopt;
+    }
+    job.integrator = choice->settings;
+    monitor.info(fmt::format("method   {}", options_text(job.integrator)));
+    monitor.info(fmt::format("tried    {} ({})", choice->tried, limits_text(options.limits)));
+    // What more samples do not mend is half of the error at most and leaves that much less for noise.
+    options.limits.error = std::sqrt(std::max(sqr(options.limits.error) - sqr(choice->beyond_noise), 0.0));
+    return choice;
+}
+
+namespace {
+
+// Linux lists every processor; they are of one kind.
+std::string processor_name() {
+    std::ifstream in("/proc/cpuinfo");
+    for (std::string line; std::getline(in, line);) {
+        if (!line.starts_with("model name")) continue;
+        const std::size_t colon = line.find(':');
+        if (colon != std::string::npos && line.size() > colon + 2) return line.substr(colon + 2);
+    }
+    return "a processor without a name";
+}
+
+}  // namespace
+
+std::string machine_text() {
+    const int processors = Workers{}.threads;
+    return fmt::format("{}, {} processor{}", processor_name(), processors, processors == 1 ? "" : "s");
+}
+
+std::string today_text() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    return fmt::format("{:04d}-{:02d}-{:02d}", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday);
 }
 
 }  // namespace lucerna

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/base/monitor.h"
 #include "engine/render/job.h"
 #include "engine/render/method_choice.h"
 #include "engine/render/render.h"
@@ -34,5 +35,21 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
 // Texts for the EXR header, all named "lucerna.…".
 std::map<std::string, std::string> header_attributes(const RunFacts& facts, const Job& job,
                                                      const RenderReport& report);
+
+// What --time and --error without a method stand for.
+
+// Puts the method whose estimated error is least within the options' limits into the job, and says which it
+// is, as options that give it again, and the estimates of the others; leaves the part of the error that is
+// noise's as its limit. None, and nothing changed, where no other method shows the same picture or the user
+// stopped it.
+std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Monitor& monitor);
+
+// What a time was measured on, and when: a time without them says nothing a year later.
+
+// "AMD EPYC 7763, 2 processors": the processor's own name where the system tells it.
+std::string machine_text();
+
+// "2026-11-22", of UTC.
+std::string today_text();
 
 }  // namespace lucerna

@@ -6,18 +6,13 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/stopped.h"
+#include "engine/base/monitor.h"
+#include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
-#include "engine/cli/listening.h"
-#include "engine/cli/options.h"
-#include "engine/cli/outputs.h"
 #include "engine/cli/study_page.h"
-#include "engine/cli/study_pictures.h"
 #include "engine/cli/study_runs.h"
-#include "engine/evaluation/study_description.h"
-#include "engine/evaluation/study_measure.h"
-#include "engine/evaluation/study_trade.h"
+#include "engine/evaluation/study.h"
 
 namespace lucerna {
 namespace {

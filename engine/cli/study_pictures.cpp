@@ -1,14 +1,13 @@
-#include "engine/cli/study_pictures.h"
+#include "engine/cli/study_page.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "engine/cli/page_parts.h"
-#include "engine/evaluation/contact_sheet.h"
+#include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
 #include "engine/evaluation/flip.h"
-#include "engine/evaluation/shared_channels.h"
 
 namespace lucerna {
 namespace {
@@ -59,14 +58,14 @@ Image fitting(const Image& image, int factor) {
     return factor == 1 ? image : shrunk(image, factor);
 }
 
-class SceneLooker {
+class ScenePictureWriter {
   public:
-    SceneLooker(const StudyScene& scene, const std::filesystem::path& reference, const PictureCaps& caps,
-                const Workers& workers)
+    ScenePictureWriter(const StudyScene& scene, const std::filesystem::path& reference,
+                       const PictureCaps& caps, const Workers& workers)
         : scene_(scene), caps_(caps), workers_(workers), reference_{reference.string(), read_exr(reference)} {
-        const Image shown =
-            looked_at(reference_.image, reference_.image, reference_.name, reference_.name, scene.mask_above)
-                .reference;
+        const Image shown = comparable_pair(reference_.image, reference_.image, reference_.name,
+                                            reference_.name, scene.mask_above)
+                                .reference;
         // In the quarters of a stop in which the page's slider moves.
         pictures_.stops = std::round(4 * std::log2(double{auto_exposure(shown)})) / 4;
         exposure_ = static_cast<float>(std::exp2(pictures_.stops));
@@ -75,9 +74,10 @@ class SceneLooker {
         pictures_.reference = radiance_of(shown, caps.best);
     }
 
-    void look(StudyResult& result) {
-        const LookedAt pair = looked_at(read_exr(result.image), reference_.image, result.image.string(),
-                                        reference_.name, scene_.mask_above);
+    void add(StudyResult& result) {
+        const ComparablePair pair =
+            comparable_pair(read_exr(result.image), reference_.image, result.image.string(), reference_.name,
+                            scene_.mask_above);
         const Image flip_map = flip(displayed(pair.image, exposure_), displayed(pair.reference, exposure_),
                                     kUsualPixelsPerDegree, workers_);
         result.flip = mean_of(flip_map, pair.compared);
@@ -187,13 +187,13 @@ std::vector<ScenePictures> study_pictures(const StudyDescription& description,
     std::vector<ScenePictures> all;
     Phase phase(monitor, "page", results.size());
     for (std::size_t i = 0; i < references.size(); ++i) {
-        SceneLooker looker(description.scenes[i], references[i], caps, workers);
+        ScenePictureWriter writer(description.scenes[i], references[i], caps, workers);
         for (StudyResult& result : results) {
             if (result.scene != description.scenes[i].name) continue;
-            looker.look(result);
+            writer.add(result);
             phase.advance(1);
         }
-        all.push_back(looker.pictures());
+        all.push_back(writer.pictures());
     }
     return all;
 }

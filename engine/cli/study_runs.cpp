@@ -7,12 +7,10 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/cli/checkpointing.h"
-#include "engine/cli/listening.h"
-#include "engine/cli/machine.h"
-#include "engine/cli/outputs.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
 #include "engine/cli/run_report.h"
 #include "engine/render/render.h"
 

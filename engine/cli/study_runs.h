@@ -10,7 +10,7 @@
 #include "engine/base/parallel.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/run.h"
-#include "engine/evaluation/study_description.h"
+#include "engine/evaluation/study.h"
 
 namespace lucerna {
 
@@ -18,7 +18,7 @@ struct StudyRun {
     std::filesystem::path image;
     double seconds = 0;         // reading, preparation and image
     bool found = false;         // it was there already
-    std::string machine, date;  // machine.h; where and when it was made; empty: not known
+    std::string machine, date;  // run_report.h; where and when it was made; empty: not known
     int threads = 0;
 };
 

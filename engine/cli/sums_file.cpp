@@ -7,8 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
-#include "lights/measurement/acquire_part.h"
+#include "lights/measurement/acquire.h"
 
 namespace lucerna {
 namespace {
@@ -79,16 +78,10 @@ void save_state(const std::filesystem::path& file, const AcquisitionState& state
         const_cast<AcquisitionState&>(state) /* only read */, [&](double& x) { head.numbers[number++] = x; },
         [&](std::uint64_t& x) { head.counts[count++] = x; });
     head.check = check_of(head, state.sums);
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        std::ofstream out(temporary, std::ios::binary);
-        out.exceptions(std::ios::badbit | std::ios::failbit);
-        out.write(reinterpret_cast<const char*>(&head), sizeof head);
-        for (const std::vector<double>* array : {&state.sums.positive, &state.sums.negative}) {
-            out.write(reinterpret_cast<const char*>(array->data()),
-                      static_cast<std::streamsize>(array->size() * sizeof(double)));
-        }
-        out.close();
-    });
+    const std::span<const std::byte> parts[] = {std::as_bytes(std::span(&head, 1)),
+                                                std::as_bytes(std::span(state.sums.positive)),
+                                                std::as_bytes(std::span(state.sums.negative))};
+    replace_file(file, parts);
 }
 
 std::optional<AcquisitionState> load_state(const std::filesystem::path& file, std::uint64_t key,

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "lights/measurement/filter_sums.h"
+#include "lights/measurement/ray_projection.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {

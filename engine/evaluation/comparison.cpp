@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "engine/base/files.h"
+#include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
-#include "engine/evaluation/shared_channels.h"
 
 namespace lucerna {
 namespace {
@@ -73,16 +73,16 @@ class Comparing {
         report_.numbers.error = std::sqrt(error2 / n);
     }
 
-    LookedAt look_at(const NamedImage& one) const {
-        return looked_at(one.image, reference_.image, one.name, reference_.name, settings_.mask_above);
+    ComparablePair pair_of(const NamedImage& one) const {
+        return comparable_pair(one.image, reference_.image, one.name, reference_.name, settings_.mask_above);
     }
 
     void find_pictures() {
         ComparedPictures& pictures = report_.pictures;
-        LookedAt first = look_at(images_[0]);
+        ComparablePair first = pair_of(images_[0]);
         pictures.first = std::move(first.image);
         pictures.reference = std::move(first.reference);
-        pictures.mean = images_.size() == 1 ? pictures.first : look_at({"mean", mean_image(images_)}).image;
+        pictures.mean = images_.size() == 1 ? pictures.first : pair_of({"mean", mean_image(images_)}).image;
         pictures.error = relative_error(pictures.mean, pictures.reference);
         if (images_.size() > 1) pictures.noise = noise_picture(first.compared);
         report_.exposure =
@@ -97,8 +97,8 @@ class Comparing {
             for (std::size_t c = 0; c < noise.channels.size(); ++c)
                 noise.data[i * noise.channels.size() + c] = 0;
         }
-        const LookedAt shown = looked_at(noise, reference_.image, "noise", reference_.name,
-                                         std::numeric_limits<double>::infinity());
+        const ComparablePair shown = comparable_pair(noise, reference_.image, "noise", reference_.name,
+                                                     std::numeric_limits<double>::infinity());
         return relative_to(shown.image, report_.pictures.reference);
     }
 
@@ -127,7 +127,7 @@ class Comparing {
         report_.exposures = flip_exposures(report_.pictures.reference);
         const Image reference = display(report_.pictures.reference);
         for (const NamedImage& one : images_) {
-            const LookedAt pair = look_at(one);
+            const ComparablePair pair = pair_of(one);
             add_map(
                 report_.flip,
                 lucerna::flip(display(pair.image), reference, settings_.pixels_per_degree, settings_.workers),

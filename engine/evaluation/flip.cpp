@@ -5,8 +5,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/base/cie.h"
-#include "engine/evaluation/flip_filters.h"
+#include "engine/base/spectrum.h"
 
 namespace lucerna {
 namespace {
@@ -30,16 +29,12 @@ V3d white_xyz() {
 Opponent opponent_of(const std::vector<Rgb>& linear, int width, int height, const Workers& workers) {
     Opponent result{{Plane(width, height), Plane(width, height), Plane(width, height)}};
     const V3d white = white_xyz();
-    parallel_ranges(workers, std::ssize(linear), kPixelsPerChunk,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                             ++i) {
-                            const V3d c = rgb_to_xyz(linear[i]) / white;  // no component of white is 0
-                            result.planes[0].data[i] = static_cast<float>(116 * c.y - 16);
-                            result.planes[1].data[i] = static_cast<float>(500 * (c.x - c.y));
-                            result.planes[2].data[i] = static_cast<float>(200 * (c.y - c.z));
-                        }
-                    });
+    parallel_each(workers, linear.size(), kPixelsPerChunk, [&](std::size_t i) {
+        const V3d c = rgb_to_xyz(linear[i]) / white;  // no component of white is 0
+        result.planes[0].data[i] = static_cast<float>(116 * c.y - 16);
+        result.planes[1].data[i] = static_cast<float>(500 * (c.x - c.y));
+        result.planes[2].data[i] = static_cast<float>(200 * (c.y - c.z));
+    });
     return result;
 }
 
@@ -55,7 +50,7 @@ V3d hunt_lab(const Rgb& linear, const V3d& white) {
     return {lightness, 0.01 * lightness * 500 * (x - y), 0.01 * lightness * 200 * (y - z)};
 }
 
-// Abasi, Tehran, Fairchild, "Distance metrics for very large color differences", 2019: HyAB.
+// HyAB [Abasi 2019].
 double colour_distance(const V3d& a, const V3d& b) {
     return std::fabs(a.x - b.x) + std::hypot(a.y - b.y, a.z - b.z);
 }
@@ -81,16 +76,13 @@ std::vector<V3d> seen_colours(const Opponent& picture, const EyeBlurs& eye, cons
     const Plane cz = blurred(picture.planes[2], eye.blue_yellow, workers);
     std::vector<V3d> lab(y.data.size());
     const V3d white = white_xyz();
-    parallel_ranges(
-        workers, std::ssize(lab), kPixelsPerChunk, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                const double luma = (double{y.data[i]} + 16) / 116;
-                const V3d xyz(luma + double{cx.data[i]} / 500, luma, luma - double{cz.data[i]} / 200);
-                const Rgb c = xyz_to_rgb(xyz * white);
-                const auto clamped = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
-                lab[i] = hunt_lab({clamped(c.x), clamped(c.y), clamped(c.z)}, white);
-            }
-        });
+    parallel_each(workers, lab.size(), kPixelsPerChunk, [&](std::size_t i) {
+        const double luma = (double{y.data[i]} + 16) / 116;
+        const V3d xyz(luma + double{cx.data[i]} / 500, luma, luma - double{cz.data[i]} / 200);
+        const Rgb c = xyz_to_rgb(xyz * white);
+        const auto clamped = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
+        lab[i] = hunt_lab({clamped(c.x), clamped(c.y), clamped(c.z)}, white);
+    });
     return lab;
 }
 
@@ -138,19 +130,16 @@ std::vector<float> flip_linear(const Viewer& viewer, const std::vector<Rgb>& pic
     const Features found_a = features_of(a, viewer.features, workers);
     const Features found_b = features_of(b, viewer.features, workers);
     std::vector<float> error(picture.size());
-    parallel_ranges(
-        workers, std::ssize(error), kPixelsPerChunk, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                const double colour = redistributed(
-                    std::pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
-                const double edge = std::fabs(double{found_a.edge.data[i]} - double{found_b.edge.data[i]});
-                const double point = std::fabs(double{found_a.point.data[i]} - double{found_b.point.data[i]});
-                // Either is at most √2 [FLIP (13)]; rounding must not lead out of [0, 1].
-                const double feature =
-                    std::min(1.0, std::pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
-                error[i] = static_cast<float>(std::pow(colour, 1 - feature));  // [FLIP (15)]
-            }
-        });
+    parallel_each(workers, error.size(), kPixelsPerChunk, [&](std::size_t i) {
+        const double colour = redistributed(
+            std::pow(colour_distance(colours_a[i], colours_b[i]), kColourExponent), viewer.largest);
+        const double edge = std::fabs(double{found_a.edge.data[i]} - double{found_b.edge.data[i]});
+        const double point = std::fabs(double{found_a.point.data[i]} - double{found_b.point.data[i]});
+        // Either is at most √2 [FLIP (13)]; rounding must not lead out of [0, 1].
+        const double feature =
+            std::min(1.0, std::pow(std::max(edge, point) / std::sqrt(2.0), kFeatureExponent));
+        error[i] = static_cast<float>(std::pow(colour, 1 - feature));  // [FLIP (15)]
+    });
     return error;
 }
 

@@ -1,4 +1,4 @@
-#include "engine/evaluation/flip_filters.h"
+#include "engine/evaluation/flip.h"
 
 #include <algorithm>
 #include <cmath>

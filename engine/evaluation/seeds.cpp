@@ -7,7 +7,6 @@
 #include "engine/base/stats.h"
 #include "engine/base/vec.h"
 #include "engine/evaluation/compare.h"
-#include "engine/evaluation/shared_channels.h"
 
 namespace lucerna {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/evaluation/study_description.h"
+#include "engine/evaluation/study.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/toml.h"
 #include "engine/base/units.h"
-#include "engine/integrators/setting_text.h"
+#include "engine/integrators/settings.h"
 
 namespace lucerna {
 namespace {

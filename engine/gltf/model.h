@@ -9,7 +9,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/base/monitor.h"
@@ -106,5 +108,21 @@ GltfModel read_gltf(const std::filesystem::path& file, Monitor& monitor);
 // turned so that all face one side; triangles that use a vertex twice are left out. `vertices` corners 0, 1,
 // 2, ... if there are no indices; left-over corners are dropped.
 std::vector<V3i> triangles_of(int mode, const std::vector<std::uint32_t>& corners);
+
+// What is asked of a texture's pixels while a model is read: means, and what its alpha leaves of a surface.
+
+// R, G, B, A, 8 bits each, top row first; not empty.
+struct Pixels {
+    int width = 0, height = 0;
+    std::vector<unsigned char> rgba;
+};
+
+Rgb mean_linear(const Pixels& pixels);  // of the numbers as they stand
+Rgb mean_srgb(const Pixels& pixels);    // of the colours that they encode
+// Alpha times `factor`; with a cutoff 1 from there on and 0 below. None if everything is there.
+std::optional<GltfCutout> cutout_of(const Pixels& pixels, double factor, std::optional<double> cutoff);
+
+// Width and height that a PNG or JPEG file says it has, without a look at its pixels; none if it is neither.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> picture_size(std::span<const std::byte> bytes);
 
 }  // namespace lucerna

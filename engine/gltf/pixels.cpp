@@ -1,4 +1,4 @@
-#include "engine/gltf/pixels.h"
+#include "engine/gltf/model.h"
 
 #include <algorithm>
 #include <array>

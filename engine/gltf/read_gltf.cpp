@@ -263,7 +263,7 @@ void GltfReader::require_room_for_placements() const {
                    "fewer nodes are accepted");
 }
 
-void GltfReader::walk() {
+void GltfReader::visit_nodes() {
     require_room_for_placements();
     visited_.assign(in_.nodes.size(), false);
     if (!in_.scenes.empty()) {
@@ -293,7 +293,7 @@ GltfModel GltfReader::read() {
     for (const tinygltf::Material& each : in_.materials) out_.materials.push_back(material(each));
     monitor_.advance(1);
     read_meshes();
-    walk();
+    visit_nodes();
     monitor_.advance(1);
     monitor_.end();
     if (!in_.animations.empty()) warn("{} animations are left out", in_.animations.size());

@@ -17,7 +17,6 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/gltf/model.h"
-#include "engine/gltf/pixels.h"
 
 namespace lucerna {
 
@@ -78,7 +77,7 @@ class GltfReader {
                                        const std::string& name) const;
 
     void require_room_for_placements() const;
-    void walk();
+    void visit_nodes();
     void visit(int node, const M44d& parent, int depth);
     void attach(const tinygltf::Node& node, const M44d& world);
     M44d local_matrix(const tinygltf::Node& node) const;

@@ -1,6 +1,6 @@
 // How glTF's terms become pbrt's. Roughness: glTF's GGX alpha is the square of its roughness, pbrt takes an
 // alpha as it stands with "remaproughness" false.
-#include "engine/gltf/scene_text.h"
+#include "engine/gltf/write_pbrt.h"
 
 #include <fmt/format.h>
 
@@ -31,7 +31,7 @@ std::string film_text(double aspect, const std::string& image_name) {
 }
 
 // pbrt's cameras are left-handed: the picture of a right-handed world is turned over first.
-std::string look_text(const V3d& eye, const V3d& look, const V3d& up) {
+std::string look_at_text(const V3d& eye, const V3d& look, const V3d& up) {
     return fmt::format("Scale -1 1 1\nLookAt {}  {}  {}\n", point_text(eye), point_text(look),
                        point_text(up));
 }
@@ -88,7 +88,7 @@ std::string camera_text(const GltfCamera& camera, const std::string& image_name)
     // own.
     const V3d to = back.length() > 0 ? -back.normalized() : V3d(0, 0, -1);
     std::string text = fmt::format("# camera \"{}\"\n", quotable(camera.name));
-    text += look_text(eye, eye + to, up.length() > 0 ? up.normalized() : V3d(0, 1, 0));
+    text += look_at_text(eye, eye + to, up.length() > 0 ? up.normalized() : V3d(0, 1, 0));
     if (camera.perspective) {
         // pbrt's fov is that of the shorter side.
         const double aspect = camera.aspect > 0 ? camera.aspect : 4.0 / 3;
@@ -107,7 +107,7 @@ std::string default_camera_text(const Extent& extent, const std::string& image_n
     const V3d from = V3d(0.55, 0.35, 1).normalized();
     // A ball of the model's radius fills the fov of the shorter side.
     const V3d eye = extent.centre + from * (extent.radius / std::sin(kFov / 2 / kDegrees));
-    return look_text(eye, extent.centre, V3d(0, 1, 0)) +
+    return look_at_text(eye, extent.centre, V3d(0, 1, 0)) +
            fmt::format("Camera \"perspective\" \"float fov\" {}\n", kFov) + film_text(0, image_name);
 }
 

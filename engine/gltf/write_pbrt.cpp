@@ -11,7 +11,6 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
-#include "engine/gltf/scene_text.h"
 
 namespace lucerna {
 namespace {

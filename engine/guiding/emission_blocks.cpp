@@ -1,4 +1,4 @@
-#include "engine/guiding/emission_blocks.h"
+#include "engine/guiding/importance_pre_pass.h"
 
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ float number(const LeSampleU& u, int axis) {
 
 // A block in the making.
 struct Block {
-    std::span<EmitTrial> trials;
+    std::span<EmissionTrial> trials;
     std::array<float, 4> low{};
     std::array<int, 4> cuts{};
     double mean = 0;  // second moment, with what it inherits
@@ -59,9 +59,9 @@ struct Cut {
     }
 };
 
-double sum_of(std::span<const EmitTrial> trials) {
+double sum_of(std::span<const EmissionTrial> trials) {
     double sum = 0;
-    for (const EmitTrial& trial : trials) sum += double{trial.score};
+    for (const EmissionTrial& trial : trials) sum += double{trial.score};
     return sum;
 }
 
@@ -72,7 +72,7 @@ std::optional<double> gain_along(const Block& block, int axis, double mean, doub
     std::array<double, kSlices> count{};
     const float low = block.low[static_cast<std::size_t>(axis)];
     const float scale = static_cast<float>(kSlices) / block.width(axis);
-    for (const EmitTrial& trial : block.trials) {
+    for (const EmissionTrial& trial : block.trials) {
         const auto slice = static_cast<std::size_t>((number(trial.u, axis) - low) * scale);
         sum[std::min(slice, kSlices - 1)] += double{trial.score};
         count[std::min(slice, kSlices - 1)] += 1;
@@ -88,7 +88,7 @@ std::optional<double> gain_along(const Block& block, int axis, double mean, doub
 
 class Learner {
   public:
-    Learner(std::span<std::vector<EmitTrial>> trials, std::span<const double> powers,
+    Learner(std::span<std::vector<EmissionTrial>> trials, std::span<const double> powers,
             const BlockSettings& settings)
         : settings_(settings), made_(trials.size()), blocks_(trials.size()), shares_(trials.size()) {
         double sum = 0, count = 0, power = 0;
@@ -109,7 +109,7 @@ class Learner {
         }
     }
 
-    std::vector<EmitBlocks> run() {
+    std::vector<EmissionBlocks> run() {
         for (std::size_t left = settings_.most_cuts; left > 0 && !queue_.empty(); --left) {
             const Cut cut = queue_.top();
             queue_.pop();
@@ -128,16 +128,17 @@ class Learner {
     void propose(std::uint32_t light, std::uint32_t node) {
         const Block& block = blocks_[light][node];
         const auto count = static_cast<double>(block.trials.size());
-        if (block.trials.size() < settings_.least_trials || block.depth() >= EmitBlocks::kMostCuts) return;
+        if (block.trials.size() < settings_.least_trials || block.depth() >= EmissionBlocks::kMostCuts)
+            return;
         const double mean = sum_of(block.trials) / count;
         double variance = 0;
-        for (const EmitTrial& trial : block.trials) {
+        for (const EmissionTrial& trial : block.trials) {
             variance += (double{trial.score} - mean) * (double{trial.score} - mean);
         }
         variance /= count;
         std::optional<Cut> best;
         for (int axis = 0; axis < 4; ++axis) {
-            if (block.cuts[static_cast<std::size_t>(axis)] >= EmitBlocks::kMostCutsOfAxis) continue;
+            if (block.cuts[static_cast<std::size_t>(axis)] >= EmissionBlocks::kMostCutsOfAxis) continue;
             const auto gain = gain_along(block, axis, mean, variance);
             if (!gain) continue;
             const double whole = *gain * block.plain() * shares_[light];
@@ -147,7 +148,7 @@ class Learner {
     }
 
     void apply(const Cut& cut) {
-        std::vector<EmitBlocks::Node>& nodes = made_[cut.light].nodes;
+        std::vector<EmissionBlocks::Node>& nodes = made_[cut.light].nodes;
         const auto child = static_cast<std::uint32_t>(nodes.size());
         nodes[cut.node] = {cut.axis, child, 0};
         const Block whole = blocks_[cut.light][cut.node];
@@ -155,7 +156,7 @@ class Learner {
         const float middle = whole.low[axis] + 0.5F * whole.width(cut.axis);
         const auto upper =
             std::partition(whole.trials.begin(), whole.trials.end(),
-                           [&](const EmitTrial& trial) { return number(trial.u, cut.axis) < middle; });
+                           [&](const EmissionTrial& trial) { return number(trial.u, cut.axis) < middle; });
         const auto below = static_cast<std::size_t>(upper - whole.trials.begin());
         for (const bool above : {false, true}) {
             Block half = whole;
@@ -171,7 +172,7 @@ class Learner {
     }
 
     BlockSettings settings_;
-    std::vector<EmitBlocks> made_;
+    std::vector<EmissionBlocks> made_;
     std::vector<std::vector<Block>> blocks_;  // beside each light's nodes
     std::vector<double> shares_;              // of the lights in all power
     std::priority_queue<Cut> queue_;
@@ -179,8 +180,8 @@ class Learner {
 
 }  // namespace
 
-std::vector<EmitBlocks> learn_blocks(std::span<std::vector<EmitTrial>> trials, std::span<const double> powers,
-                                     const BlockSettings& settings) {
+std::vector<EmissionBlocks> learn_blocks(std::span<std::vector<EmissionTrial>> trials,
+                                         std::span<const double> powers, const BlockSettings& settings) {
     assert(trials.size() == powers.size());
     return Learner(trials, powers, settings).run();
 }

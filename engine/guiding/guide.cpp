@@ -9,8 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
 #include "photon/emission.h"
-#include "photon/kernel.h"
-#include "photon/near_photons.h"
+#include "photon/photon_map.h"
 #include "photon/tangent_metric.h"
 #include "photon/trace_light_paths.h"
 
@@ -35,10 +34,6 @@ struct HistogramEntry {
         return key < other.key || (key == other.key && order < other.order);
     }
 };
-
-std::uint64_t key_of(std::uint32_t light, CellId part) {
-    return std::uint64_t{light} << 32 | part;
-}
 
 // How many photons are for one choice, and how probable it is without them.
 struct Count {
@@ -76,7 +71,7 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
     std::array<HistogramEntry, GuideSettings::kMostPhotons> entries;
     float total = 0;
     for (std::size_t i = 0; i < samples.size(); ++i) {
-        entries[i] = {key_of(samples[i].light, samples[i].part), static_cast<std::uint32_t>(i),
+        entries[i] = {Guide::key(samples[i].light, samples[i].part), static_cast<std::uint32_t>(i),
                       samples[i].weight, samples[i].plain};
         total += samples[i].weight;
     }
@@ -106,23 +101,6 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
     return likeliest_share({counts.data(), choices.size() - begin}, static_cast<float>(samples.size()));
 }
 
-const Guide::Choice& Guide::draw(float u) const {
-    assert(!empty());
-    const auto found = std::upper_bound(choices_.begin(), choices_.end() - 1, u,
-                                        [](float wanted, const Choice& c) { return wanted < c.upto; });
-    return *found;
-}
-
-float Guide::probability(std::uint32_t light, CellId part) const {
-    const std::uint64_t key = key_of(light, part);
-    const auto found = std::lower_bound(choices_.begin(), choices_.end(), key,
-                                        [](const Choice& choice, std::uint64_t wanted) {
-                                            return key_of(choice.light, choice.part) < wanted;
-                                        });
-    return found != choices_.end() && found->light == light && found->part == part ? found->probability
-                                                                                   : 0.0F;
-}
-
 namespace {
 
 // The part of its light that each photon left from, and the share of all photons that left from it: they were
@@ -133,18 +111,14 @@ struct PhotonParts {
 
     PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
         : parts(map.size()), plain(map.size()) {
-        const auto size = static_cast<std::int64_t>(map.size());
         constexpr std::int64_t kGrain = 1 << 14;
-        parallel_ranges(
-            workers, size, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                    const Photon& photon = map.photons()[i];
-                    const Light& light = *lights[photon.light];
-                    parts[i] = light.only_particles() ? kNoSample : light.part_of(photon.cell);
-                }
-            });
+        parallel_each(workers, map.size(), kGrain, [&](std::size_t i) {
+            const Photon& photon = map.photons()[i];
+            const Light& light = *lights[photon.light];
+            parts[i] = light.only_particles() ? kNoSample : light.part_of(photon.cell);
+        });
         std::unordered_map<std::uint64_t, float> counts;
-        const auto key = [&](std::size_t i) { return key_of(map.photons()[i].light, parts[i]); };
+        const auto key = [&](std::size_t i) { return Guide::key(map.photons()[i].light, parts[i]); };
         for (std::size_t i = 0; i < parts.size(); ++i) ++counts[key(i)];
         for (std::size_t i = 0; i < parts.size(); ++i) {
             plain[i] = counts[key(i)] / static_cast<float>(parts.size());
@@ -255,12 +229,10 @@ struct FirstHits : LightPathVisitor {
 // Throws InputError for more photons than there is memory for, by what the first paths left: they are held as
 // chunks leave them, in one row, and in the map, under its tree.
 void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_t paths, std::int64_t all) {
-    constexpr double kLanded = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
-    std::size_t found = 0;
-    if (paths <= 0) return;
-    for (const FirstHits& chunk : chunks) found += chunk.photons.size();
-    const double photons = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
-    require_memory(static_cast<std::uint64_t>(photons * (3 * kLanded + kTree)),
+    constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
+    const double photons =
+        expected_of(chunks, paths, all, [](const FirstHits& chunk) { return chunk.photons.size(); });
+    require_memory(static_cast<std::uint64_t>(photons * (3 * kBytesOfHit + kTree)),
                    fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
                    "fewer are accepted (guidephotons)");
 }
@@ -269,10 +241,7 @@ void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_
 
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor) {
-    if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
-        throw InputError(
-            fmt::format("guide: {} paths asked for; 1 to 4294967296 can be emitted", parameters.paths));
-    }
+    require_path_numbers("guide", parameters.paths);
     LightPaths paths;
     paths.count = parameters.paths;
     paths.seed = parameters.seed;
@@ -289,12 +258,7 @@ GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, con
         },
         require_memory_for_guides);
     Photons all;
-    for (const FirstHits& chunk : chunks) {
-        const Photons& some = chunk.photons;
-        for (std::size_t i = 0; i < some.size(); ++i) {
-            all.add(some.positions[i], some.normals[i], some.photons[i]);
-        }
-    }
+    for (const FirstHits& chunk : chunks) all.append(chunk.photons);
     return {PhotonMap(all), scene.lights(), parameters.settings, workers};
 }
 

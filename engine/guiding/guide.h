@@ -1,6 +1,6 @@
 // Importance for direct light from photons [Goesele 2003, 5.3].
 //
-// A photon of the Direct map says that light from its part of its light has reached the place where it rests.
+// A photon straight from a light says that light from that part of it has reached the place where it lies.
 // The nearest ones around a point, counted by part, are a small distribution over (light, part): which ones
 // are important there, shadows included. It is importance and nothing more: whoever samples by it must leave
 // every other choice a chance, for light that sent no photon here. So photons are looked for by plain
@@ -16,51 +16,30 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
+#include "engine/transport/direct_light.h"
+#include "engine/transport/light_choice.h"
 #include "lights/light.h"
 #include "photon/photon_map.h"
 
 namespace lucerna {
 
+// How shadow rays are guided, for direct light `gated` and `guided`.
+struct DirectGuiding {
+    std::int64_t photons = 200'000;  // light paths whose first hits are the guide, in [1, 2^32]
+    int k = 64;  // photons of each cached distribution, in [1, GuideSettings::kMostPhotons]
+    // Defensive mixture weight: the least share of the plain choice, in (0, 1]; keeps `guided` unbiased.
+    float defensive_weight = 0.25F;
+    int candidates = 0;  // places of lights weighed for one shadow ray; 0: 16 where a light has parts, else 4
+};
+
 struct GuideSettings {
     static constexpr int kMostPhotons = 255;
 
-    int k =
-        64;  // photons of a cached distribution, in [1, kMostPhotons]; 0: none is cached, any_near() alone
+    // Photons of a cached distribution, in [1, kMostPhotons]; 0: none is cached, any_near() alone.
+    int k = 64;
     float radius = 1;  // the largest distance at which they are looked for, scene units, > 0
-};
-
-// The distribution over lights and their parts at one point. Refers to choices that are kept elsewhere.
-class Guide {
-  public:
-    struct Choice {
-        std::uint32_t light;
-        CellId part;  // kNoCell: the light has no parts
-        float probability;
-        float upto;  // its own and that of all before it
-    };
-    Guide() = default;
-    // As make_histogram() gave them.
-    Guide(std::span<const Choice> choices, float defensive_weight)
-        : choices_(choices), defensive_weight_(defensive_weight) {}
-
-    // Nothing to go by: no photon near, or none of any weight. draw() must not be asked then.
-    bool empty() const { return choices_.empty(); }
-    // In the order of lights and parts, each once; the probabilities add up to 1.
-    std::span<const Choice> choices() const { return choices_; }
-    // u in [0,1); a choice of probability 0 is never drawn.
-    const Choice& draw(float u) const;
-    // 0 for what the photons do not name.
-    float probability(std::uint32_t light, CellId part) const;
-
-    // How much of a mixture the plain choice should be, in [0, 1]: what makes the photons here most likely,
-    // each judged by the others (leave-one-out). Near 1 where they are scattered as the plain choice would
-    // scatter them, or too few to tell; near 0 where they agree. 1 if there are none.
-    float defensive_weight() const { return defensive_weight_; }
-
-  private:
-    std::span<const Choice> choices_;
-    float defensive_weight_ = 1;
 };
 
 // One photon as a sample of the distribution over (light, part).
@@ -119,5 +98,48 @@ struct GuideParameters {
 };
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor);
+
+// Direct light with the help of photons that came straight from the lights [Goesele 2003, 5.2, 5.3].
+//
+//   gated   as `mc`, but only where a photon lies near. Where none landed there is no light: too dark by what
+//           arrives there. With M paths of power Φ/M and a gate of radius r on a flat surface lit by E, the
+//           chance that none landed is exp(-π r² E M/Φ), so the mean over maps lacks E times that; no
+//           irradiance lacks more than Φ/(e π r² M).
+//   guided  as `mc`, but lights and their parts are chosen by the photons near, mixed with the plain choice:
+//           unbiased.
+//
+// `guided` asks several places of lights for what would arrive, traces one shadow ray to one of them chosen
+// in proportion to that, and lets it stand for all (resampled importance sampling [Talbot 2005]). Where the
+// BSDF's strategy of MIS is expected to find next to nothing, its ray is traced only sometimes and weighs
+// more. In a scene with nothing_to_choose() renderers take `mc` in its place: it does the same with less
+// work.
+
+struct GuidedLightSettings {
+    float defensive_weight =
+        0.25F;  // defensive mixture weight: the least share of the plain choice, in (0, 1]
+    static constexpr int kMostCandidates = 1024;
+    int candidates = 16;  // places of lights weighed before one is asked for, in [1, kMostCandidates]
+};
+
+// As many candidates as pay. Those of a measured lamp's places cost little beside a shadow ray, and what
+// arrives differs much between them; those of whole lights differ less than their shadows do.
+int candidates_that_pay(const Scene& scene);
+
+// Both as direct_light(); `plain` is the choice without photons.
+DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
+                        const LightChoice& plain);
+
+class GuidedLight {
+  public:
+    // Keeps references to the scene and the guides.
+    GuidedLight(const Scene& scene, const GuideMap& guides, const GuidedLightSettings& settings)
+        : scene_(scene), guides_(guides), settings_(settings) {}
+    DirectLight operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain) const;
+
+  private:
+    const Scene& scene_;
+    const GuideMap& guides_;
+    GuidedLightSettings settings_;
+};
 
 }  // namespace lucerna

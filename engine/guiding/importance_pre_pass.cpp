@@ -1,12 +1,15 @@
 #include "engine/guiding/importance_pre_pass.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
-#include "engine/base/stopwatch.h"
-#include "engine/guiding/emission_blocks.h"
-#include "photon/near_photons.h"
+#include "engine/base/monitor.h"
+#include "engine/scene/quantity.h"
+#include "photon/deposit.h"
 #include "photon/photon_map.h"
 #include "photon/trace_light_paths.h"
 
@@ -45,7 +48,7 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
                                                               const ImportancePrePassSettings& settings,
                                                               const Workers& workers, Monitor& monitor) {
     LightPaths paths;
-    paths.count = settings.paths;
+    paths.count = settings.guiding.paths;
     paths.seed = settings.seed;
     paths.pass = kEmissionPrePass;
     paths.specular_below = settings.specular_below;
@@ -55,19 +58,14 @@ std::array<std::optional<PhotonMap>, kMapKinds> pre_pass_maps(const Scene& scene
     std::vector<PrePassPhotons> chunks;
     trace_light_paths({scene, workers, monitor}, paths, chunks, [&](std::int64_t /*count*/) {
         PrePassPhotons chunk;
-        chunk.share = 1.0F / static_cast<float>(settings.paths);
+        chunk.share = 1.0F / static_cast<float>(settings.guiding.paths);
         return chunk;
     });
     std::array<std::optional<PhotonMap>, kMapKinds> maps;
     for (const MapKind kind : kSurfaceMaps) {
         const auto k = static_cast<std::size_t>(kind);
         Photons all;
-        for (const PrePassPhotons& chunk : chunks) {
-            const Photons& some = chunk.photons[k];
-            for (std::size_t i = 0; i < some.size(); ++i) {
-                all.add(some.positions[i], some.normals[i], some.photons[i]);
-            }
-        }
+        for (const PrePassPhotons& chunk : chunks) all.append(chunk.photons[k]);
         if (all.size() > 0) maps[k].emplace(all, IndexKind::tree, workers);
     }
     return maps;
@@ -87,7 +85,7 @@ class Scorer {
                             const auto first = static_cast<std::size_t>(begin);
                             const auto count = static_cast<std::size_t>(end - begin);
                             for (const Importon& importon : importons.subspan(first, count)) {
-                                look(importon, parts_[static_cast<std::size_t>(chunk)]);
+                                visit(importon, parts_[static_cast<std::size_t>(chunk)]);
                             }
                         });
     }
@@ -95,7 +93,7 @@ class Scorer {
     // By path.
     std::vector<float> scores() const {
         const std::vector<float> shown = radiances();
-        std::vector<float> scores(static_cast<std::size_t>(settings_.paths));
+        std::vector<float> scores(static_cast<std::size_t>(settings_.guiding.paths));
         for (const auto& chunk : parts_) {
             for (const Part& part : chunk) {
                 if (!part.read) continue;
@@ -111,15 +109,15 @@ class Scorer {
     struct Part {
         std::uint32_t ray, path;
         float radiance;
-        bool read;    // by the image from its maps; what it finds otherwise is only shown
-        bool landed;  // where a gather ray is: no radiance of the surface that the camera sees
+        bool read;       // by the image from its maps; what it finds otherwise is only shown
+        bool at_gather;  // where a gather ray is: no radiance of the surface that the camera sees
     };
 
-    void look(const Importon& importon, std::vector<Part>& parts) const {
-        const auto& reads = importon.landed ? settings_.landed : settings_.seen;
+    void visit(const Importon& importon, std::vector<Part>& parts) const {
+        const auto& reads = importon.at_gather ? settings_.at_gather : settings_.seen;
         for (const MapKind kind : kSurfaceMaps) {
             const auto k = static_cast<std::size_t>(kind);
-            if (!maps_[k] || (importon.landed && !reads[k])) continue;
+            if (!maps_[k] || (importon.at_gather && !reads[k])) continue;
             const DensityEstimateSettings& how = settings_.estimate;
             const TangentMetric metric(importon.p, importon.n, how.metric, how.ratio);
             const NearPhotons near(*maps_[k], importon.p, metric, static_cast<std::size_t>(how.k),
@@ -131,7 +129,7 @@ class Scorer {
             for (const Neighbour& neighbour : near.found()) {
                 const Photon& photon = maps_[k]->photons()[neighbour.index];
                 parts.push_back({importon.ray, photon.cell, luminance(photon.power) * per_power, reads[k],
-                                 importon.landed});
+                                 importon.at_gather});
             }
         }
     }
@@ -143,7 +141,7 @@ class Scorer {
         for (const auto& chunk : parts_) {
             for (const Part& part : chunk) {
                 if (part.ray >= shown.size()) shown.resize(part.ray + 1);
-                if (part.landed) continue;
+                if (part.at_gather) continue;
                 shown[part.ray] += part.radiance;
                 sum += double{part.radiance};
             }
@@ -162,12 +160,12 @@ class Scorer {
 };
 
 // The pre-pass's paths by light, with the numbers they began with.
-std::vector<std::vector<EmitTrial>> trials(const Scene& scene, std::uint64_t seed,
-                                           std::span<const float> scores) {
-    std::vector<std::vector<EmitTrial>> by_light(scene.lights().size());
-    const EmitNet net(seed, Purpose::emission, kEmissionPrePass);
+std::vector<std::vector<EmissionTrial>> trials(const Scene& scene, std::uint64_t seed,
+                                               std::span<const float> scores) {
+    std::vector<std::vector<EmissionTrial>> by_light(scene.lights().size());
+    const EmissionNet net(seed, Purpose::emission, kEmissionPrePass);
     for (std::size_t path = 0; path < scores.size(); ++path) {
-        const EmitNet::Point point = net.at(static_cast<std::uint32_t>(path));
+        const EmissionNet::Point point = net.at(static_cast<std::uint32_t>(path));
         const auto pick = scene.picker().pick(point.light);
         if (pick) by_light[pick->light].push_back({point.u, scores[path]});
     }
@@ -184,6 +182,18 @@ LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<
     return LearnedEmission(scene, learn_blocks(by_light, powers, {}), defensive_weight);
 }
 
+std::string describe_pre_pass(std::int64_t paths) {
+    return fmt::format("an importance pre-pass of {} light paths, by which all others are emitted", paths);
+}
+
+std::string_view why_emission_is_plain(const EmissionGuiding& guiding, const RenderContext& context) {
+    if (guiding.paths == 0) return "plain: prepass = 0";
+    if (!context.view) return "plain: there is no camera";
+    if (scatters(context.scene.media())) return "plain: a medium scatters";
+    if (!(context.scene.picker().total_power() > 0)) return "plain: no light shines";
+    return "";
+}
+
 std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, const View& view,
                                                          const ImportancePrePassSettings& settings,
                                                          const Workers& workers, Monitor& monitor) {
@@ -192,7 +202,7 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
 
     // Where the picture looks.
     ImportonParameters looks;
-    looks.rays = std::clamp<std::int64_t>(settings.paths / kPathsPerRay, 64, looks.rays);
+    looks.rays = std::clamp<std::int64_t>(settings.guiding.paths / kPathsPerRay, 64, looks.rays);
     looks.gather = settings.gather;
     looks.meter = settings.meter;
     looks.seed = settings.seed;
@@ -205,12 +215,83 @@ std::optional<ImportancePrePass> run_importance_pre_pass(const Scene& scene, con
     const std::vector<float> scores = Scorer(maps, settings, importons, workers).scores();
 
     // Which ones to emit.
-    ImportancePrePass pre_pass{learn_density(scene, settings.seed, scores, settings.defensive_weight)};
+    ImportancePrePass pre_pass{
+        learn_density(scene, settings.seed, scores, settings.guiding.defensive_weight)};
     pre_pass.importons = importons.size();
     for (const float score : scores) pre_pass.useful += score > 0 ? 1 : 0;
-    pre_pass.useful /= static_cast<double>(settings.paths);
+    pre_pass.useful /= static_cast<double>(settings.guiding.paths);
     pre_pass.seconds = watch.seconds();
     return pre_pass;
+}
+
+namespace {
+
+// Of rays that only say where the picture looks: beyond that what is seen is dim, or a maze of mirrors, and
+// no light is lost with it. More than points of irradiance get, as the camera may look through several
+// glasses.
+constexpr int kMostImportonBounces = 16;
+
+// One camera ray and its gather rays.
+class Follower {
+  public:
+    Follower(const Scene& scene, const ImportonParameters& parameters, std::uint32_t ray, Sampler& sampler,
+             std::vector<Importon>& found)
+        : scene_(scene), parameters_(parameters), ray_(ray), sampler_(sampler), found_(found) {}
+
+    void follow(Ray ray, Rgb throughput, bool at_gather) {
+        float squeeze = 1;
+        for (int bounce = 0; bounce < kMostImportonBounces; ++bounce) {
+            const auto hit = scene_.intersect(ray);
+            if (!hit) return;
+            const bool metered = parameters_.meter && !at_gather;
+            const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
+            const V3f wo = -ray.d;
+            if (stores_photons(bsdf)) visit(*hit, bsdf.diffuse_part(), wo, throughput, at_gather);
+            if (metered || bsdf.is_diffuse()) return;
+            const auto sample = bsdf.rest().sample(wo, numbers(), Transport::radiance);
+            if (!sample) return;
+            throughput *= sample->weight;
+            squeeze *= sample->eta_scale;  // what glass takes from radiance it gives back: no reason to end
+            const float survival = std::min(1.0F, luminance(throughput) / squeeze);
+            if (!(sampler_.next() < survival)) return;
+            throughput /= survival;
+            ray = Ray{hit->at.towards(sample->wi), sample->wi};
+        }
+    }
+
+  private:
+    BsdfU numbers() { return {sampler_.next(), sampler_.next2()}; }
+
+    void visit(const Hit& hit, const Bsdf& diffuse, const V3f& wo, const Rgb& throughput, bool at_gather) {
+        const float weight = luminance(throughput * diffuse.albedo(wo)) * kInvPi;
+        if (weight > 0) {
+            found_.push_back({hit.at.p, face_forward(hit.at.n, wo), weight, ray_, at_gather});
+        }
+        if (at_gather || !parameters_.gather) return;
+        const auto sample = diffuse.sample(wo, numbers(), Transport::radiance);
+        if (!sample || is_black(sample->weight)) return;
+        follow(Ray{hit.at.towards(sample->wi), sample->wi}, throughput * sample->weight, true);
+    }
+
+    const Scene& scene_;
+    const ImportonParameters& parameters_;
+    std::uint32_t ray_;
+    Sampler& sampler_;
+    std::vector<Importon>& found_;
+};
+
+}  // namespace
+
+std::vector<Importon> trace_importons(const Scene& scene, const View& view,
+                                      const ImportonParameters& parameters, const Workers& workers) {
+    const auto chunks = trace_view_rays<std::vector<Importon>>(
+        view, {parameters.rays, 512, parameters.seed}, workers,
+        [&](const Ray& ray, std::uint32_t number, Sampler& sampler, std::vector<Importon>& found) {
+            Follower(scene, parameters, number, sampler, found).follow(ray, Rgb(1.0F), false);
+        });
+    std::vector<Importon> all;
+    for (const auto& chunk : chunks) all.insert(all.end(), chunk.begin(), chunk.end());
+    return all;
 }
 
 }  // namespace lucerna

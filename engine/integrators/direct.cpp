@@ -1,8 +1,8 @@
 // Direct light alone, on surfaces and in media; mirrors and smooth glass are followed. What the other methods
 // add is what this lacks.
-#include "engine/integrators/direct_light.h"
 #include "engine/integrators/integrator.h"
-#include "engine/integrators/specular_chain.h"
+#include "engine/transport/direct_light.h"
+#include "engine/transport/specular_chain.h"
 
 namespace lucerna {
 namespace {
@@ -32,8 +32,11 @@ class DirectEstimator final : public Estimator {
 class DirectIntegrator final : public Integrator {
   public:
     explicit DirectIntegrator(const DirectSettings& settings) : settings_(settings) {}
-    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        return std::make_unique<DirectEstimator>(context.scene, settings_);
+    std::unique_ptr<const Session> begin(const RenderContext& context,
+                                         OnceStatistics& /*statistics*/) const override {
+        return session_without_state([&scene = context.scene, settings = settings_] {
+            return std::make_unique<DirectEstimator>(scene, settings);
+        });
     }
 
   private:

@@ -1,61 +1,405 @@
-// Instant global illumination as a recipe [Keller 1997; Wald 2002; Pharr 2004]: indirect light from sets of
-// VPLs, on surfaces and where media scatter. What is seen then: igi_estimator.h.
+// Instant global illumination [Keller 1997; Wald 2002; Pharr 2004]: indirect light from sets of VPLs, on
+// surfaces and where media scatter. How VPLs are made, chosen and clamped is engine/vpl.
 #include <fmt/format.h>
 
 #include <bit>
 
-#include "engine/integrators/energy_report.h"
-#include "engine/integrators/igi_estimator.h"
-#include "engine/integrators/igi_thinning.h"
-#include "engine/integrators/steering.h"
+#include "engine/base/path_limits.h"
+#include "engine/guiding/guide.h"
+#include "engine/integrators/integrator.h"
+#include "engine/transport/light_choice.h"
+#include "engine/transport/specular_chain.h"
+#include "engine/vpl/igi_caustics.h"
+#include "engine/vpl/igi_pre_pass.h"
+#include "engine/vpl/igi_vpls.h"
+#include "engine/vpl/vpl_shading.h"
 
 namespace lucerna {
 namespace {
+
+// -----------------------------------------------------------------------------------------------------
+// What the camera sees: a set of VPLs lights surfaces, and the places along a ray at which media scatter
+// -----------------------------------------------------------------------------------------------------
+
+// A compensating path: its ray at hand begins at a place that VPLs have lit.
+struct CompensatingPath {
+    Ray ray{};
+    SurfacePoint from{};  // where the ray begins
+    float cosine = 1;     // of the ray there, as ClampedGeometry wants it
+    Rgb throughput{1.0F};
+    EmissionRule rule{};
+    std::int32_t medium = kNoMedium;  // of the borders, in which it begins
+    // False after a mirror or smooth glass: what is met then no VPL has brought.
+    bool lit = true;
+    float eta_scale = 1;  // as survival_of() has it
+    // Of light that comes over L(S+D)*S+ to where the path last left a place that is not specular: the share
+    // that no Caustic map has brought to a place before. And whether the path has come over specular surfaces
+    // since.
+    Rgb caustic{1.0F};
+    bool specular = false;
+
+    Rgb of_lamps() const { return specular ? caustic : Rgb(1.0F); }
+};
+
+// A part of a surface over which a path goes on, and its throughput there.
+struct LobeChoice {
+    Bsdf bsdf;
+    Rgb throughput;
+    bool specular;  // it turns light as mirrors do, as far as caustics go
+};
+
+class IgiEstimator final : public Estimator {
+  public:
+    IgiEstimator(const Scene& scene, const IgiSettings& settings, IgiVpls lights, IgiCaustics caustics,
+                 const GuideMap* guides)
+        : scene_(scene),
+          settings_(settings),
+          lights_(std::move(lights)),
+          caustics_(std::move(caustics)),
+          guides_(guides),
+          chooser_(scene, settings.lights),
+          guided_{settings.pre_pass.defensive_weight, candidates_that_pay(scene)},
+          shading_(scene, settings, lights_.paths()),
+          only_diffuse_(!throws_caustics(scene)) {}
+
+    Rgb Li(const Ray& ray, Sampler& sampler) const override {
+        // One well-distributed number chooses the set.
+        const auto count = static_cast<float>(lights_.sets());
+        const auto set = static_cast<std::size_t>(sampler.next() * count);
+        const auto shade = [&](const Vertex& vertex) { return shade_place(vertex, set, sampler); };
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+            return sigma_s * shade_place(vertex, set, sampler);
+        };
+        return follow_and_shade(scene_, ray, settings_.max_specular_depth, sampler, shade, source);
+    }
+
+  private:
+    DirectLight shade_place(const Vertex& vertex, std::size_t set, Sampler& sampler) const;
+    Rgb shade_place(const MediumVertex& vertex, std::size_t set, Sampler& sampler) const;
+    Rgb follow(CompensatingPath path, std::size_t set, Sampler& sampler) const;
+    std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
+                                          Sampler& sampler) const;
+    CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
+                                   const CompensatingPath& before = {}) const;
+    CompensatingPath continue_path(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
+                                   const CompensatingPath& before = {}) const;
+    Rgb residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const;
+    static bool survives(CompensatingPath& path, Sampler& sampler);
+
+    // How a surface chooses the light that it asks.
+    LightChoice choice_at(const Vertex& vertex) const {
+        const SurfacePoint& x = vertex.hit.at;
+        const LightChoice plain = chooser_.at(x, vertex.bsdf, vertex.wo);
+        if (!guides_) return plain;
+        const Guide guide = guides_->at(x.p, vertex.normal());
+        return plain.guided(guide, std::max(settings_.pre_pass.defensive_weight, guide.defensive_weight()));
+    }
+    DirectLight direct(const Vertex& vertex, Sampler& sampler) const {
+        if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex));
+        const LightChoice plain = chooser_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
+        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain);
+    }
+
+    // All lights of one set, by way of those that are asked, times `throughput`.
+    template <typename Place>
+    Rgb indirect(const Place& place, std::size_t set, const Rgb& throughput, Sampler& sampler) const {
+        Rgb sum(0);
+        const float u = sampler.next();
+        Sampler more = sampler.split(1);
+        lights_.choose(place, set, u, more, [&](const Vpl& light, float scale) {
+            sum += scale * shading_.shade(place, light, throughput, more);
+        });
+        return sum;
+    }
+
+    const Scene& scene_;
+    IgiSettings settings_;
+    IgiVpls lights_;
+    IgiCaustics caustics_;
+    const GuideMap* guides_;  // null: none
+    LightChooser chooser_;
+    GuidedLightSettings guided_;
+    VplShading shading_;
+    bool only_diffuse_;
+};
+
+// The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
+DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, Sampler& sampler) const {
+    DirectLight shaded;
+    LightChoice choice;
+    if (settings_.compensate) {
+        choice = choice_at(vertex);
+        shaded.radiance = next_event(scene_, vertex, sampler, choice);
+    } else {
+        shaded = direct(vertex, sampler);
+    }
+    if (vertex.bsdf.is_black()) return shaded;
+    shaded.radiance += indirect(vertex, set, Rgb(settings_.indirect_scale), sampler);
+    shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex);
+    if (!settings_.compensate) return shaded;
+
+    const float share = 1 / static_cast<float>(settings_.gather_samples);
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        const BsdfU u{sampler.next(), sampler.next2()};
+        const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+        if (!sample) continue;
+        if (!sample->delta) {
+            shaded.radiance += share * follow(continue_path(vertex, *sample, choice), set, sampler);
+        } else if (i == 0) {
+            shaded.specular = sample;  // what mirrors show, one of the samples is enough for
+        }
+    }
+    return shaded;
+}
+
+Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, Sampler& sampler) const {
+    const LightChoice choice = chooser_.at(vertex.p);
+    const Rgb scale(settings_.indirect_scale);
+    if (!settings_.compensate) {
+        const Rgb direct = direct_light(scene_, vertex, sampler, choice);
+        return direct + indirect(vertex, set, scale, sampler);
+    }
+    Rgb result = next_event(scene_, vertex, sampler, choice);
+    result += indirect(vertex, set, scale, sampler);
+    const float share = 1 / static_cast<float>(settings_.gather_samples);
+    for (int i = 0; i < settings_.gather_samples; ++i) {
+        result += share * follow(continue_path(vertex, sampler.next2(), choice), set, sampler);
+    }
+    return result;
+}
+
+// A path tracer of which VPLs have taken over all that lies beyond the bound: at each place it asks them, and
+// goes on with the residual of clamping, 1 - clamped(), of what it meets. So the two halves of each pair of
+// places add up to the whole, exactly. What leaves there towards the eye is worked out with the surface as it
+// is, and not as the Lambertian one that a VPL takes it for: the nearer the bound is to all there is, the
+// nearer the image to the path tracer's. The set stays the same: every term of the sum is linear in one set's
+// lights, so its mean is that over all sets.
+//
+// VPLs stand for what scatters diffusely (vpl_gloss()): of light that a mirror, glass or gloss turned where
+// the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of caustics that are seen
+// by way of them, counts what the Caustic map has not brought to a place before them: they are small and
+// bright, and rays would meet them seldom.
+Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sampler) const {
+    Rgb near(0), beyond(0);  // up to the first place that is met, and from there
+    for (int bounce = 0; bounce < kMaxBounces && !is_black(path.throughput); ++bounce) {
+        const auto hit = scene_.intersect(path.ray);
+        (bounce == 0 ? near : beyond) += path.throughput * path.of_lamps() *
+                                         emission(scene_, path.ray, hit, path.rule, path.medium, sampler);
+
+        const MediaTraversal crossing =
+            traverse_media(scene_, path.ray, hit, path.medium, path.throughput, sampler);
+        path.throughput = crossing.power;
+        path.medium = crossing.medium;
+        if (crossing.scattered) {
+            const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
+                                      -path.ray.d, path.medium};
+            path.throughput = residual(path, vertex.from(), 1);
+            if (!survives(path, sampler)) break;
+            const LightChoice choice = chooser_.at(vertex.p);
+            beyond += path.throughput * next_event(scene_, vertex, sampler, choice);
+            beyond += indirect(vertex, set, path.throughput, sampler);
+            path = continue_path(vertex, sampler.next2(), choice, path);
+            continue;
+        }
+        if (!hit) break;
+        const Rgb left = residual(path, hit->at, std::fabs(path.ray.d.dot(hit->at.n)));
+        // Most ways end here, before anything is worked out about the surface.
+        if (is_black(left) && only_diffuse_) break;
+        const auto on = choose_lobe(scene_.bsdf(*hit), path, left, sampler);
+        if (!on) break;
+        path.throughput = on->throughput;
+        // What came over nothing specular no map has brought before.
+        if (!on->specular && !path.specular) path.caustic = Rgb(1.0F);
+        path.specular = on->specular;
+        const Vertex vertex{*hit, on->bsdf, -path.ray.d, path.medium};
+        LightChoice choice;
+        if (!on->bsdf.is_delta()) {
+            if (!survives(path, sampler)) break;
+            choice = choice_at(vertex);
+            Rgb lamps = path.of_lamps() * next_event(scene_, vertex, sampler, choice);
+            if (!path.specular && !is_black(path.caustic)) lamps += path.caustic * caustics_.radiance(vertex);
+            beyond += path.throughput * lamps + indirect(vertex, set, path.throughput, sampler);
+        } else if (bounce >= kRouletteFrom && !survives(path, sampler)) {
+            break;
+        }
+        const BsdfU u{sampler.next(), sampler.next2()};
+        const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
+        if (!sample || is_black(sample->weight)) break;
+        path = continue_path(vertex, *sample, choice, path);
+    }
+    return near + beyond * settings_.indirect_scale;
+}
+
+// By chance one of the two parts of a surface: that for which VPLs stand, whose share of the path's
+// throughput is what they left; and that which turns light as mirrors do. None if neither contributes.
+std::optional<LobeChoice> IgiEstimator::choose_lobe(const Bsdf& bsdf, const CompensatingPath& path,
+                                                    const Rgb& left, Sampler& sampler) const {
+    const float below = caustics_.specular_below();
+    const Bsdf blurred = bsdf.blurred_part(below);
+    const float diffuse = blurred.is_black() ? 0.0F : max_component(left);
+    if (only_diffuse_) return diffuse > 0 ? std::optional(LobeChoice{blurred, left, false}) : std::nullopt;
+    const Bsdf sharp = bsdf.sharp_part(below);
+    const float specular = sharp.is_black() ? 0.0F : max_component(path.throughput);
+    if (!(diffuse + specular > 0)) return std::nullopt;
+    const float chance = specular / (diffuse + specular);
+    // Never where the chance is 0, always where it is 1.
+    if (sampler.next() < chance) return LobeChoice{sharp, path.throughput / chance, true};
+    return LobeChoice{blurred, left / (1 - chance), false};
+}
+
+// `choice`: by which the place asked the lights.
+CompensatingPath IgiEstimator::continue_path(const Vertex& vertex, const BsdfSample& sample,
+                                             const LightChoice& choice,
+                                             const CompensatingPath& before) const {
+    const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
+    return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
+            vertex.hit.at,
+            cosine_at(vertex, sample.wi),
+            before.throughput * sample.weight,
+            rule,
+            vertex.medium_towards(sample.wi),
+            !sample.delta,
+            before.eta_scale * sample.eta_scale,
+            before.specular ? before.caustic : before.caustic * caustics_.left_to_rays(vertex, sample.wi),
+            before.specular};
+}
+CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V2f& u,
+                                             const LightChoice& choice,
+                                             const CompensatingPath& before) const {
+    const V3f wi = vertex.phase.sample(vertex.wo, u);
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
+    // The phase function over its own density is 1.
+    return {Ray{vertex.p, wi},
+            vertex.from(),
+            1,
+            before.throughput,
+            rule,
+            vertex.medium,
+            true,
+            before.eta_scale,
+            caustics_.left_to_rays(),
+            false};
+}
+
+// What is left of a path's throughput after VPLs at y have brought theirs to where it began.
+Rgb IgiEstimator::residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const {
+    if (!path.lit) return path.throughput;
+    const float d2 = (y.p - path.from.p).length2();
+    return path.throughput *
+           shading_.geometry().residual(d2, path.cosine * cosine, path.from.error + y.error);
+}
+
+// Roulette, before a set of lights is asked: every survivor is worth it. Even with albedo 1 it ends.
+bool IgiEstimator::survives(CompensatingPath& path, Sampler& sampler) {
+    const float survival = survival_of(path.throughput, path.eta_scale);
+    if (!(sampler.next() < survival)) return false;  // also where nothing is left
+    path.throughput /= survival;
+    return true;
+}
+
+// -----------------------------------------------------------------------------------------------------
+// Before the sets: an importance pre-pass
+// -----------------------------------------------------------------------------------------------------
+
+// Learns where light paths start, which VPLs stay and which lights surfaces ask, and tells what it learned,
+// or why emission stays plain. None: it stays plain (or the monitor stopped it). Settings as with_distance()
+// gives them.
+std::optional<IgiPrePass> learn_emission(const IgiSettings& settings, const RenderContext& context,
+                                         OnceStatistics& statistics) {
+    statistics.emission = why_emission_is_plain(settings.pre_pass, context);
+    if (!statistics.emission.empty()) return std::nullopt;
+    auto pre_pass = run_igi_pre_pass(settings, context);
+    report_pre_pass(pre_pass ? &pre_pass->importance : nullptr, settings.pre_pass, context.scene, statistics);
+    return pre_pass;
+}
+
+// -----------------------------------------------------------------------------------------------------
+// The integrator: makes sets of VPLs, thins them, puts them in order, and a map of caustics beside them
+// -----------------------------------------------------------------------------------------------------
+
+// Numbers of sets, and of light paths for each, as sequences want them.
+std::uint32_t sets_of(const IgiSettings& settings) {
+    return std::bit_ceil(static_cast<std::uint32_t>(settings.nsets));
+}
+std::uint32_t paths_of(const IgiSettings& settings) {
+    return std::bit_ceil(static_cast<std::uint32_t>(settings.nlights));
+}
+// Whether more VPLs are made than are kept. A defensive weight of 1 leaves all as it is.
+bool thins(const IgiSettings& settings) {
+    return settings.pre_pass.paths > 0 && settings.pre_pass.defensive_weight < 1;
+}
+
+class IgiSession final : public Session {
+  public:
+    // `settings` as with_distance() gives them.
+    IgiSession(const IgiSettings& settings, const RenderContext& context, std::optional<IgiPrePass> pre_pass)
+        : settings_(settings), context_(context), pre_pass_(std::move(pre_pass)) {}
+
+    std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
+                                          PassStatistics& statistics) const override {
+        const Scene& scene = context_.scene;
+        const RenderContext context = context_.told_to(monitor);
+        VplParameters parameters;
+        parameters.sets = sets_of(settings_);
+        parameters.paths = paths_of(settings_);
+        parameters.seed = context.seed;
+        parameters.pass = index;
+        parameters.gloss = vpl_gloss(settings_);
+        if (pre_pass_) parameters.emission = &pre_pass_->importance.emission;
+        const std::uint32_t factor = pre_pass_ && thins(settings_) ? thinning(parameters) : 1;
+        parameters.paths *= factor;
+        VplSets vpls = build_vpls(scene, parameters, context.workers, monitor);
+        if (monitor.stopped()) return nullptr;
+        VplStatistics& made = statistics.vpls.emplace();
+        if (factor > 1) {
+            made.tried = vpls.lights.size();
+            vpls = thin_vpls(vpls, factor, pre_pass_->seen, settings_, context);
+            if (monitor.stopped()) return nullptr;
+        }
+        statistics.ledger = LedgerStatistics(vpls.ledger);
+        warn_of_endless_light(vpls.ledger, monitor);
+        Phase phase(monitor, "virtual point lights in order", 1);
+        IgiVpls ordered(vpls, parameters.paths, settings_, context.workers);
+        phase.advance(1);
+        made.total = vpls.lights.size();
+        made.sets = parameters.sets;
+        made.bytes = ordered.bytes();
+        IgiCaustics caustics(settings_, context, index, parameters.emission);
+        if (monitor.stopped()) return nullptr;
+        if (const auto& photons = caustics.made()) {
+            statistics.caustic_paths = photons->paths;
+            statistics.maps[static_cast<std::size_t>(MapKind::caustic)] = photons->photons;
+            statistics.seconds.add("caustics", photons->seconds);
+        }
+        return std::make_unique<IgiEstimator>(scene, settings_, std::move(ordered), std::move(caustics),
+                                              pre_pass_ && pre_pass_->guides ? &*pre_pass_->guides : nullptr);
+    }
+
+  private:
+    IgiSettings settings_;
+    RenderContext context_;
+    std::optional<IgiPrePass> pre_pass_;
+};
 
 class IgiIntegrator final : public Integrator {
   public:
     explicit IgiIntegrator(const IgiSettings& settings) : settings_(settings) {}
 
-    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
+    std::unique_ptr<const Session> begin(const RenderContext& context,
+                                         OnceStatistics& statistics) const override {
         const IgiSettings settings = with_distance(context.scene, settings_);
-        auto pre_pass = learn_emission(settings, context);
+        auto pre_pass = learn_emission(settings, context, statistics);
         if (context.monitor.stopped()) return nullptr;
-        VplParameters parameters;
-        parameters.sets = sets();
-        parameters.paths = paths();
-        parameters.seed = context.seed;
-        parameters.pass = context.pass;
-        parameters.gloss = vpl_gloss(settings);
-        if (pre_pass) parameters.emission = &pre_pass->importance.emission;
-        const std::uint32_t factor = pre_pass && thins() ? thinning(parameters) : 1;
-        parameters.paths *= factor;
-        VplSets lights = build_vpls(context.scene, parameters, context.workers, context.monitor);
-        if (context.monitor.stopped()) return nullptr;
-        if (factor > 1) {
-            context.report.numbers["virtual_lights.tried"] = static_cast<double>(lights.lights.size());
-            lights = thin_vpls(lights, factor, pre_pass->seen, settings, context);
-            if (context.monitor.stopped()) return nullptr;
-        }
-        report_energy(lights.ledger, context.report);
-        warn_of_endless_light(lights.ledger, context.monitor);
-        context.report.numbers["virtual_lights.total"] = static_cast<double>(lights.lights.size());
-        context.report.numbers["virtual_lights.sets"] = parameters.sets;
-        Phase phase(context.monitor, "virtual point lights in order", 1);
-        IgiVpls ordered(lights, parameters.paths, settings, context.workers);
-        phase.advance(1);
-        context.report.numbers["virtual_lights.bytes"] = static_cast<double>(ordered.bytes());
-        IgiCaustics caustics(settings, context, parameters.emission);
-        if (context.monitor.stopped()) return nullptr;
-        return make_igi_estimator(context.scene, settings, std::move(ordered), std::move(caustics),
-                                  pre_pass ? std::move(pre_pass->guides) : std::nullopt);
+        return std::make_unique<IgiSession>(settings, context, std::move(pre_pass));
     }
 
     std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines;
-        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
-        lines.push_back(
-            fmt::format("{} sets of virtual point lights from {} light paths each", sets(), paths()));
-        if (thins())
+        if (settings_.pre_pass.paths > 0) lines.push_back(describe_pre_pass(settings_.pre_pass.paths));
+        lines.push_back(fmt::format("{} sets of virtual point lights from {} light paths each",
+                                    sets_of(settings_), paths_of(settings_)));
+        if (thins(settings_))
             lines.push_back("of those of more paths, the virtual point lights that the picture needs");
         if (settings_.caustics == CausticMethod::map && throws_caustics(scene)) {
             lines.push_back(fmt::format("a Caustic map of {} light paths", settings_.caustic_paths));
@@ -64,11 +408,6 @@ class IgiIntegrator final : public Integrator {
     }
 
   private:
-    // A defensive weight of 1 leaves all as it is.
-    bool thins() const { return settings_.pre_pass > 0 && settings_.pre_pass_defensive_weight < 1; }
-    std::uint32_t sets() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nsets)); }
-    std::uint32_t paths() const { return std::bit_ceil(static_cast<std::uint32_t>(settings_.nlights)); }
-
     IgiSettings settings_;
 };
 

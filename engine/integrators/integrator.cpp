@@ -4,10 +4,12 @@ namespace lucerna {
 namespace {
 
 struct Make {
+    const MapFiles& files;
+
     std::unique_ptr<Integrator> operator()(const PathSettings& s) const { return make_path(s); }
     std::unique_ptr<Integrator> operator()(const DirectSettings& s) const { return make_direct(s); }
     std::unique_ptr<Integrator> operator()(const PhotonMapSettings& s) const {
-        return make_photon_mapping(s);
+        return make_photon_mapping(s, files);
     }
     std::unique_ptr<Integrator> operator()(const IgiSettings& s) const { return make_igi(s); }
     std::unique_ptr<Integrator> operator()(const ProgressiveSettings& s) const { return make_progressive(s); }
@@ -15,8 +17,8 @@ struct Make {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings) {
-    return std::visit(Make{}, settings);
+std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const MapFiles& files) {
+    return std::visit(Make{files}, settings);
 }
 
 }  // namespace lucerna

@@ -1,24 +1,21 @@
-// The keystone: recipe → prepared pass → radiance.
+// A method's settings → a session of one render → an estimator for each pass → radiance.
 //
-// An Integrator is a recipe without state. prepare() does what a pass needs once (build photon maps, VPLs;
-// the path tracer does nothing) and gives an Estimator, which answers for single camera rays, from any
+// An Integrator is a method with its settings, without state. begin() makes what all passes of one render
+// share (an importance pre-pass, first radii); Session::pass() makes what one pass needs (photon maps, VPLs;
+// the path tracer makes nothing) and gives an Estimator, which answers for single camera rays, from any
 // thread.
 #pragma once
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "engine/base/monitor.h"
-#include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
-#include "engine/guiding/importons.h"
-#include "engine/integrators/render_report.h"
 #include "engine/integrators/settings.h"
-#include "engine/scene/scene.h"
-#include "photon/map_file.h"
+#include "engine/integrators/statistics.h"
+#include "engine/scene/render_context.h"
+#include "photon/build_maps.h"
 
 namespace lucerna {
 
@@ -30,49 +27,57 @@ class Estimator {
     virtual Rgb Li(const Ray& ray, Sampler& sampler) const = 0;
 };
 
-// What all passes of a method share and none of them changes. A function of scene and seed alone: whoever
-// renders a pass elsewhere makes the same.
-class SharedState {
+// One render by one method. It outlives its estimators.
+class Session {
   public:
-    virtual ~SharedState() = default;
-};
-
-// What prepare() may use. The scene and the shared state outlive the estimator.
-struct PassContext {
-    const Scene& scene;
-    std::uint64_t seed;
-    std::uint32_t pass;
-    const Workers& workers;
-    Monitor& monitor;
-    RenderReport& report;
-    const SharedState* shared_state = nullptr;  // what shared_state() gave
-    const MapFiles* map_files = nullptr;
-    std::optional<View> view = {};  // what the image shows; maps may be built for it alone
+    virtual ~Session() = default;
+    // The estimator of pass `index`, a function of scene, settings, seed and index alone: whoever renders a
+    // pass elsewhere makes the same. Its phases are told to `monitor`. Null if the monitor stopped it.
+    virtual std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
+                                                  PassStatistics& statistics) const = 0;
 };
 
 class Integrator {
   public:
     virtual ~Integrator() = default;
-    // Null if the monitor stopped it.
-    virtual std::unique_ptr<const Estimator> prepare(const PassContext& context) const = 0;
-    // What prepare() would build for this scene, a line each; nothing for a method that only traces rays.
+    // What the context holds outlives the session. Null if the monitor stopped it.
+    virtual std::unique_ptr<const Session> begin(const RenderContext& context,
+                                                 OnceStatistics& statistics) const = 0;
+    // What a session would build for this scene, a line each; nothing for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
-    // Camera samples per pixel that one prepared pass serves; 0: all there are.
+    // Camera samples per pixel that one pass serves; 0: all there are, and pass 0 is the only one.
     virtual int samples_per_pass() const { return 0; }
-    // Made once, before the first pass (context.shared_state is null). Null if there is none or the monitor
-    // stopped it.
-    virtual std::unique_ptr<const SharedState> shared_state(const PassContext& /*context*/) const {
-        return nullptr;
-    }
 };
 
-std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings);
+// `files`: for the `photonmap` integrator alone.
+std::unique_ptr<Integrator> make_integrator(const IntegratorSettings& settings, const MapFiles& files = {});
 
 // One for each integrator's file.
 std::unique_ptr<Integrator> make_path(const PathSettings& settings);
 std::unique_ptr<Integrator> make_direct(const DirectSettings& settings);
-std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings);
+std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings,
+                                                const MapFiles& files = {});
 std::unique_ptr<Integrator> make_igi(const IgiSettings& settings);
 std::unique_ptr<Integrator> make_progressive(const ProgressiveSettings& settings);
+
+// What a step of one pass may use, and where it tells what it did.
+struct PassContext : RenderContext {
+    std::uint32_t pass;
+    PassStatistics& statistics;
+};
+
+// The session of a method that makes nothing beforehand: `make()` gives the estimator.
+template <typename Make>
+std::unique_ptr<const Session> session_without_state(Make make) {
+    struct Stateless final : Session {
+        explicit Stateless(Make m) : make_(std::move(m)) {}
+        std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
+                                              PassStatistics& /*statistics*/) const override {
+            return make_();
+        }
+        Make make_;
+    };
+    return std::make_unique<Stateless>(std::move(make));
+}
 
 }  // namespace lucerna

@@ -1,8 +1,8 @@
-#include "engine/integrators/needed_maps.h"
+#include "engine/integrators/photon_mapping.h"
 
 #include <fmt/format.h>
 
-#include "engine/integrators/light_choice.h"
+#include "engine/transport/light_choice.h"
 
 namespace lucerna {
 namespace {
@@ -10,7 +10,7 @@ namespace {
 MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (goes_by_guides(settings, scene)) {
         return {false, fmt::format("direct light is sampled where {} paths of its own lead",
-                                   settings.guide_photons)};
+                                   settings.guide.photons)};
     }
     if (settings.direct == DirectMethod::guided) {
         return {false, "direct light is sampled as by mc: one light without parts leaves nothing to choose"};

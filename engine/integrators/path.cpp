@@ -1,8 +1,10 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
-#include "engine/integrators/direct_light.h"
-#include "engine/integrators/path_estimators.h"
-#include "photon/light_path.h"
+#include "engine/base/path_limits.h"
+#include "engine/integrators/integrator.h"
+#include "engine/scene/media_traversal.h"
+#include "engine/scene/medium.h"
+#include "engine/transport/direct_light.h"
 
 namespace lucerna {
 namespace {
@@ -15,18 +17,18 @@ class PathEstimator final : public Estimator {
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
         Rgb result(0);
         Rgb throughput(1);
-        float eta_scale = 1;  // radiance compression inside glass says nothing about how much a path carries
+        float eta_scale = 1;
         Ray ray = camera_ray;
         EmissionRule rule = EmissionRule::all();
         const bool meter = settings_.quantity == Quantity::illuminance;
 
-        for (int bounce = 0; bounce < static_cast<int>(kMaxBounces); ++bounce) {
+        for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
             const auto hit = scene_.intersect(ray);
             const bool metered = meter && bounce == 0;
             if (!metered) result += throughput * emission(scene_, ray, hit, rule);
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
 
-            // Ask the lights.
+            // Sample the lights.
             const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
@@ -45,7 +47,7 @@ class PathEstimator final : public Estimator {
 
             // Russian roulette by the throughput that is left.
             if (bounce + 1 < kRouletteFrom) continue;
-            const float survival = std::min(kMaxSurvival, max_component(throughput) / eta_scale);
+            const float survival = survival_of(throughput, eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
@@ -58,12 +60,174 @@ class PathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
+// The path tracer in participating media: as above, and between two surfaces a path may be scattered.
+//
+// A path carries the medium that borders put it in; regions are found from the ray alone. Lights are asked
+// at surfaces and in media alike.
+
+constexpr std::uint32_t kPathLampBranch = 0x1a;
+
+class MediaPathEstimator final : public Estimator {
+  public:
+    MediaPathEstimator(const Scene& scene, const PathSettings& settings)
+        : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
+
+    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override;
+
+  private:
+    struct Path {
+        Ray ray;
+        EmissionRule rule = EmissionRule::all();
+        std::int32_t medium = kNoMedium;
+        Rgb throughput{1.0F};
+        Rgb result{0.0F};
+        float eta_scale = 1;
+    };
+    // The end of a segment: scattered in a medium, or a surface, or neither (the path is over).
+    struct Segment {
+        std::optional<Hit> hit;
+        std::optional<MediumVertex> scattered;
+    };
+
+    Segment propagate(Path& path, Sampler& sampler) const;
+    Segment metered_segment(Path& path) const;
+    void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
+                       Sampler& sampler) const;
+    bool scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const;
+
+    const Scene& scene_;
+    const SceneMedia& media_;
+    PathSettings settings_;
+    LightChooser lights_;
+};
+
+Rgb MediaPathEstimator::Li(const Ray& camera_ray, Sampler& sampler) const {
+    Path path;
+    path.ray = camera_ray;
+    path.medium = media_.camera;
+    const bool meter = settings_.quantity == Quantity::illuminance;
+    for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
+        const bool metered = meter && bounce == 0;
+        const Segment segment = metered ? metered_segment(path) : propagate(path, sampler);
+        if (!segment.hit && !segment.scattered) break;
+        if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
+        if (!scatter(path, segment, metered, sampler)) break;
+
+        // Russian roulette by the throughput that is left.
+        const float u_survive = sampler.next();
+        if (is_black(path.throughput)) break;
+        if (bounce + 1 < kRouletteFrom) continue;
+        const float survival = survival_of(path.throughput, path.eta_scale);
+        if (!(u_survive < survival)) break;
+        path.throughput /= survival;
+    }
+    return meter ? meter_reading(path.result) : path.result;
+}
+
+// The first surface, for a meter that lies on it: what is between it and the camera does not matter.
+MediaPathEstimator::Segment MediaPathEstimator::metered_segment(Path& path) const {
+    for (int borders = 0; borders < kMaxBorders; ++borders) {
+        const auto hit = scene_.intersect_with_borders(path.ray);
+        if (!hit) return {};
+        if (!scene_.is_border(*hit)) return {hit, {}};
+        path.medium = medium_towards(hit->media, hit->at.n, path.ray.d, path.medium);
+        path.ray = Ray{hit->at.towards(path.ray.d), path.ray.d};
+    }
+    return {};
+}
+
+// From one vertex to the next, through borders, with what is emitted on the way.
+MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& sampler) const {
+    Ray rest = path.ray;  // from the last border on
+    float travelled = 0;
+    for (int borders = 0; borders < kMaxBorders; ++borders) {
+        const auto hit = scene_.intersect_with_borders(rest);
+        add_impostors(path, rest, travelled, hit, sampler);
+        const double end = static_cast<double>(hit ? hit->t : rest.t_max);
+        const MediumPiece piece{rest, end, path.medium, MediaAlong(media_, path.medium, rest, end)};
+        if (!piece.along.empty()) {
+            const Flight flight = fly(piece.along, path.throughput, sampler);
+            path.result += flight.emitted;
+            path.throughput = flight.throughput;
+            if (is_black(path.throughput)) return {};
+            if (flight.scattered) {
+                const V3f p = scattering_point(piece, flight.t, hit);
+                return {{}, MediumVertex{p, HenyeyGreenstein(flight.g), -rest.d, path.medium}};
+            }
+        }
+        // The vertex sees all that lies before it as one ray: the densities of lights go by it.
+        std::optional<Hit> seen = hit;
+        if (seen) seen->t += travelled;
+        const bool border = hit && scene_.is_border(*hit);
+        if (!border) {
+            path.result += path.throughput * surface_emission(scene_, path.ray, seen, path.rule);
+            if (!hit) return {};
+            return {hit, {}};
+        }
+        path.medium = medium_towards(hit->media, hit->at.n, rest.d, path.medium);
+        travelled = seen->t;
+        rest = Ray{hit->at.towards(rest.d), rest.d};
+    }
+    return {};
+}
+
+// Light from what is no surface: a lamp's impostor within reach, or the sky if nothing is met.
+void MediaPathEstimator::add_impostors(Path& path, const Ray& rest, float travelled,
+                                       const std::optional<Hit>& hit, Sampler& sampler) const {
+    if (path.rule.kind == EmissionRule::Kind::none || scene_.impostors().empty()) return;
+    const float end = hit ? travelled + hit->t : INFINITY;
+    Sampler more = sampler.split(kPathLampBranch);
+    for (const std::uint32_t light : scene_.impostors()) {
+        const auto seen = scene_.lights()[light]->Le(path.ray);
+        if (!seen || seen->distance < travelled) continue;
+        if (!(seen->distance < end) && !(!hit && std::isinf(seen->distance))) continue;
+        const float share = path.rule.share(scene_, light, *seen);
+        const double distance = static_cast<double>(seen->distance - travelled);
+        const Rgb passing = transmittance(MediaAlong(media_, path.medium, rest, distance), more);
+        path.result += path.throughput * passing * seen->radiance * share;
+    }
+}
+
+// Samples the lights, and chooses where the path goes on. False: it ends.
+bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const {
+    if (segment.scattered) {
+        const LightChoice choice = lights_.at(segment.scattered->p);
+        path.result += path.throughput * next_event(scene_, *segment.scattered, sampler, choice);
+        const V3f wi = segment.scattered->phase.sample(segment.scattered->wo, sampler.next2());
+        path.rule = EmissionRule::mis(segment.scattered->pdf_w(wi), choice);
+        path.ray = Ray{segment.scattered->p, wi};
+        return true;
+    }
+    const Hit& hit = *segment.hit;
+    const Bsdf bsdf = metered ? white_receiver(hit) : scene_.bsdf(hit);
+    const V3f wo = -path.ray.d;
+    const bool specular = bsdf.is_delta();
+    const LightChoice choice = specular ? LightChoice() : lights_.at(hit.at, bsdf, wo);
+    if (!specular) {
+        const Vertex vertex{hit, bsdf, wo, path.medium};
+        path.result += path.throughput * next_event(scene_, vertex, sampler, choice);
+    }
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const auto sample = bsdf.sample(wo, u, Transport::radiance);
+    if (!sample) return false;
+    path.throughput *= sample->weight;
+    path.eta_scale *= sample->eta_scale;
+    path.rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
+    path.medium = medium_towards(hit.media, hit.at.n, sample->wi, path.medium);
+    path.ray = Ray{hit.at.towards(sample->wi), sample->wi};
+    return true;
+}
+
 class PathIntegrator final : public Integrator {
   public:
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
-    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        if (!context.scene.media().empty()) return make_media_path(context.scene, settings_);
-        return std::make_unique<PathEstimator>(context.scene, settings_);
+    std::unique_ptr<const Session> begin(const RenderContext& context,
+                                         OnceStatistics& /*statistics*/) const override {
+        return session_without_state(
+            [&scene = context.scene, settings = settings_]() -> std::unique_ptr<const Estimator> {
+                if (!scene.media().empty()) return std::make_unique<MediaPathEstimator>(scene, settings);
+                return std::make_unique<PathEstimator>(scene, settings);
+            });
     }
 
   private:

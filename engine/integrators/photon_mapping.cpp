@@ -6,37 +6,31 @@
 //   Pass 2   camera rays are traced; radiance is estimated from the maps where they end
 //
 // Every path of light is counted once. At a diffuse surface, what arrives is split by where it comes from:
-//   straight from a light        lights sampled (plainly or by the Direct map), or the Direct map itself
+//   straight from a light        lights sampled (by MIS, guided by photons if asked for), or the Direct map
 //   over mirrors and glass only  the Caustic map
 //   over a diffuse surface       final gather, or the Global map
 // Scattering in a medium counts as a diffuse surface. What media scatter into a ray, be it the camera's or a
 // gather ray, is split in the same way:
 //   straight from a light        lights sampled, or the Volume map
 //   all else                     the Volume map
-// Gloss, rough metal and glass carry no photons: a ray that meets them asks the lights and goes on, as a path
-// would. A surface that is both (paint under varnish) is shaded as both. What counts as a mirror is a
+// Gloss, rough metal and glass carry no photons: a ray that meets them samples the lights and goes on, as a
+// path would. A surface that is both (paint under varnish) is shaded as both. What counts as a mirror is a
 // setting: perfect ones alone, or gloss up to some alpha, whose caustics then come from the Caustic map.
 #include "engine/integrators/photon_mapping.h"
 
-#include "engine/base/stopwatch.h"
+#include <fmt/format.h>
+
+#include "engine/base/monitor.h"
 #include "engine/guiding/guide.h"
-#include "engine/integrators/direct_light.h"
-#include "engine/integrators/energy_report.h"
-#include "engine/integrators/guided_light.h"
-#include "engine/integrators/light_choice.h"
-#include "engine/integrators/needed_maps.h"
-#include "engine/integrators/specular_chain.h"
-#include "engine/integrators/steering.h"
+#include "engine/transport/direct_light.h"
+#include "engine/transport/light_choice.h"
+#include "engine/transport/specular_chain.h"
 #include "photon/density_estimate.h"
 #include "photon/irradiance.h"
-#include "photon/resting_point.h"
 #include "photon/volume_estimate.h"
 
 namespace lucerna {
 namespace {
-
-// The largest radius of an estimate unless it is set, as a share of the scene's diagonal.
-constexpr float kDefaultRadius = 0.05F;
 
 struct DensityEstimatePair {
     DensityEstimateSettings eye, gather;  // of estimates at what the camera sees, and where gather rays land
@@ -46,27 +40,20 @@ struct DensityEstimatePair {
 // What pass 1 makes and pass 2 reads; maps that are absent are not read.
 struct PhotonMappingState {
     PhotonMaps maps;
-    std::optional<GuideMap> guides;              // for the direct methods that go by one
     std::optional<IrradiancePoints> irradiance;  // looked up by gather rays where they land
-    std::unique_ptr<const RadiusRule> radii;     // null: radii by the photons that are estimated from
-    std::vector<float> caustic_radii;            // with radii: by them, of each photon of the Caustic map
+    std::vector<float> caustic_radii;            // progressive: the radius of each photon of the Caustic map
 };
 
 // -----------------------------------------------------------------------------------------------------
 // Pass 1: photon maps
-// Emission, light paths and deposits are photon/build_maps.h; which maps a scene needs is needed_maps.h.
+// Emission, light paths and deposits are photon/build_maps.h; which maps a scene needs is photon_mapping.h.
 // -----------------------------------------------------------------------------------------------------
 
 DensityEstimatePair density_settings(const PhotonMapSettings& settings, const Scene& scene) {
-    DensityEstimateSettings how;
-    how.radius = settings.radius > 0 ? settings.radius : kDefaultRadius * diagonal(scene);
-    how.ratio = settings.ratio;
-    how.kernel = settings.kernel;
-    how.metric = settings.metric;
-    how.boundary = settings.boundary;
-    DensityEstimatePair pair{how, how};
-    pair.volume_radius = settings.radius > 0 ? settings.radius : kDefaultRadius * diagonal_with_media(scene);
-    pair.eye.k = settings.k;
+    DensityEstimatePair pair{settings.estimate, settings.estimate};
+    const float radius = settings.estimate.radius;
+    pair.eye.radius = pair.gather.radius = largest_radius(diagonal(scene), radius);
+    pair.volume_radius = largest_radius(diagonal_with_media(scene), radius);
     pair.gather.k = settings.gather_k;
     return pair;
 }
@@ -77,7 +64,7 @@ std::array<bool, kMapKinds> wanted_maps(const PhotonMapSettings& settings, const
         const auto kind = static_cast<MapKind>(i);
         const MapNeed need = map_need(kind, settings, context.scene);
         maps[i] = need.build;
-        context.report.notes[fmt::format("map.{}", map_name(kind))] = need.text();
+        context.statistics.map_needs[i] = need.text();
     }
     return maps;
 }
@@ -96,11 +83,10 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
     return parameters;
 }
 
-PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context) {
+PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context, const MapFiles& files) {
     const Scene& scene = context.scene;
-    const MapFiles files = context.map_files ? *context.map_files : MapFiles{};
     if (!files.load.empty()) {
-        context.report.notes["maps"] = "read from a file";
+        context.statistics.map_source = "read from a file";
         return load_maps(files.load, map_key(scene, parameters), scene.lights().size(), parameters.index,
                          context.workers);
     }
@@ -111,17 +97,11 @@ PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context
     return maps;
 }
 
-void report(const PhotonMaps& maps, RenderReport& report) {
-    report_energy(maps.ledger, report);
-    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        const std::string name = fmt::format("photons.{}.", map_name(static_cast<MapKind>(kind)));
-        report.numbers[name + "stored"] = static_cast<double>(maps.counts[kind].stored);
-        report.numbers[name + "dropped.map_not_wanted"] = static_cast<double>(maps.counts[kind].not_wanted);
-        report.numbers[name + "dropped.surface_not_diffuse"] =
-            static_cast<double>(maps.counts[kind].not_storable);
-    }
-    report.seconds.emplace_back("photons", maps.seconds_trace);
-    report.seconds.emplace_back("index", maps.seconds_index);
+void report(const PhotonMaps& maps, PassStatistics& statistics) {
+    statistics.ledger = LedgerStatistics(maps.ledger);
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) statistics.maps[kind] = maps.counts[kind];
+    statistics.seconds.add("photons", maps.seconds_trace);
+    statistics.seconds.add("index", maps.seconds_index);
 }
 
 // The radius at each of the Caustic map's photons.
@@ -133,26 +113,11 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
             const V3f n = caustics.normals()[i].unpack();
             // Never less than the surface's error: as for an estimate.
-            const SurfacePoint at = resting_point(context.scene, caustics.positions()[i], n);
+            const SurfacePoint at = surface_point_of(context.scene, caustics.positions()[i], n);
             result[i] = std::max(radii.radius(MapKind::caustic, at.p, n), at.error);
         }
     });
     return result;
-}
-
-// The photons by which direct light is sampled, if it is.
-std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const PassContext& context,
-                                    float radius) {
-    if (!goes_by_guides(settings, context.scene)) return std::nullopt;
-    const bool gate = settings.direct == DirectMethod::gated;
-    const Stopwatch building;
-    const GuideParameters parameters{
-        settings.guide_photons, context.seed, context.pass, {gate ? 0 : settings.guide_k, radius}};
-    GuideMap map = build_guides(context.scene, parameters, context.workers, context.monitor);
-    context.report.seconds.emplace_back("guide", building.seconds());
-    context.report.numbers["guide.photons"] = static_cast<double>(map.map().size());
-    context.report.numbers["guide.stations"] = static_cast<double>(map.distributions());
-    return map;
 }
 
 // -----------------------------------------------------------------------------------------------------
@@ -160,13 +125,16 @@ std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const Pas
 // Gather rays look it up where they land, in place of an estimate of each [Christensen 1999].
 // -----------------------------------------------------------------------------------------------------
 
-// Whether the points hold direct light, too, so that a gather ray asks nothing more where it lands. Sampled
-// beforehand it is not where there are media: the points do not know in which they lie.
+// Whether the points hold direct light, too, so that nothing is left to find where a gather ray lands. In
+// scenes with media direct light is not sampled in advance: the points do not store their medium.
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene) {
     return settings.direct == DirectMethod::map || (settings.precompute_lights > 0 && scene.media().empty());
 }
 
-// The irradiance E of direct light at a point: π times what a white surface shows of it.
+// Of an irradiance point's sampler; its probes have a sampler of their own.
+constexpr std::uint32_t kLightSamplesBranch = 1;
+
+// The irradiance E of direct light at a point: π times the radiance of a white surface there.
 Rgb sampled_irradiance(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
                        const Sampler& point, int samples) {
     Hit hit;
@@ -179,7 +147,7 @@ Rgb sampled_irradiance(const Scene& scene, const LightChooser& lights, const Sur
     const LightChoice choice = lights.at(at, white, hit.wo);
     Rgb sum(0.0F);
     for (int i = 0; i < samples; ++i) {
-        Sampler sampler = point.split_stratified(1, static_cast<std::uint32_t>(i));
+        Sampler sampler = point.split_stratified(kLightSamplesBranch, static_cast<std::uint32_t>(i));
         sum += direct_light(scene, Vertex{hit, white, hit.wo}, sampler, choice).radiance;
     }
     return sum * (kPi / static_cast<float>(samples));
@@ -193,11 +161,11 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
     const PhotonMap& global = *maps.find(MapKind::global);
     std::vector<const PhotonMap*> read = {&global};
     if (const PhotonMap* caustic = maps.find(MapKind::caustic)) read.push_back(caustic);
-    // Other methods build a Direct map, too, but only to be led by it.
     if (settings.direct == DirectMethod::map) read.push_back(maps.find(MapKind::direct));
-    constexpr std::uint64_t kNoPlace = ~std::uint64_t{0};  // the chance of the probes is that of no place
-    const Sampler chance(context.seed, Purpose::gather, context.pass, kNoPlace);
-    IrradianceSources sources{read, how, Probing{context.scene, chance}, {}};
+    constexpr std::uint64_t kNoPoint =
+        ~std::uint64_t{0};  // the path number of no point: split by point below
+    const Sampler probes(context.seed, Purpose::gather, context.pass, kNoPoint);
+    IrradianceSources sources{read, how, Probing{context.scene, probes}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
         sources.more = [&, lights = LightChooser(context.scene, settings.lights)](std::uint32_t number,
                                                                                   const SurfacePoint& at) {
@@ -212,31 +180,26 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
 
 namespace {
 
-// All of pass 1. With `radii` all photons within them count in place of the k nearest. Null if the monitor
-// stopped it.
+// All of pass 1. None if the monitor stopped it.
 std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, const PassContext& context,
-                                             std::unique_ptr<const RadiusRule> radii,
-                                             const LearnedEmission* emission) {
+                                             const PhotonMapPass& parts) {
     PhotonMappingState state;
-    state.radii = std::move(radii);
     MapParameters parameters = map_parameters(settings, context);
-    parameters.emission = emission;
+    parameters.emission = parts.emission;
     if (parameters.wanted != std::array<bool, kMapKinds>{}) {
-        state.maps = make_maps(parameters, context);
+        state.maps = make_maps(parameters, context, parts.files);
         if (context.monitor.stopped()) return std::nullopt;
-        report(state.maps, context.report);
+        report(state.maps, context.statistics);
         if (context.pass == 0) warn_of_endless_light(state.maps.ledger, context.monitor);
     }
     const PhotonMap* caustics = state.maps.find(MapKind::caustic);
-    if (state.radii && caustics) state.caustic_radii = radii_of(*caustics, *state.radii, context);
-    const DensityEstimatePair how = density_settings(settings, context.scene);
-    state.guides = emit_guides(settings, context, how.eye.radius);
-    if (context.monitor.stopped()) return std::nullopt;
+    if (parts.radii && caustics) state.caustic_radii = radii_of(*caustics, *parts.radii, context);
     if (settings.indirect == IndirectMethod::gather && settings.precompute > 0) {
         const Stopwatch computing;
-        state.irradiance.emplace(precompute_irradiance(context, state.maps, how.gather, settings));
-        context.report.seconds.emplace_back("irradiance", computing.seconds());
-        context.report.numbers["irradiance.points"] = static_cast<double>(state.irradiance->size());
+        const DensityEstimateSettings how = density_settings(settings, context.scene).gather;
+        state.irradiance.emplace(precompute_irradiance(context, state.maps, how, settings));
+        context.statistics.seconds.add("irradiance", computing.seconds());
+        context.statistics.irradiance_points = state.irradiance->size();
         if (context.monitor.stopped()) return std::nullopt;
     }
     return state;
@@ -246,14 +209,17 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
 // Pass 2: radiance of camera rays
 // -----------------------------------------------------------------------------------------------------
 
-// Bounces at which a gather ray that lands too near is followed further, and rough surfaces are.
+// Most bounces of a ray in pass 2, over surfaces that are not diffuse and from where a gather ray ended too
+// near. Far fewer than kMaxBounces: each reads the maps or samples the lights anew, and few rays get so far.
 constexpr int kMostEyeBounces = 64;
 
-// Bounces over shiny surfaces from the eye that are followed without roulette.
+// Bounces over glossy surfaces from the eye that are followed without roulette.
 constexpr int kSureBounces = 4;
 
-// How much larger than the radius at a place those of the caustic photons that reach it may be: radii change
-// slowly, by less than half of the way from one place to the other.
+// How much larger than the radius r(x) at a point the radii of caustic photons that are looked for may be. A
+// photon at y reaches x if it is nearer than r(y); where radii change by less than half of the distance
+// between two points, r(y) < 2 r(x). Where they change faster, photons of larger radii are missed at the rims
+// of their discs.
 constexpr float kCausticReach = 2;
 
 // Branches of a sample's sampler: 0 for gather rays; one for each map's probes.
@@ -267,18 +233,18 @@ enum class Stage : std::uint8_t {
 
 class PhotonMapEstimator final : public Estimator {
   public:
-    PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings,
-                       const DensityEstimatePair& estimates, PhotonMappingState state)
+    PhotonMapEstimator(const Scene& scene, const PhotonMapSettings& settings, PhotonMapPass parts,
+                       PhotonMappingState state)
         : scene_(scene),
           settings_(settings),
-          estimates_(estimates),
+          estimates_(density_settings(settings, scene)),
           maps_(std::move(state.maps)),
-          guides_(std::move(state.guides)),
+          guides_(parts.guides),
           irradiance_(std::move(state.irradiance)),
-          radii_(std::move(state.radii)),
+          radii_(std::move(parts.radii)),
           caustic_radii_(std::move(state.caustic_radii)),
-          guided_{settings.guide_defensive_weight,
-                  settings.candidates > 0 ? settings.candidates : candidates_that_pay(scene)},
+          guided_{settings.guide.defensive_weight,
+                  settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
@@ -303,20 +269,20 @@ class PhotonMapEstimator final : public Estimator {
         }
     };
 
-    // What is not diffuse at a surface. Where the light of all chains of specular bounces is counted already
-    // (the rule is none: the ray began at a surface that has its direct light and its caustics), gloss that
-    // counts as specular samples no lights and passes that rule on.
+    // What is not diffuse at a surface. After a gather ray (the rule is none) direct light and caustics are
+    // counted already where it began: gloss that counts as specular must not sample lights again, or caustics
+    // would count twice.
     struct GlossySplit {
-        std::optional<Bsdf> sampled, counted;
+        std::optional<Bsdf> light_sampled, as_specular;
 
         GlossySplit(const std::optional<Bsdf>& rest, const EmissionRule& rule, float specular_below) {
             if (!rest) return;
-            sampled = rest;
+            light_sampled = rest;
             if (rule.kind != EmissionRule::Kind::none || !(specular_below > 0)) return;
             const Bsdf sharp = rest->sharp_part(specular_below), blurred = rest->blurred_part(specular_below);
             if (sharp.is_black()) return;
-            counted = sharp;
-            sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
+            as_specular = sharp;
+            light_sampled = blurred.is_black() ? std::nullopt : std::optional(blurred);
         }
     };
 
@@ -349,13 +315,13 @@ class PhotonMapEstimator final : public Estimator {
                 }
             }
             const GlossySplit glossy(split.rest, rule, settings_.specular_below);
-            if (glossy.sampled) {  // no photons there: ask the lights, then follow the BSDF
-                rest_lights = lights_.at(chain.hit->at, *glossy.sampled, chain.wo);
-                result +=
-                    throughput * next_event(scene_, chain.vertex(*glossy.sampled), sampler, rest_lights);
-                lobes.rest = &*glossy.sampled;
+            if (glossy.light_sampled) {  // no photons there: sample the lights, then follow the BSDF
+                rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
+                result += throughput *
+                          next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights);
+                lobes.rest = &*glossy.light_sampled;
             }
-            if (glossy.counted) lobes.counted = &*glossy.counted;
+            if (glossy.as_specular) lobes.as_specular = &*glossy.as_specular;
             const auto next = sample_continuation(lobes, chain.wo, rule, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
@@ -376,14 +342,14 @@ class PhotonMapEstimator final : public Estimator {
     struct ContinuationLobes {
         const Bsdf* diffuse = nullptr;
         const Bsdf* rest = nullptr;
-        const Bsdf* counted = nullptr;  // GlossySplit's
+        const Bsdf* as_specular = nullptr;  // GlossySplit's
     };
     struct Continuation {
         BsdfSample sample;
         EmissionRule rule;
     };
-    // Samples one of them, by chance where there are several: a ray that split at every surface would never
-    // end.
+    // Samples one of them, at random where there are several: with a ray for each the number of rays would
+    // grow with every surface.
     std::optional<Continuation> sample_continuation(const ContinuationLobes& lobes, const V3f& wo,
                                                     const EmissionRule& rule, const LightChoice& rest_lights,
                                                     Sampler& sampler) const {
@@ -391,7 +357,7 @@ class PhotonMapEstimator final : public Estimator {
         const BsdfU u{sampler.next(), sampler.next2()};
         std::array<const Bsdf*, 3> open{};
         std::size_t count = 0;
-        for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.counted}) {
+        for (const Bsdf* lobe : {lobes.diffuse, lobes.rest, lobes.as_specular}) {
             if (lobe) open[count++] = lobe;
         }
         if (count == 0) return std::nullopt;
@@ -444,32 +410,31 @@ class PhotonMapEstimator final : public Estimator {
         Rgb radiance;
         bool continues;  // what arrives over more than one bounce is still to be found
     };
-    // A diffuse surface where a gather ray landed, `length` away from where it began. An estimate whose
-    // disc is wider than that would take in light from around the corner of the place it is for; then the ray
-    // goes on.
+    // A diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
+    // radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
+    // caustics are evaluated here, and the ray continues for the rest.
     GatherShading shade_gather(const Vertex& vertex, float length, int depth, Sampler& sampler) const {
-        const IrradianceLookup lookup = lookup_irradiance(vertex, sampler);
-        if (lookup.radius > length && depth + 1 < kMostEyeBounces) {
+        const IndirectAtGatherHit indirect = indirect_at_gather_hit(vertex, sampler);
+        if (indirect.radius > length && depth + 1 < kMostEyeBounces) {
             const Rgb sampled = sample_direct(vertex, sampler);
             return {sampled + estimate(MapKind::caustic, vertex, estimates_.gather, sampler).value, true};
         }
-        if (lookup.has_direct) return {lookup.radiance, false};
-        return {direct(vertex, estimates_.gather, sampler) + lookup.radiance, false};
+        if (indirect.has_direct) return {indirect.radiance, false};
+        return {direct(vertex, estimates_.gather, sampler) + indirect.radiance, false};
     }
 
-    struct IrradianceLookup {
+    struct IndirectAtGatherHit {
         Rgb radiance;
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
-    // What the maps say where a gather ray landed: looked up if it was precomputed and says all there is to
-    // know, else estimated. A base under varnish that a lamp shines on from one side would be off by
-    // percents, and a wall whose relief leans towards the light by as much as the cosine is.
-    IrradianceLookup lookup_irradiance(const Vertex& vertex, const Sampler& sampler) const {
+    // Indirect light and caustics where a gather ray ended: precomputed irradiance if it suffices, else
+    // estimates. It suffices for a Lambertian surface whose shading normal is the geometric one: under
+    // varnish the error is some percents, with bump mapping that of the cosine.
+    IndirectAtGatherHit indirect_at_gather_hit(const Vertex& vertex, const Sampler& sampler) const {
         if (irradiance_ && irradiance_suffices(vertex.bsdf)) {
-            const V3f& n = vertex.hit.at.n;
-            const V3f side = n.dot(vertex.wo) < 0 ? -n : n;
-            if (const auto found = irradiance_->nearest(vertex.hit.at.p, side, estimates_.gather.radius)) {
+            const V3f& p = vertex.hit.at.p;
+            if (const auto found = irradiance_->nearest(p, vertex.normal(), estimates_.gather.radius)) {
                 return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius,
                         holds_direct(settings_, scene_)};
             }
@@ -510,8 +475,7 @@ class PhotonMapEstimator final : public Estimator {
             const SurfacePoint& at = hit.at;
             own.k = 0;  // all
             // Below the surface's own error float32 cannot tell points apart.
-            own.radius =
-                std::max(radii_->radius(kind, at.p, at.n.dot(vertex.wo) < 0 ? -at.n : at.n), at.error);
+            own.radius = std::max(radii_->radius(kind, at.p, vertex.normal()), at.error);
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
                 return DensityEstimate(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
@@ -542,7 +506,7 @@ class PhotonMapEstimator final : public Estimator {
     PhotonMapSettings settings_;
     DensityEstimatePair estimates_;
     PhotonMaps maps_;
-    std::optional<GuideMap> guides_;
+    const GuideMap* guides_;  // null: none
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
@@ -550,24 +514,128 @@ class PhotonMapEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-std::unique_ptr<const Estimator> prepare_pass(const PhotonMapSettings& settings, const PassContext& context,
-                                              std::unique_ptr<const RadiusRule> radii,
-                                              const LearnedEmission* emission) {
-    auto state = first_pass(settings, context, std::move(radii), emission);
+}  // namespace
+
+std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
+                                                 const PassContext& context, PhotonMapPass parts) {
+    auto state = first_pass(settings, context, parts);
     if (!state) return nullptr;
-    return std::make_unique<PhotonMapEstimator>(context.scene, settings,
-                                                density_settings(settings, context.scene), std::move(*state));
+    return std::make_unique<PhotonMapEstimator>(context.scene, settings, std::move(parts), std::move(*state));
 }
+
+namespace {
+
+// -----------------------------------------------------------------------------------------------------
+// Once for all passes: an importance pre-pass, by which light paths are emitted towards what the camera sees;
+// guides, by which direct light is sampled
+// -----------------------------------------------------------------------------------------------------
+
+// Photons of the pre-pass in an estimate: its disc is then about as wide as one of the image's. Fewer than
+// the least say little; more than the most take long.
+int pre_pass_photons(const PhotonMapSettings& settings, int k) {
+    constexpr double kLeast = 8, kMost = 32;
+    if (k == 0) return static_cast<int>(kMost);
+    const double share = static_cast<double>(settings.pre_pass.paths) / static_cast<double>(settings.photons);
+    return static_cast<int>(std::clamp(std::ceil(k * share), kLeast, kMost));
+}
+
+}  // namespace
+
+std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& settings,
+                                                const DensityEstimateSettings& estimate,
+                                                const RenderContext& context, OnceStatistics& statistics) {
+    ImportancePrePassSettings how;
+    how.guiding = settings.pre_pass;
+    how.seed = context.seed;
+    how.gather = settings.indirect == IndirectMethod::gather;
+    how.meter = settings.quantity == Quantity::illuminance;
+    how.estimate = estimate;
+    how.estimate.k = pre_pass_photons(settings, estimate.k);
+    how.specular_below = settings.specular_below;
+    bool reads = false;
+    for (const MapKind kind : {MapKind::direct, MapKind::global, MapKind::caustic}) {
+        const auto i = static_cast<std::size_t>(kind);
+        const bool built = map_need(kind, settings, context.scene).build;
+        how.at_gather[i] = built && how.gather;
+        how.seen[i] = built && !(how.gather && kind == MapKind::global);
+        reads = reads || built;
+    }
+    statistics.emission = why_emission_is_plain(settings.pre_pass, context);
+    if (statistics.emission.empty() && !reads) statistics.emission = "plain: no map is read";
+    if (!statistics.emission.empty()) return std::nullopt;
+    auto pre_pass =
+        run_importance_pre_pass(context.scene, *context.view, how, context.workers, context.monitor);
+    report_pre_pass(pre_pass ? &*pre_pass : nullptr, settings.pre_pass, context.scene, statistics);
+    return pre_pass;
+}
+
+namespace {
+
+// The photons by which direct light is sampled, if it is.
+std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const RenderContext& context,
+                                    OnceStatistics& statistics) {
+    if (!goes_by_guides(settings, context.scene)) return std::nullopt;
+    const bool gate = settings.direct == DirectMethod::gated;
+    const Stopwatch building;
+    const float radius = density_settings(settings, context.scene).eye.radius;
+    const GuideParameters parameters{
+        settings.guide.photons, context.seed, 0, {gate ? 0 : settings.guide.k, radius}};
+    GuideMap map = build_guides(context.scene, parameters, context.workers, context.monitor);
+    statistics.seconds.add("guide", building.seconds());
+    statistics.guides = {map.map().size(), map.distributions()};
+    return map;
+}
+
+// -----------------------------------------------------------------------------------------------------
+// The integrator: an importance pre-pass and guides once, then both passes
+// -----------------------------------------------------------------------------------------------------
+
+class PhotonMapSession final : public Session {
+  public:
+    PhotonMapSession(const PhotonMapSettings& settings, const MapFiles& files, const RenderContext& context,
+                     std::optional<ImportancePrePass> pre_pass, std::optional<GuideMap> guides)
+        : settings_(settings),
+          files_(files),
+          context_(context),
+          pre_pass_(std::move(pre_pass)),
+          guides_(std::move(guides)) {}
+
+    std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
+                                          PassStatistics& statistics) const override {
+        PhotonMapPass parts;
+        parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
+        parts.guides = guides_ ? &*guides_ : nullptr;
+        parts.files = files_;
+        return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
+    }
+
+  private:
+    PhotonMapSettings settings_;
+    MapFiles files_;
+    RenderContext context_;
+    std::optional<ImportancePrePass> pre_pass_;
+    std::optional<GuideMap> guides_;
+};
 
 class PhotonMapIntegrator final : public Integrator {
   public:
-    explicit PhotonMapIntegrator(const PhotonMapSettings& settings) : settings_(settings) {}
+    PhotonMapIntegrator(const PhotonMapSettings& settings, const MapFiles& files)
+        : settings_(settings), files_(files) {}
 
-    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        const std::optional<ImportancePrePass> pre_pass =
-            learn_emission(settings_, density_settings(settings_, context.scene).eye, context);
+    std::unique_ptr<const Session> begin(const RenderContext& context,
+                                         OnceStatistics& statistics) const override {
+        const DensityEstimateSettings how = density_settings(settings_, context.scene).eye;
+        std::optional<ImportancePrePass> pre_pass;
+        if (files_.any() && settings_.pre_pass.paths > 0) {
+            statistics.emission = "plain: maps in files serve every camera";
+        } else {
+            pre_pass = learn_emission(settings_, how, context, statistics);
+        }
         if (context.monitor.stopped()) return nullptr;
-        return prepare_pass(settings_, context, nullptr, pre_pass ? &pre_pass->emission : nullptr);
+        auto guides = emit_guides(settings_, context, statistics);
+        if (context.monitor.stopped()) return nullptr;
+        return std::make_unique<PhotonMapSession>(settings_, files_, context, std::move(pre_pass),
+                                                  std::move(guides));
     }
 
     std::vector<std::string> describe(const Scene& scene) const override {
@@ -577,7 +645,7 @@ class PhotonMapIntegrator final : public Integrator {
             lines.push_back(
                 fmt::format("{} map {}", map_name(kind), map_need(kind, settings_, scene).text()));
         }
-        if (settings_.pre_pass > 0) lines.push_back(describe_pre_pass(settings_.pre_pass));
+        if (settings_.pre_pass.paths > 0) lines.push_back(describe_pre_pass(settings_.pre_pass.paths));
         const bool targets = settings_.caustic_photons > 0 || settings_.indirect_photons > 0;
         lines.push_back(targets ? "light paths until the targets are met"
                                 : fmt::format("{} light paths", settings_.photons));
@@ -590,19 +658,13 @@ class PhotonMapIntegrator final : public Integrator {
 
   private:
     PhotonMapSettings settings_;
+    MapFiles files_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings) {
-    return std::make_unique<PhotonMapIntegrator>(settings);
-}
-
-std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
-                                                     const PassContext& context,
-                                                     std::unique_ptr<const RadiusRule> radii,
-                                                     const LearnedEmission* emission) {
-    return prepare_pass(settings, context, std::move(radii), emission);
+std::unique_ptr<Integrator> make_photon_mapping(const PhotonMapSettings& settings, const MapFiles& files) {
+    return std::make_unique<PhotonMapIntegrator>(settings, files);
 }
 
 }  // namespace lucerna

@@ -2,10 +2,17 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <string>
 
+#include "engine/guiding/guide.h"
+#include "engine/guiding/importance_pre_pass.h"
 #include "engine/integrators/integrator.h"
+#include "engine/integrators/settings.h"
+#include "engine/scene/scene.h"
 #include "photon/build_maps.h"
 #include "photon/density_estimate.h"
+#include "photon/deposit.h"
 #include "photon/irradiance.h"
 
 namespace lucerna {
@@ -20,18 +27,47 @@ class RadiusRule {
     virtual float volume_radius() const = 0;
 };
 
-// What the `photonmap` integrator with these settings prepares; with `radii`, all photons within them count
-// in place of the k nearest; with `emission`, which is used while maps are made, paths are emitted by that.
-// Null if the monitor stopped it.
-std::unique_ptr<const Estimator> prepare_photon_maps(const PhotonMapSettings& settings,
-                                                     const PassContext& context,
-                                                     std::unique_ptr<const RadiusRule> radii,
-                                                     const LearnedEmission* emission = nullptr);
+// Learns by which light paths maps with these settings are best built, and tells what it learned, or why
+// emission stays plain. None: it stays plain (or the monitor stopped it). `estimate`: as the image's; k = 0:
+// all within the radius.
+std::optional<ImportancePrePass> learn_emission(const PhotonMapSettings& settings,
+                                                const DensityEstimateSettings& estimate,
+                                                const RenderContext& context, OnceStatistics& statistics);
 
-// Precomputed irradiance for final gather: a point for one photon in n of the Global map (settings.precompute
-// > 0), with the light of all maps; direct light by the Direct map, or sampled as
-// `settings.precompute_lights` says.
+// What a pass is given, beside its settings: `radii` are its own, the session owns what is pointed to.
+struct PhotonMapPass {
+    // With them, all photons within the radius count in place of the k nearest. Null: radii by the photons
+    // that are estimated from.
+    std::unique_ptr<const RadiusRule> radii = nullptr;
+    const LearnedEmission* emission = nullptr;  // by which light paths are emitted; null: by power
+    const GuideMap* guides = nullptr;           // for the direct methods that go by one
+    MapFiles files = {};
+};
+
+// Both passes of photon mapping: makes maps, and what camera rays see by them. Null if the monitor stopped
+// it.
+std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
+                                                 const PassContext& context, PhotonMapPass parts);
+
+// Precomputed irradiance for final gather: a point for one photon in n of the Global map, which must be there
+// (settings.precompute > 0; with direct = map the Direct map, too), with the light of all maps; direct light
+// by the Direct map, or sampled as `settings.precompute_lights` says.
 IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonMaps& maps,
                                        const DensityEstimateSettings& how, const PhotonMapSettings& settings);
+
+// Which photon maps are built, and why: only what the scene and the chosen methods need [Jensen 2001, 9;
+// Goesele 2003, 5.2].
+struct MapNeed {
+    bool build;
+    std::string why;
+
+    std::string text() const { return (build ? "built: " : "not built: ") + why; }
+};
+
+MapNeed map_need(MapKind kind, const PhotonMapSettings& settings, const Scene& scene);
+
+// Whether direct light is sampled by photons of its own. Where there is nothing to choose `guided` needs
+// none.
+bool goes_by_guides(const PhotonMapSettings& settings, const Scene& scene);
 
 }  // namespace lucerna

@@ -16,21 +16,18 @@
 // pre-pass happened to find, and therefore on the average over pre-passes. A radius found in the pass's own
 // map would be a function of the photons it then averages over: unbiased in the limit only if photons fell
 // independently of each other, which those of one light path, and those of a net, do not.
+#include <fmt/format.h>
+
 #include <array>
 
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
-#include "engine/integrators/needed_maps.h"
 #include "engine/integrators/photon_mapping.h"
-#include "engine/integrators/steering.h"
-#include "photon/local_radius.h"
+#include "photon/density_estimate.h"
 #include "photon/radius_schedule.h"
 
 namespace lucerna {
 namespace {
-
-// The largest first radius, as a share of the scene's diagonal: where the pre-pass has too few photons.
-constexpr float kLargestRadius = 0.05F;
 
 // The pre-pass's place among the passes: none of them ever has that number.
 constexpr std::uint32_t kRadiusPrePass = 0xffffffffU;
@@ -54,12 +51,13 @@ class FirstRadii {
         }
     }
 
-    void report(RenderReport& report) const {
+    // Of each map; none where there is no map to find them in.
+    std::array<std::optional<double>, kMapKinds> means() const {
+        std::array<std::optional<double>, kMapKinds> result;
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-            if (!found_[kind]) continue;
-            report.numbers[fmt::format("radius.first.{}", map_name(static_cast<MapKind>(kind)))] =
-                found_[kind]->mean();
+            if (found_[kind]) result[kind] = found_[kind]->mean();
         }
+        return result;
     }
 
     // Scene units, > 0.
@@ -105,14 +103,67 @@ class PassRadii final : public RadiusRule {
     float scale_, volume_scale_;
 };
 
-// The state that all passes share: first radii and the importance pre-pass.
-struct ProgressiveState final : SharedState {
-    ProgressiveState(FirstRadii r, std::optional<ImportancePrePass> p)
-        : radii(std::move(r)), pre_pass(std::move(p)) {}
+// The maps that every pass builds and looks at.
+PhotonMapSettings map_settings(const ProgressiveSettings& of) {
+    PhotonMapSettings settings;
+    settings.photons = of.photons;
+    settings.direct = of.direct;
+    settings.lights = of.lights;
+    settings.indirect = IndirectMethod::map;
+    settings.estimate = of.estimate;
+    settings.pre_pass = of.pre_pass;
+    settings.max_specular_depth = of.max_specular_depth;
+    settings.quantity = of.quantity;
+    return settings;
+}
 
-    FirstRadii radii;
-    std::optional<ImportancePrePass> pre_pass;
+class ProgressiveSession final : public Session {
+  public:
+    ProgressiveSession(const ProgressiveSettings& settings, const RenderContext& context,
+                       std::optional<ImportancePrePass> pre_pass, FirstRadii radii)
+        : settings_(map_settings(settings)),
+          schedule_(static_cast<double>(settings.alpha)),
+          context_(context),
+          pre_pass_(std::move(pre_pass)),
+          radii_(std::move(radii)) {}
+
+    std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
+                                          PassStatistics& statistics) const override {
+        const double share = schedule_.r2_ratio(index);
+        statistics.radius_share = std::sqrt(share);
+        PhotonMapPass parts;
+        parts.radii = std::make_unique<PassRadii>(radii_, share);
+        parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
+        return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
+    }
+
+  private:
+    PhotonMapSettings settings_;
+    RadiusSchedule schedule_;
+    RenderContext context_;
+    std::optional<ImportancePrePass> pre_pass_;
+    FirstRadii radii_;
 };
+
+// Pre-pass maps, of as many light paths as a pass has, and the radii found in them. None if the monitor
+// stopped it.
+std::optional<FirstRadii> find_first_radii(const ProgressiveSettings& settings,
+                                           const DensityEstimateSettings& how, const RenderContext& context,
+                                           const LearnedEmission* emission) {
+    MapParameters parameters;
+    parameters.emission = emission;
+    parameters.paths = settings.photons;
+    parameters.seed = context.seed;
+    parameters.pass = kRadiusPrePass;
+    parameters.volume_direct = settings.direct == DirectMethod::map;
+    for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
+        parameters.wanted[kind] =
+            map_need(static_cast<MapKind>(kind), map_settings(settings), context.scene).build;
+    }
+    const PhotonMaps maps = build_photon_maps(context.scene, parameters, context.workers, context.monitor);
+    if (context.monitor.stopped()) return std::nullopt;
+    return FirstRadii(maps, how, context.workers);
+}
 
 class ProgressiveIntegrator final : public Integrator {
   public:
@@ -120,82 +171,45 @@ class ProgressiveIntegrator final : public Integrator {
 
     int samples_per_pass() const override { return settings_.samples; }
 
-    std::unique_ptr<const SharedState> shared_state(const PassContext& context) const override {
-        DensityEstimateSettings how;
-        how.k = settings_.k;
-        how.radius = settings_.radius > 0 ? settings_.radius : kLargestRadius * diagonal(context.scene);
-        how.ratio = settings_.ratio;
-        how.kernel = settings_.kernel;
-        how.metric = settings_.metric;
-        auto pre_pass = learn_emission(photon_settings(), how, context);
+    std::unique_ptr<const Session> begin(const RenderContext& context,
+                                         OnceStatistics& statistics) const override {
+        DensityEstimateSettings how = settings_.estimate;
+        how.boundary = Boundary::none;
+        how.radius = largest_radius(diagonal(context.scene), how.radius);
+        auto pre_pass = learn_emission(map_settings(settings_), how, context, statistics);
         if (context.monitor.stopped()) return nullptr;
-        if (settings_.radius > 0) {
-            return std::make_unique<ProgressiveState>(FirstRadii(settings_.radius), std::move(pre_pass));
+        std::optional<FirstRadii> radii;
+        if (settings_.estimate.radius > 0) {
+            radii.emplace(settings_.estimate.radius);
+        } else {
+            const Stopwatch watch;
+            radii = find_first_radii(settings_, how, context, pre_pass ? &pre_pass->emission : nullptr);
+            if (!radii) return nullptr;
+            statistics.first_radius = radii->means();
+            statistics.seconds.add("radii", watch.seconds());
         }
-        const Stopwatch watch;
-        MapParameters parameters;
-        parameters.emission = pre_pass ? &pre_pass->emission : nullptr;
-        parameters.paths = settings_.photons;
-        parameters.seed = context.seed;
-        parameters.pass = kRadiusPrePass;
-        parameters.volume_direct = settings_.direct == DirectMethod::map;
-        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-            parameters.wanted[kind] =
-                map_need(static_cast<MapKind>(kind), photon_settings(), context.scene).build;
-        }
-        const PhotonMaps maps =
-            build_photon_maps(context.scene, parameters, context.workers, context.monitor);
-        if (context.monitor.stopped()) return nullptr;
-        auto state =
-            std::make_unique<ProgressiveState>(FirstRadii(maps, how, context.workers), std::move(pre_pass));
-        state->radii.report(context.report);
-        context.report.seconds.emplace_back("radii", watch.seconds());
-        return state;
-    }
-
-    std::unique_ptr<const Estimator> prepare(const PassContext& context) const override {
-        const auto& state = static_cast<const ProgressiveState&>(*context.shared_state);
-        const double share = RadiusSchedule(static_cast<double>(settings_.alpha)).r2_ratio(context.pass);
-        context.report.numbers["radius.share"] = std::sqrt(share);  // of the first
-        return prepare_photon_maps(photon_settings(), context,
-                                   std::make_unique<PassRadii>(state.radii, share),
-                                   state.pre_pass ? &state.pre_pass->emission : nullptr);
+        return std::make_unique<ProgressiveSession>(settings_, context, std::move(pre_pass),
+                                                    std::move(*radii));
     }
 
     std::vector<std::string> describe(const Scene& scene) const override {
         std::vector<std::string> lines{fmt::format("for every pass: {} light paths", settings_.photons)};
         for (std::size_t i = 0; i < kMapKinds; ++i) {
             const auto kind = static_cast<MapKind>(i);
-            if (map_need(kind, photon_settings(), scene).build)
+            if (map_need(kind, map_settings(settings_), scene).build)
                 lines.push_back(fmt::format("a {} map", map_name(kind)));
         }
         lines.push_back(
-            settings_.radius > 0
-                ? fmt::format("the first radius is {:g}", settings_.radius)
+            settings_.estimate.radius > 0
+                ? fmt::format("the first radius is {:g}", settings_.estimate.radius)
                 : fmt::format("once: pre-pass maps, whose radius for {} photons is the first radius",
-                              settings_.k));
-        if (settings_.pre_pass > 0) lines.push_back("once: " + describe_pre_pass(settings_.pre_pass));
+                              settings_.estimate.k));
+        if (settings_.pre_pass.paths > 0)
+            lines.push_back("once: " + describe_pre_pass(settings_.pre_pass.paths));
         return lines;
     }
 
   private:
-    PhotonMapSettings photon_settings() const {
-        PhotonMapSettings settings;
-        settings.photons = settings_.photons;
-        settings.direct = settings_.direct;
-        settings.lights = settings_.lights;
-        settings.indirect = IndirectMethod::map;
-        settings.ratio = settings_.ratio;
-        settings.kernel = settings_.kernel;
-        settings.metric = settings_.metric;
-        settings.max_specular_depth = settings_.max_specular_depth;
-        settings.quantity = settings_.quantity;
-        settings.boundary = settings_.boundary;
-        settings.pre_pass = settings_.pre_pass;
-        settings.pre_pass_defensive_weight = settings_.pre_pass_defensive_weight;
-        return settings;
-    }
-
     ProgressiveSettings settings_;
 };
 

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/guiding/guide.h"
-#include "engine/integrators/guided_light.h"
 
 namespace lucerna {
 namespace {
@@ -79,8 +79,8 @@ Field pre_pass_defensive_weight(float& target) {
 }
 Field boundary(Boundary& target) {
     return choice("boundary",
-                  "where a disc hangs over an edge: none, or divide by its share inside (hull, probes)",
-                  {"none", "hull", "probes"}, target);
+                  "where a disc hangs over an edge: none, or divide by its share inside, found by probes",
+                  {"none", "probes"}, target);
 }
 
 std::vector<Field> fields_of(PathSettings& s) {
@@ -110,15 +110,15 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                {"mc", "map", "gated", "guided"}, s.direct),
         lights(s.lights),
         whole("guidephotons", "light paths of the Direct map that gates or guides", 1, 4294967296.0,
-              s.guide_photons),
+              s.guide.photons),
         whole("guidek", "direct photons around a place that guide what is near", 1,
-              GuideSettings::kMostPhotons, s.guide_k),
+              GuideSettings::kMostPhotons, s.guide.k),
         real("guidedefensive",
              "defensive mixture weight: least share of the plain choice of lights beside the guide", 0.01, 1,
-             s.guide_defensive_weight),
+             s.guide.defensive_weight),
         whole("candidates",
               "places of lights that guided weighs for one shadow ray; 0: 16 where a light has parts, else 4",
-              0, GuidedLightSettings::kMostCandidates, s.candidates),
+              0, GuidedLightSettings::kMostCandidates, s.guide.candidates),
         choice("indirect",
                "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
                "alone)",
@@ -126,21 +126,22 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
         whole("precompute", "precomputed irradiance for gather rays, a point for one photon in n; 0: off", 0,
               1'000'000, s.precompute),
-        whole("precomputelights", "light samples at each such point; 0: gather rays ask the lights", 0,
+        whole("precomputelights", "light samples at each such point; 0: gather rays sample the lights", 0,
               10'000, s.precompute_lights),
-        whole("k", "photons in an estimate that the camera sees; 0: all within the radius", 0, kMostInt, s.k),
+        whole("k", "photons in an estimate that the camera sees; 0: all within the radius", 0, kMostInt,
+              s.estimate.k),
         whole("gatherk", "photons in an estimate where a gather ray lands; 0: all within the radius", 0,
               kMostInt, s.gather_k),
         real("radius", "largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal", 0, kMost,
-             s.radius),
-        ratio(s.ratio),
-        kernel_shape(s.kernel),
-        metric(s.metric),
+             s.estimate.radius),
+        ratio(s.estimate.ratio),
+        kernel_shape(s.estimate.kernel),
+        metric(s.estimate.metric),
         choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
                {"tree", "flann"}, s.index),
-        boundary(s.boundary),
-        pre_pass(s.pre_pass),
-        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
+        boundary(s.estimate.boundary),
+        pre_pass(s.pre_pass.paths),
+        pre_pass_defensive_weight(s.pre_pass.defensive_weight),
         real("specularbelow",
              "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
              s.specular_below),
@@ -188,8 +189,8 @@ std::vector<Field> fields_of(IgiSettings& s) {
               0, kMostShadowRays, s.shadow_rays),
         real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
         lights(s.lights),
-        pre_pass(s.pre_pass),
-        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
+        pre_pass(s.pre_pass.paths),
+        pre_pass_defensive_weight(s.pre_pass.defensive_weight),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };
@@ -204,15 +205,15 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
         choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
                s.direct),
         lights(s.lights),
-        whole("k", "photons of one pass that the first radius holds", 1, 1'000'000, s.k),
+        whole("k", "photons of one pass that the first radius holds", 1, 1'000'000, s.estimate.k),
         real("radius", "the first radius everywhere, scene units; 0: by k and the local density", 0, kMost,
-             s.radius),
-        ratio(s.ratio),
-        kernel_shape(s.kernel),
-        metric(s.metric),
-        boundary(s.boundary),
-        pre_pass(s.pre_pass),
-        pre_pass_defensive_weight(s.pre_pass_defensive_weight),
+             s.estimate.radius),
+        ratio(s.estimate.ratio),
+        kernel_shape(s.estimate.kernel),
+        metric(s.estimate.metric),
+        boundary(s.estimate.boundary),
+        pre_pass(s.pre_pass.paths),
+        pre_pass_defensive_weight(s.pre_pass.defensive_weight),
         whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
         quantity(s.quantity),
     };
@@ -308,6 +309,15 @@ std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettin
     std::vector<std::pair<std::string, std::string>> result;
     for (const Field& field : fields(copy)) result.emplace_back(field.name, field.text());
     return result;
+}
+
+SettingValue parse_setting(const std::string& text) {
+    if (text == "true" || text == "false") return SettingValue(text == "true");
+    double number = 0;
+    const char* end = text.data() + text.size();
+    const auto [rest, error] = std::from_chars(text.data(), end, number);
+    if (error == std::errc() && rest == end && std::isfinite(number)) return number;
+    return text;
 }
 
 }  // namespace lucerna

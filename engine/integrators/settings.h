@@ -12,12 +12,13 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/guiding/guide.h"
+#include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/quantity.h"
 #include "engine/vpl/igi_settings.h"
 #include "lights/light_tree.h"
-#include "photon/kernel.h"
-#include "photon/photon_index.h"
-#include "photon/tangent_metric.h"
+#include "photon/density_estimate.h"
+#include "photon/photon_map.h"
 
 namespace lucerna {
 
@@ -44,35 +45,22 @@ struct PhotonMapSettings {
     std::int64_t caustic_photons = 0, indirect_photons = 0;
     DirectMethod direct = DirectMethod::mc;
     LightSelection lights = LightSelection::tree;
-    // For `gated` and `guided`: light paths of the Direct map they go by.
-    std::int64_t guide_photons = 200'000;
-    int guide_k = 64;                      // photons of each cached distribution of direct light
-    float guide_defensive_weight = 0.25F;  // least share of the plain choice; keeps `guided` unbiased
-    // Places of lights that `guided` weighs for one shadow ray; 0: 16 where a light has parts, else 4.
-    int candidates = 0;
+    DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
     int gather_rays = 16;  // per camera sample
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
-    // Light samples at each such point; 0: gather rays ask the lights themselves where they land.
+    // Light samples at each such point; 0: gather rays sample the lights themselves where they land.
     int precompute_lights = 4;
-    int k = 100;        // photons in an estimate seen by the camera; 0: all within the radius
-    int gather_k = 50;  // photons in an estimate where a gather ray lands; 0: all within the radius
-    float radius = 0;   // largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal
-    float ratio = 2;    // Euclidean ball over projected disc, >= 1
-    KernelShape kernel = KernelShape::epanechnikov;
-    MetricKind metric = MetricKind::projected;
-    IndexKind index = IndexKind::tree;     // both find the same photons
-    Boundary boundary = Boundary::probes;  // what is done where an estimate hangs over a surface's edge
+    // Of what the camera sees. Radius 0: 5 % of the scene's diagonal.
+    DensityEstimateSettings estimate = {.radius = 0, .boundary = Boundary::probes};
+    int gather_k = 50;                  // the same where a gather ray lands, but for the number of photons
+    IndexKind index = IndexKind::tree;  // both find the same photons
     // Lobes whose GGX alpha (the larger) lies below count as specular: light over them and nothing else goes
     // to the Caustic map. 0: perfect mirrors and smooth glass alone; the caustics of gloss are found by
     // gather rays, or go to the Global map.
     float specular_below = 0;
-    // Light paths of the pre-pass that learns which lights, and which of their particles, the camera's view
-    // needs (engine/guiding/importance_pre_pass.h); 0: emission by power alone. And the least share of that,
-    // which keeps it unbiased and its weights below 1/weight.
-    std::int64_t pre_pass = 0;
-    float pre_pass_defensive_weight = 0.25F;
+    EmissionGuiding pre_pass;
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
@@ -85,16 +73,10 @@ struct ProgressiveSettings {
     float alpha = 2.0F / 3;          // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
     DirectMethod direct = DirectMethod::mc;
     LightSelection lights = LightSelection::tree;
-    int k = 60;        // photons of one pass that the first radius holds
-    float radius = 0;  // the first radius everywhere, scene units; 0: by k and the local density
-    float ratio = 2;   // Euclidean ball over projected disc, >= 1
-    KernelShape kernel = KernelShape::epanechnikov;
-    MetricKind metric = MetricKind::projected;
-    // At edges the bias of a shrinking disc falls slowest. A correction that counts the photons of the disc
-    // (hull) is not consistent when they become few; probes are.
-    Boundary boundary = Boundary::probes;
-    std::int64_t pre_pass = 0;  // PhotonMapSettings'; made once, before the first pass
-    float pre_pass_defensive_weight = 0.25F;
+    // k: photons of one pass that the first radius holds. Radius: the first one everywhere; 0: by k and the
+    // local density. At edges the bias of a shrinking disc falls slowest: hence the probes.
+    DensityEstimateSettings estimate = {.k = 60, .radius = 0, .boundary = Boundary::probes};
+    EmissionGuiding pre_pass;  // once, before the first pass
     int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
@@ -135,5 +117,10 @@ void set_parameter(IntegratorSettings& settings, std::string_view name, const Se
                    const Location& at);
 // "k=100 kernel=epanechnikov …", for headers and statistics.
 std::vector<std::pair<std::string, std::string>> describe(const IntegratorSettings& settings);
+
+// Settings as people write them after --set and in studies.
+
+// "1e6" as a number, "true" as a truth value, all else as a word.
+SettingValue parse_setting(const std::string& text);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-#include "engine/pbrt/bsdf_table.h"
+#include "engine/pbrt/material_parts.h"
 
 #include <algorithm>
 #include <bit>

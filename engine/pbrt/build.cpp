@@ -2,11 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/pbrt/build_shapes.h"
 #include "engine/pbrt/draft.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/transforms.h"
-#include "engine/scene/traced_shape.h"
+#include "engine/scene/shape_set.h"
 #include "lights/analytic.h"
 
 namespace lucerna {

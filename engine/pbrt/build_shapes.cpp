@@ -1,4 +1,4 @@
-#include "engine/pbrt/build_shapes.h"
+#include "engine/pbrt/draft.h"
 
 #include <algorithm>
 #include <map>
@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "engine/base/memory.h"
+#include "engine/base/vec.h"
 #include "engine/pbrt/transforms.h"
 #include "engine/scene/quadric.h"
 
@@ -95,17 +96,6 @@ class Joiner {
     std::map<Key, std::size_t> open_;
 };
 
-Box3d carried(const Box3d& box, const M44d& m) {
-    Box3d out;
-    if (box.isEmpty()) return out;
-    for (int corner = 0; corner < 8; ++corner) {
-        const V3d from((corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
-                       (corner & 4) != 0 ? box.max.z : box.min.z);
-        out.extendBy(transform_point(m, from));
-    }
-    return out;
-}
-
 // Walks through instances of instances; what shows nothing is passed over, so the work is no more than what
 // is shown times the depth.
 class Placer {
@@ -126,7 +116,7 @@ class Placer {
                 result.objects.push_back({instance.object, box.center()});
             }
             result.instances.push_back({*slot, m});
-            result.bounds.extendBy(carried(box, m));
+            result.bounds.extendBy(carried_box(box, m));
         }
         for (const DraftInstance& inner : draft_.objects[instance.object]->instances) place(inner, m);
     }

@@ -5,8 +5,8 @@
 #include <array>
 #include <cmath>
 
-#include "engine/base/frame.h"
 #include "engine/base/memory.h"
+#include "engine/base/vec.h"
 #include "engine/pbrt/shapes.h"
 
 namespace lucerna {

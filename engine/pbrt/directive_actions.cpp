@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/directives.h"
 
 namespace lucerna {

@@ -4,7 +4,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {

@@ -23,10 +23,10 @@
 #include "engine/scene/material.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
+#include "engine/scene/scene.h"
 #include "lights/image_lights.h"
 #include "lights/measured.h"
 #include "lights/photometric.h"
-#include "lights/ray_light.h"
 
 namespace lucerna {
 
@@ -201,5 +201,29 @@ struct Assembled {
 };
 // Shapes of the draft are given up one by one as they are built.
 Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor);
+
+// From the shapes of a draft, in world space and double precision, to those of a scene or a prototype.
+
+Box3d bounds_of(const DraftShapes& shapes);
+
+// Moved to `origin`. Small meshes (and curves, and patches) of equal traits become one, so that a scene of
+// many tiny shapes has few geometries; one that emits stays alone. `mesh_of` tells where each mesh went.
+Shapes build_shapes(DraftShapes draft, const V3d& origin, std::vector<std::size_t>& mesh_of);
+
+// Every object that is shown, and where, instances within objects resolved.
+struct Placements {
+    struct Object {
+        std::size_t index;  // in the draft
+        V3d centre;         // of its shapes, where the draft has them
+    };
+    std::vector<Object> objects;
+    std::vector<Instance> instances;  // of `objects`; from where the draft has the shapes to the world
+    Box3d bounds;                     // in the world
+};
+// Throws InputError if instances, with those within them, are more than memory holds.
+Placements place_objects(const Draft& draft);
+
+// Each object becomes a prototype around its own centre, so that float32 keeps its bits.
+void build_prototypes(Draft& draft, const Placements& placements, SceneParts& parts);
 
 }  // namespace lucerna

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "engine/base/names.h"
-#include "engine/integrators/setting_text.h"
+#include "engine/base/units.h"
+#include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/pbrt/state.h"
 

@@ -4,10 +4,14 @@
 // Radiance and intensity are taken as pbrt's numbers stand, in W; "power" and "illuminance" set the luminance
 // of the light's flux or irradiance (pbrt calls them photometric; one unit of luminance is one unit of either
 // here).
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "engine/pbrt/light_params.h"
+#include "lights/cell_table.h"
+#include "lights/photometric_files.h"
 
 namespace lucerna {
 
@@ -173,6 +177,98 @@ std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::st
     light.power = positive_or_none(params, "power");
     light.two_sided = params.boolean("twosided", false);
     return std::make_shared<const AreaLight>(light);
+}
+
+// Lamps from files of their own: light fields and ray files, placed in the scene.
+
+namespace {
+
+EmissionMode read_emission(Params& params) {
+    const std::string name = params.string("emission", "exact");
+    if (name == "constant") return EmissionMode::constant;
+    if (name == "exact") return EmissionMode::exact;
+    if (name == "weighted") return EmissionMode::weighted;
+    fail(params.place_of("emission"), "emission \"{}\" is unknown; constant, exact and weighted are accepted",
+         shown(name));
+}
+
+// What both kinds state alike: file, place, "scale" and "power".
+template <typename Settings>
+Settings read_lamp(Reading& reading, Params& params) {
+    if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
+    Settings lamp;
+    lamp.file = reading.resolve(params.string("filename", ""));
+    lamp.world_from_light = reading.state.ctm;
+    lamp.power_scale = static_cast<float>(params.real_within("scale", 1, 0, 1e30));
+    lamp.power = static_cast<float>(positive_or_none(params, "power"));
+    if (!uniform_scale(lamp.world_from_light)) {
+        fail(params.place(),
+             "{} is stretched or sheared by its transformation; rotation, translation and one scale "
+             "for all directions are accepted",
+             params.owner());
+    }
+    if (swaps_handedness(lamp.world_from_light)) {
+        fail(params.place(), "{} is mirrored by its transformation; a measured lamp cannot be",
+             params.owner());
+    }
+    return lamp;
+}
+
+}  // namespace
+
+void read_light_field(Reading& reading, Params& params) {
+    auto lamp = read_lamp<MeasuredSettings>(reading, params);
+    lamp.mode = read_emission(params);
+    reading.draft.caches.push_back(cell_table_file(lamp.file));
+    reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});
+}
+
+void read_ray_file(Reading& reading, Params& params) {
+    reading.draft.lights.push_back(
+        {params.place(), RayFileSpec{read_lamp<RayLightSettings>(reading, params)}});
+}
+
+// Lamps from photometric files: LightSource "ies" and "ldt", far-field lights at a point, in lumens.
+//
+// The lamp's frame is that of the light fields: nadir (γ = 0) is +z, the plane C0 holds +x, C90 holds -y; the
+// current transformation places it. So a lamp that hangs is turned until its z points down, as pbrt's spot
+// is.
+
+namespace {
+
+// Warnings of a file's reader, with the place in the scene that asks for the file.
+class PlacedMonitor final : public Monitor {
+  public:
+    PlacedMonitor(Reading& reading, const Place& place) : reading_(reading), place_(place) {}
+    void warn(std::string_view line) override { reading_.warn(place_, printable(std::string(line))); }
+
+  private:
+    Reading& reading_;
+    const Place& place_;
+};
+
+}  // namespace
+
+void read_photometric_light(Reading& reading, const std::string& kind, Params& params) {
+    if (!params.has("filename")) fail(params.place(), "{} lacks \"string filename\"", params.owner());
+    const std::filesystem::path file = reading.resolve(params.string("filename", ""));
+    const Place& place = params.place_of("filename");
+    PhotometricSpec spec;
+    spec.kind = kind == "ies" ? "ies" : "ldt";
+    try {
+        PlacedMonitor monitor(reading, place);
+        spec.web = std::make_shared<const PhotometricWeb>(kind == "ies" ? read_ies(file, monitor)
+                                                                        : read_ldt(file, monitor));
+    } catch (const InputError& error) {
+        fail(place, "{}", printable(error.what()));
+    }
+    spec.axes = light_axes(reading, params);
+    spec.position = transform_point(reading.state.ctm, params.point("from", V3d(0)));
+    // A colour tints the light and leaves its candela as they are.
+    const Rgb colour = light_color(reading, params, "color");
+    if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");
+    spec.scale = scaled_color(reading, params, colour / luminance(colour));
+    reading.draft.lights.push_back({params.place(), spec, positive_or_none(params, "power")});
 }
 
 }  // namespace lucerna

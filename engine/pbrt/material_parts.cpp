@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {
@@ -52,15 +52,24 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
     return number;
 }
 
-RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
+namespace {
+
+// The texture that a parameter names, `fallback` if there is none of that name; none: it names none.
+std::optional<RgbTexture> texture_named(Reading& reading, Params& params, std::string_view name,
+                                        const Rgb& fallback) {
     const Param* param = params.find_any(name);
-    if (param && param->type == Type::texture) {
-        const NamedTexture* named = color_texture(reading, params, *param);
-        return named ? named->texture : RgbTexture::constant(fallback);
-    }
+    if (!param || param->type != Type::texture) return std::nullopt;
+    const NamedTexture* named = color_texture(reading, params, *param);
+    return named ? named->texture : RgbTexture::constant(fallback);
+}
+
+}  // namespace
+
+RgbTexture read_color(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
+    if (const auto texture = texture_named(reading, params, name, fallback)) return *texture;
     const Rgb value = read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback);
     if (max_component(value) <= 1) return RgbTexture::constant(value);
-    const Rgb held(std::min(value.x, 1.0F), std::min(value.y, 1.0F), std::min(value.z, 1.0F));
+    const Rgb held = at_most_one(value);
     params.depart(params.place_of(name),
                   fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1", name, value.x,
                               value.y, value.z),
@@ -69,11 +78,7 @@ RgbTexture read_color(Reading& reading, Params& params, std::string_view name, c
 }
 
 RgbTexture read_index_spectrum(Reading& reading, Params& params, std::string_view name, const Rgb& fallback) {
-    const Param* param = params.find_any(name);
-    if (param && param->type == Type::texture) {
-        const NamedTexture* named = color_texture(reading, params, *param);
-        return named ? named->texture : RgbTexture::constant(fallback);
-    }
+    if (const auto texture = texture_named(reading, params, name, fallback)) return *texture;
     return RgbTexture::constant(read_spectrum(reading, params, name, ColorUse::ratio).value_or(fallback));
 }
 

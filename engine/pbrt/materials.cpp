@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/material_parts.h"
 
 namespace lucerna {

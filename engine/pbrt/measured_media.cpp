@@ -1,7 +1,7 @@
 // Media that were measured and have names.
 #include <fmt/format.h>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
 
 namespace lucerna {
@@ -9,9 +9,7 @@ namespace {
 
 // Scattering and absorption in 1/mm. pbrt takes both papers' scattering as sigma_s, with g = 0.
 const MeasuredMedium kMeasured[] = {
-    // Jensen, Marschner, Levoy and Hanrahan 2001, "A Practical Model for Subsurface Light Transport", figure
-    // 5:
-    // reduced scattering.
+    // [Jensen et al. 2001, figure 5]: reduced scattering.
     {"Apple", {2.29F, 2.39F, 1.97F}, {0.0030F, 0.0034F, 0.046F}},
     {"Chicken1", {0.15F, 0.21F, 0.38F}, {0.015F, 0.077F, 0.19F}},
     {"Chicken2", {0.19F, 0.25F, 0.32F}, {0.018F, 0.088F, 0.20F}},
@@ -24,8 +22,7 @@ const MeasuredMedium kMeasured[] = {
     {"Skin2", {1.09F, 1.59F, 1.79F}, {0.013F, 0.070F, 0.145F}},
     {"Spectralon", {11.6F, 20.4F, 14.9F}, {0.00F, 0.00F, 0.00F}},
     {"Wholemilk", {2.55F, 3.21F, 3.77F}, {0.0011F, 0.0024F, 0.014F}},
-    // Narasimhan, Gupta, Donner, Ramamoorthi, Nayar and Jensen 2006, "Acquiring Scattering Properties of
-    // Participating Media by Dilution": at the concentrations, and under the names, that pbrt has.
+    // [Narasimhan 2006]: at the concentrations, and under the names, that pbrt has.
     {"Lowfat Milk", {0.89187F, 1.5136F, 2.532F}, {0.002875F, 0.00575F, 0.0115F}},
     {"Reduced Milk", {2.4858F, 3.1669F, 4.5214F}, {0.0025556F, 0.0051111F, 0.012778F}},
     {"Regular Milk", {4.5513F, 5.8294F, 7.136F}, {0.0015333F, 0.0046F, 0.019933F}},

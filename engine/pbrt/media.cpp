@@ -9,9 +9,10 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
+#include "engine/base/vec.h"
 #include "engine/pbrt/state.h"
-#include "engine/scene/phase.h"
+#include "engine/scene/medium.h"
 
 namespace lucerna {
 namespace {
@@ -108,9 +109,8 @@ ExponentialDensity read_exponential(Params& params, const Box3d& box) {
     density.up.normalize();
     density.base = box.min;
     // Downwards a density may grow without bound.
-    for (int corner = 0; corner < 8; ++corner) {
-        const V3d p((corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
-                    (corner & 4) != 0 ? box.max.z : box.min.z);
+    for (int corner = 0; corner < kBoxCorners; ++corner) {
+        const V3d p = box_corner(box, corner);
         if (!(density_at(density, p) <= kLargestSigma)) {
             fail(params.place(), "{}: the density reaches {:g} within the box; {:g} is accepted",
                  params.owner(), density_at(density, p), kLargestSigma);

@@ -7,8 +7,7 @@
 
 #include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
-#include "engine/scene/loop.h"
-#include "engine/scene/ply.h"
+#include "engine/scene/mesh.h"
 
 namespace lucerna {
 namespace {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
 
 namespace lucerna {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 
 namespace lucerna {
 namespace {

@@ -2,7 +2,7 @@
 //
 // Whoever reads a directive asks for each parameter it knows. As in pbrt, one that is ill-typed or wrongly
 // sized counts as not given, of two with one name the last one counts, and what nobody asked for has no
-// effect; each of these is said (leniency.h), so that no parameter can be overlooked in silence.
+// effect; each of these is said (tokens.h), so that no parameter can be overlooked in silence.
 #pragma once
 
 #include <initializer_list>
@@ -14,7 +14,6 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
-#include "engine/pbrt/leniency.h"
 #include "engine/pbrt/tokens.h"
 
 namespace lucerna {

@@ -5,7 +5,7 @@
 
 #include "engine/base/memory.h"
 #include "engine/pbrt/shapes.h"
-#include "engine/scene/patch.h"
+#include "engine/scene/mesh.h"
 
 namespace lucerna {
 namespace {

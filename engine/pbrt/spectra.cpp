@@ -10,8 +10,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/names.h"
 #include "engine/base/spectrum.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
 
 namespace lucerna {

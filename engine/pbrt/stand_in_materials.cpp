@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "engine/pbrt/bsdf_table.h"
 #include "engine/pbrt/material_parts.h"
 
 namespace lucerna {
@@ -31,7 +30,7 @@ MaterialModel mixed(MaterialModel first, MaterialModel second, const FloatTextur
 
 // ---- hair
 
-// Chiang et al. 2016, "A Practical and Controllable Hair and Fur Model", section 4.2: the colour of a whole
+// [Chiang 2016, 4.2]: the colour of a whole
 // head of hair of this absorption, and of how rough its fibres are around their axis.
 float color_of_hair(float sigma_a, float beta) {
     const float b2 = beta * beta;
@@ -84,8 +83,8 @@ MaterialModel read_hair(Reading& reading, Params& params) {
 
 // ---- subsurface scattering
 
-// What a refracting surface throws back of diffuse light from within (Egan and Hilgeman's fit, as Jensen et
-// al. 2001 use it).
+// What a refracting surface throws back of diffuse light from within (the fit of [Egan and Hilgeman 1979], as
+// [Jensen et al. 2001] use it).
 float inner_reflectance(float eta) {
     return std::clamp(-1.440F / (eta * eta) + 0.710F / eta + 0.668F + 0.0636F * eta, 0.0F, 0.99F);
 }
@@ -207,13 +206,13 @@ MaterialModel read_disney(Reading& reading, Params& params) {
 
 // ---- what comes in tables, and what a name says of it
 
-struct NamedLook {
+struct NamedAppearance {
     std::string_view word;  // in the file's name
     Rgb color;
     float gloss;  // normal reflectance; 1: a metal of that colour
 };
 constexpr float kVarnish = 0.04F;
-const NamedLook kLooks[] = {
+const NamedAppearance kAppearances[] = {
     {"gold", {0.96F, 0.77F, 0.35F}, 1},          {"copper", {0.93F, 0.62F, 0.51F}, 1},
     {"silver", {0.95F, 0.93F, 0.90F}, 1},        {"alum", {0.91F, 0.92F, 0.92F}, 1},
     {"brass", {0.89F, 0.77F, 0.43F}, 1},         {"chrome", {0.55F, 0.56F, 0.56F}, 1},
@@ -226,7 +225,7 @@ const NamedLook kLooks[] = {
     {"purple", {0.25F, 0.08F, 0.35F}, kVarnish}, {"pink", {0.70F, 0.35F, 0.40F}, kVarnish},
     {"ceramic", {0.70F, 0.70F, 0.68F}, kVarnish}};
 
-MaterialModel look_of_name(const std::string& name) {
+MaterialModel appearance_of_name(const std::string& name) {
     constexpr float kAlpha = 0.2F;
     std::string lower = name;
     std::ranges::transform(lower, lower.begin(),
@@ -236,14 +235,15 @@ MaterialModel look_of_name(const std::string& name) {
         glass.roughness = Roughness::of_alpha(kAlpha);
         return glass;
     }
-    for (const NamedLook& look : kLooks) {
-        if (lower.find(look.word) == lower.npos) continue;
-        if (look.gloss < 1) {
-            return SubstrateMaterial{RgbTexture::constant(look.color), RgbTexture::constant(Rgb(look.gloss)),
+    for (const NamedAppearance& appearance : kAppearances) {
+        if (lower.find(appearance.word) == lower.npos) continue;
+        if (appearance.gloss < 1) {
+            return SubstrateMaterial{RgbTexture::constant(appearance.color),
+                                     RgbTexture::constant(Rgb(appearance.gloss)),
                                      Roughness::of_alpha(kAlpha)};
         }
         ConductorMaterial metal;
-        metal.reflectance = RgbTexture::constant(look.color);
+        metal.reflectance = RgbTexture::constant(appearance.color);
         metal.roughness = Roughness::of_alpha(kAlpha);
         return metal;
     }
@@ -251,7 +251,7 @@ MaterialModel look_of_name(const std::string& name) {
                              Roughness::of_alpha(kAlpha)};
 }
 
-MaterialModel look_of_table(const TableFit& fit) {
+MaterialModel appearance_of_table(const TableFit& fit) {
     const Roughness roughness = Roughness::of_alpha(fit.alpha);
     const auto constant = [](const Rgb& c) { return RgbTexture::constant(c); };
     MaterialModel front = SubstrateMaterial{constant(fit.diffuse), constant(fit.gloss), roughness};
@@ -277,7 +277,7 @@ MaterialModel read_table(Reading& reading, const std::string& kind, Params& para
                       : fmt::format("diffuse and gloss by the name \"{}\" are taken",
                                     shown(std::filesystem::path(name).stem().string())),
                   "the table's detail");
-    return fit ? look_of_table(*fit) : look_of_name(std::filesystem::path(name).stem().string());
+    return fit ? appearance_of_table(*fit) : appearance_of_name(std::filesystem::path(name).stem().string());
 }
 
 // ---- version 1's measured paints and cloths

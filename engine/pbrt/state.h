@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "engine/pbrt/draft.h"
-#include "engine/pbrt/leniency.h"
 #include "engine/pbrt/params.h"
+#include "engine/pbrt/tokens.h"
 #include "engine/pbrt/transforms.h"
 #include "engine/scene/texture_image.h"
 
@@ -77,7 +77,7 @@ struct Reading {
     // The file that the scene's text names. All of them come this way.
     std::filesystem::path resolve(const std::string& name);
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
-    // What pbrt does as well, and what departs from the text; see leniency.h.
+    // What pbrt does as well, and what departs from the text; see tokens.h.
     void warn(const Place& at, std::string_view message) { leniency.warn(at, message); }
     void depart(const Place& at, std::string_view what, std::string_view instead,
                 std::string_view lost = {}) {

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <type_traits>
 
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 #include "engine/pbrt/state.h"
 #include "engine/scene/texture_patterns.h"
 
@@ -160,7 +160,7 @@ Texture<Value> read_scale(Reading& reading, Params& params) {
 }
 
 template <typename Value>
-Texture<Value> read_mix(Reading& reading, Params& params) {
+Texture<Value> read_mix_texture(Reading& reading, Params& params) {
     const auto a = read_value<Value>(reading, params, "tex1", 0);
     const auto b = read_value<Value>(reading, params, "tex2", 1);
     return mix_texture(a, b, read_float(reading, params, "amount", 0.5));
@@ -303,7 +303,7 @@ Texture<Value> read_any(Reading& reading, const std::string& kind, Params& param
     if (kind == "constant") return read_value<Value>(reading, params, "value", 1);
     if (kind == "imagemap") return read_imagemap<Value>(reading, params);
     if (kind == "scale") return read_scale<Value>(reading, params);
-    if (kind == "mix") return read_mix<Value>(reading, params);
+    if (kind == "mix") return read_mix_texture<Value>(reading, params);
     if (kind == "directionmix") return read_direction_mix<Value>(reading, params);
     if (kind == "checkerboard") return read_checkerboard<Value>(reading, params);
     if (kind == "bilerp") return read_bilerp<Value>(reading, params);

@@ -8,12 +8,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/monitor.h"
 
 namespace lucerna {
 
@@ -28,7 +30,7 @@ class Source {
     std::string_view text() const { return text_; }
     Location location(std::size_t offset) const;
 
-    // What pbrt takes although it is not well formed, as it was met: the reader says it (leniency.h).
+    // What pbrt takes although it is not well formed, as it was met: the reader says it.
     struct Oddity {
         std::size_t offset;
         std::string what, instead;
@@ -111,7 +113,7 @@ std::string shown(std::string_view text);
 std::string printable(std::string_view text);
 
 // What the scene's text says cannot be taken. Where pbrt renders the rest of the scene, so does the reader
-// (leniency.h), which catches these around single directives.
+//, which catches these around single directives.
 class TextError : public InputError {
   public:
     TextError(const Place& at, const std::string& message)
@@ -135,5 +137,40 @@ template <typename... Args>
 [[noreturn]] void fail_always(const Place& at, fmt::format_string<Args...> format, Args&&... args) {
     throw InputError(at.location(), fmt::format(format, std::forward<Args>(args)...));
 }
+
+// How strictly scene text is taken.
+//
+// What pbrt renders is rendered. Where this reader is stricter than pbrt, or lacks something, the scene is
+// rendered all the same, and one warning says where, what is taken instead and what is lost; a strict reader
+// refuses instead. Warnings that differ in nothing but their place are said once and counted.
+
+class Leniency {
+  public:
+    Leniency(Monitor& monitor, bool strict) : monitor_(monitor), strict_(strict) {}
+
+    // The text says `what`, which is not to be had here; `instead` is done, and `lost` by that (empty:
+    // nothing that shows). Throws TextError if strict.
+    void depart(const Place& at, std::string_view what, std::string_view instead, std::string_view lost = {});
+    // What is no departure from the text: pbrt does the same.
+    void warn(const Place& at, std::string_view message);
+    // How often each warning came again; forgets them.
+    void sum_up();
+
+    bool strict() const { return strict_; }
+
+  private:
+    struct Said {
+        std::string text;  // without its place
+        Place first;
+        std::uint64_t times = 1;
+    };
+    static constexpr std::size_t kDistinct = 1000;  // said; a flood of others is only counted
+
+    Monitor& monitor_;
+    bool strict_;
+    std::vector<Said> said_;
+    std::uint64_t unsaid_ = 0;
+    std::map<std::string, std::size_t, std::less<>> index_;  // in said_, by text
+};
 
 }  // namespace lucerna

@@ -13,7 +13,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 
 namespace lucerna {
 namespace {

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/base/error_scale.h"
+#include "engine/base/image.h"
 
 namespace lucerna {
 namespace {
@@ -19,7 +19,7 @@ double sinc(double x) {
     return at < 1e-5 ? 1 : std::sin(at) / at;
 }
 
-// Mitchell, Netravali 1988, over [-2, 2].
+// [Mitchell and Netravali 1988], over [-2, 2].
 double mitchell(double x, double b, double c) {
     x = std::fabs(x);
     if (x >= 2) return 0;

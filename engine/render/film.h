@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/cdf.h"
 #include "engine/base/image.h"
+#include "engine/base/sampler.h"
 #include "engine/base/vec.h"
 #include "engine/render/job.h"
 
@@ -117,8 +117,7 @@ class Film {
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample
-// weighs the same, but for its sign, and belongs to one pixel (Ernst, Stamminger, Greiner, "Filter Importance
-// Sampling", 2006).
+// weighs the same, but for its sign, and belongs to one pixel [Ernst 2006].
 class FilterSampler {
   public:
     // Throws InputError for a filter whose integral is not positive.

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/guiding/importons.h"
 #include "engine/integrators/settings.h"
 #include "engine/scene/camera.h"
+#include "engine/scene/render_context.h"
 #include "engine/scene/scene.h"
 
 namespace lucerna {
@@ -45,6 +45,9 @@ struct Job {
 };
 
 // What the job's image shows.
-View view_of(const Job& job);
+inline View view_of(const Job& job) {
+    const FilmSettings& film = job.film;
+    return {&job.camera, V2f(film.crop_begin), V2f(film.crop_begin + film.rendered_size())};
+}
 
 }  // namespace lucerna

@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "engine/base/error.h"
-#include "engine/base/error_scale.h"
-#include "engine/base/stopwatch.h"
-#include "engine/integrators/igi_caustics.h"
-#include "engine/render/method_cost.h"
+#include "engine/base/image.h"
+#include "engine/base/monitor.h"
+#include "engine/base/vec.h"
 #include "engine/render/trial.h"
+#include "engine/vpl/igi_caustics.h"
 
 namespace lucerna {
 namespace {
@@ -72,7 +72,7 @@ std::string short_text(const IntegratorSettings& settings) {
         return fmt::format("photonmap{}", maps->direct == DirectMethod::guided ? " (guided)" : "");
     }
     if (const auto* igi = std::get_if<IgiSettings>(&settings))
-        return fmt::format("igi{}", igi->pre_pass > 0 ? " (pre-pass)" : "");
+        return fmt::format("igi{}", igi->pre_pass.paths > 0 ? " (pre-pass)" : "");
     return std::string(integrator_name(settings));
 }
 
@@ -173,8 +173,8 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     if (const auto* own = std::get_if<ProgressiveSettings>(&asked)) progressive = *own;
     progressive.quantity = quantity_of(asked);
     IgiSettings igi = igi_like(asked), pre_pass = igi;
-    igi.pre_pass = 0;
-    pre_pass.pre_pass = kPrePassPaths;
+    igi.pre_pass.paths = 0;
+    pre_pass.pre_pass.paths = kPrePassPaths;
     return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pre_pass, 0.4}, {guided, 0.4}, {progressive, 0.6}};
 }
 
@@ -220,7 +220,7 @@ class Choosing {
         Phase phase(monitor_, fmt::format("trial of {}", short_text(settings)), 1);
         auto trial = std::make_unique<Trial>(job_, settings, ~seed_, workers_, monitor_);
         try {
-            if (!trial->look(seconds)) return false;
+            if (!trial->run(seconds)) return false;
         } catch (const InputError&) {
             if (trials_.empty()) throw;
             untried_.push_back(short_text(settings));
@@ -286,6 +286,58 @@ class Choosing {
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
                                           const Workers& workers, Monitor& monitor) {
     return Choosing(job, limits, seed, workers, monitor).choose();
+}
+
+namespace {
+
+constexpr double kMostPreparation = 0.5;  // of the time
+// Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
+constexpr double kBeyondShare = 0.5;
+
+}  // namespace
+
+Expectation best_in(double seconds, const MethodCost& cost) {
+    Expectation best{kNever, seconds, cost.beyond, 1};
+    const auto offer = [&](double samples, double beyond, double work) {
+        const double error = std::sqrt(beyond + cost.variance / samples);
+        if (samples >= 1 && error < best.error) best = {error, seconds, beyond, work};
+    };
+    if (cost.kind == MethodCost::Kind::passes) {
+        const double passes = seconds / (cost.prepare + cost.sample);
+        if (passes >= 2) offer(passes, cost.beyond * std::pow(cost.passes / passes, cost.power), 1);
+        return best;
+    }
+    for (double work = 1; work <= cost.most_work; work *= 2) {
+        const double prepare = cost.once + cost.prepare * work;
+        if (prepare > kMostPreparation * seconds) break;
+        offer((seconds - prepare) / cost.sample, cost.beyond * std::pow(work, -cost.power), work);
+    }
+    return best;
+}
+
+Expectation soonest_below(double error, const MethodCost& cost) {
+    Expectation best{error, kNever, 0, 1};
+    const double square = sqr(error);
+    const auto offer = [&](double samples, double seconds, double beyond, double work) {
+        if (samples > 0 && seconds < best.seconds) best = {error, seconds, beyond, work};
+    };
+    if (cost.kind == MethodCost::Kind::passes) {
+        // Where both have become small enough; doubling finds it near enough.
+        for (double passes = 2; passes < 1e9; passes *= 2) {
+            const double beyond = cost.beyond * std::pow(cost.passes / passes, cost.power);
+            if (beyond > sqr(kBeyondShare) * square || beyond + cost.variance / passes > square) continue;
+            offer(passes, passes * (cost.prepare + cost.sample), beyond, 1);
+            break;
+        }
+        return best;
+    }
+    for (double work = 1; work <= cost.most_work; work *= 2) {
+        const double beyond = cost.beyond * std::pow(work, -cost.power);
+        if (beyond > sqr(kBeyondShare) * square) continue;
+        const double samples = std::max(1.0, cost.variance / (square - beyond));
+        offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
+    }
+    return best;
 }
 
 }  // namespace lucerna

@@ -4,14 +4,13 @@
 #include <numeric>
 #include <optional>
 
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
-#include "engine/render/image_memory.h"
 #include "engine/render/job.h"
 #include "engine/render/progress.h"
+#include "engine/render/render_checks.h"
 #include "engine/render/tiles.h"
-#include "engine/render/unseen_lights.h"
 
 namespace lucerna {
 namespace {
@@ -29,24 +28,6 @@ std::int64_t spreading_stride(std::int64_t items) {
     return stride;
 }
 
-// Seconds and counts of passes add up; energies, shares and notes are the last pass's.
-void add_pass(RenderReport& all, const RenderReport& pass) {
-    for (const auto& phase : pass.seconds) {
-        const auto same = [&](const auto& entry) { return entry.first == phase.first; };
-        const auto found = std::find_if(all.seconds.begin(), all.seconds.end(), same);
-        if (found == all.seconds.end()) {
-            all.seconds.push_back(phase);
-        } else {
-            found->second += phase.second;
-        }
-    }
-    for (const auto& [name, number] : pass.numbers) {
-        const bool counts = name.starts_with("paths.") || name.starts_with("photons.");
-        all.numbers[name] = number + (counts ? all.numbers[name] : 0);
-    }
-    for (const auto& [name, note] : pass.notes) all.notes[name] = note;
-}
-
 // One render, from nothing, or from what another one left, to the image.
 class Run {
   public:
@@ -54,7 +35,7 @@ class Run {
         : job_(job),
           options_(options),
           monitor_(monitor),
-          integrator_(make_integrator(job.integrator)),
+          integrator_(make_integrator(job.integrator, options.maps)),
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1),
@@ -63,7 +44,7 @@ class Run {
           show_timer_(options.show ? options.show_every : kNever),
           watch_timer_(options.watch ? options.watch_every : kNever, true),
           checkpoint_timer_(options.keep ? options.keep_every : kNever) {
-        report_.notes["unit"] = unit();
+        report_.unit = unit();
         if (options.resume) take_up(*options.resume);
     }
 
@@ -73,9 +54,9 @@ class Run {
         } else {
             render_rounds();
         }
-        if (options_.resume) report_.seconds.emplace_back("earlier", options_.resume->seconds);
-        report_.seconds.emplace_back("prepare", preparing_);
-        report_.seconds.emplace_back("image", imaging_);
+        if (options_.resume) report_.seconds.add("earlier", options_.resume->seconds);
+        report_.seconds.add("prepare", preparing_);
+        report_.seconds.add("image", imaging_);
         warn();
         keep();
         const RenderResult last = result();
@@ -107,20 +88,27 @@ class Run {
         report_.passes_done = from.passes_done;
     }
 
-    // One prepared pass serves all samples.
+    // Makes what all passes share. Null if it was stopped.
+    std::unique_ptr<const Session> begin() {
+        const Stopwatch preparing;
+        auto session = integrator_->begin(
+            {job_.scene, options_.seed, options_.workers, monitor_, view_of(job_)}, report_.once);
+        preparing_ += preparing.seconds();
+        return monitor_.stopped() ? nullptr : std::move(session);
+    }
+
+    // One pass serves all samples.
     void render_rounds() {
         StopRule rule(options_.limits, job_.spp);
         int& done = report_.samples_done;
         if (enough(rule, done)) return end(rule.reason());
-        const Stopwatch preparing;
-        const auto estimator = integrator_->prepare({job_.scene, options_.seed, 0, options_.workers, monitor_,
-                                                     report_, nullptr, &options_.maps, view_of(job_)});
-        preparing_ = preparing.seconds();
-        report_.numbers["rays.prepare"] = static_cast<double>(job_.scene.rays());
+        const auto session = begin();
+        const auto estimator = session ? prepare(*session, 0, monitor_, report_.passes) : nullptr;
+        report_.rays_prepare = job_.scene.rays();
         if (!estimator) return end("user");
         Progress progress(monitor_, "image", way(), options_.limits);
         while (const int round = rule.next(done, next_round(done), elapsed())) {
-            if (!look(*estimator, done + round, progress)) return end("user");
+            if (!render_tiles(*estimator, done + round, progress)) return end("user");
             done += round;
             progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
@@ -140,58 +128,54 @@ class Run {
             take_up_report();
             return end(rule.reason());
         }
-        const Stopwatch founding;
-        const auto shared_state =
-            integrator_->shared_state({job_.scene, options_.seed, 0, options_.workers, monitor_, report_,
-                                       nullptr, nullptr, view_of(job_)});
-        preparing_ = founding.seconds();
-        if (monitor_.stopped()) return end("user");
+        const auto session = begin();
+        if (!session) return end("user");
         take_up_report();
         Progress progress(monitor_, "passes", way(), options_.limits);
         while (rule.next(done, 1, elapsed()) > 0) {
-            if (!render_pass(shared_state.get(), progress)) return end("user");
+            if (!render_pass(*session, progress)) return end("user");
             progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
-        if (rule.out_of_time() && !fill_pass(shared_state.get(), progress)) return end("user");
+        if (rule.out_of_time() && !fill_pass(*session, progress)) return end("user");
         progress.finish();
         end(rule.reason());
     }
 
     // False if it was stopped on the way.
-    bool render_pass(const SharedState* shared_state, Progress& progress) {
+    bool render_pass(const Session& session, Progress& progress) {
         const int end = std::min(report_.samples_done + integrator_->samples_per_pass(), job_.spp);
         // The samples of a pass belong together, and a render that goes on to more passes has all of them:
         // what it needs is the image before a last pass that is cut short.
         if (end - report_.samples_done < integrator_->samples_per_pass()) keep_the_last();
-        RenderReport report;
-        const auto estimator = prepare_pass(shared_state, report);
+        PassStatistics statistics;
+        PassMonitor quiet(monitor_);
+        const auto estimator = prepare(session, report_.passes_done, quiet, statistics);
         if (!estimator) return false;
-        if (!look(*estimator, end, progress)) return false;
-        add_pass(report_, report);
+        if (!render_tiles(*estimator, end, progress)) return false;
+        report_.passes.add(statistics);
         report_.samples_done = end;
         ++report_.passes_done;
         return true;
     }
 
-    std::unique_ptr<const Estimator> prepare_pass(const SharedState* shared_state, RenderReport& report) {
+    std::unique_ptr<const Estimator> prepare(const Session& session, int pass, Monitor& monitor,
+                                             PassStatistics& statistics) {
         const Stopwatch preparing;
-        PassMonitor quiet(monitor_);
-        auto estimator =
-            integrator_->prepare({job_.scene, options_.seed, static_cast<std::uint32_t>(report_.passes_done),
-                                  options_.workers, quiet, report, shared_state});
+        auto estimator = session.pass(static_cast<std::uint32_t>(pass), monitor, statistics);
         last_preparing_ = preparing.seconds();
         preparing_ += last_preparing_;
         return estimator;
     }
 
     // A last pass for as many tiles as there is time for, if it can be prepared in it.
-    bool fill_pass(const SharedState* shared_state, Progress& progress) {
+    bool fill_pass(const Session& session, Progress& progress) {
         if (elapsed() + last_preparing_ >= options_.limits.seconds) return true;
         keep_the_last();
-        RenderReport report;
-        const auto estimator = prepare_pass(shared_state, report);
+        PassStatistics statistics;
+        PassMonitor quiet(monitor_);
+        const auto estimator = prepare(session, report_.passes_done, quiet, statistics);
         return estimator &&
                fill(*estimator, report_.samples_done + integrator_->samples_per_pass(), progress);
     }
@@ -215,7 +199,7 @@ class Run {
 
     // All pixels' samples up to `end`, those that are there left out. False if it was stopped on the way:
     // some pixels have them, some have not.
-    bool look(const Estimator& estimator, int end, Progress& progress) {
+    bool render_tiles(const Estimator& estimator, int end, Progress& progress) {
         for (;;) {
             const Stopwatch imaging;
             std::atomic<bool> whole{true}, began{false};
@@ -279,8 +263,8 @@ class Run {
         now.rays = rays();
         now.invalid_rays = invalid_rays();
         if (in_passes_) {
-            now.numbers = report_.numbers;
-            now.notes = report_.notes;
+            now.numbers = report_.numbers();
+            now.notes = report_.notes();
         }
         options_.keep(std::move(now));
         checkpoint_timer_.done(begin, clock_.seconds());
@@ -297,9 +281,7 @@ class Run {
 
     // What passes before the checkpoint reported.
     void take_up_report() {
-        if (!options_.resume) return;
-        for (const auto& [name, number] : options_.resume->numbers) report_.numbers[name] = number;
-        for (const auto& [name, note] : options_.resume->notes) report_.notes[name] = note;
+        if (options_.resume) report_.restore(options_.resume->numbers, options_.resume->notes);
     }
 
     Progress::Span way() const {
@@ -314,20 +296,19 @@ class Run {
 
     void end(std::string_view reason) {
         report_.complete = reason != "user";
-        report_.notes["ended_by"] = reason;
+        report_.ended_by = reason;
     }
 
     RenderResult result() const {
         RenderResult result{film_.develop(job_.film.scale), report_};
-        std::map<std::string, double>& numbers = result.report.numbers;
-        numbers["samples.not_finite"] = static_cast<double>(tiles_.bad_samples());
-        numbers["rays.invalid"] = static_cast<double>(invalid_rays());
-        numbers["rays.total"] = static_cast<double>(rays());
-        numbers["passes.done"] = report_.passes_done;
+        RenderReport& report = result.report;
+        report.samples_not_finite = tiles_.bad_samples();
+        report.rays_invalid = invalid_rays();
+        report.rays_total = rays();
         // Infinity is no number to write down.
         const double error = film_.relative_error();
-        if (std::isfinite(error)) numbers["error.relative"] = error;
-        result.image.attributes["lucerna.unit"] = report_.notes.at("unit");
+        if (std::isfinite(error)) report.relative_error = error;
+        result.image.attributes["lucerna.unit"] = report_.unit;
         return result;
     }
 

@@ -7,11 +7,11 @@
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "engine/integrators/render_report.h"
+#include "engine/integrators/statistics.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
-#include "photon/map_file.h"
+#include "photon/build_maps.h"
 
 namespace lucerna {
 

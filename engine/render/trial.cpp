@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/render/progress.h"
 #include "engine/render/tiles.h"
 
@@ -20,8 +20,8 @@ V2i block_size(const FilmSettings& film) {
 
 }  // namespace
 
-// Multiples of the plastic number's inverse powers, which any first few of spread over the square (Roberts,
-// "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+// Multiples of the plastic number's inverse powers, which any first few of spread over the square [Roberts
+// 2018].
 std::vector<V2i> trial_blocks(const FilmSettings& film) {
     const V2i size = film.rendered_size(), block = block_size(film);
     const auto room = static_cast<std::size_t>(size.x / block.x) * static_cast<std::size_t>(size.y / block.y);
@@ -70,10 +70,10 @@ double Trial::prepare_seconds() const {
 }
 
 double Trial::sample_seconds() const {
-    return looking_ / static_cast<double>(std::max<std::uint64_t>(1, samples_));
+    return sampling_ / static_cast<double>(std::max<std::uint64_t>(1, samples_));
 }
 
-bool Trial::look(double seconds) {
+bool Trial::run(double seconds) {
     const Stopwatch clock;
     if (in_passes()) {
         const int samples = integrator_->samples_per_pass();
@@ -82,7 +82,7 @@ bool Trial::look(double seconds) {
             const double begin = clock.seconds();
             if (!prepare()) return false;
             const int first = static_cast<int>(passes_++) * samples;
-            look_at(0, std::min(kBlocksOfPasses, places_.size()), first, first + samples);
+            sample_blocks(0, std::min(kBlocksOfPasses, places_.size()), first, first + samples);
             last = clock.seconds() - begin;
         } while (passes_ < 2 || clock.seconds() + last < seconds);
         return !monitor_.stopped();
@@ -90,7 +90,7 @@ bool Trial::look(double seconds) {
     if (!estimator_ && !prepare()) return false;
     do {
         const std::size_t end = std::min(next_ + kBlocksAtOnce, places_.size());
-        look_at(next_, end, sweep_ * kSamplesAtOnce, (sweep_ + 1) * kSamplesAtOnce);
+        sample_blocks(next_, end, sweep_ * kSamplesAtOnce, (sweep_ + 1) * kSamplesAtOnce);
         next_ = end;
         if (next_ == places_.size()) {
             next_ = 0;
@@ -103,21 +103,21 @@ bool Trial::look(double seconds) {
 bool Trial::prepare() {
     const Stopwatch clock;
     PassMonitor quiet(monitor_);
-    RenderReport report;
-    if (in_passes() && passes_ == 0) {
-        shared_state_ = integrator_->shared_state(
-            {job_.scene, seed_, 0, workers_, quiet, report, nullptr, nullptr, view_of(job_)});
+    if (!session_) {
+        OnceStatistics once;
+        session_ = integrator_->begin({job_.scene, seed_, workers_, quiet, view_of(job_)}, once);
+        if (!session_ || quiet.stopped()) return false;
+        if (!in_passes()) {
+            for (const auto& [phase, seconds] : once.seconds) once_ += seconds;
+        }
     }
-    estimator_ = integrator_->prepare(
-        {job_.scene, seed_, passes_, workers_, quiet, report, shared_state_.get(), nullptr, view_of(job_)});
+    PassStatistics statistics;
+    estimator_ = session_->pass(passes_, quiet, statistics);
     preparing_ += clock.seconds();
-    for (const auto& [phase, seconds] : report.seconds) {
-        if (!in_passes() && (phase == "prepass" || phase == "guide")) once_ += seconds;
-    }
     return estimator_ != nullptr;
 }
 
-void Trial::look_at(std::size_t begin, std::size_t end, int first, int last) {
+void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int last) {
     const Stopwatch clock;
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
@@ -140,7 +140,7 @@ void Trial::look_at(std::size_t begin, std::size_t end, int first, int last) {
         }
     });
     samples_ += (end - begin) * pixels * static_cast<std::size_t>(last - first);
-    looking_ += clock.seconds();
+    sampling_ += clock.seconds();
 }
 
 }  // namespace lucerna

@@ -27,7 +27,7 @@ class Trial {
 
     // Prepares if need be, and looks until so many seconds are over, preparation included; at some blocks, or
     // for two passes, in any case. False if the user stopped it.
-    bool look(double seconds);
+    bool run(double seconds);
 
     const IntegratorSettings& settings() const { return settings_; }
     bool in_passes() const { return integrator_->samples_per_pass() > 0; }
@@ -55,7 +55,7 @@ class Trial {
 
     bool prepare();
     // Takes the samples [first, last) of every pixel of the blocks [begin, end).
-    void look_at(std::size_t begin, std::size_t end, int first, int last);
+    void sample_blocks(std::size_t begin, std::size_t end, int first, int last);
 
     const Job& job_;
     IntegratorSettings settings_;
@@ -63,15 +63,15 @@ class Trial {
     const Workers& workers_;
     Monitor& monitor_;
     std::unique_ptr<Integrator> integrator_;
-    std::unique_ptr<const SharedState> shared_state_;
+    std::unique_ptr<const Session> session_;
     std::unique_ptr<const Estimator> estimator_;
     std::vector<V2i> places_;
     std::vector<Block> blocks_;
     std::size_t next_ = 0;  // block to look at
     int sweep_ = 0;         // over all blocks
     std::uint32_t passes_ = 0;
-    double preparing_ = 0, once_ = 0, looking_ = 0;  // seconds
-    std::uint64_t samples_ = 0;                      // of all pixels
+    double preparing_ = 0, once_ = 0, sampling_ = 0;  // seconds
+    std::uint64_t samples_ = 0;                       // of all pixels
 };
 
 }  // namespace lucerna

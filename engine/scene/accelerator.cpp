@@ -434,13 +434,13 @@ bool Accelerator::occluded(const Ray& from, unsigned layers) const {
 }
 
 std::uint64_t Accelerator::count_hits(std::span<const Ray> rays, unsigned layers) const {
-    std::uint64_t met = 0;
+    std::uint64_t hits = 0;
     for (const Ray& ray : rays) {
         RayContext context = impl_->context(ray, false);
         const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
-        met += found.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
+        hits += found.hit.geomID != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
     }
-    return met;
+    return hits;
 }
 
 std::uint64_t Accelerator::bytes() const {

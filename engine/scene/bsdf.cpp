@@ -208,7 +208,7 @@ Rgb Bsdf::albedo(const V3f& wo) const {
     for (const Lobe& lobe : lobes()) {
         sum += std::visit([&](const auto& l) { return albedo_of(l, at); }, lobe);
     }
-    return {std::min(sum.x, 1.0F), std::min(sum.y, 1.0F), std::min(sum.z, 1.0F)};
+    return at_most_one(sum);
 }
 
 Bsdf::SidedAlbedo Bsdf::blurred_albedo(const V3f& wo) const {

@@ -15,7 +15,6 @@
 #include <optional>
 #include <span>
 
-#include "engine/base/frame.h"
 #include "engine/base/vec.h"
 #include "engine/scene/lobes.h"
 

@@ -1,6 +1,6 @@
 // Lobes without a direction of their own.
 #include "engine/base/warp.h"
-#include "engine/scene/coat.h"
+#include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
 
 namespace lucerna {
@@ -27,18 +27,44 @@ bool is_sound(const BlackLobe&) {
     return true;
 }
 
+// --- What is drawn by the cosine
+
+namespace {
+
+float density_by_cosine(const Local& at) {
+    return at.transmission ? 0.0F : cosine_hemisphere_pdf_w(at.wi.z);
+}
+template <typename Diffuse>
+Draw draw_by_cosine(const Diffuse& lobe, const Local& at, const BsdfU& u, Transport transport) {
+    Local to = at;
+    to.wi = square_to_cosine_hemisphere(u.direction);
+    if (!(to.wi.z > 0) || !is_lit(to, transport)) return std::nullopt;
+    return LocalSample{
+        .wi = to.wi, .weight = value(lobe, to, transport) * kPi, .pdf_w = cosine_hemisphere_pdf_w(to.wi.z)};
+}
+// The same of a Lambertian lobe on either side, whose weight is its albedo.
+Draw draw_lambertian(const Rgb& albedo, bool transmission, const Local& at, const BsdfU& u,
+                     Transport transport) {
+    const V3f w = square_to_cosine_hemisphere(u.direction);
+    if (!(w.z > 0) || (transport == Transport::particles && at.wo.z < 0)) return std::nullopt;
+    return LocalSample{.wi = {w.x, w.y, transmission ? -w.z : w.z},
+                       .weight = albedo,
+                       .pdf_w = cosine_hemisphere_pdf_w(w.z),
+                       .transmission = transmission};
+}
+
+}  // namespace
+
 // --- Lambertian reflection
 
 Rgb value(const DiffuseLobe& lobe, const Local& at, Transport transport) {
     return at.transmission || !is_lit(at, transport) ? Rgb(0.0F) : lobe.albedo * kInvPi;
 }
 float density(const DiffuseLobe&, const Local& at) {
-    return at.transmission ? 0.0F : cosine_hemisphere_pdf_w(at.wi.z);
+    return density_by_cosine(at);
 }
 Draw draw(const DiffuseLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
-    const V3f wi = square_to_cosine_hemisphere(u.direction);
-    if (!(wi.z > 0) || (transport == Transport::particles && at.wo.z < 0)) return std::nullopt;
-    return LocalSample{.wi = wi, .weight = lobe.albedo, .pdf_w = cosine_hemisphere_pdf_w(wi.z)};
+    return draw_lambertian(lobe.albedo, false, at, u, transport);
 }
 Rgb albedo_of(const DiffuseLobe& lobe, const Local&) {
     return lobe.albedo;
@@ -64,12 +90,7 @@ float density(const DiffuseTransmitLobe&, const Local& at) {
     return at.transmission ? cosine_hemisphere_pdf_w(-at.wi.z) : 0.0F;
 }
 Draw draw(const DiffuseTransmitLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
-    const V3f w = square_to_cosine_hemisphere(u.direction);
-    if (!(w.z > 0) || (transport == Transport::particles && at.wo.z < 0)) return std::nullopt;
-    return LocalSample{.wi = {w.x, w.y, -w.z},
-                       .weight = lobe.albedo,
-                       .pdf_w = cosine_hemisphere_pdf_w(w.z),
-                       .transmission = true};
+    return draw_lambertian(lobe.albedo, true, at, u, transport);
 }
 Rgb albedo_of(const DiffuseTransmitLobe& lobe, const Local&) {
     return lobe.albedo;
@@ -103,14 +124,10 @@ Rgb value(const OrenNayarLobe& lobe, const Local& at, Transport transport) {
     return lobe.albedo * (kInvPi * (lobe.a + lobe.b * std::max(0.0F, across) / cos_beta));
 }
 float density(const OrenNayarLobe&, const Local& at) {
-    return at.transmission ? 0.0F : cosine_hemisphere_pdf_w(at.wi.z);
+    return density_by_cosine(at);
 }
 Draw draw(const OrenNayarLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
-    Local to = at;
-    to.wi = square_to_cosine_hemisphere(u.direction);
-    if (!(to.wi.z > 0) || !is_lit(to, transport)) return std::nullopt;
-    return LocalSample{
-        .wi = to.wi, .weight = value(lobe, to, transport) * kPi, .pdf_w = cosine_hemisphere_pdf_w(to.wi.z)};
+    return draw_by_cosine(lobe, at, u, transport);
 }
 // The model integrated over wi in closed form: a + b g, g growing from 0 at normal incidence to 1/2 at
 // grazing.
@@ -169,19 +186,15 @@ Rgb value(const CoveredDiffuseLobe& lobe, const Local& at, Transport transport) 
            not_negative(passed(lobe.cover, at.wi.z, at.entering)) * kInvPi;
 }
 float density(const CoveredDiffuseLobe&, const Local& at) {
-    return at.transmission ? 0.0F : cosine_hemisphere_pdf_w(at.wi.z);
+    return density_by_cosine(at);
 }
 Draw draw(const CoveredDiffuseLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
-    Local to = at;
-    to.wi = square_to_cosine_hemisphere(u.direction);
-    if (!(to.wi.z > 0) || !is_lit(to, transport)) return std::nullopt;
-    return LocalSample{
-        .wi = to.wi, .weight = value(lobe, to, transport) * kPi, .pdf_w = cosine_hemisphere_pdf_w(to.wi.z)};
+    return draw_by_cosine(lobe, at, u, transport);
 }
 Rgb albedo_of(const CoveredDiffuseLobe& lobe, const Local& at) {
     const Rgb all = lobe.albedo * not_negative(passed(lobe.cover, at.wo.z, at.entering)) *
                     not_negative(passed_mean(lobe.cover, at.entering));
-    return {std::min(all.x, 1.0F), std::min(all.y, 1.0F), std::min(all.z, 1.0F)};
+    return at_most_one(all);
 }
 bool is_delta_lobe(const CoveredDiffuseLobe&) {
     return false;

@@ -1,5 +1,4 @@
 // What reflects as a mirror, or as facets that are mirrors: metal, varnish, varnished metal.
-#include "engine/scene/coat.h"
 #include "engine/scene/fresnel.h"
 #include "engine/scene/lobe_models.h"
 
@@ -58,14 +57,11 @@ template <typename Rough>
 bool is_delta_of(const Rough& lobe) {
     return is_smooth(lobe.alpha_x, lobe.alpha_y);
 }
-bool reflects_at_facets(const Local& at) {
-    return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
-}
 
 // F D G2 / (4 cos_o cos_i) [Walter 2007, (20)].
 template <typename Rough>
 Rgb value_of(const Rough& lobe, const Local& at) {
-    if (is_delta_of(lobe) || !reflects_at_facets(at)) return Rgb(0.0F);
+    if (is_delta_of(lobe) || !is_reflection(at)) return Rgb(0.0F);
     const Ggx facets = facets_of(lobe);
     const V3f m = (at.wo + at.wi).normalized();  // not 0: both are above the horizon
     const float shape = facets.density(m) * facets.masking_shadowing_over_cos2(at.wo, at.wi) / 4;
@@ -74,7 +70,7 @@ Rgb value_of(const Rough& lobe, const Local& at) {
 // The density of the facet, by dω_m = dω_i / (4 wo·m); wo·m cancels.
 template <typename Rough>
 float density_of(const Rough& lobe, const Local& at) {
-    if (is_delta_of(lobe) || !reflects_at_facets(at)) return 0;
+    if (is_delta_of(lobe) || !is_reflection(at)) return 0;
     const Ggx facets = facets_of(lobe);
     return facets.masking_over_cos(at.wo) * facets.density((at.wo + at.wi).normalized()) / 4;
 }

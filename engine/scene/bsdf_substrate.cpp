@@ -1,4 +1,4 @@
-// Gloss over a diffuse base by Ashikhmin and Shirley, "An Anisotropic Phong BRDF Model", 2000, with GGX in
+// Gloss over a diffuse base by [Ashikhmin and Shirley 2000], with GGX in
 // place of their Phong lobe, as pbrt-v3 has it (section 8.5).
 #include "engine/base/warp.h"
 #include "engine/scene/lobe_models.h"
@@ -19,8 +19,12 @@ float shown(float cos) {
 Rgb base_of(const SubstrateBaseLobe& lobe) {
     return lobe.tint * lobe.diffuse * (Rgb(1.0F) - lobe.specular);
 }
-bool is_above(const Local& at) {
-    return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
+// The sample that is drawn at to.wi, if it can be.
+template <typename Substrate>
+Draw with_weight(const Substrate& lobe, const Local& to, Transport transport) {
+    const float pdf = density(lobe, to);
+    if (!(pdf > 0)) return std::nullopt;
+    return LocalSample{.wi = to.wi, .weight = value(lobe, to, transport) * (to.wi.z / pdf), .pdf_w = pdf};
 }
 
 }  // namespace
@@ -29,19 +33,17 @@ bool is_above(const Local& at) {
 // --------------------------------------------------------------------------------------------------
 
 Rgb value(const SubstrateBaseLobe& lobe, const Local& at, Transport) {
-    if (!is_above(at)) return Rgb(0.0F);
+    if (!is_reflection(at)) return Rgb(0.0F);
     // 28/23 makes the base's albedo `diffuse` times shown(), without gloss.
     return base_of(lobe) * (28.0F / 23 * kInvPi * shown(at.wo.z) * shown(at.wi.z));
 }
 float density(const SubstrateBaseLobe&, const Local& at) {
-    return is_above(at) ? cosine_hemisphere_pdf_w(at.wi.z) : 0.0F;
+    return is_reflection(at) ? cosine_hemisphere_pdf_w(at.wi.z) : 0.0F;
 }
 Draw draw(const SubstrateBaseLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
     Local to = at;
     to.wi = square_to_cosine_hemisphere(u.direction);
-    const float pdf = density(lobe, to);
-    if (!(pdf > 0)) return std::nullopt;
-    return LocalSample{.wi = to.wi, .weight = value(lobe, to, transport) * (to.wi.z / pdf), .pdf_w = pdf};
+    return with_weight(lobe, to, transport);
 }
 Rgb albedo_of(const SubstrateBaseLobe& lobe, const Local& at) {
     return at.wo.z > kGrazing ? base_of(lobe) * shown(at.wo.z) : Rgb(0.0F);
@@ -61,7 +63,7 @@ bool is_sound(const SubstrateBaseLobe& lobe) {
 
 // D F / (4 (wo·m) max(cos_o, cos_i)) [Ashikhmin and Shirley 2000, (3)].
 Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport) {
-    if (!is_above(at)) return Rgb(0.0F);
+    if (!is_reflection(at)) return Rgb(0.0F);
     const V3f m = (at.wo + at.wi).normalized();  // not 0: both are above the horizon
     const float cos_o = at.wo.dot(m);
     if (!(cos_o > 0)) return Rgb(0.0F);
@@ -69,7 +71,7 @@ Rgb value(const SubstrateGlossLobe& lobe, const Local& at, Transport) {
     return lobe.tint * schlick(lobe, cos_o) * shape;
 }
 float density(const SubstrateGlossLobe& lobe, const Local& at) {
-    if (!is_above(at)) return 0;
+    if (!is_reflection(at)) return 0;
     const Ggx facets = facets_of(lobe);
     return facets.masking_over_cos(at.wo) * facets.density((at.wo + at.wi).normalized()) / 4;
 }
@@ -77,9 +79,7 @@ Draw draw(const SubstrateGlossLobe& lobe, const Local& at, const BsdfU& u, Trans
     if (!(at.wo.z > kGrazing)) return std::nullopt;
     Local to = at;
     to.wi = reflected(at.wo, facets_of(lobe).sample_visible(at.wo, u.direction)).normalized();
-    const float pdf = density(lobe, to);
-    if (!(pdf > 0)) return std::nullopt;
-    return LocalSample{.wi = to.wi, .weight = value(lobe, to, transport) * (to.wi.z / pdf), .pdf_w = pdf};
+    return with_weight(lobe, to, transport);
 }
 Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at) {
     if (!(at.wo.z > kGrazing)) return Rgb(0.0F);
@@ -92,8 +92,7 @@ Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at) {
         if (!(wi.z > 0 && cos_o > 0)) return Rgb(0.0F);
         return schlick(lobe, cos_o) * (over * wi.z / (cos_o * std::max(at.wo.z, wi.z)));
     });
-    const Rgb sum = lobe.tint * mean;
-    return {std::min(sum.x, 1.0F), std::min(sum.y, 1.0F), std::min(sum.z, 1.0F)};
+    return at_most_one(lobe.tint * mean);
 }
 bool is_delta_lobe(const SubstrateGlossLobe&) {
     return false;

@@ -103,7 +103,8 @@ double density_at(const Density& density, const V3d& p) {
     return 1;
 }
 
-DensityWalk::DensityWalk(const Density& density, const V3d& o, const V3d& d, double begin, double last)
+DensityTraversal::DensityTraversal(const Density& density, const V3d& o, const V3d& d, double begin,
+                                   double last)
     : density_(&density), o_(o), d_(d), begin_(begin), end_(last), last_(last) {
     if (const auto* exponential = std::get_if<ExponentialDensity>(&density)) {
         bound_exponential(*exponential);
@@ -118,13 +119,13 @@ DensityWalk::DensityWalk(const Density& density, const V3d& o, const V3d& d, dou
     }
 }
 
-void DensityWalk::next() {
+void DensityTraversal::next() {
     if (end_ >= last_) return;
     begin_ = end_;
     if (const auto* exponential = std::get_if<ExponentialDensity>(density_)) {
         bound_exponential(*exponential);
     } else if (const auto* grid = std::get_if<DensityGrid>(density_)) {
-        leave_brick(*grid);
+        exit_brick(*grid);
     } else {
         end_ = last_;
     }
@@ -132,14 +133,14 @@ void DensityWalk::next() {
 
 // Along a line the density only rises or only falls: the larger end bounds it. Stretches over which it
 // changes by a factor of 2 waste little; 64 of them at most, for a slope that float32 cannot follow.
-void DensityWalk::bound_exponential(const ExponentialDensity& density) {
+void DensityTraversal::bound_exponential(const ExponentialDensity& density) {
     const double slope = std::fabs(density.b * density.up.dot(d_));
     const double length = std::max(slope > 0 ? M_LN2 / slope : INFINITY, (last_ - begin_) / 64);
     end_ = begin_ + length < last_ ? begin_ + length : last_;
     bound_ = std::max(at(begin_), at(end_)) * static_cast<double>(kBoundSlack);
 }
 
-void DensityWalk::enter_brick(const DensityGrid& grid) {
+void DensityTraversal::enter_brick(const DensityGrid& grid) {
     bound_ = static_cast<double>(grid.largest_in(brick_));
     double nearest = INFINITY;
     for (int k = 0; k < 3; ++k) {
@@ -155,7 +156,7 @@ void DensityWalk::enter_brick(const DensityGrid& grid) {
 }
 
 // One step along the axis whose wall came first: whatever the rounding, the walk ends.
-void DensityWalk::leave_brick(const DensityGrid& grid) {
+void DensityTraversal::exit_brick(const DensityGrid& grid) {
     brick_[axis_] += brick_d_[axis_] > 0 ? 1 : -1;
     if (brick_[axis_] < 0 || brick_[axis_] >= grid.bricks()[axis_]) {
         // Beyond the last wall lies only what rounding left of the box.

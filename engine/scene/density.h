@@ -64,9 +64,9 @@ double density_at(const Density& density, const V3d& p);
 
 // A straight way p(t) = o + t d through a density (t in scene units), cut into stretches on each of which one
 // bound holds: begin() <= t < end().
-class DensityWalk {
+class DensityTraversal {
   public:
-    DensityWalk(const Density& density, const V3d& o, const V3d& d, double begin, double last);
+    DensityTraversal(const Density& density, const V3d& o, const V3d& d, double begin, double last);
 
     double end() const { return end_; }
     double bound() const { return bound_; }
@@ -78,7 +78,7 @@ class DensityWalk {
   private:
     void bound_exponential(const ExponentialDensity& density);
     void enter_brick(const DensityGrid& grid);
-    void leave_brick(const DensityGrid& grid);
+    void exit_brick(const DensityGrid& grid);
 
     const Density* density_;
     V3d o_, d_;

@@ -69,6 +69,11 @@ inline bool is_lit(const Local& at, Transport transport) {
     return (transport == Transport::radiance ? at.wi : at.wo).z >= 0;
 }
 
+// Whether wo is turned to wi on its own side, and neither is too close to the horizon.
+inline bool is_reflection(const Local& at) {
+    return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
+}
+
 // For each lobe:
 //   value         f without the cosine; 0 where the lobe is a delta
 //   density       of draw() choosing at.wi, per solid angle; 0 where the lobe is a delta

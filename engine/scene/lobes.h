@@ -45,8 +45,8 @@ struct BlackLobe {};
 struct DiffuseTransmitLobe {
     Rgb albedo;
 };
-// Oren and Nayar 1994, (30), their "qualitative" model: f = albedo/π (a + b max(0, cos Δφ) sin α tan β). Made
-// by oren_nayar(), which keeps its albedo at grazing, albedo (a + b/2), at 1 or less.
+// [Oren and Nayar 1994, (30)], their "qualitative" model: f = albedo/π (a + b max(0, cos Δφ) sin α tan β).
+// Made by oren_nayar(), which keeps its albedo at grazing, albedo (a + b/2), at 1 or less.
 struct OrenNayarLobe {
     Rgb albedo;
     float a = 1, b = 0;
@@ -101,7 +101,7 @@ struct ThinDielectricLobe {
     Rgb tint{1.0F};    // multiplies it all, in [0,1]
 };
 
-// Ashikhmin and Shirley 2000 with GGX's facets, as pbrt-v3 has it ("FresnelBlend"): gloss of reflectance
+// [Ashikhmin and Shirley 2000] with GGX's facets, as pbrt-v3 has it ("FresnelBlend"): gloss of reflectance
 // `specular` at normal incidence over a diffuse base that fades as the gloss grows, each a lobe of its own.
 // Alphas at most 1: above, the model would reflect more than arrives.
 struct SubstrateBaseLobe {

@@ -1,5 +1,5 @@
 // The only file that names OpenSubdiv.
-#include "engine/scene/loop.h"
+#include "engine/scene/mesh.h"
 
 #include <opensubdiv/far/primvarRefiner.h>
 #include <opensubdiv/far/topologyDescriptor.h>

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/scene/material_lobes.h"
 #include "engine/scene/scene.h"
 
 namespace lucerna {

@@ -4,14 +4,16 @@
 // they hold, no material reflects more than arrives.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <variant>
 
 #include "engine/base/vec.h"
 #include "engine/scene/bsdf.h"
-#include "engine/scene/coat.h"
+#include "engine/scene/fresnel.h"
 #include "engine/scene/texture.h"
 
 namespace lucerna {
@@ -173,5 +175,20 @@ bool has_peak(const Material& material);
 bool is_interface(const Material& material);
 // How many lobes a Bsdf of it has at most; more than Bsdf::kMaxLobes must not be made.
 std::size_t most_lobes(const Material& material);
+
+// From a material to the lobes of one hit; behind make_bsdf.
+class LobeList {
+  public:
+    void add(const Lobe& lobe) { lobes_[count_++] = lobe; }
+    std::span<const Lobe> all() const { return {lobes_.data(), count_}; }
+    std::span<Lobe> from(std::size_t first) { return {lobes_.data() + first, count_ - first}; }
+    std::size_t size() const { return count_; }
+
+  private:
+    std::array<Lobe, Bsdf::kMaxLobes> lobes_;  // most_lobes() bounds what is added
+    std::size_t count_ = 0;
+};
+
+void add_lobes(const MaterialModel& model, const TexturePoint& point, LobeList& list);
 
 }  // namespace lucerna

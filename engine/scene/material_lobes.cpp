@@ -1,4 +1,4 @@
-#include "engine/scene/material_lobes.h"
+#include "engine/scene/material.h"
 
 #include <algorithm>
 #include <cassert>

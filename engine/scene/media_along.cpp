@@ -41,8 +41,8 @@ bool MediaAlong::next() {
     for (MediumCrossing& c : crossings_) {
         if (begin_ < c.entry) end_ = std::min(end_, c.entry);
         if (!is_active(c)) continue;
-        while (c.walk.end() <= begin_ && c.walk.end() < c.exit) c.walk.next();
-        end_ = std::min({end_, c.walk.end(), c.exit});
+        while (c.traversal.end() <= begin_ && c.traversal.end() < c.exit) c.traversal.next();
+        end_ = std::min({end_, c.traversal.end(), c.exit});
     }
     sum_up();
     return true;
@@ -57,9 +57,9 @@ void MediaAlong::sum_up() {
         if (c.medium->is_uniform()) {
             uniform_ += sigma_t;
         } else {
-            bound_ += c.walk.bound() * sigma_t;
+            bound_ += c.traversal.bound() * sigma_t;
         }
-        if (c.medium->emits() && c.walk.bound() > 0) search_ += kSearches / (c.exit - c.entry);
+        if (c.medium->emits() && c.traversal.bound() > 0) search_ += kSearches / (c.exit - c.entry);
     }
 }
 
@@ -67,7 +67,7 @@ Coefficients MediaAlong::at(double t) const {
     Coefficients sum;
     for (const MediumCrossing& c : crossings_) {
         if (!is_active(c)) continue;
-        const double density = c.walk.at(t);
+        const double density = c.traversal.at(t);
         sum.sigma_t += density * V3d(c.medium->sigma_t());
         sum.sigma_s += density * V3d(c.medium->sigma_s);
         sum.emission += density * V3d(c.medium->emission);
@@ -78,7 +78,7 @@ Coefficients MediaAlong::at(double t) const {
 V3d MediaAlong::varying_at(double t) const {
     V3d sum(0);
     for (const MediumCrossing& c : crossings_) {
-        if (is_active(c) && !c.medium->is_uniform()) sum += c.walk.at(t) * V3d(c.medium->sigma_t());
+        if (is_active(c) && !c.medium->is_uniform()) sum += c.traversal.at(t) * V3d(c.medium->sigma_t());
     }
     return sum;
 }
@@ -86,14 +86,14 @@ V3d MediaAlong::varying_at(double t) const {
 MediaAlong::Choice MediaAlong::choose(double t, const V3d& weight, double u) const {
     V3d sum(0);
     for (const MediumCrossing& c : crossings_) {
-        if (is_active(c)) sum += c.walk.at(t) * V3d(c.medium->sigma_s);
+        if (is_active(c)) sum += c.traversal.at(t) * V3d(c.medium->sigma_s);
     }
     const double total = weight.dot(sum);
     assert(total > 0);
     Choice choice{nullptr, V3d(0)};
     for (const MediumCrossing& c : crossings_) {
         if (!is_active(c)) continue;
-        const V3d sigma_s = c.walk.at(t) * V3d(c.medium->sigma_s);
+        const V3d sigma_s = c.traversal.at(t) * V3d(c.medium->sigma_s);
         const double part = weight.dot(sigma_s) / total;
         if (!(part > 0)) continue;
         choice.medium = c.medium;

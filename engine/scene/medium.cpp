@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/base/vec.h"
+
 namespace lucerna {
 namespace {
 
@@ -50,16 +52,7 @@ Box3d bounds_of(const SceneMedia& media) {
     Box3d box;
     for (const Medium& medium : media.all) {
         if (!medium.box) continue;
-        const M44d scene_from_medium = medium.medium_from_scene.inverse();
-        for (int corner = 0; corner < 8; ++corner) {
-            const Box3d& own = *medium.box;
-            const V3d from((corner & 1) != 0 ? own.max.x : own.min.x,
-                           (corner & 2) != 0 ? own.max.y : own.min.y,
-                           (corner & 4) != 0 ? own.max.z : own.min.z);
-            V3d to;
-            scene_from_medium.multVecMatrix(from, to);
-            box.extendBy(to);
-        }
+        box.extendBy(carried_box(*medium.box, medium.medium_from_scene.inverse()));
     }
     return box;
 }

@@ -5,7 +5,9 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/base/vec.h"
@@ -108,5 +110,55 @@ struct Instance {
     std::uint32_t prototype = 0;  // index into SceneParts::prototypes
     M44d world_from_prototype;    // affine, invertible; relative to the scene's origin
 };
+
+// Bilinear patches, met exactly, in double precision.
+
+// p(u, v) = (1-u)(1-v) p00 + u(1-v) p10 + (1-u)v p01 + uv p11
+struct PatchShape {
+    V3d p00, p10, p01, p11;
+
+    PatchShape(const BilinearMesh& mesh, std::size_t patch);
+
+    struct Crossing {
+        double t, u, v;  // t in units of d's length
+    };
+    // The nearest with t_min < t <= t_max.
+    std::optional<Crossing> nearest(const V3d& o, const V3d& d, double t_min, double t_max) const;
+
+    V3d point(double u, double v) const;
+    V3d dpdu(double v) const { return (1 - v) * (p10 - p00) + v * (p11 - p01); }
+    V3d dpdv(double u) const { return (1 - u) * (p01 - p00) + u * (p11 - p10); }
+    // Unit; where an edge has shrunk to a point, that of the patch as a whole.
+    V3d normal(double u, double v) const;
+    // Largest side of the bounds.
+    float extent() const;
+    bool is_flat_parallelogram() const;
+};
+
+// Loop subdivision: a coarse mesh of triangles to points and normals of its limit surface.
+struct LoopMesh {
+    std::vector<V3d> p, n;  // n unit, on the side of the triangles' own normals
+    std::vector<V3i> triangles;
+};
+
+// Each level cuts every triangle into four. Boundaries are creases (pbrt's rule, too). Throws InputError for
+// what is no surface: a triangle that names a vertex twice, an edge of more than two triangles.
+LoopMesh subdivide_loop(const std::vector<V3d>& p, const std::vector<V3i>& triangles, int levels);
+
+// PLY files (Stanford polygon format), as pbrt's plymesh reads them.
+
+// `n` and `uv` are empty or have one entry per vertex; every index is one of a vertex.
+struct PlyMesh {
+    std::vector<V3f> p;  // the file's units
+    std::vector<V3f> n;
+    std::vector<V2f> uv;
+    std::vector<V3i> triangles;
+};
+
+// ASCII or binary of either byte order. Vertex x y z, with nx ny nz and u v (or s t, texture_u texture_v,
+// texture_s texture_t) if the file has them; faces vertex_indices or vertex_index, polygons cut into a fan.
+// All else is skipped. Throws InputError naming file and cause; a count is believed only as far as the file
+// is long.
+PlyMesh read_ply(const std::filesystem::path& file);
 
 }  // namespace lucerna

@@ -1,8 +1,7 @@
 // The GGX distribution of facets with Smith's masking, anisotropic, sampled by visible normals.
 //
 // Sources: Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", 2007;
-// Heitz, "Understanding the Masking-Shadowing Function", 2014, and "Sampling the GGX Distribution of Visible
-// Normals", 2018.
+// [Heitz 2014; Heitz 2018].
 //
 // All vectors are local and unit, z is the shading normal. Where the sources write Smith's Λ = (s/cosθ -
 // 1)/2, this file keeps s = |(αx x, αy y, z)|: every quotient of the model is then finite up to and at
@@ -88,7 +87,7 @@ Rgb mean_over_visible(const Ggx& facets, const V3f& wo, Weight&& weight) {
         sum += weight(facets.sample_visible(wo, {k / kFacets, turn - std::floor(turn)}));
     }
     sum /= static_cast<float>(kFacets);  // every weight is at most 1, and the mean up to rounding
-    return {std::min(sum.x, 1.0F), std::min(sum.y, 1.0F), std::min(sum.z, 1.0F)};
+    return at_most_one(sum);
 }
 
 }  // namespace lucerna

@@ -1,6 +1,6 @@
 // The ray's line meets the patch where the segment between the two u-edges, at some u, touches it; the volume
-// that the line and that segment span is a quadratic in u (Reshetov, "Cool Patches", Ray Tracing Gems, 2019).
-#include "engine/scene/patch.h"
+// that the line and that segment span is a quadratic in u [Reshetov 2019].
+#include "engine/scene/mesh.h"
 
 #include <algorithm>
 #include <cmath>

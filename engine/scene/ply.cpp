@@ -1,5 +1,5 @@
 // PLY: a text header that describes rows of numbers, then the rows, as text or binary.
-#include "engine/scene/ply.h"
+#include "engine/scene/mesh.h"
 
 #include <array>
 #include <bit>

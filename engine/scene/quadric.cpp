@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
 
 namespace lucerna {
 namespace {

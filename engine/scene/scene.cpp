@@ -10,8 +10,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/vec.h"
 #include "engine/scene/accelerator.h"
-#include "engine/scene/passage.h"
+#include "engine/scene/media_traversal.h"
 #include "engine/scene/shape_set.h"
 
 namespace lucerna {
@@ -24,17 +25,9 @@ bool is_usable_ray(const Ray& ray) {
 
 // A box around the image of a box.
 Box3f carried(const Box3f& box, const M44d& m) {
-    Box3f out;
-    if (box.isEmpty()) return out;
-    for (int corner = 0; corner < 8; ++corner) {
-        const V3d from(static_cast<double>((corner & 1) != 0 ? box.max.x : box.min.x),
-                       static_cast<double>((corner & 2) != 0 ? box.max.y : box.min.y),
-                       static_cast<double>((corner & 4) != 0 ? box.max.z : box.min.z));
-        V3d to;
-        m.multVecMatrix(from, to);
-        out.extendBy(V3f(to));
-    }
-    return out;
+    if (box.isEmpty()) return {};
+    const Box3d to = carried_box(Box3d(V3d(box.min), V3d(box.max)), m);
+    return {V3f(to.min), V3f(to.max)};
 }
 
 // Some particle of the light: not every one of its numbers needs to give one.
@@ -279,16 +272,27 @@ bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) cons
     return !impl_->accelerator->occluded(ray, kSurfaces);
 }
 
+bool Scene::unoccluded_along(const V3f& from, const V3f& way) const {
+    const float distance = way.length();
+    return !(distance > 0) || unoccluded(SurfacePoint{from}, way / distance, distance);
+}
+
+bool Scene::unoccluded(const SurfacePoint& x, const SurfacePoint& y) const {
+    const V3f w = y.p - x.p;
+    const V3f begin = x.towards(w);
+    return unoccluded_along(begin, y.towards(-w) - begin);
+}
+
 std::uint64_t Scene::count_hits(std::span<const Ray> rays, const Workers& workers) const {
     constexpr std::int64_t kGrain = 4096;
-    std::atomic<std::uint64_t> met{0};
+    std::atomic<std::uint64_t> hits{0};
     parallel_ranges(workers, static_cast<std::int64_t>(rays.size()), kGrain,
                     [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
                         const auto first = static_cast<std::size_t>(begin);
                         const auto count = static_cast<std::size_t>(end - begin);
-                        met += impl_->accelerator->count_hits(rays.subspan(first, count), kSurfaces);
+                        hits += impl_->accelerator->count_hits(rays.subspan(first, count), kSurfaces);
                     });
-    return met;
+    return hits;
 }
 
 Bsdf Scene::bsdf(const Hit& hit) const {

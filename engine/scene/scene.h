@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
-#include "engine/base/surface_point.h"
 #include "engine/base/vec.h"
 #include "engine/scene/bsdf.h"
 #include "engine/scene/material.h"
@@ -19,7 +18,6 @@
 #include "engine/scene/mesh.h"
 #include "lights/light.h"
 #include "lights/light_tree.h"
-#include "lights/picker.h"
 
 namespace lucerna {
 
@@ -96,6 +94,11 @@ class Scene {
     bool is_border(const Hit& hit) const;
     // True if nothing but interfaces stands between x and x + distance·w. The start is moved off x's surface.
     bool unoccluded(const SurfacePoint& x, const V3f& w, float distance) const;
+    // The same between two points in space, from `from` to from + way. True where these have met: there is no
+    // room for anything between them.
+    bool unoccluded_along(const V3f& from, const V3f& way) const;
+    // The same between two surface points, both of which are moved off their surfaces.
+    bool unoccluded(const SurfacePoint& x, const SurfacePoint& y) const;
 
     // How many of the rays meet a surface, by the acceleration structure alone: no Hit is made, no ray is
     // counted. For measuring. The rays must be of usable numbers.

@@ -6,11 +6,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/scene/mesh.h"
 #include "engine/scene/surface_hit.h"
+#include "lights/light.h"
 
 namespace lucerna {
 
@@ -98,5 +101,11 @@ class ShapeSet {
     Counts counts_;
     bool has_borders_ = false, has_specular_ = false;
 };
+
+// A lamp's shape, asked by rays.
+
+// The shapes must be those that the scene holds; what they are made of does not matter here. `origin`: that
+// of the scene, for the textures that cut holes.
+std::unique_ptr<const LampShape> make_traced_shape(Shapes shapes, const V3d& origin = V3d(0.0));
 
 }  // namespace lucerna

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 
 namespace lucerna {
 namespace {
@@ -31,8 +31,7 @@ void set_tangents(Hit& hit, const V3d& e1, const V3d& e2, const V2f& uv0, const 
 V3f shading_normal(const V3f& interpolated, const V3f& n) {
     const float length = interpolated.length();
     if (!(length > 0) || !std::isfinite(length)) return n;
-    const V3f ns = interpolated / length;
-    return ns.dot(n) < 0 ? -ns : ns;
+    return face_forward(interpolated / length, n);
 }
 
 float extent_of(const V3d& e1, const V3d& e2) {
@@ -51,6 +50,16 @@ V2f uv_of(const Mesh& mesh, const V3i& triangle, int c) {
     return mesh.uv.empty() ? V2f(kDefaultUv[c][0], kDefaultUv[c][1]) : mesh.uv[corner(triangle, c)];
 }
 
+// A triangle's first corner, and the ways from there to the others.
+struct TriangleEdges {
+    V3d p0, e1, e2;
+
+    TriangleEdges(const Mesh& mesh, const V3i& triangle)
+        : p0(mesh.p[corner(triangle, 0)]),
+          e1(V3d(mesh.p[corner(triangle, 1)]) - p0),
+          e2(V3d(mesh.p[corner(triangle, 2)]) - p0) {}
+};
+
 // What a float32 tangent must be: finite and not zero.
 V3f tangent_or(const V3d& tangent, const V3f& fallback) {
     const V3f t(tangent);
@@ -61,12 +70,9 @@ V3f tangent_or(const V3d& tangent, const V3f& fallback) {
 
 // ---- triangles
 
-// Möller and Trumbore 1997, in double.
+// [Möller and Trumbore 1997], in double.
 std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray) {
-    const V3i& corners = mesh.triangles[triangle];
-    const V3d p0(mesh.p[corner(corners, 0)]);
-    const V3d e1 = V3d(mesh.p[corner(corners, 1)]) - p0;
-    const V3d e2 = V3d(mesh.p[corner(corners, 2)]) - p0;
+    const auto [p0, e1, e2] = TriangleEdges(mesh, mesh.triangles[triangle]);
     const V3d across = ray.d.cross(e2);
     const double determinant = e1.dot(across);
     const V3d from = ray.o - p0;
@@ -85,9 +91,7 @@ V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
 
 Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
     const V3i& t = mesh.triangles[triangle];
-    const V3d p0(mesh.p[corner(t, 0)]);
-    const V3d e1 = V3d(mesh.p[corner(t, 1)]) - p0;
-    const V3d e2 = V3d(mesh.p[corner(t, 2)]) - p0;
+    const auto [p0, e1, e2] = TriangleEdges(mesh, t);
     const float b0 = 1 - b1 - b2;
 
     Hit hit;
@@ -307,8 +311,7 @@ Hit InstancePlacement::world(const Hit& hit) const {
     to_world.multVecMatrix(V3d(hit.at.p), p);
     out.at.p = V3f(p);
     out.at.n = normal(hit.at.n);
-    out.ns = normal(hit.ns);
-    if (out.ns.dot(out.at.n) < 0) out.ns.negate();  // a stretch may carry it past the edge
+    out.ns = face_forward(normal(hit.ns), out.at.n);  // a stretch may carry it past the edge
     out.dpdu = carried(to_world, hit.dpdu);
     out.dpdv = carried(to_world, hit.dpdv);
     // The prototype's own error, and what the way of a ray there rounds away.

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "engine/base/vec.h"
-#include "engine/scene/patch.h"
+#include "engine/scene/mesh.h"
 #include "engine/scene/quadric.h"
 #include "engine/scene/scene.h"
 

@@ -15,7 +15,6 @@
 
 #include "engine/base/image.h"
 #include "engine/scene/texture.h"
-#include "engine/scene/texture_mapping.h"
 
 namespace lucerna {
 

@@ -1,4 +1,4 @@
-#include "engine/scene/texture_noise.h"
+#include "engine/scene/texture_patterns.h"
 
 #include <algorithm>
 #include <array>

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "engine/guiding/importance_pre_pass.h"
 #include "engine/scene/quantity.h"
 #include "lights/light_tree.h"
 
@@ -36,10 +37,7 @@ struct IgiSettings {
     int shadow_rays = 4;  // 0: one for every light
     float indirect_scale = 1;
     LightSelection lights = LightSelection::tree;  // that are asked for direct light
-    // Light paths of a pre-pass (igi_pre_pass.h): it learns where paths start, which VPLs stay and which
-    // lights surfaces ask; 0: none. And the least share of what is done without it.
-    std::int64_t pre_pass = 0;
-    float pre_pass_defensive_weight = 0.25F;
+    EmissionGuiding pre_pass;  // it also learns which VPLs stay and which lights surfaces ask
     int max_specular_depth = 5;
     Quantity quantity = Quantity::radiance;
 };

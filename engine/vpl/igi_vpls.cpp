@@ -58,4 +58,11 @@ IgiVpls::IgiVpls(const VplSets& sets, std::uint32_t paths, const IgiSettings& se
                                       (static_cast<double>(paths_) * double{store_.unit()}));
 }
 
+IgiSettings with_distance(const Scene& scene, IgiSettings settings) {
+    // Of the scene's diagonal: wide enough to hide the bright spots of some ten VPLs per set.
+    constexpr float kDefaultMinDist = 0.02F;
+    if (settings.mindist < 0) settings.mindist = kDefaultMinDist * diagonal(scene);
+    return settings;
+}
+
 }  // namespace lucerna

@@ -10,7 +10,7 @@
 #include <array>
 #include <span>
 
-#include "engine/scene/vertex.h"
+#include "engine/scene/media_traversal.h"
 #include "engine/vpl/igi_settings.h"
 #include "engine/vpl/vpl_choice.h"
 #include "engine/vpl/vpl_tree.h"
@@ -40,13 +40,13 @@ class IgiVpls {
     // A light that may be asked.
     struct Candidate {
         std::uint32_t place;
-        float weight;  // of its value
-        float
-            brings;  // about: luminance at the place, weight included, if it can be seen; in the store's unit
+        float weight;           // of its value
+        float contribution_of;  // about: luminance at the place, weight included, if it can be seen; in the
+                                // store's unit
     };
     // What a place's choice goes by.
     template <typename Place>
-    struct Asking {
+    struct Query {
         const Place& place;
         const VplRange& range;
         LightReceiver at;
@@ -57,14 +57,14 @@ class IgiVpls {
 
     // The luminance that a light brings, its contribution estimate known.
     template <typename Place>
-    float brings(const Asking<Place>& asking, std::uint32_t place, float estimate) const;
+    float contribution_of(const Query<Place>& query, std::uint32_t place, float estimate) const;
     template <typename Place, typename Visit>
-    void choose_by_threshold(const Asking<Place>& asking, double u, Visit&& visit) const;
+    void choose_by_threshold(const Query<Place>& query, double u, Visit&& visit) const;
     // Shadow rays for some of the candidates.
     template <typename Visit>
     void thin(std::span<const Candidate> candidates, const VplRange& range, float u, Visit&& visit) const;
-    float chance_by_threshold(float brings) const {
-        return brings * to_radiance_ < settings_.rr_threshold ? settings_.rr_continue : 1.0F;
+    float chance_by_threshold(float contribution_of) const {
+        return contribution_of * to_radiance_ < settings_.rr_threshold ? settings_.rr_continue : 1.0F;
     }
 
     IgiSettings settings_;
@@ -75,25 +75,26 @@ class IgiVpls {
 };
 
 template <typename Place>
-float IgiVpls::brings(const Asking<Place>& asking, std::uint32_t place, float estimate) const {
-    if (asking.at.exact) return estimate;
-    const Vpl light = store_.light(asking.range, place);
-    const V3f way = light.at.p - asking.at.x;
+float IgiVpls::contribution_of(const Query<Place>& query, std::uint32_t place, float estimate) const {
+    if (query.at.exact) return estimate;
+    const Vpl light = store_.light(query.range, place);
+    const V3f way = light.at.p - query.at.x;
     const float d2 = way.length2();  // > 0, or the estimate were 0
     const V3f w = way / std::sqrt(d2);
-    return luminance(asking.place.value(w) * light.contribution) * (light.towards(-w) * store_.unit() / d2);
+    return luminance(query.place.value(w) * light.contribution) * (light.towards(-w) * store_.unit() / d2);
 }
 
 template <typename Place, typename Visit>
-void IgiVpls::choose_by_threshold(const Asking<Place>& asking, double u, Visit&& visit) const {
+void IgiVpls::choose_by_threshold(const Query<Place>& query, double u, Visit&& visit) const {
     SystematicSampling selection(u);
-    for_each_contribution(store_, asking.range, asking.range.surfaces, asking.range.end, asking.at,
+    for_each_contribution(store_, query.range, query.range.surfaces, query.range.end, query.at,
                           [&](std::uint32_t place, float estimate) {
-                              const float chance = settings_.rr_threshold < 0
-                                                       ? 1.0F
-                                                       : chance_by_threshold(brings(asking, place, estimate));
+                              const float chance =
+                                  settings_.rr_threshold < 0
+                                      ? 1.0F
+                                      : chance_by_threshold(contribution_of(query, place, estimate));
                               if (selection.selects(static_cast<double>(chance))) {
-                                  visit(store_.light(asking.range, place), 1 / chance);
+                                  visit(store_.light(query.range, place), 1 / chance);
                               }
                           });
 }
@@ -102,18 +103,18 @@ template <typename Visit>
 void IgiVpls::thin(std::span<const Candidate> candidates, const VplRange& range, float u,
                    Visit&& visit) const {
     double total = 0;
-    for (const Candidate& c : candidates) total += static_cast<double>(c.brings);
+    for (const Candidate& c : candidates) total += static_cast<double>(c.contribution_of);
     const auto rays = static_cast<std::size_t>(settings_.shadow_rays);
     const bool by_share = settings_.rr_threshold < 0 && rays > 0 && candidates.size() > rays && total > 0;
     const double sure = by_share ? total / static_cast<double>(rays) : 0;
     SystematicSampling selection(static_cast<double>(u));
     for (const Candidate& c : candidates) {
-        if (!(c.brings > 0)) continue;
+        if (!(c.contribution_of > 0)) continue;
         float chance = 1;
         if (settings_.rr_threshold >= 0) {
-            chance = chance_by_threshold(c.brings);
+            chance = chance_by_threshold(c.contribution_of);
         } else if (by_share) {
-            chance = std::min(1.0F, static_cast<float>(static_cast<double>(c.brings) / sure));
+            chance = std::min(1.0F, static_cast<float>(static_cast<double>(c.contribution_of) / sure));
         }
         if (selection.selects(static_cast<double>(chance)))
             visit(store_.light(range, c.place), c.weight / chance);
@@ -122,7 +123,7 @@ void IgiVpls::thin(std::span<const Candidate> candidates, const VplRange& range,
 
 template <typename Place, typename Visit>
 void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& sampler, Visit&& visit) const {
-    const Asking<Place> asking{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
+    const Query<Place> query{place, store_.range(set), light_receiver(place, settings_, store_.unit())};
     // A million lights want more bits than a float has.
     constexpr std::size_t kCoarse = 4096;
     const double fine = static_cast<double>(u) +
@@ -132,24 +133,26 @@ void IgiVpls::choose(const Place& place, std::size_t set, float u, Sampler& samp
     const auto add = [&](std::uint32_t at, float weight, float estimate) {
         // (A sum of chances may be rounded up to one light too many; never to as many as there is room for.)
         if (size < candidates.size())
-            candidates[size++] = {at, weight, brings(asking, at, estimate) * weight};
+            candidates[size++] = {at, weight, contribution_of(query, at, estimate) * weight};
     };
     if (settings_.choice == VplChoice::tree) {
-        tree_.draw(store_, asking.at, static_cast<std::uint32_t>(settings_.tree_samples), fine,
+        tree_.draw(store_, query.at, static_cast<std::uint32_t>(settings_.tree_samples), fine,
                    [&](const VplTree::Drawn& d) { add(d.place, d.weight, d.estimate); });
     } else if (settings_.rr_threshold >= 0 || settings_.shadow_rays == 0) {
-        return choose_by_threshold(asking, fine, visit);
-    } else if (asking.at.exact) {
-        return sample_by_contribution(store_, asking.range, asking.at, settings_.shadow_rays, fine,
-                                      [&](std::uint32_t at, float chance, float) {
-                                          visit(store_.light(asking.range, at), 1 / chance);
-                                      });
+        return choose_by_threshold(query, fine, visit);
+    } else if (query.at.exact) {
+        return sample_by_contribution(
+            store_, query.range, query.at, settings_.shadow_rays, fine,
+            [&](std::uint32_t at, float chance, float) { visit(store_.light(query.range, at), 1 / chance); });
     } else {
         sample_by_contribution(
-            store_, asking.range, asking.at, kPerRay * settings_.shadow_rays, fine,
+            store_, query.range, query.at, kPerRay * settings_.shadow_rays, fine,
             [&](std::uint32_t at, float chance, float estimate) { add(at, 1 / chance, estimate); });
     }
-    thin(std::span(candidates).first(size), asking.range, sampler.next(), visit);
+    thin(std::span(candidates).first(size), query.range, sampler.next(), visit);
 }
+
+// The settings with a distance in place of "the default".
+IgiSettings with_distance(const Scene& scene, IgiSettings settings);
 
 }  // namespace lucerna

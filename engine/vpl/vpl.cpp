@@ -4,7 +4,6 @@
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
-#include "engine/vpl/vpl_of_hit.h"
 #include "photon/trace_light_paths.h"
 
 namespace lucerna {
@@ -29,11 +28,9 @@ struct ChunkVpls : LightPathVisitor {
 // Throws InputError for more VPLs than there is memory for, by what the first chunks' paths left: they are
 // held as chunks leave them, in one row, and in the order in which they are asked.
 void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t paths, std::int64_t all) {
-    if (paths <= 0) return;
     constexpr double kOrdered = 64;
-    std::size_t found = 0;
-    for (const ChunkVpls& part : chunks) found += part.lights.size();
-    const double lights = static_cast<double>(found) * static_cast<double>(all) / static_cast<double>(paths);
+    const double lights =
+        expected_of(chunks, paths, all, [](const ChunkVpls& part) { return part.lights.size(); });
     require_memory(static_cast<std::uint64_t>(lights * (2 * sizeof(Vpl) + kOrdered)),
                    fmt::format("about {:.2g} virtual point lights from {} light paths", lights, all),
                    "fewer sets, or light paths in a set, are accepted (nsets, nlights)");

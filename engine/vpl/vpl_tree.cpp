@@ -27,7 +27,7 @@ LightBounds bounds_of(const VplBlock& block, bool in_medium, float unit) {
         all[size++] = one;
     }
     if (size == 0) return {};
-    return together(std::span(all).first(size));
+    return union_of(std::span(all).first(size));
 }
 
 void put(const LightBounds& bounds, VplNode8& node, std::size_t i) {
@@ -46,18 +46,14 @@ std::vector<VplNode8> level_over(std::vector<LightBounds>& bounded, const Worker
     std::vector<VplNode8> level(nodes);
     std::vector<LightBounds> bounds(nodes);
     constexpr std::int64_t kGrain = 1 << 10;
-    parallel_ranges(workers, static_cast<std::int64_t>(nodes), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        for (auto f = static_cast<std::size_t>(begin); f < static_cast<std::size_t>(end);
-                             ++f) {
-                            const std::size_t first = f * kNodeWidth;
-                            const std::size_t size = std::min(kNodeWidth, bounded.size() - first);
-                            level[f] = {};
-                            const auto under = std::span(bounded).subspan(first, size);
-                            for (std::size_t i = 0; i < size; ++i) put(under[i], level[f], i);
-                            bounds[f] = together(under);
-                        }
-                    });
+    parallel_each(workers, nodes, kGrain, [&](std::size_t f) {
+        const std::size_t first = f * kNodeWidth;
+        const std::size_t size = std::min(kNodeWidth, bounded.size() - first);
+        level[f] = {};
+        const auto under = std::span(bounded).subspan(first, size);
+        for (std::size_t i = 0; i < size; ++i) put(under[i], level[f], i);
+        bounds[f] = union_of(under);
+    });
     bounded.swap(bounds);
     return level;
 }
@@ -69,14 +65,10 @@ VplTree::VplTree(const VplStore& store, const Workers& workers)
     const std::size_t blocks = range_.end - range_.surfaces;
     std::vector<LightBounds> bounded(blocks);
     constexpr std::int64_t kGrain = 1 << 10;
-    parallel_ranges(workers, static_cast<std::int64_t>(blocks), kGrain,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end);
-                             ++i) {
-                            const auto block = range_.surfaces + static_cast<std::uint32_t>(i);
-                            bounded[i] = bounds_of(store.blocks()[block], in_medium(block), store.unit());
-                        }
-                    });
+    parallel_each(workers, blocks, kGrain, [&](std::size_t i) {
+        const auto block = range_.surfaces + static_cast<std::uint32_t>(i);
+        bounded[i] = bounds_of(store.blocks()[block], in_medium(block), store.unit());
+    });
     while (bounded.size() > 1) levels_.push_back(level_over(bounded, workers));
 }
 

@@ -1,11 +1,10 @@
-#include "lights/measurement/acquire_part.h"
+#include "lights/measurement/acquire.h"
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 
 namespace lucerna {
 namespace {

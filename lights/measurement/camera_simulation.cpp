@@ -8,8 +8,8 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/monitor.h"
 #include "engine/base/photograph.h"
-#include "engine/base/stopped.h"
 
 namespace lucerna {
 namespace {

@@ -11,10 +11,10 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/sampler.h"
-#include "lights/measurement/camera_model.h"
 #include "lights/measurement/manifest.h"
 #include "lights/measurement/opacity.h"
 #include "lights/measurement/photographs.h"
+#include "lights/measurement/rig_file.h"
 
 namespace lucerna {
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "engine/base/error.h"
+#include "engine/base/monitor.h"
 #include "engine/base/sampler.h"
-#include "engine/base/stopped.h"
 
 namespace lucerna {
 namespace {

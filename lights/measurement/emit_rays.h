@@ -8,7 +8,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "lights/measured.h"
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 
 namespace lucerna {
 

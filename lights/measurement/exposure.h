@@ -7,9 +7,8 @@
 //
 // A pixel that is brighter than the shortest exposure can say is a lower bound, and counted.
 //
-// Sources: Debevec and Malik, "Recovering High Dynamic Range Radiance Maps from Photographs", SIGGRAPH 1997
-// (merging by weights); Robertson, Borman, Stevenson, "Dynamic Range Improvement through Multiple Exposures",
-// ICIP 1999 (weights by noise); [Goesele 2003, 6.2] (the 5 x 5 median of the dark frames).
+// Sources: merging by weights [Debevec and Malik 1997], weights by noise [Robertson 1999], the 5 x 5 median
+// of the dark frames [Goesele 2003, 6.2].
 #pragma once
 
 #include <cstddef>
@@ -75,5 +74,36 @@ struct MergedExposures {
 
 // The exposures are not empty, of one size, and rise in time.
 MergedExposures merge_exposures(std::span<const Exposure> exposures, const CountNoise& noise);
+
+// The median of a small window of an image: a smooth background, without the single pixels that stand out of
+// it.
+
+// The median of the 5 x 5 window around each pixel (row-major, finite). At the border the window is what lies
+// inside the image; of an even number it is the mean of the two in the middle.
+std::vector<float> median_5x5(std::span<const float> image, const V2i& size, const Workers& workers);
+
+// The same at one pixel, of those of its neighbours (and itself) that `good` accepts by their index;
+// `fallback` if it accepts none.
+template <typename Good>
+float median_around(std::span<const float> image, const V2i& size, const V2i& at, float fallback,
+                    Good&& good);
+
+// The median of values, which are reordered; 0 of none.
+float median_of(std::span<float> values);
+
+template <typename Good>
+float median_around(std::span<const float> image, const V2i& size, const V2i& at, float fallback,
+                    Good&& good) {
+    float window[25];
+    std::size_t count = 0;
+    for (int y = std::max(at.y - 2, 0); y <= std::min(at.y + 2, size.y - 1); ++y) {
+        for (int x = std::max(at.x - 2, 0); x <= std::min(at.x + 2, size.x - 1); ++x) {
+            const std::size_t i =
+                static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) + static_cast<std::size_t>(x);
+            if (good(i)) window[count++] = image[i];
+        }
+    }
+    return count == 0 ? fallback : median_of({window, count});
+}
 
 }  // namespace lucerna

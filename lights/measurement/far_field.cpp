@@ -1,4 +1,4 @@
-#include "lights/measurement/far_field.h"
+#include "lights/measurement/plane_irradiance.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,8 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/stopped.h"
+#include "engine/base/monitor.h"
 #include "lights/gauss.h"
-#include "lights/measurement/bell_pixels.h"
 #include "lights/photometric_cell.h"
 
 namespace lucerna {

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "engine/base/files.h"
-#include "engine/base/names.h"
 #include "engine/base/units.h"
 #include "lights/measurement/rig_file.h"
 

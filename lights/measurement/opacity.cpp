@@ -1,7 +1,11 @@
 #include "lights/measurement/opacity.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/base/error.h"
 #include "lights/bell.h"
+#include "lights/gauss.h"
 
 namespace lucerna {
 namespace {
@@ -48,6 +52,93 @@ LightField field_of(const FilterImages& images) {
     info.captured = sum * rig.cell_volume();
     info.missed = images.flux > 0 ? images.flux - info.captured : 0;
     return {rig, std::move(coefficients), std::move(info)};
+}
+
+namespace {
+
+// The Lagrange polynomial that is 1 at node j of the rule and 0 at the others.
+double lagrange(std::span<const GaussNode> rule, std::size_t j, double x) {
+    double product = 1;
+    for (std::size_t i = 0; i < rule.size(); ++i)
+        if (i != j) product *= (x - rule[i].x) / (rule[j].x - rule[i].x);  // nodes differ
+    return product;
+}
+
+// The nodes of panel `half` of the unit axis. Between knots dual times Lagrange polynomial has a degree of
+// at most 2 + kMaxGauss - 1 = 6: four Gauss nodes are exact.
+std::vector<FilterNode> unit_panel(int half, int rule) {
+    const std::span<const GaussNode> nodes = gauss_rule(rule);
+    std::vector<FilterNode> panel;
+    for (const GaussNode& node : nodes) panel.push_back({0.5 * (half + node.x), -1, {}, {}});
+    const std::size_t first = half == 0 ? 0 : 3;
+    for (std::size_t piece = first; piece < first + 3; ++piece) {
+        const double from = kDualKnots[piece];
+        const double to = piece + 1 < kDualKnots.size() ? kDualKnots[piece + 1] : 1.0;
+        for (const GaussNode& g : gauss_rule(4)) {
+            const double x = from + (to - from) * g.x;
+            const auto duals = bell_dual_weights(x);
+            for (std::size_t j = 0; j < panel.size(); ++j) {
+                const double share = (to - from) * g.weight * lagrange(nodes, j, 2 * x - half);
+                for (std::size_t i = 0; i < 4; ++i) {
+                    panel[j].positive[i] += share * std::max(0.0, duals[i]);
+                    panel[j].negative[i] += share * std::max(0.0, -duals[i]);
+                }
+            }
+        }
+    }
+    return panel;
+}
+
+}  // namespace
+
+FilterAxis::FilterAxis(double origin, double spacing, int rule)
+    : origin_(origin), spacing_(spacing), rule_(rule), half_{unit_panel(0, rule), unit_panel(1, rule)} {}
+
+void FilterAxis::add_panel(int k, std::vector<FilterNode>& nodes) const {
+    const int half = k & 1;  // also of negative k
+    const int interval = (k - half) / 2;
+    for (FilterNode node : half_[static_cast<std::size_t>(half)]) {
+        node.x = origin_ + (interval + node.x) * spacing_;
+        node.first += interval;
+        nodes.push_back(node);
+    }
+}
+
+FilterNode FilterAxis::node(double x, double weight) const {
+    const double place = (x - origin_) / spacing_;
+    const double base = std::floor(place);
+    FilterNode node{x, static_cast<int>(base) - 1, {}, {}};
+    const auto duals = bell_dual_weights(place - base);
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double dual = duals[i] * weight / spacing_;
+        node.positive[i] = std::max(0.0, dual);
+        node.negative[i] = std::max(0.0, -dual);
+    }
+    return node;
+}
+
+void FilterAxis::add_part(double from, double to, std::vector<FilterNode>& nodes) const {
+    if (!(to > from)) return;
+    double begin = from;
+    const auto add_piece = [&](double end) {
+        for (const GaussNode& g : gauss_rule(rule_))
+            nodes.push_back(node(begin + (end - begin) * g.x, (end - begin) * g.weight));
+        begin = end;
+    };
+    for_knots(from, to, add_piece);
+    add_piece(to);
+}
+
+void FilterAxis::add_range(double from, double to, std::vector<FilterNode>& nodes) const {
+    if (!(to > from)) return;
+    // A panel counts as whole if rounding alone keeps its edge outside.
+    constexpr double kRounding = 1e-12;
+    const int first = static_cast<int>(std::ceil(panel_of(from) - kRounding));
+    const int last = static_cast<int>(std::floor(panel_of(to) + kRounding));
+    if (first >= last) return add_part(from, to, nodes);
+    if (panel_of(from) < first - kRounding) add_part(from, panel_edge(first), nodes);
+    for (int k = first; k < last; ++k) add_panel(k, nodes);
+    if (panel_of(to) > last + kRounding) add_part(panel_edge(last), to, nodes);
 }
 
 }  // namespace lucerna

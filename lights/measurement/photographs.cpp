@@ -9,7 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
-#include "engine/base/stopped.h"
+#include "engine/base/monitor.h"
 #include "lights/measurement/exposure.h"
 
 namespace lucerna {

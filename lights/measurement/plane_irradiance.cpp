@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/stopped.h"
-#include "lights/measurement/bell_pixels.h"
+#include "engine/base/monitor.h"
 
 namespace lucerna {
 namespace {

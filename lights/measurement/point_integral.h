@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "lights/light_field.h"
-#include "lights/measurement/emitter.h"
-#include "lights/measurement/filter_nodes.h"
+#include "lights/measurement/acquire.h"
+#include "lights/measurement/opacity.h"
 
 namespace lucerna {
 

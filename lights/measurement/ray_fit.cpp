@@ -5,7 +5,6 @@
 #include "engine/base/error.h"
 #include "lights/measurement/ray_passage.h"
 #include "lights/measurement/ray_projection.h"
-#include "lights/measurement/ray_resolution.h"
 
 namespace lucerna {
 namespace {

@@ -1,12 +1,12 @@
 // The projection itself [Goesele 2003, 3.1, as a sum over rays].
 #include "lights/measurement/ray_projection.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
 #include "lights/measurement/ray_passage.h"
-#include "lights/measurement/ray_resolution.h"
 
 namespace lucerna {
 namespace {
@@ -113,6 +113,155 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     info.captured = account.captured;
     info.missed = account.missed();
     return {std::move(bare).with(std::move(info)), account, noise.relative()};
+}
+
+namespace {
+
+constexpr double kGrazing = 1e-6;  // rays with a smaller d.z do not leave towards +z
+constexpr std::int64_t kRaysPerChunk =
+    16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
+
+void add(FluxAccount& to, const FluxAccount& more) {
+    to.backward += more.backward;
+    to.beside_s += more.beside_s;
+    to.beside_m += more.beside_m;
+    to.not_in_basis += more.not_in_basis;
+}
+
+// Books what the filters over a ray do not record of it.
+void book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& account) {
+    double held = 0;
+    double off_m = 0;
+    bool seen = false;
+    for (int i = 0; i < 4; ++i) {
+        if (!at.exists(rig, 0, i)) continue;
+        for (int j = 0; j < 4; ++j) {
+            if (!at.exists(rig, 1, j)) continue;
+            const bool on_image = at.pixel[0][i] >= 0 && at.pixel[1][j] >= 0;
+            (on_image ? held : off_m) +=
+                flux * at.dual[0][static_cast<std::size_t>(i)] * at.dual[1][static_cast<std::size_t>(j)];
+            seen = seen || on_image;
+        }
+    }
+    if (!seen) {
+        account.beside_m += flux;
+        return;
+    }
+    account.beside_m += off_m;
+    account.not_in_basis += flux - held - off_m;
+}
+
+// The rays of one chunk that some filter weighs, by the row of filters below them: base + 2.
+struct Sorted {
+    std::vector<std::vector<std::uint32_t>> by_base;
+    FluxAccount account;
+};
+
+Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_t end, const Rig& rig) {
+    Sorted sorted;
+    sorted.by_base.resize(static_cast<std::size_t>(rig.views.y) + 3);  // base = -2 ... views
+    for (std::int64_t r = begin; r < end; ++r) {
+        const LampRay& ray = rays[static_cast<std::size_t>(r)];
+        const double flux = double{ray.flux};
+        if (!(double{ray.d.z} > kGrazing)) {
+            sorted.account.backward += flux;
+            continue;
+        }
+        const Passage at(ray, rig);
+        if (at.misses_s) {
+            sorted.account.beside_s += flux;
+            continue;
+        }
+        book_losses(at, flux, rig, sorted.account);
+        sorted.by_base[static_cast<std::size_t>(at.base[1] + 2)].push_back(static_cast<std::uint32_t>(r));
+    }
+    return sorted;
+}
+
+// Adds a ray to the filters in row n; returns the sum of the squares of what it adds.
+double add_to_row(const LampRay& ray, int n, FilterSums& sums) {
+    const Rig& rig = sums.rig;
+    const Passage at(ray, rig);
+    const int j = n - at.base[1] + 1;
+    if (j < 0 || j > 3 || at.pixel[1][j] < 0) return 0;
+    const double flux = double{ray.flux} * at.dual[1][static_cast<std::size_t>(j)];
+    double squares = 0;
+    for (int i = 0; i < 4; ++i) {
+        if (at.pixel[0][i] < 0) continue;
+        const double weighed = flux * at.dual[0][static_cast<std::size_t>(i)];
+        const std::size_t slot = rig.index(at.base[0] - 1 + i, n, at.pixel[0][i], at.pixel[1][j]);
+        if (weighed > 0) {
+            sums.positive[slot] += weighed;
+        } else {
+            sums.negative[slot] -= weighed;
+        }
+        squares += weighed * weighed;
+    }
+    return squares;
+}
+
+}  // namespace
+
+FilterSums::FilterSums(const Rig& of) : rig(of) {
+    if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
+    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(double)),
+                   fmt::format("sums of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
+    positive.resize(rig.coefficients());
+    negative.resize(rig.coefficients());
+}
+
+void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers) {
+    const auto count = static_cast<std::int64_t>(rays.size());
+    std::vector<Sorted> chunks(static_cast<std::size_t>((count + kRaysPerChunk - 1) / kRaysPerChunk));
+    parallel_ranges(workers, count, kRaysPerChunk,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+                        chunks[static_cast<std::size_t>(chunk)] = sort_chunk(rays, begin, end, sums.rig);
+                    });
+    // Each row of filters has pixels of its own and sees its rays in one order: the same sum on any machine.
+    std::vector<double> squares(static_cast<std::size_t>(sums.rig.views.y));
+    parallel_chunks(workers, sums.rig.views.y, [&](std::int64_t row) {
+        const int n = static_cast<int>(row);
+        double sum = 0;
+        for (int base = n - 2; base <= n + 1; ++base) {
+            for (const Sorted& chunk : chunks) {
+                for (const std::uint32_t r : chunk.by_base[static_cast<std::size_t>(base + 2)])
+                    sum += add_to_row(rays[r], n, sums);
+            }
+        }
+        squares[static_cast<std::size_t>(row)] = sum;
+    });
+    for (const double s : squares) sums.squares += s;
+    for (const Sorted& chunk : chunks) add(sums.account, chunk.account);
+}
+
+FilterImages images_of(const FilterSums& sums, double share, const LightFieldInfo& info) {
+    FilterImages images;
+    images.rig = sums.rig;
+    images.info = info;
+    // Opacity is Φ̃⊗Φ̃ over its maximum, and irradiance is flux over the pixel's area: with scale = maximum /
+    // (Δ_u Δ_v) both divisions are one. Neither is by 0: Rig::fault, and Φ̃ has both signs.
+    const auto record = [&](const std::vector<double>& from, FilterSign sign, std::vector<float>& to) {
+        const double factor = share / (filter_scale(sums.rig, sign) * sums.rig.cell_volume());
+        to.resize(from.size());
+        std::transform(from.begin(), from.end(), to.begin(),
+                       [factor](double sum) { return static_cast<float>(factor * sum); });
+    };
+    record(sums.positive, FilterSign::positive, images.positive);
+    record(sums.negative, FilterSign::negative, images.negative);
+    return images;
+}
+
+SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field) {
+    const double to_e = share / sums.rig.cell_volume();
+    const double variance = to_e * to_e * sums.squares;  // of all coefficients together
+    double power = 0;
+    for (const float e : field.coefficients()) power += double{e} * double{e};
+    SamplingNoise noise;
+    noise.rms = std::sqrt(variance / static_cast<double>(sums.rig.coefficients()));  // at least one
+    // A field that is all noise has no relative one.
+    noise.relative = power > variance ? std::sqrt(variance / (power - variance)) : INFINITY;
+    return noise;
 }
 
 }  // namespace lucerna

@@ -5,12 +5,16 @@
 // of the 4 x 4 filters over it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "lights/light_field.h"
+#include "lights/measurement/opacity.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -64,7 +68,7 @@ struct FitOptions {
 //   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
 //          but at most kWidestM times as far as D (85°).
 //   views, pixels: of those whose noise is at most the one stated, the pair of least total error
-//          (ray_resolution.h).
+//         .
 // Throws InputError if no ray leaves towards +z, or an option is out of range.
 Rig choose_rig(const RaySet& rays, const FitOptions& options, Monitor& monitor);
 inline constexpr double kWidestS = 4;
@@ -82,5 +86,74 @@ Waist waist_of(const RaySet& rays);
 // choose_rig, then project_rays.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
                            Monitor& monitor);
+
+// Rays behind the two opacities of a measuring filter, gathered as they come.
+//
+// A real rig measures every filter position twice: behind the opacity of Φ̃⊗Φ̃'s positive part and behind that
+// of its negative part [Goesele 2003, 4.1]. Rays do the same here: each adds its flux, times the opacities
+// over it, to the pixels that see it, the two signs apart. Blocks of rays may come one after the other; the
+// sums are the same for any number of threads.
+
+struct FilterSums {
+    Rig rig;
+    // Σ φ max(0, ±Φ̃⊗Φ̃) of every pixel of every view, Φ̃ in units of the filter spacing; laid out as
+    // Rig::index. In double: thousands of millions of terms are added.
+    std::vector<double> positive, negative;
+    double squares = 0;   // Σ (φ Φ̃⊗Φ̃)² over all rays and pixels: the noise
+    FluxAccount account;  // of the rays: backward, beside_s, beside_m, not_in_basis
+
+    // Nothing yet. Throws InputError for a rig that is none.
+    explicit FilterSums(const Rig& of);
+};
+
+// Rays in the lamp's frame, as the rig's centre is. Those that do not go towards +z are booked and left out.
+void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers);
+
+// The images as the rig records them: irradiance, each ray's flux times `share` (1 / number of light paths).
+FilterImages images_of(const FilterSums& sums, double share, const LightFieldInfo& info);
+
+// What the finite number of rays does to the coefficients.
+struct SamplingNoise {
+    double rms = 0;  // standard deviation of a coefficient, root mean square over all, flux unit / m⁴
+    double relative =
+        0;  // of all coefficients together: √(Σ variance / Σ E²), the noise's own part of E² taken out
+};
+// From independent rays; stratified ones have less. `field` is that of the same sums and share.
+SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field);
+
+// How fine a light field a ray set can carry: the noise that so many rays leave in its coefficients, and how
+// far the field they make is from the lamp's.
+
+// Sums over rays from which the noise of a projection is told. A coefficient is a sum of rays' contributions,
+// so its variance over repetitions of the measurement is estimated by the sum of their squares.
+struct CoefficientNoise {
+    double variance = 0;  // Σ over coefficients of that sum
+    double square = 0;    // Σ E², noise included
+    // Root mean square noise of a coefficient over the root mean square of the coefficients without it;
+    // INFINITY if nothing but noise is there. 10 %: repeat the measurement with other rays, and the field
+    // differs by 14 % of itself, in the mean over its squares.
+    double relative() const;
+};
+
+// What a field on `rig` from the first or every k-th of these rays would be like, scaled to all of them.
+struct ResolutionTrial {
+    CoefficientNoise noise;
+    // ∫ (ĥ - h)² over the planes, but for ∫ h², which no resolution changes; [flux² / m⁴]. It is estimated
+    // by leaving each ray out of the field that it is compared with, so noise does not pass for detail.
+    double risk = 0;
+};
+// Throws nothing; memory: 8 bytes per coefficient.
+ResolutionTrial try_resolution(const RaySet& set, std::span<const std::size_t> rays, const Rig& rig);
+
+// Fills in rig.views, rig.pixels, rig.spacing and rig.pixel for the boxes `half_s` and `half_m`: of the
+// resolutions whose noise is at most `noise` the one of least risk. `views` and `pixels` are kept where they
+// are not 0. Returns false if even the coarsest is too noisy: it is taken then.
+struct ResolutionWish {
+    V2d half_s, half_m;  // metres
+    V2i views, pixels;
+    double noise;
+};
+bool choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const ResolutionWish& wish,
+                       Rig& rig, Monitor& monitor);
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-#include "lights/measurement/ray_resolution.h"
+#include "lights/measurement/ray_projection.h"
 
 #include <algorithm>
 #include <cmath>

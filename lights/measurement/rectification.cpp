@@ -82,7 +82,7 @@ Homography Homography::of_rectangle(const V2d& size, const std::array<V2d, 4>& t
                         "corners in their order around it are accepted",
                         to[0].x, to[0].y, to[1].x, to[1].y, to[2].x, to[2].y, to[3].x, to[3].y));
     }
-    // Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989, section 2.2.3.
+    // [Heckbert 1989, 2.2.3].
     const V2d sum = to[0] - to[1] + to[2] - to[3];
     const V2d a = to[1] - to[2], b = to[3] - to[2];
     const double below = cross(a, b);  // not 0: the quadrilateral is convex
@@ -164,22 +164,23 @@ void AreaMap::add_cell(const Grid& source, const V2i& cell, const Homography& to
     }
 }
 
-void AreaMap::means(std::span<const float> source, std::span<float> target) const {
+// Sums over source cells, each by weight_of(the area that it shares).
+template <typename WeightOf>
+void AreaMap::sums(std::span<const float> source, std::span<float> target, WeightOf&& weight_of) const {
     for (std::size_t i = 0; i < target.size(); ++i) {
         double sum = 0;
         for (std::size_t s = first_[i]; s < first_[i + 1]; ++s)
-            sum += double{shares_[s].area} * double{source[shares_[s].cell]};
+            sum += weight_of(double{shares_[s].area}) * double{source[shares_[s].cell]};
         target[i] = static_cast<float>(sum);
     }
 }
 
+void AreaMap::means(std::span<const float> source, std::span<float> target) const {
+    sums(source, target, [](double area) { return area; });
+}
+
 void AreaMap::variances(std::span<const float> source, std::span<float> target) const {
-    for (std::size_t i = 0; i < target.size(); ++i) {
-        double sum = 0;
-        for (std::size_t s = first_[i]; s < first_[i + 1]; ++s)
-            sum += double{shares_[s].area} * double{shares_[s].area} * double{source[shares_[s].cell]};
-        target[i] = static_cast<float>(sum);
-    }
+    sums(source, target, [](double area) { return area * area; });
 }
 
 double AreaMap::covered(std::size_t target) const {

@@ -81,6 +81,8 @@ class AreaMap {
         std::uint32_t cell;
         float area;
     };
+    template <typename WeightOf>
+    void sums(std::span<const float> source, std::span<float> target, WeightOf&& weight_of) const;
     void add_cell(const Grid& source, const V2i& cell, const Homography& to_source,
                   const Homography& to_target);
 

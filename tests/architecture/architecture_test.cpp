@@ -28,9 +28,10 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"lights/measurement", {"lights"}},  // from a lamp to a light field
     {"engine/scene", {"lights"}},
     {"photon", {"engine/scene", "kdtree"}},
-    {"engine/guiding", {"photon"}},
-    {"engine/vpl", {"photon"}},
-    {"engine/integrators", {"engine/vpl", "engine/guiding"}},
+    {"engine/transport", {"engine/scene"}},
+    {"engine/guiding", {"engine/transport", "photon"}},
+    {"engine/vpl", {"engine/guiding"}},
+    {"engine/integrators", {"engine/vpl"}},
     {"engine/render", {"engine/integrators"}},
     {"engine/pbrt", {"engine/render"}},
     {"engine/gltf", {"engine/base"}},
@@ -41,7 +42,7 @@ const std::map<std::string, std::set<std::string>> kModules{
 // Headers of packages, by their beginning, and the only files that may name them.
 const std::map<std::string, std::set<std::string>> kPackages{
     {"<embree", {"engine/scene/accelerator.cpp"}},
-    {"<flann/", {"kdtree/flann_tree.cpp"}},
+    {"<flann/", {"kdtree/point_tree.cpp"}},
     {"<omp.h>", {"engine/base/parallel.h"}},
     {"<OpenEXR/", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
@@ -56,7 +57,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
 
 // Who may open a stream to read by itself: the one way for all readers, and what asks the system.
 const std::set<std::string> kOpeners{"engine/base/files.h", "engine/base/files.cpp", "engine/base/memory.cpp",
-                                     "engine/cli/machine.cpp"};
+                                     "engine/cli/run_report.cpp"};
 
 // The module whose folder holds the path; empty for what belongs to none (tests, bench).
 std::string module_of(const std::string& path) {
@@ -200,6 +201,92 @@ TEST(Architecture, Sources_OutsideAModule_HaveNoFolderOfTheirOwnInTheEngine) {
         const std::string module = "engine/" + entry.path().filename().string();
         EXPECT_TRUE(kModules.contains(module)) << module << " is not a module";
     }
+}
+
+std::string text_of(const std::filesystem::path& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+}
+
+// Links of a page to a function, [`Class::name`](../file#L12), that lead to a line without that name, or to a
+// declaration alone.
+std::vector<std::string> stale_links(const std::filesystem::path& folder, const std::string& page) {
+    static const std::regex link(R"(\[`([\w:]+)`\]\(([^)#]+)#L(\d+)\))");
+    std::vector<std::string> stale;
+    for (std::sregex_iterator at(page.begin(), page.end(), link), end; at != end; ++at) {
+        const std::string name = (*at)[1], file = (*at)[2];
+        std::istringstream lines(text_of(folder / file));
+        std::string line;
+        for (int left = std::stoi((*at)[3]); left > 0; --left) {
+            line.clear();
+            std::getline(lines, line);
+        }
+        const std::size_t colons = name.rfind("::");
+        const std::string last = colons == std::string::npos ? name : name.substr(colons + 2);
+        if (line.find(last) == std::string::npos || line.ends_with(';')) stale.push_back(at->str());
+    }
+    return stale;
+}
+
+TEST(Pages, LinksToFunctions_LeadToTheirLines) {
+    const std::filesystem::path docs = std::filesystem::path(LUCERNA_SOURCE_DIR) / "docs";
+    const std::string page = text_of(docs / "photon-maps.md");
+    EXPECT_THAT(page, HasSubstr("#L"));
+    EXPECT_THAT(stale_links(docs, page), IsEmpty());
+    EXPECT_THAT(stale_links(docs, "[`map_of`](../photon/deposit.h#L1)"), ::testing::SizeIs(1));
+    EXPECT_THAT(stale_links(docs, "[`map_of`](../photon/no_such_file.h#L31)"), ::testing::SizeIs(1));
+}
+
+// Citations in brackets, by author and year, as comments and pages write them: "Jensen 2001" of [Jensen 2001,
+// 7.2].
+std::set<std::string> citations_in(const std::string& text) {
+    static const std::regex bracket(R"(\[([A-Z][^\]\[]*\b(1[89]|20)\d\d\b[^\]\[]*)\])");
+    static const std::regex comment(R"(\n\s*(//|#)?\s*)");
+    static const std::regex source(R"(^\s*([^\s;,:0-9][^;,:0-9]* (1[89]|20)\d\d)\b)");
+    std::set<std::string> found;
+    for (std::sregex_iterator at(text.begin(), text.end(), bracket), end; at != end; ++at) {
+        std::istringstream parts(std::regex_replace((*at)[1].str(), comment, " "));
+        for (std::string part; std::getline(parts, part, ';');) {
+            std::smatch cited;
+            if (std::regex_search(part, cited, source)) found.insert(cited[1]);
+        }
+    }
+    return found;
+}
+
+TEST(Citations, EachLeadsToTheBibliography_AndEachEntryIsCited) {
+    const std::filesystem::path root = LUCERNA_SOURCE_DIR;
+    const std::string bibliography = text_of(root / "docs/bibliography.md");
+    std::string all;
+    std::set<std::string> cited;
+    for (const char* top : {"engine", "kdtree", "lights", "photon", "bench", "tests", "docs", "scenes"}) {
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
+            const std::filesystem::path& path = entry.path();
+            if (!entry.is_regular_file() || path.filename() == "bibliography.md") continue;
+            if (!is_source(path) && path.extension() != ".py" && path.extension() != ".md") continue;
+            if (path.filename() == "architecture_test.cpp") continue;  // examples
+            const std::string text = text_of(path);
+            cited.merge(citations_in(text));
+            all += text;
+        }
+    }
+    EXPECT_GT(cited.size(), 30U);
+    for (const std::string& citation : cited) {
+        EXPECT_NE(bibliography.find("* **" + citation + ".**"), std::string::npos)
+            << citation << " is not in docs/bibliography.md";
+    }
+    static const std::regex entry(R"(\n\* \*\*([^*]+)\.\*\*)");
+    for (std::sregex_iterator at(bibliography.begin(), bibliography.end(), entry), end; at != end; ++at) {
+        const std::string source = (*at)[1];
+        EXPECT_TRUE(cited.contains(source) || all.find(source) != std::string::npos)
+            << source << " is cited nowhere";
+    }
+}
+
+TEST(Citations, OfATextAreFound) {
+    EXPECT_EQ(citations_in("as [Jensen 2001, 7.2; Knaus and\n// Zwicker 2011] has it, not [0, 1] or a[2001]"),
+              (std::set<std::string>{"Jensen 2001", "Knaus and Zwicker 2011"}));
 }
 
 TEST(ArchitectureChecker, AllowedLines_AreSilent) {

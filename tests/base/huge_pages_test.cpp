@@ -1,5 +1,5 @@
 // Memory in large pages: what a vector relies on.
-#include "engine/base/huge_pages.h"
+#include "engine/base/memory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The hint at a mistyped name: the nearest one, at a cost that no input can drive up.
-#include "engine/base/names.h"
+#include "engine/base/units.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // PNGs that are whole, damaged, cut off and made up: what libpng would complain of on standard error is
 // refused before it reads.
-#include "engine/base/png_guard.h"
+#include "engine/base/pictures.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

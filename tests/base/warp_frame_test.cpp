@@ -4,9 +4,8 @@
 
 #include <functional>
 
-#include "engine/base/frame.h"
 #include "engine/base/sampler.h"
-#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "tests/support/statistics.h"
 
@@ -175,6 +174,20 @@ RC_GTEST_PROP(FrameProperties, AnyNormal_IsOrthonormalAndInvertible, (std::uint3
     const V3f w = square_to_sphere({to_unit(b), to_unit(a * 747796405U)});
     RC_ASSERT((frame.to_world(frame.to_local(w)) - w).length() < 1e-5F);
     RC_ASSERT(std::fabs(frame.to_local(n).z - 1) < 1e-6F);
+}
+
+TEST(FaceForward, EitherSide_LiesOnTheSideAskedFor) {
+    const V3f n(0, 0, 1), above(0, 0.6F, 0.8F), along(1, 0, 0);
+    EXPECT_EQ(face_forward(n, above), n);
+    EXPECT_EQ(face_forward(n, -above), -n);
+    EXPECT_EQ(face_forward(-n, above), n);
+    EXPECT_EQ(face_forward(n, along), n);
+    EXPECT_EQ(face_forward(V3d(0, -2, 0), V3d(1, 1, 1)), V3d(0, 2, 0));
+    const SurfacePoint at{V3f(1, 2, 3), n, 0.5F}, behind = at.facing(-above);
+    EXPECT_EQ(behind.p, at.p);
+    EXPECT_EQ(behind.n, -n);
+    EXPECT_EQ(behind.error, at.error);
+    EXPECT_EQ(at.facing(above).n, n);
 }
 
 TEST(SurfacePointTowards, EitherSide_LeavesTheSurfaceOnThatSide) {

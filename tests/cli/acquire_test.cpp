@@ -4,7 +4,7 @@
 
 #include "engine/base/files.h"
 #include "lights/light_field.h"
-#include "lights/measurement/acquire_part.h"
+#include "lights/measurement/acquire.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

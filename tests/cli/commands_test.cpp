@@ -119,7 +119,7 @@ TEST_F(RunRender, Passes_AreCountedAndSaid) {
 TEST_F(RunRender, Time_TakesThePlaceOfTheScenesSamples) {
     const Outcome outcome =
         lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--integrator", "progressive", "--set",
-                     "photons=500", "--time", "1.5s", "--show-every", "0.2s", "--png", "--stats", "a.json"});
+                     "photons=500", "--time", "3s", "--show-every", "0.2s", "--png", "--stats", "a.json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_EQ(stats["notes"]["ended_by"], "time");

@@ -1,8 +1,8 @@
 // lucerna light farfield, and what the other commands say of photometric files.
 #include <fstream>
 
-#include "lights/ies.h"
 #include "lights/light_field.h"
+#include "lights/photometric_files.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

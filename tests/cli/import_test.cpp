@@ -9,7 +9,6 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/gltf/model.h"
-#include "engine/gltf/pixels.h"
 #include "engine/pbrt/read_scene.h"
 #include "tests/cli/run_support.h"
 

@@ -1,7 +1,7 @@
 // lucerna light import and emit: rays in, rays out.
 #include "engine/base/files.h"
 #include "lights/light_field.h"
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

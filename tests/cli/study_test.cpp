@@ -9,9 +9,8 @@
 #include <regex>
 
 #include "engine/base/files.h"
-#include "engine/cli/outputs.h"
-#include "engine/evaluation/study_description.h"
-#include "engine/evaluation/study_trade.h"
+#include "engine/cli/command_files.h"
+#include "engine/evaluation/study.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "engine/base/image.h"
-#include "engine/cli/plain_stream.h"
+#include "engine/cli/console.h"
 #include "lights/light_field.h"
 #include "tests/cli/run_support.h"
 #include "tests/lights/field_fixtures.h"

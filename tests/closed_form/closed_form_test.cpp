@@ -142,13 +142,14 @@ TEST(DiscOverPatch, PathAndDirectWithinOnePercent_MapWithinTwo) {
     map.photons = 8'000'000;
     map.direct = DirectMethod::map;
     map.indirect = IndirectMethod::map;
-    map.k = 200;
-    map.radius = 0.05F;
+    map.estimate.k = 200;
+    map.estimate.radius = 0.05F;
     for (const IntegratorSettings& settings :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}),
           IntegratorSettings(map)}) {
         SceneMaker make;
-        make.quad({-4, 0, -4}, {0, 0, 8}, {8, 0, 0}, make.diffuse(Rgb(kAlbedo)));
+        // A floor for photons around what is seen; the others need not be kept.
+        make.quad({-1, 0, -1}, {0, 0, 2}, {2, 0, 0}, make.diffuse(Rgb(kAlbedo)));
         Quadric& disk = make.sphere({0, kHeight, 0}, kRadius, make.diffuse(Rgb(0)));
         disk.kind = Quadric::Kind::disk;
         disk.world_from_object =

@@ -54,8 +54,8 @@ TEST_P(Rectangle, OverTiltedPatch_SampledWithinOnePercent_MapWithinTwo) {
         testing::contour_irradiance({corner, corner + a, corner + a + b, corner + b}, V3d(0.0), V3d(tilt.n));
     PhotonMapSettings map = maps_seen_directly();
     map.photons = 4'000'000;
-    map.k = 0;
-    map.radius = 0.06F;
+    map.estimate.k = 0;
+    map.estimate.radius = 0.06F;
     for (const IntegratorSettings& settings :
          {IntegratorSettings(PathSettings{}), IntegratorSettings(DirectSettings{}),
           IntegratorSettings(map)}) {

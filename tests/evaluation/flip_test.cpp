@@ -5,8 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "engine/evaluation/flip_filters.h"
-
 namespace lucerna {
 namespace flip_test {
 

@@ -1,5 +1,5 @@
 // The error of a study: what it is, what it does not depend on.
-#include "engine/evaluation/study_measure.h"
+#include "engine/evaluation/study.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

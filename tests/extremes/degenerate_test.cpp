@@ -154,7 +154,7 @@ TEST_P(Degenerate, OnePixel_IsAnImage) {
     EXPECT_GT(mean(image), 0);
 }
 
-// As the reader finds it (engine/pbrt/leniency.h): a warning, or under `strict` an error; never a silent
+// As the reader finds it (engine/pbrt/tokens.h): a warning, or under `strict` an error; never a silent
 // number.
 TEST_P(Degenerate, NotANumberInTheFile_IsToldByNameAndPlace) {
     for (const std::string_view bad : {"nan", "inf", "1e400"}) {

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "engine/render/image_memory.h"
+#include "engine/render/render_checks.h"
 #include "tests/support/error_of.h"
 #include "tests/support/every_light.h"
 

@@ -44,12 +44,13 @@ struct Rendered {
     RenderResult result;
     std::vector<std::string> warnings;
     double number(const std::string& name) const {
-        const auto found = result.report.numbers.find(name);
-        return found == result.report.numbers.end() ? 0 : found->second;
+        const auto numbers = result.report.numbers();
+        const auto found = numbers.find(name);
+        return found == numbers.end() ? 0 : found->second;
     }
 };
 
-Rendered look(const Method& method, const std::string& room) {
+Rendered rendered(const Method& method, const std::string& room) {
     RecordingMonitor monitor;
     const Job job = lights().job(lights().scene(point(), {}, 1, room), method, 2, monitor);
     RenderResult result = render(job, {1, Workers{2}}, monitor);
@@ -64,7 +65,7 @@ class Lossless : public ::testing::TestWithParam<Method> {
 };
 
 TEST_P(Lossless, ClosedAndWhite_EndsAndSaysWhatWasCutOff) {
-    const Rendered seen = look(GetParam(), grey(1));
+    const Rendered seen = rendered(GetParam(), grey(1));
     if (!walks()) return;
     EXPECT_THAT(seen.warnings, cut_off());
     EXPECT_THAT(seen.warnings, Contains(HasSubstr("100 %")));
@@ -80,7 +81,7 @@ TEST_P(Lossless, ClosedAndWhite_EndsAndSaysWhatWasCutOff) {
 // hundred bounces, light comes to an end, and nothing vanishes.
 TEST_P(Lossless, ClosedBoxOfMirrors_EndsWithAllLightAccountedFor) {
     const Rendered seen =
-        look(GetParam(), ball("\"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" 0"));
+        rendered(GetParam(), ball("\"conductor\" \"rgb reflectance\" [1 1 1] \"float roughness\" 0"));
     EXPECT_EQ(difference(seen.result.image, seen.result.image).light, 0) << "no mirror shows a point";
     if (!walks()) return;
     ASSERT_GT(seen.number("paths.emitted"), 0);
@@ -93,13 +94,13 @@ TEST_P(Lossless, ClosedBoxOfMirrors_EndsWithAllLightAccountedFor) {
 
 TEST_P(Lossless, UsualRooms_NoSuchWarning) {
     for (const double albedo : {0.0, 0.5, 0.9}) {
-        EXPECT_THAT(look(GetParam(), grey(albedo)).warnings, Not(cut_off())) << albedo;
+        EXPECT_THAT(rendered(GetParam(), grey(albedo)).warnings, Not(cut_off())) << albedo;
     }
-    EXPECT_THAT(look(GetParam(), std::string(kRoom)).warnings, Not(cut_off()));
+    EXPECT_THAT(rendered(GetParam(), std::string(kRoom)).warnings, Not(cut_off()));
 }
 
 TEST_P(Lossless, AlbedoOfNothing_NothingComesBack) {
-    const Rendered seen = look(GetParam(), grey(0));
+    const Rendered seen = rendered(GetParam(), grey(0));
     EXPECT_EQ(difference(seen.result.image, seen.result.image).light, 0);
     if (seen.number("paths.emitted") > 0) {
         EXPECT_NEAR(seen.number("energy.absorbed"), seen.number("energy.emitted"),

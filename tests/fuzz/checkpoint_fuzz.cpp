@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 #include "engine/render/checkpoint.h"
 #include "tests/fuzz/input.h"
 

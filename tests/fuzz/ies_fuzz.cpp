@@ -1,6 +1,6 @@
 // libFuzzer's entry to the reader of IES LM-63 files: bytes in, a web whose flux and directions are sound or
 // an InputError out.
-#include "lights/ies.h"
+#include "lights/photometric_files.h"
 
 #include "tests/fuzz/photometric_fuzz.h"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "lights/ies.h"
 #include "lights/photometric.h"
+#include "lights/photometric_files.h"
 #include "tests/fuzz/input.h"
 
 namespace lucerna::testing {

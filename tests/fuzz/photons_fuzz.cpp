@@ -6,9 +6,9 @@
 #include <cstring>
 #include <vector>
 
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 #include "engine/scene/arithmetic.h"
-#include "photon/map_file.h"
+#include "photon/build_maps.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::kMapKinds;

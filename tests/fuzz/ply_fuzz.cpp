@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "engine/scene/ply.h"
+#include "engine/scene/mesh.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;

@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "engine/evaluation/study_description.h"
+#include "engine/evaluation/study.h"
 #include "tests/fuzz/input.h"
 
 using lucerna::testing::file_of_input;

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 #include "engine/cli/sums_file.h"
 #include "tests/fuzz/input.h"
 

@@ -9,7 +9,7 @@
 
 #include "engine/base/connection.h"
 #include "engine/base/units.h"
-#include "engine/integrators/setting_text.h"
+#include "engine/integrators/settings.h"
 #include "tests/fuzz/input.h"
 
 using namespace lucerna;

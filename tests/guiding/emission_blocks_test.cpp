@@ -1,22 +1,22 @@
 // What is learned from trials of known second moments.
-#include "engine/guiding/emission_blocks.h"
+#include "engine/guiding/importance_pre_pass.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "tests/support/emit_blocks.h"
+#include "tests/support/emission_blocks.h"
 
 namespace lucerna {
-namespace pilot_blocks_test {
+namespace emission_blocks_test {
 
 using testing::boxes_of;
 using testing::emit_numbers;
 using testing::NumberBox;
 
 template <typename Score>
-std::vector<EmitTrial> trials(std::uint32_t count, std::uint64_t seed, Score&& score) {
-    std::vector<EmitTrial> made;
+std::vector<EmissionTrial> trials(std::uint32_t count, std::uint64_t seed, Score&& score) {
+    std::vector<EmissionTrial> made;
     for (std::uint32_t i = 0; i < count; ++i) {
         const LeSampleU u = emit_numbers(seed, i);
         made.push_back({u, static_cast<float>(score(u, i))});
@@ -24,12 +24,12 @@ std::vector<EmitTrial> trials(std::uint32_t count, std::uint64_t seed, Score&& s
     return made;
 }
 
-std::vector<EmitBlocks> learn(std::vector<std::vector<EmitTrial>> of_lights,
-                              const std::vector<double>& powers, const BlockSettings& settings = {}) {
+std::vector<EmissionBlocks> learn(std::vector<std::vector<EmissionTrial>> of_lights,
+                                  const std::vector<double>& powers, const BlockSettings& settings = {}) {
     return learn_blocks(of_lights, powers, settings);
 }
 
-double importance_at(const EmitBlocks& blocks, const LeSampleU& u) {
+double importance_at(const EmissionBlocks& blocks, const LeSampleU& u) {
     for (const NumberBox& box : boxes_of(blocks)) {
         if (box.holds(u)) return box.importance;
     }
@@ -91,7 +91,7 @@ TEST(EmissionBlocks, Bounds_AreKept) {
     const auto few = learn({trials(60000, 1, point)}, {1}, {16, 32});
     EXPECT_EQ(boxes_of(few[0]).size(), 17U);
     for (const NumberBox& box : boxes_of(learn({trials(60000, 1, point)}, {1}, {4096, 8})[0])) {
-        EXPECT_GE(box.volume(), std::ldexp(1.0, -EmitBlocks::kMostCuts));
+        EXPECT_GE(box.volume(), std::ldexp(1.0, -EmissionBlocks::kMostCuts));
         EXPECT_TRUE(std::isfinite(box.importance) && box.importance >= 0);
     }
 }
@@ -104,5 +104,5 @@ TEST(EmissionBlocks, NoTrials_NoPower_AreNoFault) {
         1U);
 }
 
-}  // namespace pilot_blocks_test
+}  // namespace emission_blocks_test
 }  // namespace lucerna

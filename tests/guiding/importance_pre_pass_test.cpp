@@ -10,7 +10,7 @@
 #include "tests/support/two_rooms.h"
 
 namespace lucerna {
-namespace pilot_test {
+namespace importance_pre_pass_test {
 
 using testing::left_camera;
 using testing::SceneMaker;
@@ -24,7 +24,7 @@ View all_of(const Camera& camera) {
 
 ImportancePrePassSettings pre_pass_settings(std::int64_t paths = 8192) {
     ImportancePrePassSettings settings;
-    settings.paths = paths;
+    settings.guiding.paths = paths;
     settings.seed = 4;
     for (const MapKind kind : kSurfaceMaps) settings.seen[static_cast<std::size_t>(kind)] = true;
     settings.estimate.k = 16;
@@ -46,7 +46,7 @@ TEST(Importons, LieWhereTheCameraLooks_AndGatherRaysLand) {
         ImportonParameters parameters;
         parameters.rays = 2000;
         parameters.gather = gather;
-        std::size_t landed = 0;
+        std::size_t at_gather = 0;
         const auto importons = trace_importons(scene, all_of(camera), parameters, {2});
         EXPECT_GT(importons.size(), 1800U);  // some rays are lost in glass, or meet the lamp
         for (const Importon& importon : importons) {
@@ -55,9 +55,9 @@ TEST(Importons, LieWhereTheCameraLooks_AndGatherRaysLand) {
             EXPECT_LE(importon.weight, 1.01F * kInvPi);
             EXPECT_NEAR(importon.n.length(), 1, 1e-5F);
             EXPECT_LT(importon.ray, 2000U);
-            landed += importon.landed ? 1 : 0;
+            at_gather += importon.at_gather ? 1 : 0;
         }
-        EXPECT_EQ(landed > 0, gather);
+        EXPECT_EQ(at_gather > 0, gather);
     }
 }
 
@@ -84,7 +84,7 @@ TEST(ImportancePrePass, OnAnyNumberOfThreads_LearnsTheSame) {
     const Scene scene = two_rooms(true);
     ImportancePrePassSettings settings = pre_pass_settings();
     settings.gather = true;
-    settings.landed = settings.seen;
+    settings.at_gather = settings.seen;
     EXPECT_EQ(pre_pass_of(scene, settings, {1}).emission.hash(),
               pre_pass_of(scene, settings, {3}).emission.hash());
 }
@@ -203,5 +203,5 @@ TEST(ImportancePrePass, SteeredEstimates_HaveLessVariance) {
     EXPECT_LT(steered, 0.75 * plain);
 }
 
-}  // namespace pilot_test
+}  // namespace importance_pre_pass_test
 }  // namespace lucerna

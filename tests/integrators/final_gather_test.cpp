@@ -6,6 +6,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
@@ -32,14 +33,14 @@ TEST(FinalGather, PrecomputedOrNot_MeanWithinOnePercentOfPath) {
           Precomputed{4, 4, DirectMethod::mc}, Precomputed{16, 1, DirectMethod::mc},
           Precomputed{4, 0, DirectMethod::map}}) {
         PhotonMapSettings settings;
-        settings.photons = 300'000;
+        settings.photons = 150'000;
         settings.gather_rays = 8;
         settings.direct = precomputed.direct;
         settings.precompute = precomputed.precompute;
         settings.precompute_lights = precomputed.lights;
         // The Direct map seen by the camera is dark along edges.
         const float within = precomputed.direct == DirectMethod::map ? 0.03F : 0.01F;
-        const Rgb seen = mean(settings, 32);
+        const Rgb seen = mean(settings, 16);
         for (int c = 0; c < 3; ++c) {
             EXPECT_NEAR(seen[c] / truth[c], 1, within)
                 << "precompute " << precomputed.precompute << ", lights " << precomputed.lights
@@ -67,12 +68,11 @@ Scene bent_wall(bool relief) {
 
 TEST(FinalGather, BentNormals_SamePrecomputedOrNotAndByPath) {
     Monitor silent;
-    RenderReport report;
     const Workers workers{2};
     for (const bool relief : {false, true}) {
         const Scene scene = bent_wall(relief);
         const auto floor = [&](const IntegratorSettings& settings, int samples) {
-            const auto estimator = make_integrator(settings)->prepare({scene, 7, 0, workers, silent, report});
+            const testing::OnePass estimator(settings, {scene, 7, workers, silent});
             RunningStats stats;
             for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(samples); ++i) {
                 Sampler sampler(7, Purpose::test, 0, i);
@@ -101,7 +101,7 @@ TEST(FinalGather, OneThreadOrTwo_SameImage) {
     Monitor silent;
     PhotonMapSettings settings;
     settings.photons = 20'000;
-    settings.boundary = Boundary::probes;
+    settings.estimate.boundary = Boundary::probes;
     settings.specular_below = 0.3F;
     const auto image = [&](int threads) {
         const Job job =

@@ -1,5 +1,5 @@
 // Direct light by the photons near: guided is unbiased, gated is biased as it says.
-#include "engine/integrators/guided_light.h"
+#include "engine/guiding/guide.h"
 
 #include <gtest/gtest.h>
 
@@ -292,7 +292,7 @@ TEST(GuidedLight, AsAPicture_AgreesWithDirect) {
     PhotonMapSettings guided;
     guided.direct = DirectMethod::guided;
     guided.indirect = IndirectMethod::none;
-    guided.guide_photons = 20'000;
+    guided.guide.photons = 20'000;
     int scene = 0;
     for (Scene (*make)() : {lamp_over_floor, many_small_lights, large_light}) {
         const auto truth = render_with(make(), DirectSettings{}, 256, 12);
@@ -339,7 +339,7 @@ TEST(GuidedLight, AnyNumberOfThreads_SameImageBitForBit) {
         PhotonMapSettings settings;
         settings.direct = method;
         settings.photons = 20'000;
-        settings.guide_photons = 20'000;
+        settings.guide.photons = 20'000;
         settings.gather_rays = 2;
         const auto one = render_with(many_small_lights(), settings, 2, 14, 1);
         const auto five = render_with(many_small_lights(), settings, 2, 14, 5);

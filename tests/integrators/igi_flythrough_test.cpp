@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/integrators/integrator.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
@@ -14,19 +15,17 @@ IgiSettings few_lights(std::int64_t pre_pass = 0) {
     IgiSettings settings;
     settings.nlights = 16;
     settings.nsets = 4;
-    settings.pre_pass = pre_pass;
+    settings.pre_pass.paths = pre_pass;
     settings.quantity = Quantity::illuminance;
     return settings;
 }
 
-std::unique_ptr<const Estimator> prepared(const Scene& scene, const Camera& camera, std::uint64_t seed,
-                                          std::int64_t pre_pass = 0) {
+testing::OnePass prepared(const Scene& scene, const Camera& camera, std::uint64_t seed,
+                          std::int64_t pre_pass = 0) {
     Monitor silent;
-    RenderReport report;
     const Workers workers{2};
-    PassContext context{scene, seed, 0, workers, silent, report};
-    context.view = View{&camera, V2f(0.0F), V2f(float{kSize})};
-    return make_igi(few_lights(pre_pass))->prepare(context);
+    return {few_lights(pre_pass),
+            {scene, seed, workers, silent, View{&camera, V2f(0.0F), V2f(float{kSize})}}};
 }
 
 Camera from(const V3f& eye) {

@@ -1,19 +1,18 @@
 // The importance pre-pass of instant global illumination: which lights it finds, that no mean moves, and what
 // is gained.
-#include "engine/integrators/igi_pre_pass.h"
+#include "engine/vpl/igi_pre_pass.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "engine/integrators/igi_thinning.h"
 #include "photon/emission.h"
 #include "tests/support/same_image.h"
 #include "tests/support/statistics.h"
 #include "tests/support/two_rooms.h"
 
 namespace lucerna {
-namespace igi_pilot_test {
+namespace igi_pre_pass_test {
 
 using testing::same;
 
@@ -27,7 +26,7 @@ IgiSettings steered(std::int64_t pre_pass = 8192) {
     settings.nlights = 16;
     settings.nsets = 4;
     settings.mindist = 0.05F;
-    settings.pre_pass = pre_pass;
+    settings.pre_pass.paths = pre_pass;
     settings.quantity = Quantity::illuminance;
     return settings;
 }
@@ -45,9 +44,7 @@ RenderResult picture(Scene scene, const IntegratorSettings& settings, std::uint6
 IgiPrePass pre_pass_of(const Scene& scene, const IgiSettings& settings, const Workers& workers = {2}) {
     const Camera camera = testing::left_camera();
     Monitor silent;
-    RenderReport report;
-    PassContext context{scene, 4, 0, workers, silent, report};
-    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    const RenderContext context{scene, 4, workers, silent, View{&camera, V2f(0.0F), V2f(32.0F)}};
     return run_igi_pre_pass(settings, context).value();
 }
 
@@ -82,10 +79,8 @@ TEST(IgiPrePass, LightThatLightsWhatIsSeen_MattersMoreThanLightThatIsSeen) {
     const Scene scene = make.build();
     const Camera camera = testing::camera({0.5F, 0.55F, 0.02F}, {0.5F, 0, 0.6F}, 32, 32, 40);
     Monitor silent;
-    RenderReport report;
     const Workers workers{2};
-    PassContext context{scene, 4, 0, workers, silent, report};
-    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    const RenderContext context{scene, 4, workers, silent, View{&camera, V2f(0.0F), V2f(32.0F)}};
     const IgiPrePass pre_pass = run_igi_pre_pass(steered(), context).value();
     // VPLs of the first lie on the floor and light the ceiling; only after one more bounce the floor.
     EXPECT_LT(pre_pass.importance.emission.probability(0), 0.4);
@@ -103,12 +98,12 @@ TEST(IgiPrePass, OnAnyNumberOfThreads_LearnsAndRendersTheSame) {
 
 TEST(IgiPrePass, WithADefensiveWeightOfOne_ChangesNothingButWhatIsReported) {
     IgiSettings settings = steered();
-    settings.pre_pass_defensive_weight = 1;
+    settings.pre_pass.defensive_weight = 1;
     const RenderResult defensive = picture(two_rooms(true), settings);
-    EXPECT_EQ(defensive.report.notes.at("emission"), "steered by an importance pre-pass");
-    EXPECT_GT(defensive.report.numbers.at("prepass.importons"), 100);
+    EXPECT_EQ(defensive.report.notes().at("emission"), "steered by an importance pre-pass");
+    EXPECT_GT(defensive.report.numbers().at("prepass.importons"), 100);
     const RenderResult plain = picture(two_rooms(true), steered(0));
-    EXPECT_EQ(plain.report.notes.at("emission"), "plain: prepass = 0");
+    EXPECT_EQ(plain.report.notes().at("emission"), "plain: prepass = 0");
     EXPECT_TRUE(same(defensive.image, plain.image));
     EXPECT_FALSE(same(picture(two_rooms(true), steered()).image, plain.image));
 }
@@ -116,10 +111,10 @@ TEST(IgiPrePass, WithADefensiveWeightOfOne_ChangesNothingButWhatIsReported) {
 TEST(IgiPrePass, WhereThereIsNothingToLearn_SaysWhyEmissionIsPlain) {
     SceneMaker dark;
     dark.room({1, 1, 1}, dark.diffuse(Rgb(0.5F)));
-    EXPECT_EQ(picture(dark.build(), steered()).report.notes.at("emission"), "plain: no light shines");
+    EXPECT_EQ(picture(dark.build(), steered()).report.notes().at("emission"), "plain: no light shines");
     SceneMaker empty;
     empty.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
-    EXPECT_EQ(picture(empty.build(), steered()).report.notes.at("emission"),
+    EXPECT_EQ(picture(empty.build(), steered()).report.notes().at("emission"),
               "plain: the pre-pass saw nothing");
 }
 
@@ -129,10 +124,8 @@ TEST(IgiPrePass, StoppedByTheMonitor_IsNone) {
     struct : Monitor {
         bool stopped() const override { return true; }
     } stopping;
-    RenderReport report;
     const Workers workers{2};
-    PassContext context{scene, 4, 0, workers, stopping, report};
-    context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+    const RenderContext context{scene, 4, workers, stopping, View{&camera, V2f(0.0F), V2f(32.0F)}};
     EXPECT_FALSE(run_igi_pre_pass(steered(), context));
 }
 
@@ -159,7 +152,7 @@ TEST(IgiPrePass, SteeredSets_HaveTheMeanOfPath) {
     PathSettings path;
     path.quantity = Quantity::illuminance;
     const RunningStats truth = means(path, 500, 30, 16), pre_pass = means(settings, 200, 40);
-    settings.pre_pass = 0;
+    settings.pre_pass.paths = 0;
     const RunningStats plain = means(settings, 0, 40);
     RecordProperty("plain_path", std::to_string(plain.mean() / truth.mean()));
     RecordProperty("steered_path", std::to_string(pre_pass.mean() / truth.mean()));
@@ -226,7 +219,6 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     const Camera camera = testing::left_camera();
     const Workers workers{2};
     Monitor silent;
-    RenderReport report;
     VplParameters parameters;
     parameters.sets = 4;
     parameters.paths = 16 * kThinning;
@@ -242,8 +234,7 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     float brightest = 0;
     for (const Vpl& light : all.lights) brightest = std::max(brightest, luminance(light.contribution));
     for (std::uint64_t seed = 0; seed < 200; ++seed) {
-        PassContext context{scene, seed, 0, workers, silent, report};
-        context.view = View{&camera, V2f(0.0F), V2f(32.0F)};
+        const RenderContext context{scene, seed, workers, silent, View{&camera, V2f(0.0F), V2f(32.0F)}};
         const VplSets thin = thin_vpls(all, kThinning, pre_pass.seen, settings, context);
         ASSERT_EQ(thin.begins.size(), all.begins.size());
         ASSERT_EQ(thin.begins.back(), thin.lights.size());
@@ -255,7 +246,7 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
         unweighted.add(static_cast<double>(left) / static_cast<double>(thin.lights.size()));
         for (const Vpl& light : thin.lights) {
             EXPECT_LE(luminance(light.contribution),
-                      brightest * kThinning / settings.pre_pass_defensive_weight * 1.01F);
+                      brightest * kThinning / settings.pre_pass.defensive_weight * 1.01F);
         }
     }
     EXPECT_NEAR(count.mean(), static_cast<double>(all.lights.size()) / kThinning, 2);
@@ -268,5 +259,5 @@ TEST(IgiThinning, KeepsItsShareOfTheLights_AndTheMeanOfWhatTheyCarry) {
     EXPECT_FALSE(testing::agrees(unweighted, share)) << unweighted.mean() << " and " << share;
 }
 
-}  // namespace igi_pilot_test
+}  // namespace igi_pre_pass_test
 }  // namespace lucerna

@@ -2,7 +2,7 @@
 // back.
 #include <gtest/gtest.h>
 
-#include "engine/vpl/clamping.h"
+#include "engine/vpl/vpl_shading.h"
 #include "tests/support/media.h"
 #include "tests/support/region_means.h"
 #include "tests/support/scenes.h"

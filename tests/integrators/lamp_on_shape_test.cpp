@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/integrators/direct_light.h"
-#include "engine/scene/traced_shape.h"
-#include "lights/emit_net.h"
+#include "engine/scene/shape_set.h"
+#include "engine/transport/direct_light.h"
+#include "lights/emission_net.h"
 #include "lights/measured.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/scenes.h"
@@ -101,7 +101,7 @@ TEST(LampOnShape, Particles_StartWhereTheirLinesLeaveIt) {
         SceneMaker plain_maker;
         add_lamp(plain_maker, Glass::none, silent);
         const Scene plain = plain_maker.build();
-        const EmitNet net(2, Purpose::test, 0);
+        const EmissionNet net(2, Purpose::test, 0);
         RunningStats flux;
         int on_s = 0;
         for (std::uint32_t i = 0; i < 5000; ++i) {

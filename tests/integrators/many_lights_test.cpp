@@ -7,6 +7,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/integrators/photon_mapping.h"
 #include "tests/support/media.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -43,13 +44,8 @@ RunningStats seen(const Scene& scene, const IntegratorSettings& settings) {
     constexpr int kSamples = 4000;
     const Ray ray{{16.2F, 0.5F, 0.1F}, V3f(0.6F, 0.1F, 0.8F).normalized()};
     Monitor silent;
-    RenderReport report;
     const Workers workers{2};
-    const auto integrator = make_integrator(settings);
-    PassContext context{scene, 7, 0, workers, silent, report};
-    const auto shared_state = integrator->shared_state(context);
-    context.shared_state = shared_state.get();
-    const auto estimator = integrator->prepare(context);
+    const testing::OnePass estimator(settings, {scene, 7, workers, silent});
     std::vector<double> values(kSamples);
     parallel_ranges(workers, kSamples, 100, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {
@@ -113,12 +109,9 @@ TEST(ManyLights, WallsInAFoggyScene_AskAsTheSettingsSay) {
     PathSettings path;
     const auto error = [&](LightSelection lights) {
         path.lights = lights;
-        const auto estimator = [&] {
-            Monitor silent;
-            RenderReport report;
-            const Workers workers{1};
-            return make_path(path)->prepare({scene, 7, 0, workers, silent, report});
-        }();
+        Monitor silent;
+        const Workers workers{1};
+        const testing::OnePass estimator(path, {scene, 7, workers, silent});
         RunningStats stats;
         for (std::uint64_t i = 0; i < 4000; ++i) {
             Sampler sampler(7, Purpose::test, 0, i);
@@ -157,8 +150,8 @@ Precomputed on_the_floors(const Scene& scene, LightSelection lights) {
         parameters.seed = seed;
         parameters.wanted[static_cast<std::size_t>(MapKind::global)] = true;
         const PhotonMaps maps = build_photon_maps(scene, parameters, workers, silent);
-        RenderReport report;
-        const PassContext context{scene, seed, 0, workers, silent, report};
+        PassStatistics statistics;
+        const PassContext context{{scene, seed, workers, silent}, 0, statistics};
         const IrradiancePoints points = precompute_irradiance(context, maps, how, settings);
         RunningStats one;
         for (int cell = 8; cell < 24; ++cell) {

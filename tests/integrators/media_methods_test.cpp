@@ -61,7 +61,7 @@ TEST(Absorption, LightOverAFloor_FallsByBeersLawUnderEveryMethod) {
     // What a density estimate of k photons leaves: some 1/√k, and the light's fall over the disc.
     auto& maps = std::get<PhotonMapSettings>(all[4].settings);
     maps.photons = 500'000;
-    maps.k = 2000;
+    maps.estimate.k = 2000;
     for (const OverFloor& where : over_floor()) {
         SceneMaker make;
         where.place(make, homogeneous(sigma_a, Rgb(0)));
@@ -132,9 +132,9 @@ std::string volume_note(const Medium& medium, DirectMethod direct, double& store
     settings.photons = 2000;
     const Job job = make_job(make.build(), testing::small_cornell_camera(4), settings, 1);
     const RenderReport report = render(job, {1, Workers{2}}, silent).report;
-    stored = report.numbers.at("photons.volume.stored");
-    EXPECT_LT(report.numbers.at("energy.imbalance"), 1e-5);
-    return report.notes.at("map.volume");
+    stored = report.numbers().at("photons.volume.stored");
+    EXPECT_LT(report.numbers().at("energy.imbalance"), 1e-5);
+    return report.notes().at("map.volume");
 }
 
 TEST(VolumeMap, IsBuiltOnlyWhereAMediumScatters) {

@@ -8,6 +8,7 @@
 #include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "tests/support/media.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -26,9 +27,8 @@ using Colour = std::array<RunningStats, 3>;
 template <typename RayOf>
 Colour radiance(const Scene& scene, int samples, int max_depth, RayOf ray_of) {
     Monitor monitor;
-    RenderReport report;
     const Workers workers{2};
-    const auto estimator = make_path({max_depth})->prepare({scene, 7, 0, workers, monitor, report});
+    const testing::OnePass estimator(PathSettings{max_depth}, {scene, 7, workers, monitor});
     std::vector<Rgb> values(static_cast<std::size_t>(samples));
     parallel_ranges(workers, samples, 1024, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {

@@ -16,22 +16,20 @@ using testing::SceneMaker;
 // One pass after the other of a scene.
 class Passes {
   public:
-    Passes(Scene scene, const ProgressiveSettings& settings, std::uint64_t seed)
-        : scene_(std::move(scene)), seed_(seed), integrator_(make_integrator(settings)) {
-        shared_state_ = integrator_->shared_state({scene_, seed_, 0, workers_, silent_, report_});
+    Passes(Scene scene, const ProgressiveSettings& settings, std::uint64_t seed) : scene_(std::move(scene)) {
+        OnceStatistics once;
+        session_ = make_integrator(settings)->begin({scene_, seed, workers_, silent_}, once);
     }
     std::unique_ptr<const Estimator> pass(std::uint32_t number) {
-        return integrator_->prepare({scene_, seed_, number, workers_, silent_, report_, shared_state_.get()});
+        PassStatistics statistics;
+        return session_->pass(number, silent_, statistics);
     }
 
   private:
     Scene scene_;
-    std::uint64_t seed_;
     Workers workers_{1};
     Monitor silent_;
-    RenderReport report_;
-    std::unique_ptr<Integrator> integrator_;
-    std::unique_ptr<const SharedState> shared_state_;
+    std::unique_ptr<const Session> session_;
 };
 
 // --- bias: a point light over a floor ---
@@ -62,8 +60,8 @@ ProgressiveSettings of_direct_map(float alpha) {
     ProgressiveSettings settings;
     settings.photons = 3000;
     settings.direct = DirectMethod::map;
-    settings.boundary = Boundary::none;
-    settings.radius = 0.6F;
+    settings.estimate.boundary = Boundary::none;
+    settings.estimate.radius = 0.6F;
     settings.alpha = alpha;
     return settings;
 }
@@ -143,7 +141,7 @@ std::vector<double> square_errors(const ProgressiveSettings& settings, const std
     constexpr float kFlux = 12;
     const double truth = 0.5 / M_PI * double{kFlux} / (4 * M_PI) / 0.5;
     Passes all(testing::integrating_sphere(0.5F, kFlux), settings, seed);
-    const std::vector<Ray> rays = rays_all_over(1000);
+    const std::vector<Ray> rays = rays_all_over(300);
     std::vector<double> sums(rays.size()), errors;
     for (int pass = 0; pass < after.back(); ++pass) {
         const auto estimator = all.pass(static_cast<std::uint32_t>(pass));
@@ -171,9 +169,9 @@ class VarianceOfPasses {
     explicit VarianceOfPasses(float alpha) {
         ProgressiveSettings settings;
         settings.photons = 2000;
-        settings.k = 40;
-        settings.metric = MetricKind::euclidean;
-        settings.boundary = Boundary::none;
+        settings.estimate.k = 40;
+        settings.estimate.metric = MetricKind::euclidean;
+        settings.estimate.boundary = Boundary::none;
         settings.alpha = alpha;
         for (std::uint64_t seed = 0; seed < 32; ++seed)
             errors_.push_back(square_errors(settings, kAfter, seed));
@@ -228,8 +226,10 @@ TEST(Progressive, VarianceOfTheImage_IsTakenBetweenPasses) {
     ProgressiveSettings settings;
     settings.photons = 300;
     settings.samples = 8;
-    settings.radius = 0.4F;
-    const Camera camera = testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, 16, 16, 150);
+    settings.estimate.radius = 0.4F;
+    settings.estimate.boundary = Boundary::none;
+    constexpr int kSide = 8;
+    const Camera camera = testing::camera({0.3F, -0.2F, 0.1F}, {1, 0.5F, 0.2F}, kSide, kSide, 150);
     const auto picture = [&](std::uint64_t seed) {
         Monitor silent;
         const Job job = testing::make_job(testing::integrating_sphere(0.5F, 12), camera, settings, 8 * 8);
@@ -242,8 +242,8 @@ TEST(Progressive, VarianceOfTheImage_IsTakenBetweenPasses) {
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         const Image a = picture(2 * seed), b = picture(2 * seed + 1);
         auto& [claim, measure] = pairs.emplace_back(0, 0);
-        for (int y = 0; y < 16; ++y) {
-            for (int x = 0; x < 16; ++x) {
+        for (int y = 0; y < kSide; ++y) {
+            for (int x = 0; x < kSide; ++x) {
                 claim += double{a.value(x, y, 3) + b.value(x, y, 3)};
                 measure += double{sqr(a.value(x, y, 0) - b.value(x, y, 0))};
             }

@@ -4,7 +4,7 @@
 
 #include "engine/base/warp.h"
 #include "engine/render/render.h"
-#include "lights/ray_light.h"
+#include "lights/measured.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/scenes.h"
 

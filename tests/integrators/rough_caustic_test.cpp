@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/render/render.h"
-#include "photon/bounce_class.h"
+#include "photon/bounce.h"
 #include "photon/build_maps.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -36,16 +36,16 @@ Scene plate_over_floor(const MaterialModel& plate) {
     return make.build();
 }
 
-struct Look {
+struct Measured {
     double mean;
     double caustic_photons;
 };
-Look look(const MaterialModel& plate, const IntegratorSettings& settings, int spp) {
+Measured measure(const MaterialModel& plate, const IntegratorSettings& settings, int spp) {
     Monitor silent;
     const Camera camera = testing::camera({0.3F, 1.5F, 0.2F}, {0.1F, 0, 0}, 24, 24, 40);
     const Job job = testing::make_job(plate_over_floor(plate), camera, settings, spp);
     const RenderResult result = render(job, {3, Workers{}}, silent);
-    const auto& numbers = result.report.numbers;
+    const auto numbers = result.report.numbers();
     const auto found = numbers.find("photons.caustic.stored");
     return {testing::luminance_stats(result.image).mean(), found == numbers.end() ? 0 : found->second};
 }
@@ -54,14 +54,14 @@ class RoughCaustic : public ::testing::TestWithParam<bool> {};
 
 TEST_P(RoughCaustic, WhicheverMapHoldsIt_IsThereOnce) {
     const MaterialModel plate = GetParam() ? MaterialModel(varnished()) : MaterialModel(rough_metal());
-    const double truth = look(plate, PathSettings{}, 1024).mean;
+    const double truth = measure(plate, PathSettings{}, 1024).mean;
     for (const IndirectMethod indirect : {IndirectMethod::gather, IndirectMethod::map}) {
         for (const float below : {0.0F, 0.1F, 0.2F}) {
             PhotonMapSettings settings;
-            settings.photons = 400'000;
+            settings.photons = 200'000;
             settings.indirect = indirect;
             settings.specular_below = below;
-            const Look seen = look(plate, settings, 32);
+            const Measured seen = measure(plate, settings, 16);
             EXPECT_NEAR(seen.mean / truth, 1, 0.02)
                 << "below " << below << (indirect == IndirectMethod::map ? ", map" : ", gather");
             EXPECT_EQ(seen.caustic_photons > 0, below > kAlpha) << "below " << below;

@@ -51,7 +51,7 @@ TEST(Settings, SetParameter_ChangesTheTypedValue) {
     const auto& s = std::get<PhotonMapSettings>(settings);
     EXPECT_EQ(s.photons, 2'000'000);
     EXPECT_EQ(s.direct, DirectMethod::map);
-    EXPECT_EQ(s.radius, 0.25F);
+    EXPECT_EQ(s.estimate.radius, 0.25F);
 }
 
 TEST(Settings, WrongInputs_NamePlaceValueAndWhatIsAccepted) {

@@ -1,6 +1,4 @@
 // Steered emission in the integrators: when it is used, and that it changes no mean.
-#include "engine/integrators/steering.h"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/same_image.h"
@@ -30,7 +28,7 @@ PhotonMapSettings maps_seen_directly() {
     settings.photons = 20'000;
     settings.direct = DirectMethod::map;
     settings.indirect = IndirectMethod::map;
-    settings.pre_pass = 8192;
+    settings.pre_pass.paths = 8192;
     return settings;
 }
 
@@ -44,18 +42,18 @@ RenderResult picture(const IntegratorSettings& settings, RenderOptions options =
 
 TEST(SteeredEmission, ByADefensiveWeightOfOne_IsThePlainImage) {
     PhotonMapSettings settings = maps_seen_directly();
-    settings.pre_pass_defensive_weight = 1;
+    settings.pre_pass.defensive_weight = 1;
     const RenderResult defensive = picture(settings);
-    EXPECT_EQ(defensive.report.notes.at("emission"), "steered by an importance pre-pass");
-    EXPECT_GT(defensive.report.numbers.at("prepass.blocks"), 2);
-    settings.pre_pass_defensive_weight = 0.25F;
+    EXPECT_EQ(defensive.report.notes().at("emission"), "steered by an importance pre-pass");
+    EXPECT_GT(defensive.report.numbers().at("prepass.blocks"), 2);
+    settings.pre_pass.defensive_weight = 0.25F;
     const RenderResult steered = picture(settings);
-    settings.pre_pass = 0;
+    settings.pre_pass.paths = 0;
     const RenderResult plain = picture(settings);
-    EXPECT_EQ(plain.report.notes.at("emission"), "plain: prepass = 0");
+    EXPECT_EQ(plain.report.notes().at("emission"), "plain: prepass = 0");
     EXPECT_TRUE(same(defensive.image, plain.image));
     EXPECT_FALSE(same(steered.image, plain.image));
-    EXPECT_GT(steered.report.numbers.at("prepass.share_of_lights"), 0.1);
+    EXPECT_GT(steered.report.numbers().at("prepass.share_of_lights"), 0.1);
 }
 
 TEST(SteeredEmission, OnAnyNumberOfThreads_IsTheSameImage) {
@@ -65,7 +63,7 @@ TEST(SteeredEmission, OnAnyNumberOfThreads_IsTheSameImage) {
     EXPECT_TRUE(same(picture(maps_seen_directly(), one).image, picture(maps_seen_directly(), three).image));
     ProgressiveSettings passes;
     passes.photons = 5000;
-    passes.pre_pass = 8192;
+    passes.pre_pass.paths = 8192;
     EXPECT_TRUE(same(picture(passes, one).image, picture(passes, three).image));
 }
 
@@ -74,7 +72,7 @@ TEST(SteeredEmission, OfMapsInFiles_IsPlain) {
     RenderOptions save;
     save.maps.save = folder / "maps.photons";
     const RenderResult saved = picture(maps_seen_directly(), save);
-    EXPECT_EQ(saved.report.notes.at("emission"), "plain: maps in files serve every camera");
+    EXPECT_EQ(saved.report.notes().at("emission"), "plain: maps in files serve every camera");
     RenderOptions load;
     load.maps.load = folder / "maps.photons";
     EXPECT_TRUE(same(saved.image, picture(maps_seen_directly(), load).image));
@@ -89,8 +87,8 @@ TEST(SteeredEmission, EnergyBalances_AndItsMeanIsTheLampsFlux) {
         RenderOptions options;
         options.seed = seed;
         const RenderResult result = picture(maps_seen_directly(), options, 2, 1);
-        EXPECT_LT(result.report.numbers.at("energy.imbalance"), 1e-12);
-        emitted.add(result.report.numbers.at("energy.emitted"));
+        EXPECT_LT(result.report.numbers().at("energy.imbalance"), 1e-12);
+        emitted.add(result.report.numbers().at("energy.emitted"));
     }
     EXPECT_TRUE(testing::agrees(emitted, flux)) << emitted.mean() << " of " << flux;
     EXPECT_LT(emitted.standard_error(), 0.01 * flux);
@@ -100,16 +98,16 @@ TEST(SteeredEmission, EnergyBalances_AndItsMeanIsTheLampsFlux) {
 TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     ProgressiveSettings settings;
     settings.photons = 4000;
-    settings.radius = 0.15F;
+    settings.estimate.radius = 0.15F;
     settings.direct = DirectMethod::map;
     settings.quantity = Quantity::illuminance;
     RunningStats plain, steered;
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         RenderOptions options;
         options.seed = seed;
-        settings.pre_pass = 0;
+        settings.pre_pass.paths = 0;
         plain.add(testing::luminance_stats(picture(settings, options, 8).image).mean());
-        settings.pre_pass = 4096;
+        settings.pre_pass.paths = 4096;
         options.seed = 100 + seed;
         steered.add(testing::luminance_stats(picture(settings, options, 8).image).mean());
     }

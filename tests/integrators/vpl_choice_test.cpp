@@ -5,6 +5,7 @@
 #include "engine/vpl/igi_vpls.h"
 #include "tests/support/materials.h"
 #include "tests/support/media_methods.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
@@ -123,10 +124,9 @@ TEST(VplChoice, Tree_AnyThreads_SameRadiance) {
     igi.choice = VplChoice::tree;
     igi.nlights = 4096;
     Monitor silent;
-    RenderReport report;
     const Workers one{1}, three{3};
-    const auto a = make_integrator(igi)->prepare({scene, 7, 0, one, silent, report});
-    const auto b = make_integrator(igi)->prepare({scene, 7, 0, three, silent, report});
+    const testing::OnePass a(igi, {scene, 7, one, silent});
+    const testing::OnePass b(igi, {scene, 7, three, silent});
     for (std::uint32_t i = 0; i < 200; ++i) {
         Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
         const V2f u = sampler.next2();

@@ -41,7 +41,7 @@ WithPayload ordered(const std::vector<V3f>& points, int threads = 2) {
     return result;
 }
 
-std::vector<Neighbour> look_at_all(const WithPayload& cloud, const V3f& x, float most) {
+std::vector<Neighbour> visit_all(const WithPayload& cloud, const V3f& x, float most) {
     std::vector<Neighbour> all;
     for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
         const float key = EvenMeasure::key(cloud.points[i] - x, cloud.payloads[i]);
@@ -73,7 +73,7 @@ TEST_P(BoxTreeClouds, NearestAndWithin_EqualALookAtEveryPoint) {
         for (int query = 0; query < 20; ++query) {
             const EvenMeasure measure{place_near(cloud.points, scale, sampler)};
             const float most = query % 4 == 0 ? INFINITY : sqr((0.01F + sampler.next()) * scale);
-            std::vector<Neighbour> expected = look_at_all(cloud, measure.x, most);
+            std::vector<Neighbour> expected = visit_all(cloud, measure.x, most);
 
             std::vector<Neighbour> within;
             search_all(tree, measure, just_below(most), [&](const BlockKeys& keys, std::uint32_t first) {

@@ -5,18 +5,16 @@
 #include <string>
 
 #include "engine/pbrt/read_scene.h"
-#include "lights/measurement/filter_sums.h"
 #include "lights/measurement/plane_irradiance.h"
+#include "lights/measurement/ray_projection.h"
 #include "photon/luminaire.h"
 
 namespace lucerna {
 namespace three_led_test {
 
-constexpr std::int64_t kPaths = 1 << 20;
-
-RaySet rays_of_lamp(const Scene& scene, std::uint64_t seed) {
+RaySet rays_of_lamp(const Scene& scene, std::uint64_t seed, std::int64_t paths) {
     LuminaireParameters parameters;
-    parameters.paths = kPaths;
+    parameters.paths = paths;
     parameters.seed = seed;
     Monitor silent;
     return trace_rays(scene, parameters, FluxUnit::lumen, Workers{}, silent);
@@ -72,8 +70,9 @@ double misfit(const PlaneIrradiance& field, const PlaneIrradiance& counted, doub
 // own, the field gives the mean irradiance without any blur: what is left is noise.
 TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
     const Scene lamp = read_lamp();
-    const RaySet measured = rays_of_lamp(lamp, 1);
-    const RaySet other = rays_of_lamp(lamp, 2);
+    constexpr std::int64_t kPaths = 1 << 20;
+    const RaySet measured = rays_of_lamp(lamp, 1, kPaths);
+    const RaySet other = rays_of_lamp(lamp, 2, kPaths);
     Monitor silent;
     const LightField field = field_of_rays(measured);
     const PlanePatch screen{0.75, {0, 0}, {1.2, 1.2}, {60, 60}};
@@ -97,8 +96,9 @@ TEST(ThreeLeds, FieldOnItsOwnScreen_IsTheLuminairesLightWithinTheNoise) {
 TEST(ThreeLeds, FieldNearTheLamp_ShowsThreeSpotsWhereTheLuminaireHasThem) {
     const Scene lamp = read_lamp();
     Monitor silent;
-    const LightField field = field_of_rays(rays_of_lamp(lamp, 1));
-    const RaySet other = rays_of_lamp(lamp, 2);
+    constexpr std::int64_t kPaths = 1 << 18;  // thousands of rays in each spot
+    const LightField field = field_of_rays(rays_of_lamp(lamp, 1, kPaths));
+    const RaySet other = rays_of_lamp(lamp, 2, kPaths);
     const double turn = 2 * 3.14159265358979 / 3;
     for (int led = 0; led < 3; ++led) {
         const double angle = 3.14159265358979 / 2 + led * turn;

@@ -8,8 +8,8 @@
 #include <functional>
 #include <string>
 
-#include "engine/base/frame.h"
 #include "engine/base/sampler.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "tests/support/statistics.h"
 

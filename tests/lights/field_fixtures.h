@@ -108,8 +108,8 @@ inline double integrate(const LightField& field, int s, int m,
     V2d span;
     V2i steps;
     for (int a = 0; a < 2; ++a) {
-        const double travel = rig.shift[a] > 0 ? rig.spacing[a] * (rig.views[a] - 1) : 0.0;
-        span[a] = rig.pixels[a] * rig.pixel[a] + travel;
+        const double shift_m = rig.shift[a] > 0 ? rig.spacing[a] * (rig.views[a] - 1) : 0.0;
+        span[a] = rig.pixels[a] * rig.pixel[a] + shift_m;
         steps[a] = static_cast<int>(std::lround(span[a] / rig.pixel[a])) * m;
     }
     const V2i cells((rig.views.x + 1) * s, (rig.views.y + 1) * s);

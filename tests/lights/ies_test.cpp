@@ -1,11 +1,10 @@
-#include "lights/ies.h"
+#include "lights/photometric_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "lights/ldt.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 #include "tests/support/shared_data.h"

@@ -1,4 +1,4 @@
-#include "lights/ldt.h"
+#include "lights/photometric_files.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -4,11 +4,10 @@
 
 #include <functional>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "lights/analytic.h"
 #include "lights/measured.h"
-#include "lights/picker.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/statistics.h"
 
@@ -112,7 +111,7 @@ TEST(LightBounds, Together_HoldBothCones) {
         LightBounds b = random();
         if (i % 10 == 0) b.axis = -a.axis;
         if (i % 10 == 1) b.axis = a.axis;
-        const LightBounds all = together(a, b);
+        const LightBounds all = union_of(a, b);
         EXPECT_FLOAT_EQ(all.power, a.power + b.power);
         EXPECT_NEAR(all.axis.length(), 1, 1e-5F);
         for (const LightBounds& one : {a, b}) {

@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/base/cie.h"
 #include "engine/base/error.h"
-#include "engine/base/frame.h"
+#include "engine/base/spectrum.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/statistics.h"

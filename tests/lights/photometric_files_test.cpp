@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "lights/ies.h"
-#include "lights/ldt.h"
+#include "lights/photometric_files.h"
 #include "tests/support/shared_data.h"
 
 namespace lucerna {

@@ -1,4 +1,4 @@
-#include "lights/picker.h"
+#include "lights/light_tree.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <fstream>
 #include <functional>
 
-#include "engine/base/cie.h"
 #include "engine/base/error.h"
+#include "engine/base/spectrum.h"
 #include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"

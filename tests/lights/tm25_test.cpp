@@ -4,8 +4,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "engine/base/cie.h"
 #include "engine/base/error.h"
+#include "engine/base/spectrum.h"
 #include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/shared_data.h"

@@ -1,4 +1,4 @@
-#include "lights/measurement/acquire_part.h"
+#include "lights/measurement/acquire.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <atomic>
 #include <fstream>
 
-#include "lights/measurement/acquire.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"

@@ -253,9 +253,9 @@ TEST(ChooseRig, WideAndNarrowLobes_CatchTheShareAskedFor) {
             const FluxAccount& a = p.account;
             expect_balance(a, p.field);
             // A little more than asked for: the filters reach beyond the box that the share was counted in.
-            const double met = (a.total - a.beside_s - a.beside_m) / a.total;
-            EXPECT_GE(met, capture - 1e-3) << exponent;
-            EXPECT_LE(met, capture + 0.03) << exponent;
+            const double hits = (a.total - a.beside_s - a.beside_m) / a.total;
+            EXPECT_GE(hits, capture - 1e-3) << exponent;
+            EXPECT_LE(hits, capture + 0.03) << exponent;
             EXPECT_NEAR(a.not_in_basis / a.total, 0, 0.02) << exponent;
             EXPECT_LE(p.noise, 1.05 * options.noise) << exponent;
             EXPECT_GE(p.field.rig().views.x, 8) << exponent;

@@ -8,7 +8,6 @@
 
 #include "engine/base/sampler.h"
 #include "lights/measurement/camera_simulation.h"
-#include "lights/measurement/median.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {

@@ -1,4 +1,4 @@
-#include "lights/measurement/far_field.h"
+#include "lights/measurement/plane_irradiance.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,9 +6,8 @@
 #include <cmath>
 
 #include "engine/base/warp.h"
-#include "lights/ies.h"
 #include "lights/measurement/acquire.h"
-#include "lights/measurement/plane_irradiance.h"
+#include "lights/photometric_files.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 #include "tests/support/shared_data.h"

@@ -1,6 +1,6 @@
 // Rays behind the two opacities: the same field as their direct projection, and a noise that is what it is
 // said to be.
-#include "lights/measurement/filter_sums.h"
+#include "lights/measurement/ray_projection.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "lights/measurement/far_field.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "tests/lights/field_fixtures.h"
 

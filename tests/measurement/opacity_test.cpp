@@ -7,7 +7,6 @@
 
 #include "lights/bell.h"
 #include "lights/measurement/acquire.h"
-#include "lights/measurement/filter_nodes.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 

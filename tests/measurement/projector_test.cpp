@@ -1,4 +1,4 @@
-#include "lights/measurement/projector.h"
+#include "lights/measurement/acquire.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 
-#include "lights/measurement/acquire.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "tests/support/error_of.h"
 

@@ -7,7 +7,6 @@
 #include "engine/base/error.h"
 #include "engine/base/warp.h"
 #include "lights/measurement/ray_projection.h"
-#include "lights/measurement/ray_resolution.h"
 #include "tests/lights/field_fixtures.h"
 
 namespace lucerna {

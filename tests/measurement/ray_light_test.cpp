@@ -7,10 +7,10 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "lights/measured.h"
 #include "lights/measurement/emit_rays.h"
 #include "lights/measurement/ray_projection.h"
-#include "lights/ray_light.h"
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
 #include "tests/support/statistics.h"

@@ -14,7 +14,7 @@
 #include <sstream>
 
 #include "engine/base/files.h"
-#include "engine/pbrt/bsdf_table.h"
+#include "engine/pbrt/material_parts.h"
 #include "engine/render/render.h"
 #include "tests/support/error_of.h"
 #include "tests/support/scene_text.h"

@@ -123,8 +123,8 @@ TEST(Options, Integrator_TakesItsParametersByTable) {
                                             "kernel\" \"cone\" \"float radius\" .5")
                                         .integrator);
     EXPECT_EQ(photon.photons, 5000);
-    EXPECT_EQ(photon.kernel, KernelShape::cone);
-    EXPECT_EQ(photon.radius, 0.5F);
+    EXPECT_EQ(photon.estimate.kernel, KernelShape::cone);
+    EXPECT_EQ(photon.estimate.radius, 0.5F);
     EXPECT_EQ(std::get<IgiSettings>(options("Integrator \"igi\" \"integer nlights\" 128").integrator).nlights,
               128);
     EXPECT_TRUE(std::holds_alternative<DirectSettings>(options("Integrator \"directlighting\"").integrator));
@@ -143,9 +143,9 @@ TEST(Options, IntegratorOfOlderPbrt_IsTranslated) {
         "maxdist\" 1.5 "
         "\"bool finalgather\" \"false\" \"integer causticphotons\" 0 WorldBegin");
     const auto photon = std::get<PhotonMapSettings>(read.draft.integrator);
-    EXPECT_EQ(photon.k, 75);
+    EXPECT_EQ(photon.estimate.k, 75);
     EXPECT_EQ(photon.gather_rays, 64);
-    EXPECT_EQ(photon.radius, 1.5F);
+    EXPECT_EQ(photon.estimate.radius, 1.5F);
     EXPECT_EQ(photon.indirect, IndirectMethod::map);
     EXPECT_EQ(photon.caustic_photons, 0) << "no target";
     EXPECT_TRUE(read.draft.film.filename == FilmSettings{}.filename);
@@ -192,9 +192,9 @@ TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {
               9)
         << "wherever the sampler stands";
     EXPECT_EQ(options("Sampler \"sobol\" \"integer pixelsamples\" 5 Integrator \"sppm\"").spp, 5);
-    EXPECT_EQ(
-        std::get<ProgressiveSettings>(options("Integrator \"sppm\" \"float radius\" 2").integrator).radius,
-        2);
+    EXPECT_EQ(std::get<ProgressiveSettings>(options("Integrator \"sppm\" \"float radius\" 2").integrator)
+                  .estimate.radius,
+              2);
     EXPECT_THAT(refused("Integrator \"sppm\" \"integer numiterations\" 0"), HasSubstr("1 to"));
     // Version 2 puts Metropolis above the surface integrator.
     const Draft mlt = options(
@@ -231,9 +231,9 @@ TEST(Options, CommandLine_OverridesTheScene) {
     EXPECT_EQ(draft.film.width, 7);
     EXPECT_EQ(draft.film.height, 9);
     const auto photon = std::get<PhotonMapSettings>(draft.integrator);
-    EXPECT_EQ(photon.k, 33);
+    EXPECT_EQ(photon.estimate.k, 33);
     EXPECT_EQ(photon.gather_rays, 4);
-    EXPECT_EQ(photon.metric, MetricKind::euclidean);
+    EXPECT_EQ(photon.estimate.metric, MetricKind::euclidean);
 }
 
 TEST(Options, OtherIntegratorOfTheCommandLine_LeavesTheScenesParametersBehind) {

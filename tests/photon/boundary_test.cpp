@@ -1,11 +1,10 @@
 // Boundary bias: known irradiance on surfaces that end.
-#include "photon/boundary.h"
+#include "photon/probes.h"
 
 #include <gtest/gtest.h>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 #include "photon/density_estimate.h"
-#include "photon/probes.h"
 #include "tests/support/photons.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -26,30 +25,30 @@ Scene unit_square() {
 
 struct Where {
     const char* name;
-    V3f begin, end;       // a line of places that are all alike
-    double uncorrected;   // what is left of irradiance 1
-    double hull, probes;  // most that the corrections may be off
+    V3f begin, end;      // a line of places that are all alike
+    double uncorrected;  // what is left of irradiance 1
+    double probes;       // most that the correction may be off
 };
 
 // A disc of some radius 0.08: 100 of 5000 photons.
-const Where kWheres[] = {{"middle", {0.3F, 0.4F, 0}, {0.7F, 0.5F, 0}, 1, 0.01, 0.01},
-                         {"edge", {0.0F, 0.3F, 0}, {0.0F, 0.7F, 0}, 0.5, 0.06, 0.03},
-                         {"near the edge", {0.02F, 0.3F, 0}, {0.02F, 0.7F, 0}, 0.65, 0.06, 0.04},
-                         {"corner", {0.0F, 0.0F, 0}, {0.001F, 0.001F, 0}, 0.25, 0.12, 0.05}};
+const Where kWheres[] = {{"middle", {0.3F, 0.4F, 0}, {0.7F, 0.5F, 0}, 1, 0.01},
+                         {"edge", {0.0F, 0.3F, 0}, {0.0F, 0.7F, 0}, 0.5, 0.03},
+                         {"near the edge", {0.02F, 0.3F, 0}, {0.02F, 0.7F, 0}, 0.65, 0.04},
+                         {"corner", {0.0F, 0.0F, 0}, {0.001F, 0.001F, 0}, 0.25, 0.05}};
 
 class UnitSquare : public ::testing::TestWithParam<KernelShape> {};
 
-TEST_P(UnitSquare, MiddleEdgeAndCorner_HullAndProbesMendWhatIsLost) {
+TEST_P(UnitSquare, MiddleEdgeAndCorner_ProbesMendWhatIsLost) {
     const Scene scene = unit_square();
-    constexpr Boundary kBoundaries[] = {Boundary::none, Boundary::hull, Boundary::probes};
-    RunningStats stats[std::size(kWheres)][3];
+    constexpr Boundary kBoundaries[] = {Boundary::none, Boundary::probes};
+    RunningStats stats[std::size(kWheres)][2];
     for (std::uint64_t seed = 0; seed < 150; ++seed) {
         const PhotonMap map = uniform_map(5000, seed);
         for (std::size_t w = 0; w < std::size(kWheres); ++w) {
             for (int i = 0; i < 6; ++i) {
                 const V3f x =
                     kWheres[w].begin + static_cast<float>(i) / 5 * (kWheres[w].end - kWheres[w].begin);
-                for (int b = 0; b < 3; ++b) {
+                for (int b = 0; b < 2; ++b) {
                     const DensityEstimateSettings settings{
                         100, 1, 2, GetParam(), MetricKind::projected, kBoundaries[b]};
                     const SurfacePoint at{x, kUp, surface_error(x, 1)};
@@ -63,13 +62,11 @@ TEST_P(UnitSquare, MiddleEdgeAndCorner_HullAndProbesMendWhatIsLost) {
     }
     for (std::size_t w = 0; w < std::size(kWheres); ++w) {
         const Where& where = kWheres[w];
-        const double none = stats[w][0].mean(), hull = stats[w][1].mean(), probes = stats[w][2].mean();
+        const double none = stats[w][0].mean(), probes = stats[w][1].mean();
         EXPECT_NEAR(none, where.uncorrected, where.uncorrected == 0.65 ? 0.06 : 0.02) << where.name;
-        EXPECT_NEAR(hull, 1, where.hull) << where.name;
         EXPECT_NEAR(probes, 1, where.probes) << where.name;
-        RecordProperty(where.name, fmt::format("none {:.4f} hull {:.4f} ± {:.2f} probes {:.4f} ± {:.2f}",
-                                               none, hull, std::sqrt(stats[w][1].variance()), probes,
-                                               std::sqrt(stats[w][2].variance())));
+        RecordProperty(where.name, fmt::format("none {:.4f} probes {:.4f} ± {:.2f}", none, probes,
+                                               std::sqrt(stats[w][1].variance())));
     }
 }
 
@@ -78,24 +75,24 @@ INSTANTIATE_TEST_SUITE_P(Kernels, UnitSquare,
                                            KernelShape::epanechnikov));
 
 // 400 photons on a disc of radius 0.1, looked at with a radius of 0.15: half the estimate's disc is empty.
-TEST(SmallDisc, RadiusBeyondIt_HullAndProbesMendWhatIsLost) {
+TEST(SmallDisc, RadiusBeyondIt_ProbesMendWhatIsLost) {
     constexpr float kDisc = 0.1F;
     SceneMaker make;
     Quadric& disk = make.sphere(V3f(0.0F), kDisc, make.diffuse(Rgb(0.5F)));
     disk.kind = Quadric::Kind::disk;
     const Scene scene = make.build();
     for (const float distance : {0.0F, 0.05F, 0.0999F}) {
-        RunningStats none, hull, probes;
+        RunningStats none, probes;
         for (std::uint64_t seed = 0; seed < 400; ++seed) {
             Sampler sampler(seed, Purpose::test, 5, 0);
-            Photons landed;
+            Photons deposited;
             for (int i = 0; i < 400; ++i) {
                 const V2f p = kDisc * square_to_disc(sampler.next2());
-                landed.add({p.x, p.y, 0}, PackedDirection(kUp),
-                           photon(-square_to_cosine_hemisphere(sampler.next2()),
-                                  kPi * sqr(kDisc) / 400));  // irradiance 1
+                deposited.add({p.x, p.y, 0}, PackedDirection(kUp),
+                              photon(-square_to_cosine_hemisphere(sampler.next2()),
+                                     kPi * sqr(kDisc) / 400));  // irradiance 1
             }
-            const PhotonMap map(landed);
+            const PhotonMap map(deposited);
             const SurfacePoint at{{distance, 0, 0}, kUp, 1e-6F};
             DensityEstimateSettings settings{
                 0, 0.15F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
@@ -106,19 +103,16 @@ TEST(SmallDisc, RadiusBeyondIt_HullAndProbesMendWhatIsLost) {
                     static_cast<double>(DensityEstimate(map, settings, probing).irradiance(at).value.x));
             };
             add(Boundary::none, none);
-            add(Boundary::hull, hull);
             add(Boundary::probes, probes);
         }
         EXPECT_LT(none.mean(), 0.75) << distance;
-        EXPECT_NEAR(hull.mean(), 1, 0.07) << distance;
         EXPECT_NEAR(probes.mean(), 1, 0.07) << distance;
-        RecordProperty(
-            fmt::format("at{:.2f}", distance),
-            fmt::format("none {:.4f} hull {:.4f} probes {:.4f}", none.mean(), hull.mean(), probes.mean()));
+        RecordProperty(fmt::format("at{:.2f}", distance),
+                       fmt::format("none {:.4f} probes {:.4f}", none.mean(), probes.mean()));
     }
 }
 
-// Share of the kernel's places from which a photon along d comes to rest, in the corner of a floor (x > 0)
+// Share of the kernel's places from which a photon along d is stored, in the corner of a floor (x > 0)
 // and a wall (z > 0), where the metric counts it: by many places.
 double corner_share(const V3f& x, const V3f& d, const TangentMetric& metric, float r2) {
     constexpr int kSide = 64;
@@ -151,7 +145,7 @@ TEST(ConcaveCorner, Probes_FindTheDiscFilledByTheWall) {
         V3f d = -square_to_cosine_hemisphere(sampler.next2());
         d.x = -std::fabs(d.x);  // from the half of the sky that the wall leaves
         const ProbedPhoton photon{x, d};
-        const ProbeChance chance{sampler.next(), sampler.next2()};
+        const ProbeNumbers chance{sampler.next(), sampler.next2()};
         const ProbedDisc disc{x, kUp, kRadius2, metric.ball2(kRadius2), KernelShape::epanechnikov, 0};
         found.add(static_cast<double>(probe(scene, disc, metric, {&photon, 1}, chance).share));
         exact.add(corner_share(x, d, metric, kRadius2));
@@ -172,18 +166,18 @@ TEST(HiddenPhotons, UnderAShelfAndBehindAThinWall_CountOnlyWithoutProbes) {
     make.quad({1, -5, 0}, {0, 10, 0}, {0, 0, 5}, grey);      // wall at x = 1
     const Scene scene = make.build();
     Sampler sampler(1, Purpose::test, 7, 0);
-    Photons landed;
+    Photons deposited;
     for (int i = 0; i < 20'000; ++i) {
         const V2f u = sampler.next2();
         const V3f d = V3f(-0.3F, 0.1F, -1).normalized();
         const float y = 4 * u.y - 2;
         if (i % 2 == 0) {
-            landed.add({-1 - 2 * u.x, y, 0.1F}, PackedDirection(kUp), photon(d, 4e-4F));  // on the shelf
+            deposited.add({-1 - 2 * u.x, y, 0.1F}, PackedDirection(kUp), photon(d, 4e-4F));  // on the shelf
         } else {
-            landed.add({1 + 2 * u.x, y, 0}, PackedDirection(kUp), photon(d, 4e-4F));  // beyond the wall
+            deposited.add({1 + 2 * u.x, y, 0}, PackedDirection(kUp), photon(d, 4e-4F));  // beyond the wall
         }
     }
-    const PhotonMap map(landed);
+    const PhotonMap map(deposited);
     const Probing probing{scene, sampler.split(1)};
     DensityEstimateSettings settings{
         0, 0.2F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
@@ -217,15 +211,15 @@ TEST(Probes, DiscNearTheSurfacesError_OnATiltedPlane_ChangesNothing) {
         for (const float errors : {1.0F, 2.0F, 5.0F, 20.0F, 100.0F, 1000.0F}) {
             const float radius = errors * hit->at.error;
             Sampler sampler(1, Purpose::test, 8, 0);
-            Photons landed;
-            while (landed.size() < 4000) {
+            Photons deposited;
+            while (deposited.size() < 4000) {
                 const V2f u = 3 * radius * square_to_disc(sampler.next2());
                 V3f d = -square_to_cosine_hemisphere(sampler.next2());
                 d = frame.to_world(V3f(d.x + 20 * flat, d.y, d.z)).normalized();
                 const auto found = scene.intersect({middle + u.x * frame.s + u.y * frame.t - d, d});
-                if (found) landed.add(found->at.p, PackedDirection(n), photon(d, 1));
+                if (found) deposited.add(found->at.p, PackedDirection(n), photon(d, 1));
             }
-            const PhotonMap map(landed);
+            const PhotonMap map(deposited);
             RunningStats ratio;
             for (std::uint64_t i = 0; i < 100; ++i) {
                 const Probing probing{scene, Sampler(2, Purpose::test, 8, i)};
@@ -240,34 +234,6 @@ TEST(Probes, DiscNearTheSurfacesError_OnATiltedPlane_ChangesNothing) {
             }
             EXPECT_NEAR(ratio.mean(), 1, 0.03) << errors << " errors, flat " << flat;
         }
-    }
-}
-
-TEST(HullShare, HullOfNoArea_IsOne) {
-    for (const KernelShape kernel : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
-        std::vector<V2f> none, line(10, V2f(0.1F, 0.1F)), same(10, V2f(0.5F, 0));
-        EXPECT_EQ(hull_share(kernel, none), 1);
-        EXPECT_EQ(hull_share(kernel, line), 1);
-        EXPECT_EQ(hull_share(kernel, same), 1);
-    }
-}
-
-// A dense square inside the disc: the kernel over it, by summing.
-TEST(HullShare, Square_EqualsTheKernelsIntegralOverIt) {
-    for (const KernelShape shape : {KernelShape::constant, KernelShape::cone, KernelShape::epanechnikov}) {
-        std::vector<V2f> points;
-        double sum = 0;
-        constexpr int kSide = 400;
-        for (int i = 0; i < kSide; ++i) {
-            for (int j = 0; j < kSide; ++j) {
-                const V2f p((static_cast<float>(i) + 0.5F) / kSide - 0.3F,
-                            (static_cast<float>(j) + 0.5F) / kSide - 0.6F);
-                points.push_back(p);
-                sum += static_cast<double>(p.length2() < 1 ? kernel(shape, p.length2()) : 0) /
-                       sqr(double{kSide});
-            }
-        }
-        EXPECT_NEAR(hull_share(shape, points), sum, 0.01);
     }
 }
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <utility>
 
-#include "photon/near_photons.h"
+#include "photon/photon_map.h"
 #include "tests/support/photons.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
@@ -25,9 +25,9 @@ constexpr int kStride = 4;
 constexpr DensityEstimateSettings kSettings{
     40, 0.3F, 2, KernelShape::epanechnikov, MetricKind::projected, Boundary::none};
 
-SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
+SurfacePoints random_places(std::size_t n, std::uint64_t seed) {
     Sampler sampler(seed, Purpose::test, 1, 0);
-    SurfacePlaces places;
+    SurfacePoints places;
     for (std::size_t i = 0; i < n; ++i) {
         const V2f at = sampler.next2();
         places.add({V3f(at.x, at.y, 0), kUp, 0}, static_cast<std::uint32_t>(i));
@@ -35,8 +35,8 @@ SurfacePlaces random_places(std::size_t n, std::uint64_t seed) {
     return places;
 }
 
-SurfacePlaces every_nth_photon(const PhotonMap& map) {
-    SurfacePlaces places;
+SurfacePoints every_nth_photon(const PhotonMap& map) {
+    SurfacePoints places;
     for (std::size_t i = 0; i < map.size(); i += kStride) {
         places.add({map.positions()[i], kUp, 0}, static_cast<std::uint32_t>(i));
     }
@@ -47,7 +47,7 @@ V3f inner_place(Sampler& sampler) {
     return {0.2F + 0.6F * sampler.next(), 0.2F + 0.6F * sampler.next(), 0};
 }
 
-double mean_looked_up(const PhotonMap& map, const SurfacePlaces& places, std::uint64_t seed) {
+double mean_looked_up(const PhotonMap& map, const SurfacePoints& places, std::uint64_t seed) {
     Monitor silent;
     const PhotonMap* maps[] = {&map};
     const IrradiancePoints points(places, {maps, kSettings}, Workers{2}, silent);
@@ -152,8 +152,8 @@ TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
         return Rgb(Sampler(1, Purpose::test, 0, number).next());
     };
     const IrradianceSources sources{maps, kSettings, {}, by_chance};
-    const SurfacePlaces places = random_places(200, 5);
-    SurfacePlaces fewer;
+    const SurfacePoints places = random_places(200, 5);
+    SurfacePoints fewer;
     for (std::size_t i = 0; i < places.size(); ++i) {
         if (i != 17) fewer.add(places[i], places.numbers[i]);
     }
@@ -174,15 +174,15 @@ TEST(BounceOn, FromAFloor_LandsOnTheCeilingAndNotOnTheMirror) {
     make.quad({-500, 2, -1}, {0, 0, 2}, {1000, 0, 0}, mirror);  // a wall beside the floor
     const Scene scene = make.build();
     const PhotonMap map = uniform_map(5000, 3);
-    const SurfacePlaces places = bounce_on(scene, map, {2, 1, 0}, Workers{2});
+    const SurfacePoints places = bounce_on(scene, map, {2, 1, 0}, Workers{2});
     EXPECT_NEAR(static_cast<double>(places.size()), 2500, 5 * std::sqrt(1250.0));
     for (std::size_t i = 0; i < places.size(); ++i) {
         EXPECT_NEAR(places.positions[i].z, 1, 1e-5F);
         EXPECT_LT(places.normals[i].unpack().z, -0.999F);
     }
-    const SurfacePlaces from_each = bounce_on(scene, map, {1, 1, 0}, Workers{2});
+    const SurfacePoints from_each = bounce_on(scene, map, {1, 1, 0}, Workers{2});
     EXPECT_EQ(from_each.size(), 5000U);
-    const SurfacePlaces again = bounce_on(scene, map, {2, 1, 0}, Workers{1});
+    const SurfacePoints again = bounce_on(scene, map, {2, 1, 0}, Workers{1});
     EXPECT_EQ(again.positions, places.positions);
     EXPECT_NE(bounce_on(scene, map, {2, 1, 1}, Workers{1}).positions, places.positions);
 }
@@ -199,7 +199,7 @@ TEST(BounceOn, PhotonsInAnotherOrderAndOneLess_LeadToTheSamePlaces) {
     }
     const PhotonMap fewer(others, IndexKind::tree, Workers{1});
     const auto found = [&](const PhotonMap& from) {
-        const SurfacePlaces places = bounce_on(scene, from, {4, 1, 0}, Workers{2});
+        const SurfacePoints places = bounce_on(scene, from, {4, 1, 0}, Workers{2});
         std::set<std::pair<std::uint32_t, float>> all;
         for (std::size_t i = 0; i < places.size(); ++i)
             all.insert({places.numbers[i], places.positions[i].x});

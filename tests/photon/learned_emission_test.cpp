@@ -7,7 +7,7 @@
 #include "lights/measured.h"
 #include "photon/build_maps.h"
 #include "tests/lights/field_fixtures.h"
-#include "tests/support/emit_blocks.h"
+#include "tests/support/emission_blocks.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -36,8 +36,8 @@ Scene four_lights() {
     return make.build();
 }
 
-std::vector<EmitBlocks> four_blocks() {
-    return {random_blocks(40, 1), random_blocks(300, 2), random_blocks(5, 3), EmitBlocks{}};
+std::vector<EmissionBlocks> four_blocks() {
+    return {random_blocks(40, 1), random_blocks(300, 2), random_blocks(5, 3), EmissionBlocks{}};
 }
 
 TEST(LearnedEmission, DefensiveWeightOfOne_ChangesNoBit) {
@@ -60,9 +60,9 @@ TEST(LearnedEmission, DefensiveWeightOfOne_ChangesNoBit) {
 
 TEST(LearnedEmission, NothingImportant_IsPlain) {
     const Scene scene = four_lights();
-    std::vector<EmitBlocks> unimportant = four_blocks();
-    for (EmitBlocks& blocks : unimportant) {
-        for (EmitBlocks::Node& node : blocks.nodes) node.importance = 0;
+    std::vector<EmissionBlocks> unimportant = four_blocks();
+    for (EmissionBlocks& blocks : unimportant) {
+        for (EmissionBlocks::Node& node : blocks.nodes) node.importance = 0;
     }
     const LearnedEmission learned_emission(scene, unimportant, 0.1F);
     for (std::uint32_t light = 0; light < 4; ++light) {
@@ -74,7 +74,7 @@ TEST(LearnedEmission, NothingImportant_IsPlain) {
 // What the header says: q = β p + (1 - β) learned, written down from the blocks.
 TEST(LearnedEmission, Density_IsTheMixture_AndNeverBelowTheDefensivePart) {
     const Scene scene = four_lights();
-    const std::vector<EmitBlocks> blocks = four_blocks();
+    const std::vector<EmissionBlocks> blocks = four_blocks();
     for (const float defensive_weight : {0.05F, 0.25F, 0.9F}) {
         const LearnedEmission learned_emission(scene, blocks, defensive_weight);
         double learned = 0;
@@ -104,7 +104,7 @@ TEST(LearnedEmission, Density_IsTheMixture_AndNeverBelowTheDefensivePart) {
 
 TEST(LearnedEmission, WarpedNumbers_FollowTheDensity_AndTheTestSeesWhenTheyDoNot) {
     const Scene scene = four_lights();
-    const std::vector<EmitBlocks> blocks = four_blocks();
+    const std::vector<EmissionBlocks> blocks = four_blocks();
     const LearnedEmission learned_emission(scene, blocks, 0.2F);
     constexpr std::uint32_t kLight = 1, kDraws = 200'000;
     const std::vector<NumberBox> boxes = boxes_of(blocks[kLight]);
@@ -137,11 +137,11 @@ TEST(LearnedEmission, WarpedNumbers_FollowTheDensity_AndTheTestSeesWhenTheyDoNot
 // borders.
 TEST(LearnedEmission, WarpedNet_FillsBlocksMoreEvenlyThanChance) {
     const Scene scene = four_lights();
-    std::vector<EmitBlocks> blocks(4);
+    std::vector<EmissionBlocks> blocks(4);
     blocks[1].nodes = {{0, 1, 0}, {1, 3, 0}, {-1, 0, 0.1}, {-1, 0, 1.0}, {-1, 0, 0.3}};
     const LearnedEmission learned_emission(scene, blocks, 0.2F);
     const std::vector<NumberBox> boxes = boxes_of(blocks[1]);
-    const EmitNet net(3, Purpose::test, 0);
+    const EmissionNet net(3, Purpose::test, 0);
     constexpr std::uint32_t kPoints = 4096;
     std::vector<double> count(boxes.size());
     for (std::uint32_t i = 0; i < kPoints; ++i) {
@@ -203,7 +203,7 @@ TEST(LearnedEmission, CellsOfAMeasuredLamp_AreDrawnByTheDensity_AndTheTestSeesAS
     SceneMaker make;
     make.light(make_measured_light(field, table, settings, silent));
     const Scene scene = make.build();
-    const std::vector<EmitBlocks> blocks{random_blocks(100, 9)};
+    const std::vector<EmissionBlocks> blocks{random_blocks(100, 9)};
     const LearnedEmission learned_emission(scene, blocks, 0.25F);
 
     constexpr std::uint32_t kPaths = 1 << 17;

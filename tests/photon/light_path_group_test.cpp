@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <tuple>
 
-#include "photon/path_rays.h"
+#include "engine/base/error.h"
+#include "photon/build_maps.h"
+#include "photon/trace_light_paths.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
-namespace walk_group_test {
+namespace light_path_group_test {
 
 using testing::SceneMaker;
 
@@ -34,7 +36,7 @@ Scene varied_room() {
 using Seen = std::tuple<float, float, float, float, std::uint32_t>;  // place, power and bounces
 Seen seen(const LightPathHit& at) {
     return {at.hit.at.p.x, at.hit.at.p.y, at.hit.at.p.z, luminance(at.power),
-            at.path.diffuse + at.path.specular};
+            at.path.non_specular + at.path.specular};
 }
 
 constexpr std::uint32_t kPaths = 3000;
@@ -49,12 +51,12 @@ void each_start(const Scene& scene, Follow&& follow) {
 
 TEST(LightPathGroup, Paths_AreThoseThatGoOneByOne) {
     const Scene scene = varied_room();
-    std::vector<Seen> together, alone;
-    Ledger ledger_together, ledger_alone;
-    std::uint64_t left_together = 0, left_alone = 0;
+    std::vector<Seen> interleaved, alone;
+    Ledger ledger_interleaved, ledger_alone;
+    std::uint64_t left_interleaved = 0, left_alone = 0;
     LightPathGroup group(
-        scene, ledger_together, [&](const LightPathHit& at) { together.push_back(seen(at)); },
-        [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_together; }, 0.0F);
+        scene, ledger_interleaved, [&](const LightPathHit& at) { interleaved.push_back(seen(at)); },
+        [](const LightPathScatter&) {}, [&](const LightPathEscape&) { ++left_interleaved; }, 0.0F);
     each_start(scene,
                [&](const LightPathStart& start, const Sampler& sampler) { group.add(start, sampler); });
     group.finish();
@@ -65,14 +67,14 @@ TEST(LightPathGroup, Paths_AreThoseThatGoOneByOne) {
     });
     ASSERT_GT(alone.size(), kPaths / 2);
     ASSERT_GT(left_alone, kPaths / 10);
-    EXPECT_NE(together, alone) << "they take turns";
-    std::sort(together.begin(), together.end());
+    EXPECT_NE(interleaved, alone) << "they take turns";
+    std::sort(interleaved.begin(), interleaved.end());
     std::sort(alone.begin(), alone.end());
-    EXPECT_EQ(together, alone);
-    EXPECT_EQ(left_together, left_alone);
-    EXPECT_EQ(ledger_together.hits, ledger_alone.hits);
-    EXPECT_NEAR(ledger_together.absorbed.x, ledger_alone.absorbed.x, 1e-9 * ledger_alone.absorbed.x);
-    EXPECT_LT(ledger_together.imbalance(), 1e-5);
+    EXPECT_EQ(interleaved, alone);
+    EXPECT_EQ(left_interleaved, left_alone);
+    EXPECT_EQ(ledger_interleaved.hits, ledger_alone.hits);
+    EXPECT_NEAR(ledger_interleaved.absorbed.x, ledger_alone.absorbed.x, 1e-9 * ledger_alone.absorbed.x);
+    EXPECT_LT(ledger_interleaved.imbalance(), 1e-5);
 }
 
 TEST(PathRays, OfAPass_AreAsManyAsItTraces_AndMeetWhatItMeets) {
@@ -92,17 +94,27 @@ TEST(PathRays, OfAPass_AreAsManyAsItTraces_AndMeetWhatItMeets) {
     EXPECT_EQ(scene.count_hits({}, Workers{2}), 0U);
 }
 
+TEST(LightPaths, FirstPathsLeft_TellsWhatAllWillLeave) {
+    const std::vector<std::size_t> left{3, 0, 7};
+    EXPECT_EQ(expected_of(left, 20, 100, [](std::size_t found) { return found; }), 50);
+    EXPECT_EQ(expected_of(left, 20, 0, [](std::size_t found) { return found; }), 0);
+    EXPECT_NO_THROW(require_path_numbers("photons", 1));
+    EXPECT_NO_THROW(require_path_numbers("photons", std::int64_t{1} << 32));
+    EXPECT_THROW(require_path_numbers("photons", 0), InputError);
+    EXPECT_THROW(require_path_numbers("photons", (std::int64_t{1} << 32) + 1), InputError);
+}
+
 TEST(SceneHit, InSteps_IsTheSame) {
     const Scene scene = varied_room();
     MapParameters parameters;
     parameters.paths = 500;
-    std::size_t met = 0;
+    std::size_t hits = 0;
     for (const Ray& ray : rays_of_light_paths(scene, parameters)) {
         const auto whole = scene.intersect(ray);
         const auto first = scene.closest_hit(ray);
         ASSERT_EQ(whole.has_value(), first.has_value());
         if (!first) continue;
-        ++met;
+        ++hits;
         scene.prefetch_corners(*first);
         scene.prefetch_vertices(*first);
         const Hit hit = scene.intersect(ray, *first);
@@ -111,8 +123,8 @@ TEST(SceneHit, InSteps_IsTheSame) {
         ASSERT_EQ(hit.uv, whole->uv);
         ASSERT_EQ(hit.material, whole->material);
     }
-    EXPECT_GT(met, 200U);
+    EXPECT_GT(hits, 200U);
 }
 
-}  // namespace walk_group_test
+}  // namespace light_path_group_test
 }  // namespace lucerna

@@ -1,5 +1,5 @@
 // The radius that holds k photons, on photons of a known density.
-#include "photon/local_radius.h"
+#include "photon/density_estimate.h"
 
 #include <gtest/gtest.h>
 

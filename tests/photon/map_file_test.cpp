@@ -1,5 +1,5 @@
 // Photon maps on disk.
-#include "photon/map_file.h"
+#include "photon/build_maps.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -123,16 +123,16 @@ std::vector<ProbedShape> probed_shapes() {
 // What is lost behind walls, over edges and past curved surfaces, the probes find lost, too.
 TEST(MetricBias, WithProbes_CornersEdgesAndCurvesComeOutRight) {
     for (const ProbedShape& probed : probed_shapes()) {
-        Photons landed;
-        constexpr std::uint32_t kLanded = 200'000;
-        const auto power = static_cast<float>(probed.shape.area / kLanded);
-        for (std::uint32_t i = 0; i < kLanded; ++i) {
+        Photons deposited;
+        constexpr std::uint32_t kBytesOfHit = 200'000;
+        const auto power = static_cast<float>(probed.shape.area / kBytesOfHit);
+        for (std::uint32_t i = 0; i < kBytesOfHit; ++i) {
             Sampler sampler = Sampler::stratified(3, Purpose::test, 0, i);
-            const LandedPhoton photon = probed.shape.photon(sampler);
-            landed.add(photon.p, PackedDirection(photon.n),
-                       {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
+            const DepositedPhoton photon = probed.shape.photon(sampler);
+            deposited.add(photon.p, PackedDirection(photon.n),
+                          {PackedDirection(photon.d), Rgb(power), 0, kNoCell});
         }
-        const PhotonMap map(landed);
+        const PhotonMap map(deposited);
         double none = 0, mended = 0;
         constexpr int kPlaces = 512;  // the probes differ, the light does not
         for (int i = 0; i < kPlaces; ++i) {

@@ -1,10 +1,9 @@
 // The same photons from every index, bit for bit, and those that a look at every photon finds.
-#include "photon/photon_index.h"
+#include "photon/photon_map.h"
 
 #include <gtest/gtest.h>
 
 #include "engine/base/warp.h"
-#include "photon/near_photons.h"
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {
@@ -13,15 +12,15 @@ namespace photon_index_test {
 // Photons in a cloud, from all sides, some of them flat to the axes' planes.
 Photons make_photons(Cloud kind, std::size_t n, float scale) {
     Sampler sampler(1, Purpose::test, static_cast<std::uint32_t>(kind), n);
-    Photons landed;
+    Photons deposited;
     for (const V3f& p : make_cloud(kind, n, scale)) {
         V3f d = square_to_sphere(sampler.next2());
         if (sampler.next() < 0.3F) d = V3f(d.x, d.y, -1e-3F).normalized();
         if (sampler.next() < 0.1F) d = V3f(0, 0, -1);
-        landed.add(p, PackedDirection(square_to_sphere(sampler.next2())),
-                   {PackedDirection(d), Rgb(1), 0, kNoCell});
+        deposited.add(p, PackedDirection(square_to_sphere(sampler.next2())),
+                      {PackedDirection(d), Rgb(1), 0, kNoCell});
     }
-    return landed;
+    return deposited;
 }
 
 struct Search {
@@ -41,7 +40,7 @@ Search make_search(const PhotonMap& map, float scale, MetricKind kind, Sampler& 
 }
 
 // Straight from the definition.
-std::vector<Neighbour> look_at_all(const PhotonMap& map, const Search& search) {
+std::vector<Neighbour> visit_all(const PhotonMap& map, const Search& search) {
     std::vector<Neighbour> all;
     for (std::uint32_t i = 0; i < map.size(); ++i) {
         const V3f& p = map.positions()[i];
@@ -62,12 +61,13 @@ class PhotonIndexClouds : public ::testing::TestWithParam<std::tuple<Cloud, floa
 TEST_P(PhotonIndexClouds, TreeAndFlann_EqualALookAtEveryPhoton) {
     const auto [kind, scale, metric] = GetParam();
     for (const std::size_t n : {0U, 1U, 2U, 100U, 3000U}) {
-        const Photons landed = make_photons(kind, n, scale);
-        const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
+        const Photons deposited = make_photons(kind, n, scale);
+        const PhotonMap maps[] = {PhotonMap(deposited, IndexKind::tree),
+                                  PhotonMap(deposited, IndexKind::flann)};
         Sampler sampler(2, Purpose::test, 0, n);
         for (int query = 0; query < 30; ++query) {
             const Search search = make_search(maps[0], scale, metric, sampler);
-            const std::vector<Neighbour> by_index = look_at_all(maps[0], search);
+            const std::vector<Neighbour> by_index = visit_all(maps[0], search);
             std::vector<Neighbour> by_distance = by_index;
             std::sort(by_distance.begin(), by_distance.end());
             for (const PhotonMap& map : maps) {
@@ -123,8 +123,9 @@ TEST_P(PhotonIndexInSpace, EqualsALookAtEveryPhoton) {
     const auto [kind, scale] = GetParam();
     int found = 0;
     for (const std::size_t n : {0U, 1U, 100U, 3000U}) {
-        const Photons landed = make_photons(kind, n, scale);
-        const PhotonMap maps[] = {PhotonMap(landed, IndexKind::tree), PhotonMap(landed, IndexKind::flann)};
+        const Photons deposited = make_photons(kind, n, scale);
+        const PhotonMap maps[] = {PhotonMap(deposited, IndexKind::tree),
+                                  PhotonMap(deposited, IndexKind::flann)};
         Sampler sampler(3, Purpose::test, 0, n);
         for (int query = 0; query < 30; ++query) {
             const Search search = make_search(maps[0], scale, MetricKind::euclidean, sampler);

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace lucerna {
-namespace shrink_test {
+namespace radius_schedule_test {
 
 constexpr double kAlphas[] = {0.1, 0.5, 2.0 / 3, 0.9, 1.0};
 
@@ -55,5 +55,5 @@ TEST(RadiusSchedule, AlphaOne_KeepsRadiusAndBias) {
     }
 }
 
-}  // namespace shrink_test
+}  // namespace radius_schedule_test
 }  // namespace lucerna

@@ -4,7 +4,6 @@
 
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
-#include "photon/kernel.h"
 #include "photon/photon.h"
 
 namespace lucerna {

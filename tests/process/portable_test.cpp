@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "engine/base/hash.h"
+#include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/scene/arithmetic.h"
 #include "tests/support/cannot_run.h"

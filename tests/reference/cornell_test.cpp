@@ -306,7 +306,7 @@ TEST(CornellGlass, PhotonMap_AgreesWithAnotherRendererInTheMean) {
 // --- progressive passes ---
 
 // Where walls meet, a disc on one of them is filled by the other's photons (photon/tangent_metric.h), and
-// what is lost is known to be lost (photon/boundary.h): no dark line.
+// what is lost is known to be lost (photon/probes.h): no dark line.
 TEST(Cornell, Progressive_ConcaveCornersAreNotDark) {
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");

@@ -7,12 +7,13 @@
 
 #include "engine/base/stats.h"
 #include "engine/guiding/guide.h"
-#include "engine/integrators/direct_light.h"
 #include "engine/integrators/integrator.h"
-#include "engine/integrators/specular_chain.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/job.h"
+#include "engine/transport/direct_light.h"
+#include "engine/transport/specular_chain.h"
 #include "tests/support/made_scenes.h"
+#include "tests/support/one_pass.h"
 
 namespace lucerna {
 namespace direct_methods_test {
@@ -66,11 +67,9 @@ Parts measured(const Job& job, int samples, std::uint64_t seed, Radiance&& radia
 Parts measured_by_integrator(const Case& c, const std::string& integrator, const Parameters& parameters,
                              int samples, std::uint64_t seed) {
     Monitor silent;
-    RenderReport report;
     const Workers workers{};
     const Job job = read(c, integrator, parameters);
-    const auto method = make_integrator(job.integrator);
-    const auto estimator = method->prepare({job.scene, seed, 0, workers, silent, report});
+    const testing::OnePass estimator(job.integrator, {job.scene, seed, workers, silent});
     return measured(job, samples, seed,
                     [&](const Ray& ray, Sampler& sampler) { return estimator->Li(ray, sampler); });
 }
@@ -133,7 +132,7 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
             const float density = weighed(guide).pdf_w(job.scene, drawn->light, back);
             if (!(density > 0)) return result;
             result.radiance = vertex.value(in.w) * in.weight * (drawn->gain * (drawn->pdf_w / density)) *
-                              passing_share(job.scene, vertex, in, sampler);
+                              transmitted_share(job.scene, vertex, in, sampler);
             return result;
         });
     });
@@ -181,7 +180,7 @@ std::vector<LitPlace> lit_places(const Job& job, int count) {
     return places;
 }
 
-// The share of all light seen that is missing where no photon lies near: E exp(-π r² E M/Φ) [guided_light.h].
+// The share of all light seen that is missing where no photon lies near: E exp(-π r² E M/Φ) [guide.h].
 // Within a tenth: light varies over a disc, and discs hang over edges.
 TEST(DirectMethods, Gated_LacksWhatIsPredictedOnWholeScenes) {
     for (const std::size_t which : {0U, 3U}) {

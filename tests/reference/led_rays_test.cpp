@@ -103,8 +103,7 @@ testing::ChiSquare near_pattern(const LightField& field, const RaySet& fitted, c
         result.statistic += sqr(scale * cast.values[i] - counted.values[i]) / variance;
         ++result.degrees;
     }
-    const boost::math::chi_squared distribution(result.degrees);
-    result.p_value = boost::math::cdf(boost::math::complement(distribution, result.statistic));
+    result.p_value = testing::chi_square_tail(result.statistic, result.degrees);
     return result;
 }
 

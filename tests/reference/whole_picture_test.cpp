@@ -67,7 +67,7 @@ std::vector<IntegratorSettings> whole_methods() {
             maps->gather_rays = 4;
         }
         if (auto* igi = std::get_if<IgiSettings>(&settings)) {
-            if (igi->pre_pass > 0) continue;  // one lamp: a pre-pass has nothing to choose
+            if (igi->pre_pass.paths > 0) continue;  // one lamp: a pre-pass has nothing to choose
             igi->nsets = 64;
             igi->caustic_paths = IgiSettings{}.caustic_paths;
         }

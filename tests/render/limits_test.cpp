@@ -1,7 +1,7 @@
 // When a render ends, and what it shows on the way.
 #include <gtest/gtest.h>
 
-#include "engine/base/stopwatch.h"
+#include "engine/base/monitor.h"
 #include "engine/render/render.h"
 #include "tests/support/scenes.h"
 
@@ -65,7 +65,7 @@ TEST(Limits, Time_EndsARenderWithoutEnd) {
         EXPECT_LT(watch.seconds(), 3) << "generous: the machine may be busy";
         EXPECT_GT(result.report.samples_done, 1);
         EXPECT_TRUE(result.report.complete);
-        EXPECT_EQ(result.report.notes.at("ended_by"), "time");
+        EXPECT_EQ(result.report.ended_by, "time");
     }
 }
 
@@ -75,8 +75,8 @@ TEST(Limits, Error_EndsWhenTheImageIsThatGood) {
         RenderOptions options{1, Workers{2}};
         options.limits.error = 0.05;
         const RenderResult result = render(small_job(settings, kNoEndOfSamples), options, silent);
-        EXPECT_EQ(result.report.notes.at("ended_by"), "error");
-        EXPECT_LE(result.report.numbers.at("error.relative"), 0.05);
+        EXPECT_EQ(result.report.ended_by, "error");
+        EXPECT_LE(result.report.numbers().at("error.relative"), 0.05);
         // Against another seed: the error of the difference, √2 times that of one, and no more than what is
         // said.
         options.seed = 2;
@@ -102,8 +102,8 @@ TEST(Limits, SamplesOfThePasses_EndAtTheJobs) {
     const RenderReport report = render(small_job(settings, 10), {1, Workers{2}}, silent).report;
     EXPECT_EQ(report.passes_done, 3);
     EXPECT_EQ(report.samples_done, 10);
-    EXPECT_EQ(report.notes.at("ended_by"), "samples");
-    EXPECT_EQ(report.numbers.at("paths.emitted"), 3000);
+    EXPECT_EQ(report.ended_by, "samples");
+    EXPECT_EQ(report.numbers().at("paths.emitted"), 3000);
 }
 
 TEST(Limits, Show_SeesWholeRoundsAndTheImageGrowsBetter) {

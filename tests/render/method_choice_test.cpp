@@ -93,7 +93,7 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         Trial trial(job, settings, 7, workers, silent);
         // However slow the machine: a variance of two or three passes is none to divide by.
         do {
-            ASSERT_TRUE(trial.look(0.1));
+            ASSERT_TRUE(trial.run(0.1));
         } while (trial.in_passes() && trial.passes() < 32);
         EXPECT_GT(trial.sample_seconds(), 0);
         const std::vector<V2i> places = trial_blocks(job.film);
@@ -127,12 +127,12 @@ TEST(Trial, PrePassAndGuides_AreMadeOnce) {
     maps.photons = 10'000;
     maps.direct = DirectMethod::mc;
     IgiSettings pre_pass;
-    pre_pass.pre_pass = 20'000;
+    pre_pass.pre_pass.paths = 20'000;
     for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pre_pass)}) {
         const bool once = std::holds_alternative<IgiSettings>(settings);
         const Job job = job_of(settings);
         Trial trial(job, settings, 7, Workers{2}, silent);
-        ASSERT_TRUE(trial.look(0.01));
+        ASSERT_TRUE(trial.run(0.01));
         EXPECT_EQ(trial.once_seconds() > 0, once) << integrator_name(settings);
         EXPECT_LT(trial.once_seconds(), trial.prepare_seconds()) << integrator_name(settings);
     }
@@ -159,8 +159,8 @@ TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
     PhotonMapSettings blurred;
     blurred.indirect = IndirectMethod::map;
     blurred.direct = DirectMethod::map;
-    blurred.k = 5'000;
-    blurred.radius = 0.5F;
+    blurred.estimate.k = 5'000;
+    blurred.estimate.radius = 0.5F;
     Limits limits;
     limits.error = 0.02;
     const auto choice = choose_method(job_of(blurred), limits, 3, Workers{2}, silent);

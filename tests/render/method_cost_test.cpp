@@ -1,4 +1,4 @@
-#include "engine/render/method_cost.h"
+#include "engine/render/method_choice.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,6 @@
 #include <fstream>
 
 #include "engine/base/files.h"
-#include "engine/base/hash.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
@@ -46,8 +45,8 @@ std::vector<Case> cases() {
     gather.gather_rays = 2;
     PhotonMapSettings guided = gather;
     guided.direct = DirectMethod::guided;
-    guided.guide_photons = 5'000;
-    guided.pre_pass = 2'000;
+    guided.guide.photons = 5'000;
+    guided.pre_pass.paths = 2'000;
     PhotonMapSettings map = gather;
     map.direct = DirectMethod::map;
     map.indirect = IndirectMethod::map;
@@ -56,12 +55,12 @@ std::vector<Case> cases() {
     igi.nsets = 4;
     IgiSettings igi_tree = igi;
     igi_tree.choice = VplChoice::tree;
-    igi_tree.pre_pass = 1'000;
+    igi_tree.pre_pass.paths = 1'000;
     ProgressiveSettings progressive;
     progressive.photons = 2'000;
     ProgressiveSettings two_samples = progressive;
     two_samples.samples = 2;
-    two_samples.pre_pass = 1'000;
+    two_samples.pre_pass.paths = 1'000;
     FilterSettings negative;
     negative.kind = FilterSettings::Kind::mitchell;
     negative.radius = {2, 2};
@@ -155,9 +154,9 @@ TEST(Resume, StoppedAgainAndAgain_SameImageAndTheSameCountsOfPasses) {
         } while (!last.report.complete);
         EXPECT_GT(renders, 1);
         EXPECT_EQ(expected.image.data, last.image.data);
-        for (const auto& [name, number] : expected.report.numbers) {
+        for (const auto& [name, number] : expected.report.numbers()) {
             if (name.starts_with("photons.") || name.starts_with("paths.")) {
-                EXPECT_EQ(last.report.numbers[name], number) << name;
+                EXPECT_EQ(last.report.numbers()[name], number) << name;
             }
         }
     }
@@ -202,9 +201,9 @@ TEST(Resume, NothingLeftToDo_ImageAtOnceWithoutPreparation) {
         const Left done = render_until(which, 2, kNeverStops, nullptr);
         const Left again = render_until(which, 2, kNeverStops, &done.checkpoint);
         EXPECT_EQ(done.result.image.data, again.result.image.data);
-        EXPECT_EQ(again.result.report.notes.at("ended_by"), "samples");
+        EXPECT_EQ(again.result.report.ended_by, "samples");
         // Only what the first of them traced.
-        EXPECT_EQ(again.result.report.numbers.at("rays.total"), static_cast<double>(done.checkpoint.rays));
+        EXPECT_EQ(again.result.report.numbers().at("rays.total"), static_cast<double>(done.checkpoint.rays));
     }
 }
 
@@ -224,7 +223,7 @@ TEST(Resume, ErrorReachedBefore_EndsWhereTheFirstDid) {
             return left;
         };
         const Left first = with_error(nullptr, kNeverStops);
-        ASSERT_EQ(first.result.report.notes.at("ended_by"), "error");
+        ASSERT_EQ(first.result.report.ended_by, "error");
         EXPECT_EQ(first.result.image.data, with_error(&first.checkpoint, kNeverStops).result.image.data);
         const Left stopped = with_error(nullptr, first.asked * 2 / 3);
         ASSERT_FALSE(stopped.result.report.complete);
@@ -242,7 +241,7 @@ TEST(Resume, TimeOfEarlierRenders_CountsAgainstTheLimit) {
     options.resume = &kept;
     Monitor silent;
     const RenderResult result = render(job, options, silent);
-    EXPECT_EQ(result.report.notes.at("ended_by"), "time");
+    EXPECT_EQ(result.report.ended_by, "time");
     EXPECT_EQ(result.report.samples_done, 4);
 }
 

@@ -10,7 +10,6 @@
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/ray_projection.h"
 #include "lights/ray_set.h"
-#include "lights/ray_writer.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/temporary_folder.h"
 

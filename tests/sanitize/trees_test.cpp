@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "kdtree/box_tree.h"
-#include "photon/photon_index.h"
+#include "photon/photon_map.h"
 #include "tests/kdtree/clouds.h"
 
 namespace lucerna {

@@ -1,4 +1,4 @@
-#include "engine/scene/coat.h"
+#include "engine/scene/fresnel.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Flights through media against closed forms and quadrature.
-#include "engine/scene/flight.h"
+#include "engine/scene/media_traversal.h"
 
 #include <gtest/gtest.h>
 

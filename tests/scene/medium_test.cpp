@@ -5,7 +5,6 @@
 #include <array>
 
 #include "engine/base/sampler.h"
-#include "engine/scene/phase.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
@@ -120,23 +119,23 @@ TEST(DensityGrid, AtTheBoxesFace_HoldsOrFallsByHalf) {
 
 // Stretches join without gaps, and nothing on any of them exceeds its bound.
 void expect_bounded(const Density& density, const V3d& o, const V3d& d, double begin, double last) {
-    DensityWalk walk(density, o, d, begin, last);
+    DensityTraversal traversal(density, o, d, begin, last);
     double at = begin;
     for (int stretches = 0;; ++stretches) {
         ASSERT_LT(stretches, 1000);
-        ASSERT_GE(walk.end(), at);
+        ASSERT_GE(traversal.end(), at);
         for (int i = 0; i <= 8; ++i) {
-            const double t = at + (walk.end() - at) * i / 8;
-            ASSERT_LE(walk.at(t), walk.bound() * (1 + 1e-9) + 1e-12) << t;
+            const double t = at + (traversal.end() - at) * i / 8;
+            ASSERT_LE(traversal.at(t), traversal.bound() * (1 + 1e-9) + 1e-12) << t;
         }
-        at = walk.end();
+        at = traversal.end();
         if (at >= last) break;
-        walk.next();
+        traversal.next();
     }
     EXPECT_EQ(at, last);
 }
 
-TEST(DensityWalk, AlongAnyRay_BoundsTheGridFromEndToEnd) {
+TEST(DensityTraversal, AlongAnyRay_BoundsTheGridFromEndToEnd) {
     Sampler sampler(2, Purpose::test, 2, 0);
     for (const auto border : {DensityGrid::Border::hold, DensityGrid::Border::zero}) {
         Medium medium;
@@ -157,7 +156,7 @@ TEST(DensityWalk, AlongAnyRay_BoundsTheGridFromEndToEnd) {
     }
 }
 
-TEST(DensityWalk, Exponential_BoundsBothWaysAndLevel) {
+TEST(DensityTraversal, Exponential_BoundsBothWaysAndLevel) {
     const Density density = ExponentialDensity{2, 3, {0, 1, 0}, {0, -1, 0}};
     EXPECT_DOUBLE_EQ(density_at(density, {5, -1, 7}), 2);
     EXPECT_DOUBLE_EQ(density_at(density, {5, 0, 7}), 2 * std::exp(-3.0));
@@ -168,7 +167,7 @@ TEST(DensityWalk, Exponential_BoundsBothWaysAndLevel) {
 
 // --- crossings
 
-TEST(Crossing, OfABoxInItsOwnSpace_IsMeasuredInSceneUnits) {
+TEST(MediaTraversal, OfABoxInItsOwnSpace_IsMeasuredInSceneUnits) {
     Medium medium;
     medium.box = box_of({0, 0, 0}, {1, 1, 1});
     M44d scene_from_medium;

@@ -31,12 +31,12 @@ V3f random_direction(Sampler& s) {
     return square_to_sphere(s.next2()).normalized();
 }
 
-struct Crossing {
+struct MediaTraversal {
     double t, b1, b2;
 };
 
 // Cramer's rule in double on o + t d = p0 + b1 e1 + b2 e2.
-Crossing plain_crossing(const Mesh& mesh, const Ray& ray) {
+MediaTraversal plain_crossing(const Mesh& mesh, const Ray& ray) {
     const V3d p0(mesh.p[0]);
     const V3d e1 = V3d(mesh.p[1]) - p0;
     const V3d e2 = V3d(mesh.p[2]) - p0;
@@ -59,7 +59,7 @@ RC_GTEST_PROP(Mesh, RandomTriangle_HitEqualsPlainDouble, ()) {
     const V3f origin = 3 * size * random_direction(s);
     const Ray ray{origin, (mesh.p[0] + b.x * e1 + b.y * e2 - origin).normalized()};
     RC_PRE(std::fabs(e1.cross(e2).normalized().dot(ray.d)) > 0.05F);
-    const Crossing expected = plain_crossing(mesh, ray);
+    const MediaTraversal expected = plain_crossing(mesh, ray);
     const double inside = std::min({expected.b1, expected.b2, 1 - expected.b1 - expected.b2});
     RC_PRE(std::fabs(inside) > 1e-4);
 

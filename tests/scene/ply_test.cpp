@@ -1,4 +1,4 @@
-#include "engine/scene/ply.h"
+#include "engine/scene/mesh.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
-#include "engine/base/surface_point.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 
 namespace lucerna {

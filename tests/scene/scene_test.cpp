@@ -7,8 +7,8 @@
 #include <type_traits>
 
 #include "engine/base/error.h"
-#include "engine/base/frame.h"
 #include "engine/base/sampler.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "lights/analytic.h"
 
@@ -79,6 +79,26 @@ TEST(Scene, Empty_MeetsNothingAndHidesNothing) {
     EXPECT_FALSE(scene.picker().pick(0.5F));
     EXPECT_FALSE(scene.has_specular());
     EXPECT_EQ(scene.rays(), 2U);
+}
+
+TEST(Scene, BetweenPoints_OnlyWhatStandsBetweenHides) {
+    SceneParts parts = parts_with_materials();
+    parts.meshes.push_back(quad({-1, -1, 2}, {2, 0, 0}, {0, 2, 0}));
+    parts.meshes.push_back(quad({-1, -1, 5}, {2, 0, 0}, {0, 2, 0}));
+    const Scene scene(std::move(parts));
+    const V3f eye(0.1F, 0.2F, 0);
+    EXPECT_TRUE(scene.unoccluded_along(eye, {0, 0, 1.9F}));
+    EXPECT_FALSE(scene.unoccluded_along(eye, {0, 0, 2.1F}));
+    EXPECT_TRUE(scene.unoccluded_along(eye, {0, 3, 4}));
+    EXPECT_TRUE(scene.unoccluded_along(eye, V3f(0)));
+    // Surface points do not hide themselves, from whichever side.
+    const auto near = scene.intersect({eye, {0, 0, 1}});
+    const auto far = scene.intersect({{0.1F, 0.2F, 9}, {0, 0, -1}});
+    ASSERT_TRUE(near && far);
+    EXPECT_TRUE(scene.unoccluded(near->at, far->at));
+    EXPECT_TRUE(scene.unoccluded(far->at, near->at));
+    EXPECT_TRUE(scene.unoccluded(near->at, SurfacePoint{eye}));
+    EXPECT_FALSE(scene.unoccluded(far->at, SurfacePoint{eye}));
 }
 
 TEST(Scene, NearestOfMeshAndQuadric_IsMetAndHides) {

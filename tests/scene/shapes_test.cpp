@@ -7,8 +7,7 @@
 #include "engine/base/error.h"
 #include "engine/base/sampler.h"
 #include "engine/base/warp.h"
-#include "engine/scene/loop.h"
-#include "engine/scene/patch.h"
+#include "engine/scene/mesh.h"
 #include "engine/scene/quadric.h"
 #include "engine/scene/scene.h"
 

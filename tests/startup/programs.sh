@@ -4,7 +4,8 @@
 set -euo pipefail
 export LC_ALL=C
 
-loads() { ldd "$1" | grep -q libOpenImageIO; }
+# Not grep -q: it ends at the first line that it finds, and ldd, still writing, would fail by a signal.
+loads() { ldd "$1" | grep libOpenImageIO >/dev/null; }
 
 # The check must find what it looks for where it is.
 if ! loads "$1"; then

@@ -16,7 +16,7 @@
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
 #include "lights/light_field.h"
-#include "lights/ray_writer.h"
+#include "lights/ray_set.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/temporary_folder.h"
 

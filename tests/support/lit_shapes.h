@@ -11,15 +11,14 @@
 #include <string>
 #include <vector>
 
-#include "engine/base/frame.h"
 #include "engine/base/sampler.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
-#include "photon/kernel.h"
 #include "photon/tangent_metric.h"
 
 namespace lucerna::testing {
 
-struct LandedPhoton {
+struct DepositedPhoton {
     V3f p, n;  // position; normal on the side that was hit
     V3f d;     // of travel
 };
@@ -31,7 +30,7 @@ struct LitShape {
     V3f x, n;      // where the estimate is asked for
     double exact;  // irradiance there
     double area;   // on which photons land, each as densely, with irradiance 1
-    std::function<LandedPhoton(Sampler&)> photon;  // takes the same numbers whatever it makes
+    std::function<DepositedPhoton(Sampler&)> photon;  // takes the same numbers whatever it makes
 };
 
 inline constexpr float kShapeReach = 9;  // photons beyond that are in no ball of ratio <= 8
@@ -50,7 +49,7 @@ inline LitShape concave_corner(float t) {
             {0, 0, 1},
             1,
             4.0 * sqr(double{kShapeReach}),
-            [](Sampler& s) -> LandedPhoton {
+            [](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const V2f u = s.next2();
                 const bool floor = s.next() < 0.5F;
@@ -74,7 +73,7 @@ inline LitShape corner_in_sunlight(float t, float degrees) {
             {0, 0, 1},
             1,
             2.0 * sqr(double{kShapeReach}) * static_cast<double>(1 + wall),
-            [angle, wall](Sampler& s) -> LandedPhoton {
+            [angle, wall](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const bool floor = s.next() * (1 + wall) < 1;
                 const float a = kShapeReach * at.x, y = kShapeReach * (2 * at.y - 1);
@@ -92,7 +91,7 @@ inline LitShape convex_edge(float t) {
             {0, 0, 1},
             1,
             4.0 * sqr(double{kShapeReach}),
-            [](Sampler& s) -> LandedPhoton {
+            [](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const V2f u = s.next2();
                 const bool top = s.next() < 0.5F;
@@ -114,7 +113,7 @@ inline LitShape sphere(float radius, bool inside) {
             {0, 0, 1},
             1,
             2 * M_PI * static_cast<double>(radius * height),
-            [radius, height, inside](Sampler& s) -> LandedPhoton {
+            [radius, height, inside](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const float up = 1 - at.x * height / radius, phi = 2 * kPi * at.y;  // cosine to the pole
                 const float across = std::sqrt(std::max(0.0F, 1 - up * up));
@@ -134,7 +133,7 @@ inline LitShape cylinder(float radius) {
             {0, 0, 1},
             1,
             area,
-            [radius](Sampler& s) -> LandedPhoton {
+            [radius](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const float phi = 2 * kPi * at.x;
                 const V3f n(std::sin(phi), 0, std::cos(phi));
@@ -152,7 +151,7 @@ inline LitShape under_shelf(float height) {
             {0, 0, 1},
             0,
             4.0 * sqr(double{kShapeReach}),
-            [height](Sampler& s) -> LandedPhoton {
+            [height](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const V3f p(kShapeReach * (2 * at.x - 1), kShapeReach * (2 * at.y - 1), height);
                 return {p, {0, 0, 1}, cosine_to({0, 0, 1}, s.next2())};
@@ -168,7 +167,7 @@ inline LitShape lit_from_behind() {
             {0, 0, 1},
             0,
             4.0 * sqr(double{kShapeReach}),
-            [](Sampler& s) -> LandedPhoton {
+            [](Sampler& s) -> DepositedPhoton {
                 const V2f at = s.next2();
                 const V3f p(kShapeReach * (2 * at.x - 1), kShapeReach * (2 * at.y - 1), 0);
                 return {p, {0, 0, -1}, cosine_to({0, 0, -1}, s.next2())};
@@ -195,7 +194,7 @@ inline std::vector<double> mean_estimates(const LitShape& shape, KernelShape ker
     std::vector<double> sums(metrics.size());
     for (std::uint32_t i = 0; i < photons; ++i) {
         Sampler sampler = Sampler::stratified(1, Purpose::test, 0, i);
-        const LandedPhoton photon = shape.photon(sampler);
+        const DepositedPhoton photon = shape.photon(sampler);
         const float r2 = (photon.p - shape.x).length2();
         for (std::size_t m = 0; m < metrics.size(); ++m) {
             const float d2 = metrics[m](photon.p, photon.d, r2);

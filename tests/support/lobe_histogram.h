@@ -8,7 +8,6 @@
 #include <numbers>
 #include <vector>
 
-#include "engine/base/frame.h"
 #include "engine/base/vec.h"
 
 namespace lucerna::testing {

@@ -1,6 +1,7 @@
 // One of every material, in all its ways, for tests that ask the same of each.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -47,53 +48,104 @@ inline MixMaterial mix(MaterialModel first, MaterialModel second, float share) {
 
 struct Sample {
     std::string name;
-    Material material;
+    // Made when asked for: tables of varnish take half a second for all of them, and every test of a program
+    // lists them all.
+    std::function<MaterialModel()> model;
     float width = 0.3F;  // of its narrowest rough lobe
     float eta = 1;       // of what it transmits through facets, inside over outside
+
+    Material material() const { return {name, model()}; }
 };
 
 // Materials in every branch of the code that makes their lobes.
 inline std::vector<Sample> all_materials() {
-    std::vector<Sample> all;
-    const auto add = [&](const std::string& name, MaterialModel model, float width = 0.3F, float eta = 1) {
-        all.push_back({name, {name, std::move(model)}, width, eta});
+    const auto full_uber = [] {
+        UberMaterial full = uber(color(0.9F, 0.5F, 0.3F), grey(0.4F), 0.2F, 0.2F);
+        full.reflect = grey(0.5F);
+        full.transmit = color(0.2F, 0.3F, 0.9F);
+        full.opacity = color(0.5F, 0.7F, 1);
+        return full;
     };
-    add("matte", DiffuseMaterial{color(0.1F, 0.5F, 1)});
-    add("matte_sigma10", DiffuseMaterial{grey(1), FloatTexture::constant(10)});
-    add("matte_sigma60", DiffuseMaterial{color(1, 0.5F, 0.2F), FloatTexture::constant(60)});
-    add("diffusetransmission", DiffuseTransmissionMaterial{color(0.3F, 0.9F, 1), color(0.3F, 0.9F, 0), 1});
-    add("thindielectric", ThinDielectricMaterial{});
-    add("coateddiffuse_smooth", coated(color(1, 0.5F, 0.1F), 0));
-    add("coateddiffuse_0_1", coated(color(1, 0.5F, 0.1F), 0.1F), 0.1F);
-    add("coateddiffuse_0_5", coated(color(1, 0.5F, 0.1F), 0.5F));
-    add("coateddiffuse_brushed", CoatedDiffuseMaterial{grey(1), varnish(1.7F, 0.1F, 0.5F)}, 0.1F);
-    add("coatedconductor_smooth", CoatedConductorMaterial{varnish(1.5F, 0, 0), {}});
-    add("coatedconductor_0_1", CoatedConductorMaterial{varnish(1.5F, 0.1F, 0.1F), rough_copper(0.2F)}, 0.1F);
-    add("coatedconductor_half_smooth", CoatedConductorMaterial{varnish(1.5F, 0, 0), rough_copper(0.3F)});
-    add("plastic_dim", uber(color(0.1F, 0.5F, 0.2F), grey(0.4F), 0.1F, 0.1F), 0.1F);
-    add("plastic_bright", uber(color(0.1F, 1, 0), grey(0.8F), 0.2F, 0.2F), 0.2F);
-    add("plastic_brushed", uber(grey(1), grey(1), 0.05F, 0.4F), 0.05F);
-    UberMaterial full = uber(color(0.9F, 0.5F, 0.3F), grey(0.4F), 0.2F, 0.2F);
-    full.reflect = grey(0.5F);
-    full.transmit = color(0.2F, 0.3F, 0.9F);
-    full.opacity = color(0.5F, 0.7F, 1);
-    add("uber_full", full, 0.2F);
-    full.table = nullptr;
-    add("uber_without_table", full, 0.2F);
-    add("substrate_0_05",
-        SubstrateMaterial{color(1, 0.5F, 0.2F), color(0.05F, 0.5F, 1), Roughness::of_alpha(0.05F)}, 0.05F);
-    add("substrate_1", SubstrateMaterial{grey(1), color(0, 0.5F, 1), Roughness::of_alpha(1)});
-    add("substrate_brushed", SubstrateMaterial{grey(0.5F), grey(0.2F), Roughness::of_alpha(0.1F, 0.6F)},
-        0.1F);
-    add("translucent", TranslucentMaterial{}, 0.1F, 1.5F);
-    add("translucent_bright",
-        TranslucentMaterial{grey(1), grey(0.5F), grey(0.5F), grey(1), Roughness::of_alpha(0.3F)}, 0.3F, 1.5F);
-    add("shinymetal", ShinyMetalMaterial{color(0.3F, 1, 0.2F), color(0.3F, 1, 0), Roughness::of_alpha(0.2F)},
-        0.2F);
-    add("mix", mix(coated(grey(0.8F), 0.2F), rough_copper(0.1F), 0.3F), 0.1F);
-    add("mix_with_nothing", mix(InterfaceMaterial{}, SubstrateMaterial{}, 0.6F), 0.1F);
-    add("mix_of_four", mix(full, uber(grey(0.3F), grey(0.3F), 0.1F, 0.1F), 0.5F), 0.1F);
-    return all;
+    const auto full_uber_without_table = [full_uber] {
+        UberMaterial full = full_uber();
+        full.table = nullptr;
+        return full;
+    };
+    return {
+        {"matte", [] { return DiffuseMaterial{color(0.1F, 0.5F, 1)}; }},
+        {"matte_sigma10",
+         [] {
+             return DiffuseMaterial{grey(1), FloatTexture::constant(10)};
+         }},
+        {"matte_sigma60",
+         [] {
+             return DiffuseMaterial{color(1, 0.5F, 0.2F), FloatTexture::constant(60)};
+         }},
+        {"diffusetransmission",
+         [] {
+             return DiffuseTransmissionMaterial{color(0.3F, 0.9F, 1), color(0.3F, 0.9F, 0), 1};
+         }},
+        {"thindielectric", [] { return ThinDielectricMaterial{}; }},
+        {"coateddiffuse_smooth", [] { return coated(color(1, 0.5F, 0.1F), 0); }},
+        {"coateddiffuse_0_1", [] { return coated(color(1, 0.5F, 0.1F), 0.1F); }, 0.1F},
+        {"coateddiffuse_0_5", [] { return coated(color(1, 0.5F, 0.1F), 0.5F); }},
+        {"coateddiffuse_brushed",
+         [] {
+             return CoatedDiffuseMaterial{grey(1), varnish(1.7F, 0.1F, 0.5F)};
+         },
+         0.1F},
+        {"coatedconductor_smooth",
+         [] {
+             return CoatedConductorMaterial{varnish(1.5F, 0, 0), {}};
+         }},
+        {"coatedconductor_0_1",
+         [] {
+             return CoatedConductorMaterial{varnish(1.5F, 0.1F, 0.1F), rough_copper(0.2F)};
+         },
+         0.1F},
+        {"coatedconductor_half_smooth",
+         [] {
+             return CoatedConductorMaterial{varnish(1.5F, 0, 0), rough_copper(0.3F)};
+         }},
+        {"plastic_dim", [] { return uber(color(0.1F, 0.5F, 0.2F), grey(0.4F), 0.1F, 0.1F); }, 0.1F},
+        {"plastic_bright", [] { return uber(color(0.1F, 1, 0), grey(0.8F), 0.2F, 0.2F); }, 0.2F},
+        {"plastic_brushed", [] { return uber(grey(1), grey(1), 0.05F, 0.4F); }, 0.05F},
+        {"uber_full", full_uber, 0.2F},
+        {"uber_without_table", full_uber_without_table, 0.2F},
+        {"substrate_0_05",
+         [] {
+             return SubstrateMaterial{color(1, 0.5F, 0.2F), color(0.05F, 0.5F, 1),
+                                      Roughness::of_alpha(0.05F)};
+         },
+         0.05F},
+        {"substrate_1",
+         [] {
+             return SubstrateMaterial{grey(1), color(0, 0.5F, 1), Roughness::of_alpha(1)};
+         }},
+        {"substrate_brushed",
+         [] {
+             return SubstrateMaterial{grey(0.5F), grey(0.2F), Roughness::of_alpha(0.1F, 0.6F)};
+         },
+         0.1F},
+        {"translucent", [] { return TranslucentMaterial{}; }, 0.1F, 1.5F},
+        {"translucent_bright",
+         [] {
+             return TranslucentMaterial{grey(1), grey(0.5F), grey(0.5F), grey(1), Roughness::of_alpha(0.3F)};
+         },
+         0.3F, 1.5F},
+        {"shinymetal",
+         [] {
+             return ShinyMetalMaterial{color(0.3F, 1, 0.2F), color(0.3F, 1, 0), Roughness::of_alpha(0.2F)};
+         },
+         0.2F},
+        {"mix", [] { return mix(coated(grey(0.8F), 0.2F), rough_copper(0.1F), 0.3F); }, 0.1F},
+        {"mix_with_nothing", [] { return mix(InterfaceMaterial{}, SubstrateMaterial{}, 0.6F); }, 0.1F},
+        {"mix_of_four",
+         [full_uber_without_table] {
+             return mix(full_uber_without_table(), uber(grey(0.3F), grey(0.3F), 0.1F, 0.1F), 0.5F);
+         },
+         0.1F},
+    };
 }
 
 inline Hit flat_hit() {

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "engine/scene/medium.h"
-#include "engine/scene/phase.h"
 
 namespace lucerna::testing {
 

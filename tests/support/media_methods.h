@@ -9,6 +9,7 @@
 #include "engine/base/stats.h"
 #include "engine/integrators/integrator.h"
 #include "tests/support/media.h"
+#include "tests/support/one_pass.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna::testing {
@@ -48,9 +49,8 @@ inline std::vector<Method> methods() {
 template <typename RayOf>
 Colour radiance(const Scene& scene, const IntegratorSettings& settings, int samples, RayOf ray_of) {
     Monitor monitor;
-    RenderReport report;
     const Workers workers{2};
-    const auto estimator = make_integrator(settings)->prepare({scene, 7, 0, workers, monitor, report});
+    const OnePass estimator(settings, {scene, 7, workers, monitor});
     std::vector<Rgb> values(static_cast<std::size_t>(samples));
     parallel_ranges(workers, samples, 256, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
         for (std::int64_t i = begin; i < end; ++i) {

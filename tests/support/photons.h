@@ -29,13 +29,13 @@ inline Photon photon(const V3f& d, float power) {
 // n photons of total power 1 on the unit square z = 0, arriving from a cosine-distributed sky: irradiance 1.
 inline PhotonMap uniform_map(int n, std::uint64_t seed) {
     Sampler sampler(seed, Purpose::test, 0, 0);
-    Photons landed;
+    Photons deposited;
     for (int i = 0; i < n; ++i) {
         const V3f p(sampler.next(), sampler.next(), 0);
-        landed.add(p, PackedDirection(kUp),
-                   photon(-square_to_cosine_hemisphere(sampler.next2()), 1.0F / static_cast<float>(n)));
+        deposited.add(p, PackedDirection(kUp),
+                      photon(-square_to_cosine_hemisphere(sampler.next2()), 1.0F / static_cast<float>(n)));
     }
-    return PhotonMap(landed, IndexKind::tree, Workers{1});  // small ones, and many: threads only cost
+    return PhotonMap(deposited, IndexKind::tree, Workers{1});  // small ones, and many: threads only cost
 }
 
 }  // namespace lucerna::testing

@@ -1,7 +1,7 @@
 // Two rooms with a lamp each, of which a camera sees one: for whatever is steered towards what is seen.
 #pragma once
 
-#include "engine/guiding/importons.h"
+#include "engine/guiding/importance_pre_pass.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna::testing {

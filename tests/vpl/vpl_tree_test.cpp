@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#include "engine/base/frame.h"
+#include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/vpl/vpl_choice.h"
 #include "tests/support/statistics.h"

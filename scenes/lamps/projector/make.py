@@ -59,6 +59,8 @@ LETTERS = [
 
 def word(x, y):
     """LUCERNA across the slide; y from its foot up."""
+    if not 0.05 < y < 0.32:  # above and below all letters
+        return False
     pitch = 0.206  # of a letter, in heights of the slide
     at = (x + 3.5 * pitch) / pitch
     index = math.floor(at)

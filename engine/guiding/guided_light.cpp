@@ -1,0 +1,164 @@
+#include "engine/guiding/guide.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+// Of the BSDF's ray: the least chance that it is traced, and the chance where no candidate said anything.
+constexpr float kLeastChance = 1.0F / 32;
+constexpr float kBlindChance = 0.25F;
+
+// u moved on by i steps of the sequence that fills the square most evenly of all such [Roberts 2018]: every
+// one is uniform if u is, and together they keep out of each other's way.
+V2f step(const V2f& u, int i) {
+    constexpr double kAlpha[2] = {0.75487766624669276, 0.56984029099805327};
+    V2f result;
+    for (int a = 0; a < 2; ++a) {
+        const double x = double{u[a]} + i * kAlpha[a];
+        result[a] = std::min(static_cast<float>(x - std::floor(x)), 0x1.fffffep-1F);
+    }
+    return result;
+}
+
+// Several candidates of the lights' strategy, one kept.
+struct Candidates {
+    float sum = 0;               // of the luminances of what each would bring, MIS share included
+    float missing = 0;           // of what MIS leaves to the BSDF's strategy in the same directions
+    Rgb kept{0.0F};              // what the kept one would bring
+    LightSample light_sample{};  // how it would
+
+    // Radiance for a free way: on average over which one is kept it is the mean of all `count` of them.
+    Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
+    // The share of the light that the BSDF's strategy is expected to find. NaN if that is beyond numbers.
+    float left_to_bsdf() const { return missing / (sum + missing); }
+};
+
+// The candidates at one vertex, by their numbers; each can be drawn again, the same.
+class Draws {
+  public:
+    Draws(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count, Sampler& sampler)
+        : scene_(scene),
+          vertex_(vertex),
+          choice_(choice),
+          count_(static_cast<float>(count)),
+          u_light_(sampler.next()),
+          u_place_(sampler.next2()) {}
+
+    struct One {
+        Rgb value;
+        LightChoice::Draw drawn;
+    };
+    std::optional<One> operator[](int i) const {
+        // One in each of `count` equal parts of the choice.
+        const float u = std::min((static_cast<float>(i) + u_light_) / count_, 0x1.fffffep-1F);
+        const auto drawn = choice_.draw(scene_, vertex_.hit.at.p, u, step(u_place_, i));
+        if (!drawn) return std::nullopt;
+        return One{unshadowed(vertex_, *drawn), *drawn};
+    }
+
+  private:
+    const Scene& scene_;
+    const Vertex& vertex_;
+    const LightChoice& choice_;
+    float count_, u_light_;
+    V2f u_place_;
+};
+
+Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const LightChoice& choice, int count,
+                           Sampler& sampler) {
+    assert(count >= 1 && count <= GuidedLightSettings::kMostCandidates);
+    const Draws draws(scene, vertex, choice, count, sampler);
+    const float u_keep = sampler.next();
+    Candidates all;
+    std::array<float, GuidedLightSettings::kMostCandidates> upto;
+    for (int i = 0; i < count; ++i) {
+        if (const auto one = draws[i]) {
+            if (one->drawn.pdf_w > 0) {
+                const float ratio =
+                    vertex.bsdf.pdf_w(vertex.wo, one->drawn.light_sample.w) / one->drawn.pdf_w;
+                all.missing += luminance(one->value) * ratio * ratio;  // power heuristic: shares 1 : ratio²
+            }
+            const float y = luminance(one->value);
+            if (y > 0 && std::isfinite(y)) all.sum += y;
+        }
+        upto[static_cast<std::size_t>(i)] = all.sum;
+    }
+    if (!(all.sum > 0)) return all;
+
+    // One is kept in proportion to its luminance. In the candidates' order, which is that of lights and their
+    // parts: so u_keep, well spread over the samples of a pixel, spreads what is kept over them.
+    const auto end = upto.begin() + count;
+    const auto found = std::upper_bound(upto.begin(), end, u_keep * all.sum);
+    // Rounding may lead past the last that counts: back to it.
+    const auto kept = found != end ? found : std::lower_bound(upto.begin(), end, all.sum);
+    const auto one = draws[static_cast<int>(kept - upto.begin())];
+    all.kept = one->value;  // drawn above with a value: drawn again the same
+    all.light_sample = one->drawn.light_sample;
+    return all;
+}
+
+// The chance with which the BSDF's ray is traced. Where lights look small (the ratio t of the densities is
+// small) that strategy brings a share t² with a variance of t³: a chance of t adds no more than t². Only for
+// surfaces without peaks: elsewhere it may find what no candidate can.
+float bsdf_chance(const Vertex& vertex, const Candidates& all) {
+    if (!vertex.bsdf.is_diffuse()) return 1;
+    if (!(all.sum > 0)) return kBlindChance;
+    const float left = all.left_to_bsdf();
+    return left < 1 ? std::max(std::sqrt(left), kLeastChance) : 1.0F;  // 1 for NaN, too
+}
+
+}  // namespace
+
+int candidates_that_pay(const Scene& scene) {
+    return has_parts(scene) ? 16 : 4;
+}
+
+DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
+                        const LightChoice& plain) {
+    if (guides.any_near(vertex.hit.at.p, vertex.normal())) {
+        return direct_light(scene, vertex, sampler, plain);
+    }
+    if (vertex.bsdf.is_diffuse()) return {Rgb(0), {}};
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+    return {Rgb(0), sample && sample->delta ? sample : std::nullopt};
+}
+
+DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain) const {
+    const SurfacePoint& x = vertex.hit.at;
+    const bool guided = settings_.defensive_weight < 1;
+    const Guide guide = guided ? guides_.at(x.p, vertex.normal()) : Guide();
+    const LightChoice choice =
+        plain.guided(guide, std::max(settings_.defensive_weight, guide.defensive_weight()));
+
+    // Sample the lights.
+    DirectLight result{Rgb(0), {}};
+    const Candidates all = draw_candidates(scene_, vertex, choice, settings_.candidates, sampler);
+    if (all.sum > 0) {
+        result.radiance =
+            all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler);
+    }
+
+    // Ask the BSDF.
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const float u_trace = sampler.next();
+    const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+    if (!sample) return result;
+    if (sample->delta) {
+        result.specular = sample;
+        return result;
+    }
+    const float chance = bsdf_chance(vertex, all);
+    if (!(u_trace < chance)) return result;
+    const Ray ray{x.towards(sample->wi), sample->wi};
+    const Rgb found = emission(scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+                               vertex.medium_towards(sample->wi), sampler);
+    result.radiance += sample->weight * found / chance;
+    return result;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,120 @@
+// What a method tells of its preparation, beside the image: what was made once, and in its passes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/guiding/importance_pre_pass.h"
+#include "photon/build_maps.h"
+#include "photon/deposit.h"
+#include "photon/ledger.h"
+
+namespace lucerna {
+
+// Seconds of each phase, in order.
+class PhaseSeconds {
+  public:
+    void add(const std::string& phase, double seconds);
+    void add(const PhaseSeconds& other);
+    auto begin() const { return phases_.begin(); }
+    auto end() const { return phases_.end(); }
+
+  private:
+    std::vector<std::pair<std::string, double>> phases_;
+};
+
+// The energy ledger of light paths: the luminance of each account, W (or lm).
+//
+// What is emitted is the lamps' flux where emission is plain and every particle of a lamp carries alike; a
+// learned density (photon/learned_emission.h) weights particles, and then it is an estimate of it.
+struct LedgerStatistics {
+    double emitted = 0, absorbed = 0, absorbed_by_media = 0, scattered_by_media = 0, escaped = 0;
+    double not_followed = 0, cut = 0, roulette = 0;
+    double imbalance = 0;  // what does not add up, as a share
+    std::uint64_t paths_emitted = 0, paths_not_emitted = 0, hits = 0, scatterings = 0;
+
+    LedgerStatistics() = default;
+    explicit LedgerStatistics(const Ledger& ledger);
+};
+
+// The importance pre-pass (engine/guiding/importance_pre_pass.h).
+struct PrePassStatistics {
+    std::uint64_t paths = 0, importons = 0, blocks = 0;
+    double useful = 0;           // share of its paths that an estimate held a photon of
+    double share_of_lights = 0;  // share of light paths that start from another light than by power alone
+};
+
+// The photons that guide shadow rays (engine/guiding/guide.h).
+struct GuideStatistics {
+    std::uint64_t photons = 0, distributions = 0;
+};
+
+struct VplStatistics {
+    std::uint64_t total = 0, sets = 0, bytes = 0;
+    std::optional<std::uint64_t> tried;  // where they were thinned
+};
+
+// What all passes share, made before the first.
+struct OnceStatistics {
+    std::string emission;  // how light paths are emitted, and why; empty: not told
+    std::optional<PrePassStatistics> pre_pass;
+    std::optional<GuideStatistics> guides;
+    std::array<std::optional<double>, kMapKinds> first_radius;  // progressive: the mean, scene units
+    PhaseSeconds seconds;
+};
+
+// Tells what an importance pre-pass learned, or (null) that it saw nothing.
+void report_pre_pass(const ImportancePrePass* pre_pass, const EmissionGuiding& guiding, const Scene& scene,
+                     OnceStatistics& statistics);
+
+// What one pass made, or all of them.
+struct PassStatistics {
+    std::optional<LedgerStatistics> ledger;  // paths and hits of all passes, energies of the last
+    std::array<std::optional<DepositCount>, kMapKinds> maps;  // photons of all passes
+    std::array<std::string, kMapKinds> map_needs;             // whether each map was built, and why
+    std::string map_source;                                   // empty: maps were built
+    std::optional<std::uint64_t> caustic_paths;               // of igi's Caustic map
+    std::optional<std::uint64_t> irradiance_points;
+    std::optional<double> radius_share;  // progressive: of the first radius
+    std::optional<VplStatistics> vpls;
+    PhaseSeconds seconds;
+
+    // One more pass: seconds and counts add up, all else is the last one's.
+    void add(const PassStatistics& pass);
+};
+
+// What a render did, for --stats.
+struct RenderReport {
+    OnceStatistics once;
+    PassStatistics passes;
+    PhaseSeconds seconds;  // of the render itself
+
+    std::string unit;      // of the image
+    std::string ended_by;  // "samples", "time", "error", "user"
+    int samples_done = 0;  // per pixel
+    int passes_done = 0;   // of an integrator that works in passes
+    bool complete = true;  // false: stopped early by the user
+    std::uint64_t samples_not_finite = 0;
+    std::uint64_t rays_total = 0, rays_invalid = 0;
+    std::optional<std::uint64_t> rays_prepare;  // of them, before the first of the image
+    std::optional<double> relative_error;       // estimated, of the image
+
+    // By dotted names, which are stable: the JSON's keys.
+    std::map<std::string, double> numbers() const;
+    std::map<std::string, std::string> notes() const;
+    // What passes before a checkpoint told.
+    void restore(const std::map<std::string, double>& numbers,
+                 const std::map<std::string, std::string>& notes);
+};
+
+// Where nothing takes light away, as in a closed room of albedo 1, a light path ends by roulette alone: what
+// it still carries then is missing, and what rare long paths bring has no limit. One warning if so.
+void warn_of_endless_light(const Ledger& ledger, Monitor& monitor);
+
+}  // namespace lucerna

@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include "engine/base/memory.h"
+#include "engine/integrators/integrator.h"
+#include "engine/render/film.h"
+#include "engine/render/job.h"
+#include "engine/render/render.h"
+#include "engine/render/render_checks.h"
+
+namespace lucerna {
+
+std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
+    constexpr std::uint64_t kImage = 6 * sizeof(float);  // R G B and their variances
+    const V2i size = job.film.rendered_size();
+    const std::uint64_t pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
+    const std::uint64_t sums = Film::bytes_per_pixel(make_integrator(job.integrator)->samples_per_pass() > 1);
+    const std::uint64_t kept = (options.keep ? sums : 0) + (options.resume ? sums : 0);
+    return pixels * (sums + kImage + kept);
+}
+
+void require_image_memory(const Job& job, const RenderOptions& options) {
+    const V2i size = job.film.rendered_size();
+    require_memory(image_memory(job, options), fmt::format("an image of {} x {} pixels", size.x, size.y),
+                   "fewer pixels are accepted, or a part of the image at a time (Film \"pixelbounds\" or "
+                   "\"cropwindow\")");
+}
+
+namespace {
+
+// What a method leaves out of a light that only particles carry; empty: nothing.
+struct LeftOut {
+    std::string_view operator()(const PathSettings&) const { return "light is"; }
+    std::string_view operator()(const DirectSettings&) const { return "light is"; }
+    std::string_view operator()(const IgiSettings&) const { return "direct light is"; }
+    std::string_view operator()(const PhotonMapSettings& s) const {
+        return s.direct == DirectMethod::map ? "" : "direct light is";
+    }
+    std::string_view operator()(const ProgressiveSettings& s) const {
+        return s.direct == DirectMethod::map ? "" : "direct light is";
+    }
+};
+
+}  // namespace
+
+void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {
+    const std::string_view missing = std::visit(LeftOut{}, method);
+    if (missing.empty()) return;
+    std::uint64_t unseen = 0;
+    std::string_view kind;
+    for (const auto& light : scene.lights()) {
+        if (!light->only_particles() || !(light->power() > 0)) continue;
+        if (unseen++ == 0) kind = light->kind();
+    }
+    if (unseen == 0) return;
+    monitor.warn(
+        fmt::format("{} of kind \"{}\" can be met by particles only: the {} missing from this "
+                    "picture; photonmap with \"string direct\" \"map\" shows it",
+                    unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
+}
+
+void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {
+    if (std::holds_alternative<PathSettings>(method)) return;
+    for (const Medium& medium : scene.media().all) {
+        if (!medium.emits()) continue;
+        monitor.warn(fmt::format(
+            "medium \"{}\" emits light, which is missing from this picture; path shows it", medium.name));
+        return;
+    }
+}
+
+}  // namespace lucerna

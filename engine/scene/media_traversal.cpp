@@ -1,0 +1,312 @@
+#include "engine/scene/media_traversal.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace lucerna {
+namespace {
+
+constexpr int kDirections = 32;    // in which medium_around() looks
+constexpr int kMostPassages = 64;  // through which it looks in each
+
+// Even over the sphere: the golden spiral.
+V3f probe_direction(int i) {
+    const float z = 1 - (2 * static_cast<float>(i) + 1) / kDirections;
+    const float r = std::sqrt(std::max(0.0F, 1 - z * z));
+    const float phi = static_cast<float>(i) * 2.399963F;
+    return V3f(r * std::cos(phi), r * std::sin(phi), z).normalized();
+}
+
+// The medium on the near side of the first border that a ray meets, through all surfaces that are none.
+std::optional<std::int32_t> before_first_border(const Scene& scene, Ray ray) {
+    for (int i = 0; i < kMostPassages; ++i) {
+        const auto hit = scene.intersect_with_borders(ray);
+        if (!hit) return std::nullopt;
+        if (hit->media.border) return medium_towards(hit->media, hit->at.n, -ray.d, kNoMedium);
+        ray = Ray{hit->at.towards(ray.d), ray.d};
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+Rgb transmittance(const Scene& scene, const Ray& ray, std::int32_t medium, Sampler& sampler) {
+    Rgb result(1);
+    if (scene.media().empty()) return result;
+    for_each_piece(scene, ray, medium, [&](MediumPiece piece) {
+        result *= transmittance(std::move(piece.along), sampler);
+        return !is_black(result);
+    });
+    return result;
+}
+
+V3f scattering_point(const MediumPiece& piece, double t, const std::optional<Hit>& hit) {
+    if (hit) {
+        const float height = static_cast<float>(piece.to_go - t) * std::fabs(piece.ray.d.dot(hit->at.n));
+        if (!(height > hit->at.error)) return hit->at.towards(-piece.ray.d);
+    }
+    return piece.ray.at(static_cast<float>(t));
+}
+
+MediaTraversal traverse_media(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                              std::int32_t medium, const Rgb& power, Sampler& sampler) {
+    MediaTraversal crossing{power, medium, {}};
+    const Ray way{ray.o, ray.d, hit ? hit->t : ray.t_max};
+    crossing.medium = for_each_piece(scene, way, medium, [&](MediumPiece piece) {
+        const Flight flight = fly(piece.along, crossing.power, sampler);
+        crossing.power = flight.throughput;
+        if (flight.scattered) {
+            crossing.scattered = {scattering_point(piece, flight.t, hit), flight.g};
+            return false;
+        }
+        return !is_black(crossing.power);
+    });
+    return crossing;
+}
+
+std::int32_t medium_around(const Scene& scene, const SurfacePoint& from, const V3f& d) {
+    const SceneMedia& media = scene.media();
+    if (media.all.size() == media.regions.size()) return kNoMedium;  // regions are no borders' media
+    if (const auto found = before_first_border(scene, Ray{from.towards(d), d})) return *found;
+    for (int i = 0; i < kDirections; ++i) {
+        V3f w = probe_direction(i);
+        if (from.n.dot(w) * from.n.dot(d) < 0) w = -w;  // all on the side on which light leaves
+        if (const auto found = before_first_border(scene, Ray{from.towards(w), w})) return *found;
+    }
+    return media.camera;
+}
+
+namespace {
+
+constexpr std::uint32_t kBranch = 0xf1;  // of the path's sampler
+
+// Under this transmittance roulette is played, and survived by half.
+constexpr double kFaint = 0.05;
+
+double exponential(float u) {
+    return -std::log1p(-static_cast<double>(u));  // u < 1
+}
+
+V3d decay(const V3d& sigma, double distance) {
+    V3d result(1);
+    for (int k = 0; k < 3; ++k) {
+        if (sigma[k] > 0) result[k] = std::exp(-sigma[k] * distance);  // the distance may be infinite
+    }
+    return result;
+}
+
+double largest(const V3d& v) {
+    return std::max({v.x, v.y, v.z});
+}
+
+// The channel that decides, and the densities of the path so far by all three, up to a common factor.
+class Channels {
+  public:
+    Channels(const Rgb& throughput, float u) : throughput_(throughput) {
+        const V3d chance = throughput_ / (throughput_.x + throughput_.y + throughput_.z);
+        double rest = static_cast<double>(u);
+        for (int k = 0; k < 3; ++k) {
+            chance_[k] = chance[k];
+            density_[k] = chance[k] > 0 ? 1 : 0;  // what carries nothing needs no density
+            if (chance[k] > 0 && rest >= 0) hero_ = k;
+            rest -= chance[k];
+        }
+    }
+
+    int hero() const { return hero_; }
+    // To the next event, the same for all.
+    void multiply(const V3d& factor) {
+        density_ *= factor;
+        const double most = largest(density_);
+        if (most > 0) density_ /= most;  // only ratios matter, and products of many must not vanish
+    }
+    // What the throughput becomes by an event of value `value` that was drawn with density `pdf` per channel.
+    Rgb weigh(const V3d& value, const V3d& pdf) const {
+        const double mean = chance_.dot(density_ * pdf);
+        if (!(mean > 0)) return Rgb(0);
+        return Rgb(V3f(throughput_ * density_ * value / mean));
+    }
+
+  private:
+    V3d throughput_;
+    V3d chance_;
+    V3d density_;
+    int hero_ = 0;
+};
+
+Flight scatter(const MediaAlong& along, double t, const Channels& channels, const Coefficients& here,
+               Sampler& more) {
+    Flight flight;
+    flight.scattered = true;
+    flight.t = t;
+    const Rgb weight = channels.weigh(here.sigma_s, here.sigma_t);
+    if (is_black(weight)) return flight;
+    const MediaAlong::Choice choice = along.choose(t, V3d(weight), static_cast<double>(more.next()));
+    flight.throughput = Rgb(V3f(V3d(weight) * choice.share));
+    flight.g = choice.medium->g;
+    return flight;
+}
+
+// To the next collision that is none of the null ones, `depth` away in the hero's optical depth; none: the
+// end was reached. Leaves `along` in that stretch.
+std::optional<double> collide(MediaAlong& along, Channels& channels, double depth, Sampler& more,
+                              Rgb& emitted) {
+    const int hero = channels.hero();
+    while (along.next()) {
+        const V3d majorant = along.uniform() + along.bound() + V3d(along.search());
+        double t = along.begin();
+        for (;;) {
+            const double step = majorant[hero] > 0 ? depth / majorant[hero] : INFINITY;
+            if (!(t + step < along.end())) break;
+            channels.multiply(decay(majorant, step));
+            t += step;
+            const Coefficients here = along.at(t);
+            emitted += channels.weigh(here.emission, majorant);
+            // A collision, or none after all.
+            if (static_cast<double>(more.next()) * majorant[hero] < here.sigma_t[hero]) return t;
+            V3d null = majorant - here.sigma_t;
+            for (int k = 0; k < 3; ++k) null[k] = std::max(0.0, null[k]);
+            channels.multiply(null);
+            depth = exponential(more.next());
+        }
+        const double rest = along.end() - t;
+        channels.multiply(decay(majorant, rest));
+        if (majorant[hero] > 0) depth = std::max(0.0, depth - majorant[hero] * rest);
+    }
+    return std::nullopt;
+}
+
+// Optical depth of the present stretch from its beginning to t, which may be infinite.
+V3d uniform_depth(const MediaAlong& along, double t) {
+    V3d depth(0);
+    for (int k = 0; k < 3; ++k) {
+        if (along.uniform()[k] > 0) depth[k] = along.uniform()[k] * (t - along.begin());
+    }
+    return depth;
+}
+
+// A distance within ways of closed form: the channel that draws it is chosen by what it scatters or loses on
+// them, and its density is the exponential one, cut off at the end.
+struct DrawnWithin {
+    double t;
+    V3d flow;
+};
+std::optional<DrawnWithin> draw_within(MediaAlong& along, const Rgb& throughput, const V2f& u) {
+    V3d all(0);
+    for (MediaAlong way = along; way.next();) all += uniform_depth(way, way.end());
+    V3d interacting(0);
+    for (int k = 0; k < 3; ++k) interacting[k] = -std::expm1(-all[k]);
+    const V3d contribution = V3d(throughput) * interacting;
+    const double sum = contribution.x + contribution.y + contribution.z;
+    if (!(sum > 0)) return std::nullopt;
+    int hero = 0;
+    double rest = static_cast<double>(u.x) * sum;
+    for (int k = 0; k < 3; ++k) {
+        if (contribution[k] > 0 && rest >= 0) hero = k;
+        rest -= contribution[k];
+    }
+    const double goal =
+        -std::log1p(-static_cast<double>(u.y) * interacting[hero]);  // finite: u < 1, interacting <= 1
+    V3d before(0);
+    while (along.next()) {
+        const V3d stretch = uniform_depth(along, along.end());
+        if (!(goal - before[hero] < stretch[hero])) {
+            before += stretch;
+            continue;
+        }
+        const double t =
+            along.begin() + (goal - before[hero]) / along.uniform()[hero];  // > 0 where interacting is
+        V3d passed(1);
+        double pdf = 0;
+        const V3d depth = before + uniform_depth(along, t);
+        for (int k = 0; k < 3; ++k) {
+            passed[k] = std::exp(-depth[k]);
+            if (contribution[k] > 0)
+                pdf += contribution[k] / sum * along.uniform()[k] * passed[k] / interacting[k];
+        }
+        return DrawnWithin{t, passed / pdf};  // > 0: the hero's part is
+    }
+    return std::nullopt;  // rounding: the goal lay on the very end
+}
+
+}  // namespace
+
+Flight fly(MediaAlong along, const Rgb& throughput, Sampler& sampler) {
+    const V2f u = sampler.next2();
+    Sampler more = sampler.split(kBranch);
+    Flight flight;
+    if (!along.scatters() && !along.emits()) {
+        flight.throughput = throughput * transmittance(std::move(along), more);
+        return flight;
+    }
+    Channels channels(throughput, u.x);
+    Rgb emitted(0);
+    if (const auto t = collide(along, channels, exponential(u.y), more, emitted)) {
+        flight = scatter(along, *t, channels, along.at(*t), more);
+    } else {
+        flight.throughput = channels.weigh(V3d(1), V3d(1));
+    }
+    flight.emitted = emitted;
+    return flight;
+}
+
+std::optional<InScattering> scatter_within(MediaAlong along, const Rgb& throughput, Sampler& sampler) {
+    const V2f u = sampler.next2();
+    if (!along.scatters()) return std::nullopt;
+    Sampler more = sampler.split(kBranch);
+    InScattering place;
+    V3d flow;
+    if (along.is_uniform()) {
+        const auto drawn = draw_within(along, throughput, u);
+        if (!drawn) return std::nullopt;
+        place.t = drawn->t;
+        flow = drawn->flow;
+    } else {
+        Channels channels(throughput, u.x);
+        Rgb emitted(0);
+        const auto t = collide(along, channels, exponential(u.y), more, emitted);
+        if (!t) return std::nullopt;
+        place.t = *t;
+        flow = V3d(channels.weigh(V3d(1), along.at(*t).sigma_t));
+        // weigh() counts in the throughput, which is not black; a channel without it gets nothing.
+        for (int k = 0; k < 3; ++k)
+            flow[k] = throughput[k] > 0 ? flow[k] / static_cast<double>(throughput[k]) : 0;
+    }
+    const Coefficients here = along.at(place.t);
+    const V3d weight = flow * here.sigma_s * V3d(throughput);
+    if (!(largest(weight) > 0)) return std::nullopt;
+    const MediaAlong::Choice choice = along.choose(place.t, weight, static_cast<double>(more.next()));
+    place.g = choice.medium->g;
+    place.flow = Rgb(V3f(flow * choice.share));
+    place.sigma_s = Rgb(V3f(here.sigma_s));
+    return place;
+}
+
+Rgb transmittance(MediaAlong along, Sampler& sampler) {
+    V3d result(1);
+    double depth = 0;
+    bool drawn = false;
+    while (along.next()) {
+        result *= decay(along.uniform(), along.end() - along.begin());
+        const double bound = largest(along.bound());
+        if (!(bound > 0)) continue;
+        if (!drawn) depth = exponential(sampler.next());
+        drawn = true;
+        double t = along.begin();
+        while (t + depth / bound < along.end()) {
+            t += depth / bound;
+            const V3d there = along.varying_at(t) / bound;
+            for (int k = 0; k < 3; ++k) result[k] *= std::max(0.0, 1 - there[k]);
+            if (largest(result) < kFaint) {
+                if (sampler.next() < 0.5F) return Rgb(0);
+                result *= 2;
+            }
+            depth = exponential(sampler.next());
+        }
+        depth = std::max(0.0, depth - bound * (along.end() - t));
+    }
+    return Rgb(V3f(result));
+}
+
+}  // namespace lucerna

@@ -1,0 +1,126 @@
+#include "engine/transport/direct_light.h"
+
+namespace lucerna {
+namespace {
+
+// Branches of a path's sampler: numbers that only media take.
+constexpr std::uint32_t kShadowBranch = 0x5d;
+constexpr std::uint32_t kLampBranch = 0x1a;
+
+// The share that passes: nothing where something stands in between, else what media leave of it.
+template <typename Place>
+Rgb passing(const Scene& scene, const Place& place, const LightSample& light_sample, Sampler& sampler) {
+    const SurfacePoint x = place.from();
+    if (!scene.unoccluded(x, light_sample.w, light_sample.distance)) return Rgb(0);
+    if (scene.media().empty()) return Rgb(1);
+    Sampler more = sampler.split(kShadowBranch);
+    return transmittance(scene, x, light_sample.w, light_sample.distance,
+                         place.medium_towards(light_sample.w), more);
+}
+
+template <typename Place>
+Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
+    const LightSample& light_sample = drawn.light_sample;
+    Rgb result = place.value(light_sample.w);
+    if (is_black(result)) return Rgb(0);
+    result *= light_sample.weight * drawn.gain;
+    if (!(drawn.pdf_w > 0)) return result;  // a delta light: nothing else finds it
+    return result * power_heuristic(drawn.pdf_w, place.pdf_w(light_sample.w));
+}
+
+// One light, asked by a surface or by a place in a medium.
+template <typename Place>
+Rgb ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice) {
+    // Draw always, so that the later draws of a path do not depend on what is found here.
+    const float u_light = sampler.next();
+    const V2f u_place = sampler.next2();
+    const auto drawn = choice.draw(scene, place.from().p, u_light, u_place);
+    if (!drawn) return Rgb(0);
+    const Rgb result = unshadowed_at(place, *drawn);
+    return is_black(result) ? result : result * passing(scene, place, drawn->light_sample, sampler);
+}
+
+// What is not geometry and lies before `hit`: calls found(radiance, distance) for each.
+template <typename Found>
+void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                       const EmissionRule& rule, Found&& found) {
+    const float nearest = hit ? hit->t : INFINITY;
+    for (const std::uint32_t light : scene.impostors()) {
+        const auto seen = scene.lights()[light]->Le(ray);
+        if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
+        found(seen->radiance * rule.share(scene, light, *seen), seen->distance);
+    }
+}
+
+}  // namespace
+
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice) {
+    return ask_light(scene, vertex, sampler, choice);
+}
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice) {
+    return ask_light(scene, vertex, sampler, choice);
+}
+
+Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
+    return unshadowed_at(vertex, drawn);
+}
+Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
+                      Sampler& sampler) {
+    return passing(scene, vertex, light_sample, sampler);
+}
+
+Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                     const EmissionRule& rule) {
+    if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
+    const auto light = static_cast<std::uint32_t>(hit->light);
+    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(ray, hit->t, hit->at.n);
+    return seen.radiance * rule.share(scene, light, seen);
+}
+
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
+    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
+    Rgb result = surface_emission(scene, ray, hit, rule);
+    for_each_impostor(scene, ray, hit, rule, [&](const Rgb& radiance, float) { result += radiance; });
+    return result;
+}
+
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+             std::int32_t medium, Sampler& sampler) {
+    if (scene.media().empty()) return emission(scene, ray, hit, rule);
+    if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
+    Sampler more = sampler.split(kLampBranch);
+    Rgb result(0);
+    const auto add = [&](const Rgb& radiance, float distance) {
+        if (!is_black(radiance)) {
+            result += radiance * transmittance(scene, Ray{ray.o, ray.d, distance}, medium, more);
+        }
+    };
+    if (hit) add(surface_emission(scene, ray, hit, rule), hit->t);
+    for_each_impostor(scene, ray, hit, rule, add);
+    return result;
+}
+
+DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
+                         const LightChoice& choice) {
+    const Rgb asked = next_event(scene, vertex, sampler, choice);
+    const BsdfU u{sampler.next(), sampler.next2()};
+    const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
+    if (!sample) return {asked, {}};
+    if (sample->delta) return {asked, sample};
+    const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
+    const Rgb found = emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
+                               vertex.medium_towards(sample->wi), sampler);
+    return {asked + sample->weight * found, {}};
+}
+
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,
+                 const LightChoice& choice) {
+    const Rgb asked = next_event(scene, vertex, sampler, choice);
+    const V3f wi = vertex.phase.sample(vertex.wo, sampler.next2());
+    const Ray ray{vertex.p, wi};
+    const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
+    return asked +
+           emission(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler);  // phase / pdf is 1
+}
+
+}  // namespace lucerna

@@ -1,0 +1,104 @@
+#include "engine/transport/light_choice.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace lucerna {
+namespace {
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+
+// A light without parts makes a direction as probable whether it is asked for a part or not.
+PartPdf whole(float pdf_w) {
+    return {kNoCell, pdf_w, pdf_w};
+}
+
+}  // namespace
+
+const Guide::Choice& Guide::draw(float u) const {
+    assert(!empty());
+    const auto found = std::upper_bound(choices_.begin(), choices_.end() - 1, u,
+                                        [](float wanted, const Choice& c) { return wanted < c.upto; });
+    return *found;
+}
+
+float Guide::probability(std::uint32_t light, CellId part) const {
+    const std::uint64_t wanted_key = key(light, part);
+    const auto found = std::lower_bound(
+        choices_.begin(), choices_.end(), wanted_key,
+        [](const Choice& choice, std::uint64_t wanted) { return key(choice.light, choice.part) < wanted; });
+    return found != choices_.end() && found->light == light && found->part == part ? found->probability
+                                                                                   : 0.0F;
+}
+
+bool nothing_to_choose(const Scene& scene) {
+    const auto asked = std::count_if(scene.lights().begin(), scene.lights().end(), [](const auto& light) {
+        return !light->only_particles() && light->power() > 0;
+    });
+    return asked <= 1 && !has_parts(scene);
+}
+
+bool has_parts(const Scene& scene) {
+    // A light that has parts has a first cell, and that is of one.
+    return std::any_of(scene.lights().begin(), scene.lights().end(),
+                       [](const auto& light) { return light->part_of(0) != kNoCell; });
+}
+
+std::optional<LightChoice::Plain> LightChoice::pick_plainly(const Scene& scene, float u) const {
+    if (tree_) {
+        const auto pick = tree_->pick(x_, n_, u);
+        return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+    }
+    const auto pick = scene.picker().pick(u);
+    return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+}
+
+float LightChoice::plain_probability(const Scene& scene, std::uint32_t light) const {
+    return tree_ ? tree_->probability(x_, n_, light) : scene.picker().probability(light);
+}
+
+float LightChoice::mixture(float plain, std::uint32_t light, const PartPdf& pdf) const {
+    float density = defensive_weight_ * plain * pdf.whole_pdf_w;
+    if (defensive_weight_ < 1)
+        density += (1 - defensive_weight_) * guide_.probability(light, pdf.part) * pdf.part_pdf_w;
+    return density;
+}
+
+std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f& x, float u_light,
+                                                   const V2f& u_place) const {
+    Draw draw{};
+    std::optional<CellId> part;
+    std::optional<Plain> plain;
+    if (u_light < defensive_weight_) {  // always, without a guide: defensive_weight_ is 1
+        plain = pick_plainly(scene, std::min(u_light / defensive_weight_, kBelowOne));
+        if (!plain) return std::nullopt;
+        draw.light = plain->light;
+    } else {
+        const Guide::Choice& choice =
+            guide_.draw(std::min((u_light - defensive_weight_) / (1 - defensive_weight_), kBelowOne));
+        draw.light = choice.light;
+        if (choice.part != kNoCell) part = choice.part;
+    }
+    const Light& light = *scene.lights()[draw.light];
+    const auto light_sample = light.sample_Li(x, u_place, part);
+    if (!light_sample) return std::nullopt;
+
+    // What was drawn has a density above 0, unless float32 takes it for 0: then it is as if it were not
+    // drawn.
+    const bool delta = light.is_delta();
+    const PartPdf pdf = delta ? whole(1) : light_sample->part.value_or(whole(light_sample->pdf_w));
+    const float density =
+        mixture(plain ? plain->probability : plain_probability(scene, draw.light), draw.light, pdf);
+    if (!(density > 0) || !std::isfinite(density)) return std::nullopt;
+    draw.light_sample = *light_sample;
+    draw.gain = (delta ? 1 : light_sample->pdf_w) / density;
+    draw.pdf_w = delta ? 0 : density;
+    return draw;
+}
+
+float LightChoice::pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
+    return mixture(plain_probability(scene, light), light, seen.part.value_or(whole(seen.pdf_w)));
+}
+
+}  // namespace lucerna

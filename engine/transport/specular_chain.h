@@ -1,0 +1,148 @@
+// Following a ray through mirrors, smooth glass and media to the first surface that scatters.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "engine/base/sampler.h"
+#include "engine/scene/quantity.h"
+#include "engine/scene/scene.h"
+#include "engine/transport/direct_light.h"
+
+namespace lucerna {
+
+// What media do to a ray between two surfaces, for methods that know the radiance at any place: they add what
+// they scatter into it, and take their share of what comes from behind.
+//
+// The end is always looked at, and one place on the way beside it, whatever the chances: a thin fog makes no
+// noise on what is seen through it, and a thick one none on itself. (A path tracer, for which both are a path
+// to be followed, chooses one.) Emission by media is not looked for here; scenes that have it are for `path`.
+
+// Below this share what lies behind media is looked at only sometimes.
+inline constexpr float kFaintTransmittance = 0.1F;
+
+struct MediaSegment {
+    Rgb passed{1.0F};                 // the share of what comes from the end
+    Rgb added{0.0F};                  // radiance, W/(m² sr)
+    std::int32_t medium = kNoMedium;  // of the borders, at the end
+
+    // Roulette for a faint end. False: it need not be looked at.
+    bool survives(Sampler& sampler) {
+        const float left = max_component(passed);
+        if (!(left < kFaintTransmittance)) return true;
+        if (!(sampler.next() < left / kFaintTransmittance)) return false;
+        passed *= kFaintTransmittance / left;  // left > 0, or it were lost
+        return true;
+    }
+};
+
+// Of a ray that meets `hit`, or nothing; it begins in `medium`, with `throughput` (not black).
+// `source(MediumVertex, sigma_s)` is what is scattered into it there: radiance per unit of length.
+template <typename Source>
+MediaSegment media_segment_along(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
+                                 std::int32_t medium, const Rgb& throughput, Sampler& sampler,
+                                 Source&& source) {
+    constexpr std::uint32_t kPassBranch = 0x9a;
+    MediaSegment segment;
+    segment.medium = medium;
+    if (scene.media().empty()) return segment;
+    const Ray way{ray.o, ray.d, hit ? hit->t : ray.t_max};
+    segment.medium = for_each_piece(scene, way, medium, [&](const MediumPiece& piece) {
+        const Rgb arriving = throughput * segment.passed;
+        if (is_black(arriving)) return false;
+        if (const auto place = scatter_within(piece.along, arriving, sampler)) {
+            const MediumVertex vertex{scattering_point(piece, place->t, hit), HenyeyGreenstein(place->g),
+                                      -ray.d, piece.medium};
+            segment.added += segment.passed * place->flow * source(vertex, place->sigma_s);
+        }
+        Sampler more = sampler.split(kPassBranch);
+        segment.passed *= transmittance(piece.along, more);
+        return true;
+    });
+    return segment;
+}
+
+struct SpecularChain {
+    std::optional<Hit>
+        hit;          // the first surface that is not purely specular; none if the ray escaped or ended
+    V3f wo{0, 0, 0};  // from there back along the ray
+    Rgb throughput{1.0F};
+    Rgb emitted{0.0F};                // met on the way and at the end, throughput included
+    float length = 0;                 // of the first segment, scene units
+    std::int32_t medium = kNoMedium;  // of the borders, at its end
+
+    Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
+};
+
+// Glass is followed one way, chosen by its reflectance; a chain longer than max_depth ends black. The ray
+// begins in `medium`; `source` as media_segment_along() has it.
+template <typename Source>
+SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule,
+                              int max_depth, Sampler& sampler, Source&& source) {
+    SpecularChain chain;
+    for (int depth = 0;; ++depth) {
+        auto hit = scene.intersect(ray);
+        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler);
+        if (depth == 0) chain.length = hit ? hit->t : INFINITY;
+        MediaSegment segment =
+            media_segment_along(scene, ray, hit, medium, chain.throughput, sampler, source);
+        chain.emitted += chain.throughput * segment.added;
+        if (!hit || !segment.survives(sampler)) return chain;
+        chain.throughput *= segment.passed;
+        chain.medium = segment.medium;
+        const Bsdf bsdf = scene.bsdf(*hit);
+        if (!bsdf.is_delta()) {
+            chain.wo = -ray.d;
+            chain.hit = hit;
+            return chain;
+        }
+        const BsdfU u{sampler.next(), sampler.next2()};
+        const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
+        if (!sample || depth >= max_depth) return chain;
+        chain.throughput *= sample->weight;
+        rule = rule.through_specular();
+        medium = medium_towards(hit->media, hit->at.n, sample->wi, segment.medium);
+        ray = Ray{hit->at.towards(sample->wi), sample->wi};
+    }
+}
+
+// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex)` gives a
+// DirectLight (its radiance may hold more than direct light); `source` is what media scatter into a ray.
+// Where a surface is shiny as well as rough (varnish), the mirrored part is followed too.
+template <typename Shade, typename Source>
+Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Sampler& sampler, Shade&& shade,
+                     Source&& source) {
+    Rgb result(0);
+    std::int32_t medium = scene.media().camera;
+    Rgb throughput(1);
+    for (int depth = 0;; ++depth) {
+        const SpecularChain chain =
+            follow_specular(scene, ray, medium, EmissionRule::all(), max_depth, sampler, source);
+        result += throughput * chain.emitted;
+        if (!chain.hit) return result;
+        throughput *= chain.throughput;
+        const Bsdf bsdf = scene.bsdf(*chain.hit);
+        const DirectLight shaded = shade(chain.vertex(bsdf));
+        result += throughput * shaded.radiance;
+        if (!shaded.specular || depth >= max_depth) return result;
+        throughput *= shaded.specular->weight;
+        medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
+        ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
+    }
+}
+
+// What a meter reads on the first surface along a camera ray, by the same `shade`.
+template <typename Shade>
+Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
+    const auto hit = scene.intersect(ray);
+    if (!hit) return Rgb(0);
+    const Bsdf white = white_receiver(*hit);
+    std::int32_t medium = scene.media().camera;
+    if (!scene.media().empty()) {  // what is between it and the camera matters only for where it lies
+        medium =
+            for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [](const MediumPiece&) { return true; });
+    }
+    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}).radiance);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,100 @@
+#include "engine/vpl/igi_caustics.h"
+
+#include <algorithm>
+
+#include "engine/base/monitor.h"
+
+namespace lucerna {
+namespace {
+
+// Of light paths, for each that was asked for. Usually they have one or two, and some ten where lamps stand
+// in frosted glass; in a room of mirrors that take nothing away they have a thousand.
+constexpr int kMostBounces = 16;
+
+// False if a material has no lobe but such with a peak, or none: no photon lies on it.
+struct MayBeDiffuse {
+    static bool of(const Material& material) { return std::visit(MayBeDiffuse{}, material.model); }
+
+    bool operator()(const DiffuseMaterial& m) const {
+        const auto reflectance = m.reflectance.constant_value();
+        return !reflectance || !is_black(*reflectance);
+    }
+    bool operator()(const MirrorMaterial&) const { return false; }
+    bool operator()(const ConductorMaterial&) const { return false; }
+    bool operator()(const DielectricMaterial&) const { return false; }
+    bool operator()(const ThinDielectricMaterial&) const { return false; }
+    bool operator()(const CoatedConductorMaterial&) const { return false; }
+    bool operator()(const ShinyMetalMaterial&) const { return false; }
+    bool operator()(const InterfaceMaterial&) const { return false; }
+    bool operator()(const MixMaterial& m) const { return of(*m.first) || of(*m.second); }
+    template <typename WithABase>
+    bool operator()(const WithABase&) const {
+        return true;
+    }
+};
+
+// Whether there may be a surface on which photons lie.
+bool shows_caustics(const Scene& scene) {
+    const auto materials = scene.materials();
+    return std::any_of(materials.begin(), materials.end(), MayBeDiffuse::of);
+}
+
+}  // namespace
+
+VplGloss vpl_gloss(const IgiSettings& settings) {
+    const bool photons = settings.caustics == CausticMethod::map;
+    const bool rays = settings.caustics == CausticMethod::rays;
+    if (settings.compensate) return photons || rays ? VplGloss::none : VplGloss::all;
+    return photons ? VplGloss::of_indirect : VplGloss::all;
+}
+
+bool throws_caustics(const Scene& scene) {
+    const auto materials = scene.materials();
+    return std::any_of(materials.begin(), materials.end(), has_peak);
+}
+
+IgiCaustics::IgiCaustics(const IgiSettings& settings)
+    : method_(settings.caustics),
+      specular_below_(method_ == CausticMethod::none ? 0 : INFINITY),
+      rays_find_rest_(settings.compensate) {}
+
+IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& context, std::uint32_t pass,
+                         const LearnedEmission* learned)
+    : IgiCaustics(settings) {
+    const Scene& scene = context.scene;
+    if (method_ != CausticMethod::map || !throws_caustics(scene) || !shows_caustics(scene)) return;
+    const Stopwatch watch;
+    MapParameters maps;
+    maps.paths = settings.caustic_paths;
+    maps.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
+    maps.seed = context.seed;
+    maps.pass = pass;
+    maps.specular_below = specular_below_;
+    maps.caustic_chains = rays_find_rest_;
+    maps.most_bounces = kMostBounces;
+    maps.emission = learned;
+    PhotonMaps built = build_photon_maps(scene, maps, context.workers, context.monitor);
+    if (context.monitor.stopped()) return;
+    constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);
+    map_ = std::move(built.maps[kCaustic]);
+    density_.radius = largest_radius(diagonal(scene));
+    made_ = {built.ledger.paths, built.counts[kCaustic], watch.seconds()};
+}
+
+Rgb IgiCaustics::radiance(const Vertex& vertex) const {
+    if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
+    const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
+    return DensityEstimate(*map_, density_).radiance(vertex.hit, part, vertex.wo).value;
+}
+
+Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {
+    if (!map_ || !vertex.bsdf.has_diffuse()) return left_to_rays();
+    if (vertex.bsdf.is_diffuse()) return Rgb(0);
+    const Rgb all = vertex.bsdf.f(vertex.wo, w, Transport::radiance);
+    const Rgb rest = vertex.bsdf.rest().f(vertex.wo, w, Transport::radiance);
+    Rgb share(0);
+    for (int c = 0; c < 3; ++c) share[c] = all[c] > 0 ? std::min(rest[c] / all[c], 1.0F) : 0.0F;
+    return share;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,354 @@
+#include "engine/vpl/igi_pre_pass.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/transport/light_choice.h"
+#include "engine/transport/specular_chain.h"
+#include "engine/vpl/igi_caustics.h"
+#include "engine/vpl/vpl.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Of the mean radiance, added to a pixel's own: what is darker than that may be as wrong as that.
+constexpr double kDarkest = 0.05;
+
+// Places at which a path is tried, and paths for one camera ray: four of five shadow rays are those of paths.
+constexpr std::size_t kTries = 4;
+constexpr std::int64_t kPathsPerRay = 16, kMostRays = 4096;
+
+// What each pre-pass path adds at its places.
+struct PathTrial {
+    std::array<std::uint32_t, kTries> place;
+    std::array<float, kTries> radiance{};
+};
+
+// Places evenly over all of them, others for each path.
+PathTrial draw_places(std::size_t places, Sampler sampler) {
+    PathTrial trial;
+    for (std::size_t i = 0; i < kTries; ++i) {
+        const float u = (static_cast<float>(i) + sampler.next()) / static_cast<float>(kTries);
+        const auto place = static_cast<std::size_t>(u * static_cast<float>(places));
+        trial.place[i] = static_cast<std::uint32_t>(std::min(place, places - 1));
+    }
+    return trial;
+}
+
+// Lights up places by the VPLs of each path.
+struct ShadingPointsLit : LightPathVisitor {
+    VplGloss gloss{};
+    const ShadingPointContribution* shading = nullptr;
+    std::span<const ShadingPoint> places;
+    std::span<PathTrial> all;    // by path
+    PathTrial* trial = nullptr;  // of the path that is under way
+    std::optional<Sampler> roulette;
+
+    bool begin(std::uint32_t path, const std::optional<LightPathStart>& /*start*/, const Sampler& sampler) {
+        trial = &all[path];
+        *trial = draw_places(places.size(), sampler.split(2));
+        roulette = sampler.split(1);
+        return true;
+    }
+    void hit(const LightPathHit& at) {
+        make_vpls(at, gloss, [&](const Vpl& light) {
+            for (std::size_t i = 0; i < kTries; ++i) {
+                trial->radiance[i] += shading->radiance(places[trial->place[i]], light, *roulette);
+            }
+        });
+    }
+};
+
+std::vector<PathTrial> try_paths(const RenderContext& context, const IgiSettings& settings,
+                                 std::span<const ShadingPoint> places) {
+    const ShadingPointContribution shading(context.scene, settings);
+    std::vector<PathTrial> all(static_cast<std::size_t>(settings.pre_pass.paths));
+    LightPaths paths;
+    paths.count = settings.pre_pass.paths;
+    paths.seed = context.seed;
+    paths.pass = kEmissionPrePass;
+    paths.specular_below = vpl_specular_below(vpl_gloss(settings));
+    paths.per_chunk = 2048;
+    paths.interleaved = false;  // a place is lit by the path that is under way
+    paths.phase = "pre-pass";
+    std::vector<ShadingPointsLit> chunks;
+    trace_light_paths({context.scene, context.workers, context.monitor}, paths, chunks,
+                      [&](std::int64_t /*count*/) {
+                          ShadingPointsLit chunk;
+                          chunk.gloss = vpl_gloss(settings);
+                          chunk.shading = &shading;
+                          chunk.places = places;
+                          chunk.all = all;
+                          return chunk;
+                      });
+    return all;
+}
+
+// What each camera ray shows, direct and indirect light, and a little more: > 0.
+std::vector<float> radiances(const ShadingPoints& seen, std::span<const PathTrial> trial) {
+    std::vector<double> sum(seen.places.size()), count(seen.places.size());
+    for (const PathTrial& one : trial) {
+        for (std::size_t i = 0; i < kTries; ++i) {
+            sum[one.place[i]] += double{one.radiance[i]};
+            count[one.place[i]] += 1;
+        }
+    }
+    std::vector<float> shown = seen.shown;
+    for (std::size_t i = 0; i < seen.places.size(); ++i) {
+        if (count[i] > 0) shown[seen.places[i].ray] += static_cast<float>(sum[i] / count[i]);
+    }
+    double mean = 0;
+    for (const float radiance : shown) mean += double{radiance} / static_cast<double>(shown.size());
+    const auto dark = static_cast<float>(kDarkest * mean);
+    for (float& radiance : shown) radiance += dark > 0 ? dark : 1.0F;
+    return shown;
+}
+
+std::vector<float> scores(const ShadingPoints& seen, std::span<const PathTrial> trial) {
+    std::vector<float> result(trial.size());
+    for (std::size_t path = 0; path < trial.size(); ++path) {
+        for (std::size_t i = 0; i < kTries; ++i) {
+            const ShadingPoint& place = seen.places[trial[path].place[i]];
+            result[path] += sqr(trial[path].radiance[i] / seen.shown[place.ray]) / static_cast<float>(kTries);
+        }
+    }
+    return result;
+}
+
+// By the pre-pass's own paths, as far as their first surfaces.
+std::optional<GuideMap> guides(const IgiSettings& settings, const RenderContext& context) {
+    if (nothing_to_choose(context.scene) || settings.pre_pass.defensive_weight == 1) return std::nullopt;
+    GuideParameters parameters{settings.pre_pass.paths, context.seed, kEmissionPrePass, {}};
+    parameters.settings.radius = largest_radius(diagonal(context.scene));  // as of photon maps
+    return build_guides(context.scene, parameters, context.workers, context.monitor);
+}
+
+}  // namespace
+
+std::optional<IgiPrePass> run_igi_pre_pass(const IgiSettings& settings, const RenderContext& context) {
+    const Stopwatch watch;
+    const Scene& scene = context.scene;
+    if (!(scene.picker().total_power() > 0)) return std::nullopt;
+
+    // Where the picture is shaded, and by which lights it is lit directly.
+    const std::int64_t rays = std::clamp<std::int64_t>(settings.pre_pass.paths / kPathsPerRay, 64, kMostRays);
+    ShadingPoints seen = find_shading_points(settings, context, rays);
+    if (seen.places.empty()) return std::nullopt;
+
+    // What light paths bring there.
+    const auto trial = try_paths(context, settings, seen.places);
+    if (context.monitor.stopped()) return std::nullopt;
+    seen.shown = radiances(seen, trial);
+    const std::vector<float> second_moments = scores(seen, trial);
+
+    // Which ones to emit, and which lights to ask.
+    IgiPrePass result{ImportancePrePass{learn_density(scene, context.seed, second_moments,
+                                                      settings.pre_pass.defensive_weight)},
+                      guides(settings, context),
+                      {}};
+    if (context.monitor.stopped()) return std::nullopt;
+    result.importance.importons = seen.places.size();
+    const auto useful =
+        std::count_if(second_moments.begin(), second_moments.end(), [](float score) { return score > 0; });
+    result.importance.useful = static_cast<double>(useful) / static_cast<double>(second_moments.size());
+    result.seen = std::move(seen);
+    result.importance.seconds = watch.seconds();
+    return result;
+}
+
+namespace {
+
+// Samples of direct light at each place.
+constexpr int kLightSamples = 4;
+
+constexpr std::uint32_t kDirectBranch = 1;  // of a camera ray's sampler
+
+// Camera rays, followed to the places they are shaded at.
+class ShadingPointFinder {
+  public:
+    ShadingPointFinder(const Scene& scene, const IgiSettings& settings)
+        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+
+    void trace(const Ray& ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
+        seen.shown.push_back(0);
+        if (settings_.quantity == Quantity::illuminance) {
+            meter_and_shade(scene_, ray, [&](const Vertex& vertex) {
+                return shade(vertex, Rgb(1), number, sampler, seen);
+            });
+            return;
+        }
+        follow(ray, number, sampler, seen);
+    }
+
+  private:
+    // As follow_and_shade(), which keeps the throughput to itself.
+    void follow(Ray ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
+        const auto nothing = [](const MediumVertex&, const Rgb&) { return Rgb(0); };  // no medium scatters
+        std::int32_t medium = scene_.media().camera;
+        Rgb throughput(1);
+        for (int depth = 0;; ++depth) {
+            const SpecularChain chain = follow_specular(scene_, ray, medium, EmissionRule::all(),
+                                                        settings_.max_specular_depth, sampler, nothing);
+            seen.shown.back() += luminance(throughput * chain.emitted);
+            if (!chain.hit) return;
+            throughput *= chain.throughput;
+            const Bsdf bsdf = scene_.bsdf(*chain.hit);
+            const DirectLight shaded = shade(chain.vertex(bsdf), throughput, number, sampler, seen);
+            if (!shaded.specular || depth >= settings_.max_specular_depth) return;
+            throughput *= shaded.specular->weight;
+            medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
+            ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
+        }
+    }
+
+    DirectLight shade(const Vertex& vertex, const Rgb& throughput, std::uint32_t number, Sampler& sampler,
+                      ShadingPoints& seen) const {
+        const LightChoice choice = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
+        DirectLight shaded = direct_light(scene_, vertex, sampler, choice);
+        if (vertex.bsdf.is_black() || is_black(throughput)) return shaded;
+        seen.places.push_back({vertex.hit, vertex.bsdf, vertex.wo, vertex.medium, throughput, number});
+        Rgb direct = shaded.radiance;
+        for (int i = 1; i < kLightSamples; ++i) {
+            Sampler more = sampler.split_stratified(kDirectBranch, static_cast<std::uint32_t>(i));
+            direct += direct_light(scene_, vertex, more, choice).radiance;
+        }
+        seen.shown.back() += luminance(throughput * direct) / static_cast<float>(kLightSamples);
+        return shaded;
+    }
+
+    const Scene& scene_;
+    const IgiSettings& settings_;
+    LightChooser lights_;
+};
+
+}  // namespace
+
+ShadingPoints find_shading_points(const IgiSettings& settings, const RenderContext& context,
+                                  std::int64_t rays) {
+    const ShadingPointFinder finder(context.scene, settings);
+    const auto chunks = trace_view_rays<ShadingPoints>(
+        *context.view, {rays, 256, context.seed}, context.workers,
+        [&](const Ray& ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) {
+            finder.trace(ray, number, sampler, seen);
+        });
+    ShadingPoints all;
+    for (const ShadingPoints& chunk : chunks) {
+        all.places.insert(all.places.end(), chunk.places.begin(), chunk.places.end());
+        all.shown.insert(all.shown.end(), chunk.shown.begin(), chunk.shown.end());
+    }
+    return all;
+}
+
+ShadingPointContribution::ShadingPointContribution(const Scene& scene, const IgiSettings& settings)
+    : shading_(scene, settings, 1), scale_(settings.indirect_scale) {}
+
+namespace {
+
+// Places at which each VPL is tried. Those of one set that is kept light every pixel once or more: so that
+// trying them takes a tenth of the time of that, kThinning times as many are tried at as many places as that
+// leaves, within bounds.
+constexpr float kShareOfTime = 0.1F;
+constexpr float kLeastTries = 16, kMostTries = 256;
+
+std::size_t tries(const View& view, std::uint32_t factor) {
+    const V2f size = view.end - view.begin;
+    const float share = kShareOfTime * size.x * size.y / static_cast<float>(factor);
+    return static_cast<std::size_t>(std::clamp(share, kLeastTries, kMostTries));
+}
+
+// Samplers of VPLs and of sets; paths' own end where theirs do.
+constexpr std::uint32_t kLightsPass = 0xfffffffdU, kSetsPass = 0xfffffffcU;
+
+float importance_of(const Vpl& light, const ShadingPoints& seen, const ShadingPointContribution& shading,
+                    std::size_t tries, Sampler& sampler) {
+    double sum = 0;
+    for (std::size_t i = 0; i < tries; ++i) {
+        const float u = (static_cast<float>(i) + sampler.next()) / static_cast<float>(tries);
+        const auto drawn = static_cast<std::size_t>(u * static_cast<float>(seen.places.size()));
+        const ShadingPoint& place = seen.places[std::min(drawn, seen.places.size() - 1)];
+        const double share =
+            double{shading.radiance(place, light, sampler)} / double{seen.shown[place.ray]};  // shown > 0
+        sum += share * share;
+    }
+    return static_cast<float>(std::sqrt(sum / static_cast<double>(tries)));
+}
+
+std::vector<float> importances_of(const VplSets& sets, std::size_t many, const ShadingPoints& seen,
+                                  const IgiSettings& settings, const RenderContext& context) {
+    constexpr std::int64_t kGrain = 1024;  // fixed, so that results do not depend on threads
+    const ShadingPointContribution shading(context.scene, settings);
+    const auto count = static_cast<std::int64_t>(sets.lights.size());
+    std::vector<float> result(sets.lights.size());
+    Phase phase(context.monitor, "virtual point lights that matter", sets.lights.size());
+    parallel_ranges(
+        context.workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+            if (context.monitor.stopped()) return;
+            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                Sampler sampler(context.seed, Purpose::importance, kLightsPass, i);
+                result[i] = importance_of(sets.lights[i], seen, shading, many, sampler);
+            }
+            phase.advance(static_cast<std::uint64_t>(end - begin));
+        });
+    return result;
+}
+
+// With which each light is kept: in proportion to its importance, never more than 1, and `wanted` of them on
+// average.
+std::vector<double> chances(std::span<const float> importance, double defensive_weight, double wanted) {
+    double mean = 0;
+    for (const float w : importance) mean += double{w} / static_cast<double>(importance.size());
+    std::vector<double> chance;
+    for (const float w : importance)
+        chance.push_back(mean > 0 ? defensive_weight * mean + (1 - defensive_weight) * double{w} : 1.0);
+    // What is cut off at 1 goes to the others: a few rounds, each of which leaves less.
+    double scale = 0;
+    for (int round = 0; round < 8; ++round) {
+        double sure = 0, open = 0;
+        for (const double c : chance) {
+            if (scale * c < 1) {
+                open += c;
+            } else {
+                ++sure;
+            }
+        }
+        if (!(open > 0) || !(wanted > sure)) break;
+        scale = (wanted - sure) / open;
+    }
+    for (double& c : chance) c = std::min(scale * c, 1.0);
+    return chance;
+}
+
+}  // namespace
+
+VplSets thin_vpls(const VplSets& sets, std::uint32_t factor, const ShadingPoints& seen,
+                  const IgiSettings& settings, const RenderContext& context) {
+    const std::vector<float> all =
+        importances_of(sets, tries(*context.view, factor), seen, settings, context);
+    if (context.monitor.stopped()) return sets;
+    const std::vector<double> chance =
+        chances(all, double{settings.pre_pass.defensive_weight}, static_cast<double>(all.size()) / factor);
+    VplSets kept;
+    kept.ledger = sets.ledger;
+    kept.begins.push_back(0);
+    for (std::size_t set = 0; set + 1 < sets.begins.size(); ++set) {
+        // One is kept wherever the sum of the chances passes a whole number.
+        Sampler sampler(context.seed, Purpose::importance, kSetsPass, set);
+        double sum = double{sampler.next()};
+        for (std::size_t i = sets.begins[set]; i < sets.begins[set + 1]; ++i) {
+            const double before = std::floor(sum);
+            sum += chance[i];
+            if (!(std::floor(sum) > before)) continue;
+            kept.lights.push_back(sets.lights[i]);
+            kept.lights.back().contribution *= static_cast<float>(1 / chance[i]);  // > 0: it was kept
+        }
+        kept.begins.push_back(static_cast<std::uint32_t>(kept.lights.size()));
+    }
+    return kept;
+}
+
+}  // namespace lucerna

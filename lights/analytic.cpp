@@ -1,0 +1,267 @@
+// Lights with a formula (areas: area.cpp), and a light whose surface is not there for rays.
+#include "lights/analytic.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/vec.h"
+#include "engine/base/warp.h"
+
+namespace lucerna {
+
+// A point that shines alike in every direction.
+
+namespace {
+
+class PointLight final : public Light {
+  public:
+    PointLight(const V3f& position, const Rgb& intensity) : position_(position), intensity_(intensity) {}
+
+    std::string_view kind() const override { return "point"; }
+    bool is_delta() const override { return true; }
+    Rgb flux() const override { return intensity_ * (4 * kPi); }
+
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
+        if (is_black(intensity_)) return std::nullopt;
+        return LeSample{{position_}, square_to_sphere(u.direction), flux()};
+    }
+
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f&, std::optional<CellId>) const override {
+        return sample_Li_from_point(position_, x, intensity_);
+    }
+    std::optional<LightBounds> bounds() const override { return LightBounds{Box3f(position_)}; }
+
+  private:
+    V3f position_;   // scene units
+    Rgb intensity_;  // W/sr
+};
+
+}  // namespace
+
+std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& x, const Rgb& intensity) {
+    const V3d way = V3d(position) - V3d(x);
+    const double r2 = way.length2();
+    if (is_black(intensity) || !(r2 > 0)) return std::nullopt;
+    const double r = std::sqrt(r2);
+    const Rgb weight = intensity * static_cast<float>(1 / r2);
+    if (!is_finite(weight)) return std::nullopt;  // x is the light itself, as far as float32 can tell
+    // Lamps sit in ceilings: what lies at the point itself shall not hide it.
+    const auto distance = static_cast<float>(r);
+    return LightSample{V3f(way / r), std::fmax(0.0F, distance - surface_error(position, distance)), weight,
+                       0};
+}
+
+std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity) {
+    return std::make_unique<PointLight>(position, intensity);
+}
+
+// pbrt's spot light. With c = cosθ from the axis, the intensity is I · s((c - c_total)/(c_start - c_total)),
+// where s(t) = 3t² - 2t³ on [0,1], 0 below and 1 above. Its mean over the rim is 1/2 and its integral from 0
+// is t³ - t⁴/2, so the flux is 2πI [(1 - c_start) + (c_start - c_total)/2], and directions are drawn by the
+// intensity itself.
+
+namespace {
+
+// 1 - cosθ, exact for thin cones.
+double one_minus_cos(double radians) {
+    return 2 * sqr(std::sin(radians / 2));
+}
+
+// The t in [0,1] with 2t³ - t⁴ = u: Newton's method kept between bounds by bisection.
+double invert_rim(double u) {
+    double low = 0;
+    double high = 1;
+    double t = std::cbrt(u / 2);  // exact at both ends but for a factor near 1
+    for (int i = 0; i < 60 && high - low > 1e-12; ++i) {
+        const double f = t * t * t * (2 - t) - u;
+        if (std::fabs(f) < 1e-14) break;
+        (f < 0 ? low : high) = t;
+        const double slope = t * t * (6 - 4 * t);
+        const double next = slope > 0 ? t - f / slope : low;
+        t = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return t;
+}
+
+class SpotLight final : public Light {
+  public:
+    SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, float cone_degrees,
+              float delta_degrees)
+        : position_(position), frame_(axis.normalized()), intensity_(intensity) {
+        const double cone = std::clamp(static_cast<double>(cone_degrees), 0.0, 180.0);
+        const double start = std::clamp(cone - static_cast<double>(delta_degrees), 0.0, cone);
+        start_ = one_minus_cos(start * kRadiansPerDegree);
+        total_ = one_minus_cos(cone * kRadiansPerDegree);
+    }
+
+    std::string_view kind() const override { return "spot"; }
+    bool is_delta() const override { return true; }
+    Rgb flux() const override { return intensity_ * static_cast<float>(solid_angle()); }
+
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
+        if (is_black(intensity_) || !(solid_angle() > 0)) return std::nullopt;
+        const double part = static_cast<double>(u.direction.x) * (start_ + rim() / 2);
+        // Within the full part uniform in the cosine; within the rim by the inverse of its integral.
+        const double h = part < start_ ? part : total_ - rim() * invert_rim(rim_u(part));
+        const double r = std::sqrt(std::max(0.0, h * (2 - h)));
+        const float phi = 2 * kPi * u.direction.y;
+        const V3f local(static_cast<float>(r) * std::cos(phi), static_cast<float>(r) * std::sin(phi),
+                        static_cast<float>(1 - h));
+        return LeSample{{position_}, frame_.to_world(local).normalized(), flux()};
+    }
+
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f&, std::optional<CellId>) const override {
+        const V3d way = V3d(x) - V3d(position_);
+        const double r = way.length();
+        if (!(r > 0)) return std::nullopt;
+        // 1 - cosθ as half the squared chord between unit vectors: no cancellation near the axis.
+        const double h = 0.5 * (way / r - V3d(frame_.n)).length2();
+        return sample_Li_from_point(position_, x, intensity_ * static_cast<float>(falloff(h)));
+    }
+    // The same all over the cone, for all that is said here.
+    std::optional<LightBounds> bounds() const override {
+        const auto cone = static_cast<float>(2 * std::asin(std::sqrt(std::min(1.0, total_ / 2))));
+        return LightBounds{Box3f(position_), frame_.n, cone, 0};
+    }
+
+  private:
+    double rim() const { return total_ - start_; }
+    double solid_angle() const { return 2 * kPiD * (start_ + rim() / 2); }  // sr, weighted
+
+    // The rim is emptiest at its outer edge: u = 0 there.
+    double rim_u(double part) const {
+        return rim() > 0 ? std::clamp(1 - (part - start_) / (rim() / 2), 0.0, 1.0) : 1.0;
+    }
+
+    double falloff(double h) const {
+        if (h <= start_) return 1;
+        if (h >= total_) return 0;
+        const double t = (total_ - h) / rim();  // > 0: start < h < total
+        return t * t * (3 - 2 * t);
+    }
+
+    V3f position_;                  // scene units
+    Frame frame_;                   // n is the axis
+    Rgb intensity_;                 // W/sr on the axis
+    double start_ = 0, total_ = 0;  // 1 - cos of where the fall starts and where it ends
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
+                                       float cone_degrees, float delta_degrees) {
+    return std::make_unique<SpotLight>(position, axis, intensity, cone_degrees, delta_degrees);
+}
+
+// Parallel light, as from the sun.
+
+namespace {
+
+class DistantLight final : public Light {
+  public:
+    DistantLight(const V3f& direction, const Rgb& irradiance, const SceneSphere& scene)
+        : frame_(direction.normalized()), irradiance_(irradiance), scene_(scene) {}
+
+    std::string_view kind() const override { return "distant"; }
+    bool is_delta() const override { return true; }
+    // Through the disc that covers the scene: what misses the scene is counted too.
+    Rgb flux() const override { return irradiance_ * (kPi * sqr(scene_.radius)); }
+
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
+        if (is_black(irradiance_)) return std::nullopt;
+        return particle_from_afar(scene_, frame_, u.position, flux());
+    }
+
+    std::optional<LightSample> sample_Li(const V3f&, const V2f&, std::optional<CellId>) const override {
+        if (is_black(irradiance_)) return std::nullopt;
+        return LightSample{-frame_.n, INFINITY, irradiance_, 0};
+    }
+
+  private:
+    Frame frame_;     // n is the way the light travels
+    Rgb irradiance_;  // W/m² on a plane that faces the light
+    SceneSphere scene_;
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
+                                          const SceneSphere& scene) {
+    return std::make_unique<DistantLight>(direction, irradiance, scene);
+}
+
+// A sky of constant radiance. A particle's line is uniform among the lines that meet the scene's sphere: any
+// direction, and any point of the disc of radius R across it. Lines' measure is 4π · πR², hence the flux
+// 4π²R² L.
+
+namespace {
+
+class InfiniteLight final : public Light {
+  public:
+    InfiniteLight(const Rgb& radiance, const SceneSphere& scene) : radiance_(radiance), scene_(scene) {}
+
+    std::string_view kind() const override { return "infinite"; }
+    bool has_impostor() const override { return true; }
+    Rgb flux() const override { return radiance_ * (4 * kPi * kPi * sqr(scene_.radius)); }
+
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
+        if (is_black(radiance_)) return std::nullopt;
+        const Frame frame(square_to_sphere(u.direction).normalized());
+        return particle_from_afar(scene_, frame, u.position, flux());
+    }
+
+    std::optional<LightSample> sample_Li(const V3f&, const V2f& u, std::optional<CellId>) const override {
+        if (is_black(radiance_)) return std::nullopt;
+        return LightSample{square_to_sphere(u).normalized(), INFINITY, radiance_ * (4 * kPi), kSpherePdfW};
+    }
+
+    // A ray with an end does not reach the sky.
+    std::optional<EmittedRadiance> Le(const Ray& ray) const override {
+        if (ray.t_max < INFINITY) return std::nullopt;
+        return EmittedRadiance{radiance_, kSpherePdfW, INFINITY};
+    }
+
+  private:
+    Rgb radiance_;  // W/(m² sr)
+    SceneSphere scene_;
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene) {
+    return std::make_unique<InfiniteLight>(radiance, scene);
+}
+
+// A light whose surface is not there for rays. No direction that was drawn without it meets it, so its own
+// samples are the only ones, as a delta light's are: nothing to be weighed against [Veach 1997, 9.2].
+
+namespace {
+
+class UnseenLight final : public Light {
+  public:
+    explicit UnseenLight(std::unique_ptr<Light> light) : light_(std::move(light)) {}
+
+    std::string_view kind() const override { return light_->kind(); }
+    FluxUnit unit() const override { return light_->unit(); }
+    Rgb flux() const override { return light_->flux(); }
+    std::optional<LeSample> sample_Le(const LeSampleU& u) const override { return light_->sample_Le(u); }
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
+                                         std::optional<CellId> cell) const override {
+        std::optional<LightSample> light_sample = light_->sample_Li(x, u, cell);
+        if (light_sample) light_sample->pdf_w = 0;
+        return light_sample;
+    }
+    std::optional<LightBounds> bounds() const override { return light_->bounds(); }
+    bool is_delta() const override { return true; }
+
+  private:
+    std::unique_ptr<Light> light_;
+};
+
+}  // namespace
+
+std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light) {
+    return std::make_unique<UnseenLight>(std::move(light));
+}
+
+}  // namespace lucerna
