@@ -447,7 +447,8 @@ void DirectiveReader::close_blocks(std::string_view before) {
         const Saved& last = saved_.back();
         reading_.depart(last.place, fmt::format("this {} is not ended before {}", last.directive, before),
                         "it ends there");
-        if (last.directive == "ObjectBegin") complete_object();
+        // An object that another one's beginning has ended is complete: its block alone is still open.
+        if (last.directive == "ObjectBegin" && reading_.object) complete_object();
         saved_.pop_back();
     }
 }

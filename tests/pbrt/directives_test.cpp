@@ -90,6 +90,14 @@ TEST(Directives, Objects_AreKeptApartAndPlacedByTheirInstances) {
         1e-12);
 }
 
+TEST(Directives, ObjectsLeftOpen_AreEachCompleteOnce) {
+    const Read read =
+        read_world("ObjectBegin \"a\" Shape \"sphere\" ObjectBegin \"b\" Shape \"disk\" Shape \"disk\"");
+    ASSERT_EQ(read.draft.objects.size(), 2U);
+    EXPECT_EQ(read.draft.objects[0]->shapes.quadrics.size(), 1U);
+    EXPECT_EQ(read.draft.objects[1]->shapes.quadrics.size(), 2U);
+}
+
 TEST(Directives, BadObjects_AreRefused) {
     EXPECT_THAT(refusal_of_world("ObjectInstance \"bax\""), HasSubstr("no object \"bax\" was made before"));
     EXPECT_THAT(refusal_of_world("ObjectBegin \"box\" ObjectInstance \"box\" ObjectEnd"),
