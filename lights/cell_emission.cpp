@@ -19,6 +19,24 @@ std::uint32_t salt_of(const LeSampleU& u) {
     return stir(stir(stir(stir(u.salt, u.position.x), u.position.y), u.direction.x), u.direction.y);
 }
 
+// A place under a hat, in pixels from its middle, with the hat as density: the same by inversion from u in
+// [0,1). Without a branch, as all that a loop over a block calls.
+float draw_hat(float u) {
+    const bool lower = u < 0.5F;
+    const float root = std::sqrt(2 * (lower ? u : 1 - u));
+    return lower ? root - 1 : 1 - root;
+}
+
+// From the coordinate of a plane to places on it.
+void to_plane(const PlaneCoordinate& coordinate, Column<double>& x, std::size_t size) {
+    if (coordinate.c == 0) return;
+    const double inverse = 0.5 / coordinate.c;  // > 0
+    for (std::size_t i = 0; i < size; ++i) {
+        const double half = x[i] * inverse;
+        x[i] /= 1 - half * half;  // |half| < 1: Rig::fault
+    }
+}
+
 }  // namespace
 
 // A block of particles in the making, side by side.
@@ -144,16 +162,28 @@ void CellEmission::place(Lanes& lanes, std::size_t size) const {
     const Rig& rig = field_.rig();
     const CellTable::Block& c = lanes.cells;
     // Edges are linear in the cell's numbers: that of number 0, and the step from one to the next.
-    const V2d edge_s(rig.interval_edge(0, 0), rig.interval_edge(1, 0));
-    const V2d edge_m(rig.column_edge(0, 0, 0), rig.column_edge(1, 0, 0));
-    const V2d shift_m(rig.column_edge(0, 1, 0) - edge_m.x, rig.column_edge(1, 1, 0) - edge_m.y);
+    std::array<Column<double>, 2> on_s, on_m;
+    for (int axis = 0; axis < 2; ++axis) {
+        const auto a = static_cast<std::size_t>(axis);
+        const auto& interval = axis == 0 ? c.n : c.o;
+        const auto& column = axis == 0 ? c.p : c.q;
+        const Column<float>& within = axis == 0 ? lanes.x : lanes.y;
+        Column<float> across = c.remainder[2 + a];
+        if (rig.basis == PixelBasis::hat) {
+            for (std::size_t i = 0; i < size; ++i) across[i] = 0.5F + draw_hat(across[i]);
+        }
+        const double edge_s = rig.interval_edge_x(axis, 0), edge_m = rig.column_edge_x(axis, 0, 0);
+        const double shift_m = rig.column_edge_x(axis, 1, 0) - edge_m;
+        for (std::size_t i = 0; i < size; ++i) {
+            on_s[a][i] = edge_s + (interval[i] + double{within[i]}) * rig.spacing[axis];
+            on_m[a][i] = edge_m + interval[i] * shift_m + (column[i] + double{across[i]}) * rig.pixel[axis];
+        }
+        to_plane(rig.s_coordinate, on_s[a], size);
+        to_plane(rig.m_coordinate, on_m[a], size);
+    }
     for (std::size_t i = 0; i < size; ++i) {
-        const V2d on_s(edge_s.x + (c.n[i] + double{lanes.x[i]}) * rig.spacing.x,
-                       edge_s.y + (c.o[i] + double{lanes.y[i]}) * rig.spacing.y);
-        const V2d on_m(edge_m.x + c.n[i] * shift_m.x + (c.p[i] + double{c.remainder[2][i]}) * rig.pixel.x,
-                       edge_m.y + c.o[i] * shift_m.y + (c.q[i] + double{c.remainder[3][i]}) * rig.pixel.y);
-        const V3d p = placement_.point(on_s);
-        const V3d d = placement_.vector({on_m.x - on_s.x, on_m.y - on_s.y, rig.distance});
+        const V3d p = placement_.point(V2d(on_s[0][i], on_s[1][i]));
+        const V3d d = placement_.vector({on_m[0][i] - on_s[0][i], on_m[1][i] - on_s[1][i], rig.distance});
         const double shorten = 1 / std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);  // D > 0, and the scale
         lanes.p[0][i] = static_cast<float>(p.x);
         lanes.p[1][i] = static_cast<float>(p.y);

@@ -30,6 +30,7 @@ std::string Rig::fault() const {
                                shift[axis], pixel[axis], name, spacing[axis]);
         }
     }
+    if (const std::string words = fault_of_basis(); !words.empty()) return words;
     if (!std::isfinite(distance) || !(distance > 0)) {
         return fmt::format("a plane distance of {} m; it must be finite and positive", distance);
     }
@@ -38,6 +39,26 @@ std::string Rig::fault() const {
     const double volume = cell_volume();
     if (!std::isfinite(1 / volume) || !(volume > 0))
         return "lengths whose product leaves the range of numbers";
+    return {};
+}
+
+std::string Rig::fault_of_basis() const {
+    for (int axis = 0; axis < 2; ++axis) {
+        const bool even = s_coordinate.c == 0 && m_coordinate.c == 0;
+        if (shift[axis] != 0 && (!even || basis != PixelBasis::box))
+            return "a sensor that moves, and pixels that are not even boxes";
+        const auto fits = [](const PlaneCoordinate& x, double reach) {
+            return x.c == 0 || (std::isfinite(x.c) && x.c > 0 && reach < 2 * x.c);
+        };
+        const double s_reach = -interval_edge_x(axis, 0);
+        const double m_reach = (0.5 * pixels[axis] + overhang()) * pixel[axis];
+        if (!fits(s_coordinate, s_reach))
+            return fmt::format("filters to {} m in a coordinate that ends at {} m", s_reach,
+ 2 * s_coordinate.c);
+        if (!fits(m_coordinate, m_reach))
+            return fmt::format("pixels to {} m in a coordinate that ends at {} m", m_reach,
+ 2 * m_coordinate.c);
+    }
     return {};
 }
 
@@ -89,43 +110,65 @@ double LightField::clamped_flux(const Workers& workers) const {
 }
 
 std::optional<LightField::Place> LightField::place_of(const V2d& on_s, const V2d& on_m) const {
-    int interval[2];
-    int column[2];
-    float within[2];
+    Place place;
     for (int axis = 0; axis < 2; ++axis) {
-        const double x = (on_s[axis] - rig_.interval_edge(axis, 0)) / rig_.spacing[axis];
+        const double x = rig_.intervals_to(axis, on_s[axis]);
         if (!(x >= 0 && x < rig_.intervals(axis))) return std::nullopt;
-        interval[axis] = static_cast<int>(x);
-        within[axis] = static_cast<float>(x - interval[axis]);
-        const double p = (on_m[axis] - rig_.column_edge(axis, interval[axis], 0)) / rig_.pixel[axis];
-        if (!(p >= 0 && p < rig_.columns(axis))) return std::nullopt;
-        column[axis] = static_cast<int>(p);
+        place.interval[axis] = static_cast<int>(x);
+        place.within[axis] = static_cast<float>(x - place.interval[axis]);
+        const double overhang = rig_.overhang();
+        const double p = rig_.columns_to(axis, place.interval[axis], on_m[axis]) - overhang;
+        if (!(p >= -2 * overhang && p < rig_.columns(axis))) return std::nullopt;
+        const double floor = std::floor(p);
+        place.column[axis] = static_cast<int>(floor);
+        place.upper[axis] = rig_.basis == PixelBasis::hat ? static_cast<float>(p - floor) : 0.0F;
     }
-    return Place{{interval[0], interval[1], column[0], column[1]}, {within[0], within[1]}};
+    return place;
+}
+
+template <typename Value>
+float LightField::reconstruct(const Place& place, Value&& value) const {
+    float sum = 0;
+    for (int a = 0; a < 2; ++a) {
+        const float across = a == 0 ? 1 - place.upper[0] : place.upper[0];
+        if (!(across > 0)) continue;
+        for (int b = 0; b < 2; ++b) {
+            const float weight = across * (b == 0 ? 1 - place.upper[1] : place.upper[1]);
+            if (!(weight > 0)) continue;
+            sum += weight * std::max(0.0F, value(Cell{place.interval[0], place.interval[1],
+                                                      place.column[0] + a, place.column[1] + b}));
+        }
+    }
+    return sum;
 }
 
 float LightField::flux_density(const V2d& on_s, const V2d& on_m) const {
     const auto place = place_of(on_s, on_m);
     if (!place) return 0;
-    return std::max(0.0F, members(place->cell).value(place->within[0], place->within[1]));
+    const float density = reconstruct(
+        *place, [&](const Cell& cell) { return members(cell).value(place->within[0], place->within[1]); });
+    return static_cast<float>(double{density} * rig_.slope(on_s, on_m));
 }
 
 float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
     const auto place = place_of(on_s, on_m);
     if (!place) return 0;
-    const Cell& cell = place->cell;
-    const V2d pixel(rig_.column_edge(0, cell.n, cell.p) + 0.5 * rig_.pixel.x,
-                    rig_.column_edge(1, cell.o, cell.q) + 0.5 * rig_.pixel.y);
-    BellCell scaled = members(cell);
-    for (int i = 0; i < 2; ++i) {
-        for (int j = 0; j < 2; ++j) {
-            // Also of the filters before the first and after the last, whose coefficients are 0.
-            const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
-            const double g = rig_.geometric_term(filter, pixel);  // > 0: the pixel lies at a finite place
-            scaled.e[i][j] = static_cast<float>(double{scaled.e[i][j]} / g);
+    return reconstruct(*place, [&](const Cell& cell) {
+        const V2d pixel(
+            rig_.m_coordinate.on_plane(rig_.column_edge_x(0, cell.n, cell.p) + 0.5 * rig_.pixel.x),
+            rig_.m_coordinate.on_plane(rig_.column_edge_x(1, cell.o, cell.q) + 0.5 * rig_.pixel.y));
+        BellCell scaled = members(cell);
+        for (int i = 0; i < 2; ++i) {
+            for (int j = 0; j < 2; ++j) {
+                // Filters before the first and after the last have no place in every coordinate.
+                if (scaled.e[i][j] == 0) continue;
+                const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
+                const double g = rig_.geometric_term(filter, pixel);  // > 0: the pixel lies at a finite place
+                scaled.e[i][j] = static_cast<float>(double{scaled.e[i][j]} * rig_.slope(filter, pixel) / g);
+            }
         }
-    }
-    return std::max(0.0F, scaled.value(place->within[0], place->within[1]));
+        return scaled.value(place->within[0], place->within[1]);
+    });
 }
 
 float LightField::radiance(const V2d& on_s, const V2d& on_m) const {
@@ -155,6 +198,12 @@ void add_planes(WordHash& hash, const Rig& rig) {
         hash.add(rig.pixel[axis]);
     }
     hash.add(rig.distance);
+    // Fields of even boxes have the names that they had when there were no others.
+    if (rig.s_coordinate.c != 0 || rig.m_coordinate.c != 0 || rig.basis != PixelBasis::box) {
+        hash.add(rig.s_coordinate.c);
+        hash.add(rig.m_coordinate.c);
+        hash.add(static_cast<int>(rig.basis));
+    }
 }
 
 std::uint64_t content_hash(const LightField& field) {

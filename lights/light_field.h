@@ -11,9 +11,15 @@
 //
 //     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [Goesele 2003, 3.2]
 //
-// with the bell Φ (bell.h) on S and one pixel's box χ on M. Radiance is h over the geometric term of the two
-// points. Coefficients may be negative near sharp edges and from noise, and stay so in memory and on disk;
-// only a reconstructed value is clamped at 0, and flux_density() is the only place where that is done.
+// with the bell Φ (bell.h) on S and the basis χ of one pixel on M: its box, as a camera measures, or its hat,
+// which is 1 in the pixel's middle and 0 in its neighbours', so that h has no steps. Radiance is h over the
+// geometric term of the two points. Coefficients may be negative near sharp edges and from noise, and stay so
+// in memory and on disk; only what a reconstruction shows is clamped at 0, pixel by pixel of M.
+//
+// Measuring rigs have filters and pixels evenly on their planes. A field made of rays may have them even in a
+// coordinate that is finer in the middle (PlaneCoordinate): directions are then even, not places on M, and
+// the lamp itself is resolved better than the wide margin of S that its flattest rays pass. h is then the
+// density in these coordinates, and flux_density() turns it into that on the planes.
 //
 // In Setup A the sensor travels with the filter, so the pixel grid of view m is shifted by m·σ columns; in
 // Setup B the screen stands still and σ = 0. S is centred on the z axis; `centre` says where that is in the
@@ -24,6 +30,8 @@
 
 #include <Imath/half.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -42,18 +50,52 @@ namespace lucerna {
 
 using V2d = Imath::V2d;
 
+// A coordinate x along one axis of a plane, of a place s [m] on it: s itself, or
+//
+//     x = 2 s / (1 + √(1 + (s/c)²))        s = x / (1 - (x/2c)²)        |x| < 2c
+//
+// which is s in the middle. Seen from a distance c straight above the middle, x/2c is the tangent of half the
+// angle: even steps in x are nearly even in angle, a little finer towards the horizon.
+struct PlaneCoordinate {
+    double c = 0;  // metres; 0: x = s
+
+    double of(double s) const {
+        if (!(c > 0)) return s;
+        // Beyond all bounds x is ±2c, without the quotient of two infinities.
+        const double t = std::clamp(s / c, -1e150, 1e150);
+        return 2 * c * t / (1 + std::sqrt(1 + t * t));
+    }
+    double on_plane(double x) const {
+        if (!(c > 0)) return x;
+        const double half = x / (2 * c);
+        return x / (1 - half * half);  // |x| < 2c: Rig::fault
+    }
+    // dx/ds at s: (1 - τ²)² / (1 + τ²) with τ = x/2c.
+    double slope(double s) const {
+        if (!(c > 0)) return 1;
+        const double half = of(s) / (2 * c), rest = 1 - half * half;
+        return rest * rest / (1 + half * half);
+    }
+};
+
+// What one pixel of M stands for along each axis.
+enum class PixelBasis : std::uint8_t { box, hat };
+
 // The geometry: everything but the numbers measured. Axis 0 is u and s, axis 1 is v and t. Lengths in metres.
 struct Rig {
     V2i views{1, 1};      // filter positions W_S, H_S
-    V2d spacing{0, 0};    // Δ between them: half the width of a bell
+    V2d spacing{0, 0};    // Δ between them, in S's coordinate: half the width of a bell
     V2i pixels{1, 1};     // of one view's image, W_M, H_M
-    V2d pixel{0, 0};      // size of a pixel, w_M, h_M
+    V2d pixel{0, 0};      // size of a pixel, w_M, h_M, in M's coordinate
     double distance = 0;  // D, from S to M
     V2i shift{0, 0};      // σ, τ: pixels by which the sensor moves from one view to the next (0: Setup B)
     V3d centre{0, 0, 0};  // of S, in the frame of the lamp's file
+    PlaneCoordinate s_coordinate, m_coordinate;  // in which filters and pixels are even. Not with a shift
+    PixelBasis basis = PixelBasis::box;          // a hat not with a shift
 
     // Why this is no geometry, in words; empty if it is one.
     std::string fault() const;
+    std::string fault_of_basis() const;
     std::size_t coefficients() const;  // W_S H_S W_M H_M
 
     // Where E_mnkl lies among the coefficients.
@@ -64,16 +106,44 @@ struct Rig {
 
     int intervals(int axis) const { return views[axis] + 1; }  // of S [Goesele 2003, appendix B: U_n, V_o]
     int columns(int axis) const { return pixels[axis] + shift[axis]; }  // of M seen by one interval: S_p, T_q
-    double filter(int axis, int i) const { return (i - 0.5 * (views[axis] - 1)) * spacing[axis]; }
-    // The lower edge of interval n of S; intervals(axis) gives the upper edge of the last.
-    double interval_edge(int axis, int n) const { return (n - 0.5 * (views[axis] + 1)) * spacing[axis]; }
-    // The lower edge of column p of M, as interval n of S numbers them.
-    double column_edge(int axis, int n, int p) const {
-        const double sensor = shift[axis] > 0 ? filter(axis, n - 1) : 0.0;
+    // In S's coordinate: where filter i stands, and the lower edge of interval n, whose upper edge is that of
+    // n + 1.
+    double filter_x(int axis, int i) const { return (i - 0.5 * (views[axis] - 1)) * spacing[axis]; }
+    double interval_edge_x(int axis, int n) const { return (n - 0.5 * (views[axis] + 1)) * spacing[axis]; }
+    // In M's coordinate: the lower edge of column p, as interval n of S numbers them.
+    double column_edge_x(int axis, int n, int p) const {
+        const double sensor = shift[axis] > 0 ? filter_x(axis, n - 1) : 0.0;
         return sensor + (p - 0.5 * pixels[axis]) * pixel[axis];
     }
-    // A = Δ_u Δ_v w_M h_M [m⁴]: the volume of a cell.
+    // The same on the planes [m].
+    double filter(int axis, int i) const { return s_coordinate.on_plane(filter_x(axis, i)); }
+    double interval_edge(int axis, int n) const { return s_coordinate.on_plane(interval_edge_x(axis, n)); }
+    double column_edge(int axis, int n, int p) const {
+        return m_coordinate.on_plane(column_edge_x(axis, n, p));
+    }
+    // Where a place on S lies among the intervals, and one on M among the columns of interval n: the whole
+    // part is the number, the rest how far across. Any number: places beside the planes too.
+    double intervals_to(int axis, double on_s) const {
+        return (s_coordinate.of(on_s) - interval_edge_x(axis, 0)) / spacing[axis];
+    }
+    double columns_to(int axis, int n, double on_m) const {
+        return (m_coordinate.of(on_m) - column_edge_x(axis, n, 0)) / pixel[axis];
+    }
+    // How far the light of the outermost columns reaches beyond their edges, in pixels.
+    double overhang() const { return basis == PixelBasis::hat ? 0.5 : 0.0; }
+    // The outermost place on M that light passes as interval n sees it [m].
+    double m_edge(int axis, int n, bool upper) const {
+        const double beyond = overhang() * pixel[axis];
+        return m_coordinate.on_plane(upper ? column_edge_x(axis, n, columns(axis)) + beyond
+                                           : column_edge_x(axis, n, 0) - beyond);
+    }
+    // A = Δ_u Δ_v w_M h_M [m⁴]: the volume of a cell, in the planes' coordinates.
     double cell_volume() const { return spacing.x * spacing.y * pixel.x * pixel.y; }
+    // What turns a density in the coordinates into one on the planes.
+    double slope(const V2d& on_s, const V2d& on_m) const {
+        return s_coordinate.slope(on_s.x) * s_coordinate.slope(on_s.y) * m_coordinate.slope(on_m.x) *
+               m_coordinate.slope(on_m.y);
+    }
     // g = D² / R⁴ [1/m²] [Goesele 2003, 3]; D > 0, so R > 0.
     double geometric_term(const V2d& on_s, const V2d& on_m) const {
         const double r2 = (on_m - on_s).length2() + distance * distance;
@@ -90,7 +160,6 @@ struct Cell {
 struct LightFieldInfo {
     Rgb colour{1.0F};  // of all its light, luminance 1; the coefficients are luminance
     FluxUnit unit = FluxUnit::watt;
-    std::string basis = "piecewise quadratic bell on S, pixel box on M";
     std::string provenance;
     double captured = 0;  // flux that the field holds, in its unit: flux() when it was made
     double missed = 0;    // flux of the lamp that it does not hold
@@ -137,7 +206,7 @@ class LightField {
         return c;
     }
 
-    // max(0, h) [flux unit / m⁴]; 0 for rays that miss S or M. The only clamp.
+    // h, each pixel's part clamped at 0 [flux unit / m⁴]; 0 for rays that miss S or M. The only clamp.
     float flux_density(const V2d& on_s, const V2d& on_m) const;
     // flux_density / g [flux unit / (m² sr)].
     float radiance(const V2d& on_s, const V2d& on_m) const;
@@ -148,12 +217,17 @@ class LightField {
     float approximate_radiance(const V2d& on_s, const V2d& on_m) const;
 
   private:
-    // Where in which cell a ray passes. None if it misses S or M.
+    // Where a ray passes: its interval of S, and the one or two pixels of M per axis whose basis holds it.
     struct Place {
-        Cell cell;
-        float within[2];  // of the interval of S
+        int interval[2];
+        float within[2];  // of the interval
+        int column[2];    // the lower of the pixels, which may be -1
+        float upper[2];   // the basis of the next higher pixel there; the lower one's is the rest of 1
     };
     std::optional<Place> place_of(const V2d& on_s, const V2d& on_m) const;
+    // Σ over these pixels of their basis times max(0, value(cell)).
+    template <typename Value>
+    float reconstruct(const Place& place, Value&& value) const;
 
     Rig rig_;
     HugeVector<float> coefficients_;

@@ -28,8 +28,18 @@
 namespace lucerna {
 namespace {
 
-constexpr int kVersion = 1;
 constexpr const char* kVersionName = "lightfieldVersion";
+// Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
+constexpr int kEvenBoxes = 1, kVersion = 2;
+constexpr const char* kBasis[] = {"piecewise quadratic bell on S, pixel box on M",
+                                  "piecewise quadratic bell on S, pixel hat on M"};
+
+const char* name_of(PixelBasis basis) {
+    return kBasis[static_cast<std::size_t>(basis)];
+}
+bool is_even(const Rig& rig) {
+    return rig.s_coordinate.c == 0 && rig.m_coordinate.c == 0;
+}
 
 // Where coefficient (m, n, k, l) lies in the atlas.
 struct Atlas {
@@ -70,7 +80,12 @@ Imf::Header make_header(const LightField& field, double scale) {
     Imf::Header header(static_cast<int>(atlas.width()), static_cast<int>(atlas.height()));
     header.compression() = Imf::ZIP_COMPRESSION;
     header.channels().insert("Y", Imf::Channel(Imf::HALF));
-    header.insert(kVersionName, Imf::IntAttribute(kVersion));
+    const bool plain = is_even(rig) && rig.basis == PixelBasis::box;
+    header.insert(kVersionName, Imf::IntAttribute(plain ? kEvenBoxes : kVersion));
+    if (!plain) {
+        header.insert("lightfieldCoordinateS", Imf::DoubleAttribute(rig.s_coordinate.c));
+        header.insert("lightfieldCoordinateM", Imf::DoubleAttribute(rig.m_coordinate.c));
+    }
     header.insert("lightfieldViews", Imf::V2iAttribute(rig.views));
     header.insert("lightfieldPixels", Imf::V2iAttribute(rig.pixels));
     header.insert("lightfieldShift", Imf::V2iAttribute(rig.shift));
@@ -82,7 +97,7 @@ Imf::Header make_header(const LightField& field, double scale) {
     header.insert("lightfieldFluxUnit", Imf::StringAttribute(std::string(flux_unit_name(info.unit))));
     header.insert("lightfieldScale", Imf::DoubleAttribute(scale));
     header.insert("lightfieldColour", Imf::V3fAttribute({info.colour.x, info.colour.y, info.colour.z}));
-    header.insert("lightfieldBasis", Imf::StringAttribute(info.basis));
+    header.insert("lightfieldBasis", Imf::StringAttribute(name_of(rig.basis)));
     header.insert("lightfieldProvenance", Imf::StringAttribute(info.provenance));
     header.insert("lightfieldCapturedFlux", Imf::DoubleAttribute(info.captured));
     header.insert("lightfieldMissedFlux", Imf::DoubleAttribute(info.missed));
@@ -100,8 +115,22 @@ auto required(const Imf::Header& header, const char* name) {
     return found->value();
 }
 
-Rig read_rig(const Imf::Header& header) {
+PixelBasis read_basis(const Imf::Header& header) {
+    const auto name = required<Imf::StringAttribute>(header, "lightfieldBasis");
+    for (const PixelBasis basis : {PixelBasis::box, PixelBasis::hat}) {
+        if (name == name_of(basis)) return basis;
+    }
+    throw InputError(
+        fmt::format("basis \"{}\"; \"{}\" and \"{}\" are accepted", one_line(name), kBasis[0], kBasis[1]));
+}
+
+Rig read_rig(const Imf::Header& header, int version) {
     Rig rig;
+    rig.basis = read_basis(header);
+    if (version > kEvenBoxes) {
+        rig.s_coordinate.c = required<Imf::DoubleAttribute>(header, "lightfieldCoordinateS");
+        rig.m_coordinate.c = required<Imf::DoubleAttribute>(header, "lightfieldCoordinateM");
+    }
     rig.views = required<Imf::V2iAttribute>(header, "lightfieldViews");
     rig.pixels = required<Imf::V2iAttribute>(header, "lightfieldPixels");
     rig.shift = required<Imf::V2iAttribute>(header, "lightfieldShift");
@@ -130,10 +159,6 @@ LightFieldInfo read_info(const Imf::Header& header) {
         throw InputError(fmt::format("colour {} {} {}; it must have luminance 1 and no negative component",
                                      colour.x, colour.y, colour.z));
     }
-    info.basis = required<Imf::StringAttribute>(header, "lightfieldBasis");
-    const std::string ours = LightFieldInfo().basis;
-    if (info.basis != ours)
-        throw InputError(fmt::format("basis \"{}\"; \"{}\" is accepted", one_line(info.basis), ours));
     info.provenance = one_line(required<Imf::StringAttribute>(header, "lightfieldProvenance"));
     info.captured = required<Imf::DoubleAttribute>(header, "lightfieldCapturedFlux");
     info.missed = required<Imf::DoubleAttribute>(header, "lightfieldMissedFlux");
@@ -172,9 +197,11 @@ LightField read_field(const std::filesystem::path& file) {
             fmt::format("an OpenEXR image, but no light field: it has no attribute {}", kVersionName));
     }
     const int version = required<Imf::IntAttribute>(header, kVersionName);
-    if (version != kVersion)
-        throw InputError(fmt::format("light field version {}; {} is accepted", version, kVersion));
-    const Rig rig = read_rig(header);
+    if (version < kEvenBoxes || version > kVersion) {
+        throw InputError(
+            fmt::format("light field version {}; {} to {} is accepted", version, kEvenBoxes, kVersion));
+    }
+    const Rig rig = read_rig(header, version);
     LightFieldInfo info = read_info(header);
     const double scale = required<Imf::DoubleAttribute>(header, "lightfieldScale");
     if (!std::isfinite(scale) || !(scale > 0)) {

@@ -22,9 +22,9 @@ class MeasuredLight final : public Light {
           flux_(flux),
           gain_(flux > 0 ? flux / table_.flux()
                          : 0.0),  // the caller saw to it: a positive flux has a table of some
-          extent_(static_cast<float>(std::sqrt(placement_.scale2()) *
-                                     std::max(field_.rig().spacing.x * field_.rig().intervals(0),
-                                              field_.rig().spacing.y * field_.rig().intervals(1)))),
+          extent_(static_cast<float>(
+              std::sqrt(placement_.scale2()) * 2 *
+              std::max(-field_.rig().interval_edge(0, 0), -field_.rig().interval_edge(1, 0)))),
           part_size_(part_size(0), part_size(1)),
           by_flux_(intervals_by_flux()),
           shape_(std::move(shape)),
@@ -106,8 +106,8 @@ class MeasuredLight final : public Light {
         double across2 = 0;
         for (int a = 0; a < 2; ++a) {
             const double s = rig.interval_edge(a, rig.intervals(a));
-            const double m = std::max(std::fabs(rig.column_edge(a, 0, 0)),
-                                      std::fabs(rig.column_edge(a, rig.intervals(a) - 1, rig.columns(a))));
+            const double m = std::max(std::fabs(rig.m_edge(a, 0, false)),
+                                      std::fabs(rig.m_edge(a, rig.intervals(a) - 1, true)));
             across2 += sqr(s + m);
         }
         for (int corner = 0; corner < 4; ++corner) {
@@ -207,13 +207,11 @@ class MeasuredLight final : public Light {
     // An interval by its share of the flux, of all S or of the part that holds the cell, and a point of it.
     // The way is left open. None: there is no such cell.
     std::optional<Line> choose(const V2f& u, std::optional<CellId> from) const {
-        const Rig& rig = field_.rig();
         Line line;
         if (!from) {
             const CellTable::IntervalDraw at = table_.draw_interval(u);
             line.n = at.n, line.o = at.o;
-            line.on_s = {rig.interval_edge(0, at.n) + double{at.remainder.x} * rig.spacing.x,
-                         rig.interval_edge(1, at.o) + double{at.remainder.y} * rig.spacing.y};
+            line.on_s = point_in(at.n, at.o, at.remainder);
             return line;
         }
         const std::optional<Cell> cell = table_.cell(*from);
@@ -222,9 +220,15 @@ class MeasuredLight final : public Light {
         const auto drawn = by_flux_.draw(index_of(part), u.x);
         line.n = part.first.x + drawn.item / part_size_.y;
         line.o = part.first.y + drawn.item % part_size_.y;
-        line.on_s = {rig.interval_edge(0, line.n) + double{drawn.remainder} * rig.spacing.x,
-                     rig.interval_edge(1, line.o) + double{u.y} * rig.spacing.y};
+        line.on_s = point_in(line.n, line.o, {drawn.remainder, u.y});
         return line;
+    }
+
+    // Of an interval, even in S's coordinate.
+    V2d point_in(int n, int o, const V2f& within) const {
+        const Rig& rig = field_.rig();
+        return {rig.s_coordinate.on_plane(rig.interval_edge_x(0, n) + double{within.x} * rig.spacing.x),
+                rig.s_coordinate.on_plane(rig.interval_edge_x(1, o) + double{within.y} * rig.spacing.y)};
     }
 
     // Of both choices that lead to the line. way.z != 0.
@@ -232,8 +236,8 @@ class MeasuredLight final : public Light {
         const Part part = part_at(line.n, line.o);
         const int item = (line.n - part.first.x) * part_size_.y + (line.o - part.first.y);
         return {name_of(part),
-                static_cast<float>(density(double{table_.interval_probability(line.n, line.o)}, line.way)),
-                static_cast<float>(density(double{by_flux_.probability(index_of(part), item)}, line.way))};
+                static_cast<float>(density(double{table_.interval_probability(line.n, line.o)}, line)),
+                static_cast<float>(density(double{by_flux_.probability(index_of(part), item)}, line))};
     }
 
     // Of the light along the line: its direction in the scene.
@@ -253,7 +257,7 @@ class MeasuredLight final : public Light {
         const double t = -o.z / d.z;  // d is scaled as o is: t counts scene units
         Line line{{o.x + t * d.x, o.y + t * d.y}, -t * d, 0, 0};
         for (int a = 0; a < 2; ++a) {
-            const double x = (line.on_s[a] - rig.interval_edge(a, 0)) / rig.spacing[a];
+            const double x = rig.intervals_to(a, line.on_s[a]);
             if (!(x >= 0 && x < rig.intervals(a))) return std::nullopt;
             (a == 0 ? line.n : line.o) = static_cast<int>(x);
         }
@@ -305,20 +309,23 @@ class MeasuredLight final : public Light {
         if (line.way.z == 0) return 0;  // a point of S: no line
         return gain_ * double{field_.radiance(line.on_s, on_m(line))} / placement_.scale2();
     }
-    // Per solid angle at the far end of `way` [light frame], for a point uniform in an interval of this
-    // probability: pdf_a R² / cosθ; scale² cancels between area and R².
-    double density(double probability, const V3d& way) const {
+    // Per solid angle at the far end of `way` [light frame], for a point that is even, in S's coordinate,
+    // over an interval of this probability: pdf_a R² / cosθ; scale² cancels between area and R².
+    double density(double probability, const Line& line) const {
         const Rig& rig = field_.rig();
-        const double r2 = way.length2();
+        const double r2 = line.way.length2();
+        const double slope = rig.s_coordinate.slope(line.on_s.x) * rig.s_coordinate.slope(line.on_s.y);
         // Only asked where there is radiance, and so a way.
-        return probability / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) / std::fabs(way.z);
+        return probability * slope / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) /
+               std::fabs(line.way.z);
     }
     CellId cell_at(const Line& line) const {
         const Rig& rig = field_.rig();
         const V2d m = on_m(line);
+        // Of the light beyond the outermost columns' edges these are the nearest.
         const auto column = [&](int axis, int interval) {
-            const double x = (m[axis] - rig.column_edge(axis, interval, 0)) / rig.pixel[axis];
-            return std::clamp(static_cast<int>(x), 0, rig.columns(axis) - 1);
+            const double x = rig.columns_to(axis, interval, m[axis]);
+            return static_cast<int>(std::clamp(x, 0.0, rig.columns(axis) - 1.0));
         };
         return table_.id({line.n, line.o, column(0, line.n), column(1, line.o)});
     }

@@ -36,18 +36,30 @@ Negative negatives(const LightField& field) {
     return found;
 }
 
+// What an even step in a plane's coordinate is on the plane.
+std::string evenness(const PlaneCoordinate& coordinate) {
+    return coordinate.c > 0 ? fmt::format(" in the middle (about even in angle as seen from {})",
+                                          length_text(coordinate.c))
+                            : std::string();
+}
+
 void print_rig(std::ostream& out, const Rig& rig) {
-    fmt::print(out, "sampling plane S     {} x {} views, {} x {} apart, centre ({}, {}, {})\n", rig.views.x,
+    fmt::print(out, "sampling plane S     {} x {} views, {} x {} apart{}, centre ({}, {}, {})\n", rig.views.x,
                rig.views.y, length_text(rig.spacing.x), length_text(rig.spacing.y),
-               length_text(double{rig.centre.x}), length_text(double{rig.centre.y}),
-               length_text(double{rig.centre.z}));
-    fmt::print(out, "measurement plane M  {} x {} pixels of {} x {}, {} from S\n", rig.pixels.x, rig.pixels.y,
-               length_text(rig.pixel.x), length_text(rig.pixel.y), length_text(rig.distance));
-    // D > 0 in every rig that a light field accepts.
-    const double across = std::atan(0.5 * rig.pixels.x * rig.pixel.x / rig.distance);
-    const double up = std::atan(0.5 * rig.pixels.y * rig.pixel.y / rig.distance);
+               evenness(rig.s_coordinate), length_text(double{rig.centre.x}),
+               length_text(double{rig.centre.y}), length_text(double{rig.centre.z}));
+    fmt::print(out, "measurement plane M  {} x {} pixels of {} x {}{}, {} from S; {}\n", rig.pixels.x,
+               rig.pixels.y, length_text(rig.pixel.x), length_text(rig.pixel.y), evenness(rig.m_coordinate),
+               length_text(rig.distance), rig.basis == PixelBasis::hat ? "linear between them" : "each even");
+    // D > 0 in every rig that a light field accepts. As seen from the middle of S: without the sensor's
+    // travel.
+    const auto angle = [&rig](int axis) {
+        return std::atan(
+            -rig.m_coordinate.on_plane((-0.5 * rig.pixels[axis] - rig.overhang()) * rig.pixel[axis]) /
+            rig.distance);
+    };
     fmt::print(out, "angles               +-{:.1f} x +-{:.1f} degrees from the middle of S; {}\n",
-               across * 180 / double{kPi}, up * 180 / double{kPi},
+               angle(0) * 180 / double{kPi}, angle(1) * 180 / double{kPi},
                rig.shift == V2i(0, 0) ? std::string("Setup B, the screen stands still")
                                       : fmt::format("Setup A, the sensor moves by {} x {} pixels per view",
                                                     rig.shift.x, rig.shift.y));

@@ -16,14 +16,13 @@ constexpr const char* kLightImportFooter =
     R"(What is not given is chosen from the rays. The light field is for a scene's
   LightSource "lightfield" "string filename" "lamp.exr"
 
-Rays are a sample of the lamp's light, and so few of them meet in one coefficient that it has noise:
-its root mean square over repetitions of the measurement, over the root mean square of the coefficients,
-is held under --noise. Less noise means fewer views and pixels, a more blurred lamp; of all resolutions
-below the limit the one of least total error is taken. 10% to 20% suits 100,000 rays of an LED.
+The field is as fine as the rays allow: half of them make a field and the other half tell how far the light
+that it casts is off, on planes from contact to the far field. The resolution and the smoothing of least
+error are taken; the errors that the whole file's field is expected to have are printed.
 
 Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
-  lucerna light import lamp.tm25ray -o lamp.exr --capture 99% --noise 10%
+  lucerna light import lamp.tm25ray -o lamp.exr --capture 99%
   lucerna light import lamp.tm25ray -o lamp.exr --views 16x16 --pixels 96x96
   lucerna light import lamp.dat -o lamp.exr --distance 40mm --height 0.5mm)";
 
@@ -32,6 +31,19 @@ struct ImportOptions {
     FitOptions fit;
     LampOutput lamp;
 };
+
+void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
+    fmt::print(
+        out,
+        "error of irradiance  of what it casts on planes at a distance from S; of counting the rays there\n");
+    for (const PlaneError& e : errors) {
+        const std::string where = std::isinf(e.distance) ? "by direction" : length_text(e.distance);
+        // An estimate below 0: smaller than the rays can tell.
+        const std::string error =
+            e.squared > 0 ? fmt::format("{:.1f} %", 100 * e.relative()) : "too small to tell";
+        fmt::print(out, "  {:<18} {:<18} {:.1f} %\n", where, error, 100 * e.counts);
+    }
+}
 
 void act_import(const ImportOptions& options, const CommandContext& context) {
     require_readable(options.rays);
@@ -45,9 +57,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     finish_lamp(made.field, options.lamp, monitor, context);
     if (!options.lamp.quiet) {
         print_account(context.out, made.account, rays.unit);
-        fmt::print(context.out,
-                   "noise                {:.3g} % in a coefficient, rms over rms (limit {:.3g} %)\n",
-                   100 * made.noise, 100 * options.fit.noise);
+        print_errors(context.out, made.errors);
     }
 }
 
@@ -62,8 +72,6 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
              [options](const std::string& word) { options->fit.capture = parse_share({"--capture"}, word); });
-    add_word(app, "--noise", "SHARE", "the most noise in a coefficient, see below (default 20%)",
-             [options](const std::string& word) { options->fit.noise = parse_share({"--noise"}, word); });
     add_word(app, "--height", "LENGTH",
              "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
              [options](const std::string& word) { options->fit.z = parse_place({"--height"}, word); });

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "lights/gauss.h"
+#include "lights/measurement/basis_shares.h"
 #include "lights/photometric_cell.h"
 
 namespace lucerna {
@@ -92,29 +94,13 @@ class HatGrid {
     std::vector<double> flux_;
 };
 
-// One axis: rays of the slope that pass filter i at u pass M at u + slope·D.
-std::vector<BellShare> shares(const Rig& rig, int axis, double slope) {
-    std::vector<BellShare> all;
-    const double spacing = rig.spacing[axis], pixel = rig.pixel[axis];  // positive in every rig
-    for (int filter = 0; filter < rig.views[axis]; ++filter) {
-        const double centre = rig.filter(axis, filter);
-        const double sensor = rig.shift[axis] > 0 ? centre : 0.0;
-        // Of the filter's middle on its image, in pixels from the lower edge.
-        const double middle = (centre + slope * rig.distance - sensor) / pixel + 0.5 * rig.pixels[axis];
-        share_bell(middle, spacing / pixel, rig.pixels[axis], [&](int k, double of_bell) {
-            all.push_back({filter, k, spacing * of_bell});
-        });
-    }
-    return all;
-}
-
 // The steepest slope at which a ray passes S and M both.
 double largest_slope(const Rig& rig) {
     double slope2 = 0;
     for (int axis = 0; axis < 2; ++axis) {
-        const double on_m = 0.5 * rig.pixels[axis] * rig.pixel[axis];
-        const double on_s =
-            rig.shift[axis] > 0 ? rig.spacing[axis] : 0.5 * rig.intervals(axis) * rig.spacing[axis];
+        const double on_m =
+            rig.shift[axis] > 0 ? 0.5 * rig.pixels[axis] * rig.pixel[axis] : rig.m_edge(axis, 0, true);
+        const double on_s = rig.shift[axis] > 0 ? rig.spacing[axis] : -rig.interval_edge(axis, 0);
         slope2 += sqr((on_m + on_s) / rig.distance);  // D > 0
     }
     return std::sqrt(slope2);
@@ -174,11 +160,13 @@ LightField evened(const LightField& field) {
 
 double far_intensity(const LightField& field, const V2d& slope) {
     const Rig& rig = field.rig();
-    const std::vector<BellShare> across = shares(rig, 0, slope.x), up = shares(rig, 1, slope.y);
+    // Rays of the slope that pass S at u pass M at u + slope·D.
+    const auto across = basis_shares(rig, 0, slope.x * rig.distance, 1);
+    const auto up = basis_shares(rig, 1, slope.y * rig.distance, 1);
     double sum = 0;
-    for (const BellShare& x : across) {
+    for (const BasisShare& x : across) {
         double row = 0;
-        for (const BellShare& y : up) {
+        for (const BasisShare& y : up) {
             row += y.weight * double{field.coefficients()[rig.index(x.filter, y.filter, x.pixel, y.pixel)]};
         }
         sum += x.weight * row;
@@ -195,7 +183,9 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
             fmt::format("the light field's flux is {:g}; a lamp that shines is needed", measured));
     HatGrid grid(90, steps);
     const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(field.rig())));
-    const LightField even = evened(field);
+    const bool boxes = field.rig().basis == PixelBasis::box;
+    const std::optional<LightField> even = boxes ? std::optional(evened(field)) : std::nullopt;
+    const LightField& shown = even ? *even : field;
     std::vector<double> flux(nodes.size());
     constexpr std::int64_t kGrain = 256;
     {
@@ -209,7 +199,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
                                 const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
                                 const double cos2 = 1 / (1 + sqr(slope));
                                 flux[static_cast<std::size_t>(n)] =
-                                    node.solid * sqr(cos2) * far_intensity(even, at);
+                                    node.solid * sqr(cos2) * far_intensity(shown, at);
                             }
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
@@ -218,7 +208,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
     PhotometricInfo info;
     info.provenance = field.info().provenance;
     const Rig& rig = field.rig();
-    info.opening = V3d(rig.intervals(0) * rig.spacing.x, rig.intervals(1) * rig.spacing.y, 0);
+    info.opening = V3d(-2 * rig.interval_edge(0, 0), -2 * rig.interval_edge(1, 0), 0);
     const PhotometricWeb web(grid.finish(), std::move(info));
     if (!(web.flux() > 0)) throw InputError("the light field sends nothing into the far field");
     return scaled(web, measured / web.flux());

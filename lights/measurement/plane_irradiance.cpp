@@ -6,6 +6,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
+#include "lights/measurement/basis_shares.h"
 
 namespace lucerna {
 namespace {
@@ -16,61 +17,35 @@ constexpr double kTail = 0.02;   // share of the light that a frame leaves out o
 constexpr double kMargin = 1.1;  // by which a frame is wider than that
 constexpr int kCoarse = 256;     // pixels per side from which a frame is found
 
-// One axis of the projection: for a position x on the plane, the bells' integrals over the parts of S from
-// which x is seen through each pixel.
-class AxisProjection {
-  public:
-    AxisProjection(const Rig& rig, int axis, double z) : rig_(rig), axis_(axis), z_(z) {}
-
-    // For the mean over [from, to]; a point if they are equal.
-    std::vector<BellShare> shares(double from, double to) const {
-        const int samples = to > from ? kSamplesPerPixel : 1;
-        std::vector<BellShare> all;
-        for (int filter = 0; filter < rig_.views[axis_]; ++filter) {
-            std::vector<double> through(static_cast<std::size_t>(rig_.pixels[axis_]));
-            for (int i = 0; i < samples; ++i)
-                add(filter, from + (i + 0.5) / samples * (to - from), 1.0 / samples, through);
-            for (int pixel = 0; pixel < rig_.pixels[axis_]; ++pixel) {
-                const double weight = through[static_cast<std::size_t>(pixel)];
-                if (weight > 0) all.push_back({filter, pixel, weight});
-            }
+// One axis of the projection: for the mean over [from, to] of the plane at z, or a point if they are equal,
+// what each filter sends there through each pixel.
+std::vector<BasisShare> shares(const Rig& rig, int axis, double z, double from, double to) {
+    const int samples = to > from ? kSamplesPerPixel : 1;
+    const auto pixels = static_cast<std::size_t>(rig.pixels[axis]);
+    std::vector<double> sums(static_cast<std::size_t>(rig.views[axis]) * pixels);
+    for (int i = 0; i < samples; ++i) {
+        const double x = from + (i + 0.5) / samples * (to - from);
+        // s = u + (x - u) D/z
+        const double ratio = z > 0 ? rig.distance / z : 1.0;
+        for (const BasisShare& share :
+             z == 0 ? basis_shares_at(rig, axis, x) : basis_shares(rig, axis, x * ratio, 1 - ratio)) {
+            sums[static_cast<std::size_t>(share.filter) * pixels + static_cast<std::size_t>(share.pixel)] +=
+                share.weight * ratio / samples;
         }
-        return all;
     }
-
-  private:
-    void add(int filter, double x, double share, std::vector<double>& through) const {
-        const double spacing = rig_.spacing[axis_], centre = rig_.filter(axis_, filter);
-        if (z_ == 0) {
-            // On S itself: the light of all pixels, each weighed by its own width.
-            const double weight = share * bell((x - centre) / spacing) * rig_.pixel[axis_];
-            for (double& t : through) t += weight;
-            return;
-        }
-        // The pixel's number along S, s(u) = u + (x - u) D/z in pixels from the image's lower edge, is
-        // linear.
-        const double ratio = rig_.distance / z_;
-        const double sensor = rig_.shift[axis_] > 0 ? centre : 0.0;
-        const auto pixel_at = [&](double u) {
-            return (u + (x - u) * ratio - sensor) / rig_.pixel[axis_] + 0.5 * rig_.pixels[axis_];
-        };
-        const double middle = pixel_at(centre), slope = pixel_at(centre + spacing) - middle;
-        share_bell(middle, slope, rig_.pixels[axis_], [&](int k, double of_bell) {
-            through[static_cast<std::size_t>(k)] += share * spacing * of_bell * ratio;
-        });
+    std::vector<BasisShare> all;
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+        if (sums[i] > 0) all.push_back({static_cast<int>(i / pixels), static_cast<int>(i % pixels), sums[i]});
     }
-
-    const Rig& rig_;
-    int axis_;
-    double z_;
-};
+    return all;
+}
 
 // Σ over filters and pixels of the first axis: what is left depends on (n, l) alone.
-void contract(const LightField& field, const std::vector<BellShare>& shares, std::vector<double>& rest) {
+void contract(const LightField& field, const std::vector<BasisShare>& shares, std::vector<double>& rest) {
     const Rig& rig = field.rig();
     const auto height = static_cast<std::size_t>(rig.pixels.y);
     std::fill(rest.begin(), rest.end(), 0.0);
-    for (const BellShare& share : shares) {
+    for (const BasisShare& share : shares) {
         for (int n = 0; n < rig.views.y; ++n) {
             const float* e = &field.coefficients()[rig.index(share.filter, n, share.pixel, 0)];
             double* sum = &rest[static_cast<std::size_t>(n) * height];
@@ -79,9 +54,9 @@ void contract(const LightField& field, const std::vector<BellShare>& shares, std
     }
 }
 
-double apply(const std::vector<BellShare>& shares, const std::vector<double>& rest, std::size_t height) {
+double apply(const std::vector<BasisShare>& shares, const std::vector<double>& rest, std::size_t height) {
     double sum = 0;
-    for (const BellShare& share : shares) {
+    for (const BasisShare& share : shares) {
         sum += share.weight *
                rest[static_cast<std::size_t>(share.filter) * height + static_cast<std::size_t>(share.pixel)];
     }
@@ -163,12 +138,13 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
     if (!(patch.distance >= 0))
         throw InputError(fmt::format("plane: {:g} m before S; 0 or more is accepted", patch.distance));
     const Rig& rig = field.rig();
-    const AxisProjection across(rig, 0, patch.distance), up(rig, 1, patch.distance);
-    std::vector<std::vector<BellShare>> rows(static_cast<std::size_t>(patch.pixels.y));
-    parallel_chunks(workers, patch.pixels.y, [&](std::int64_t y) {
-        rows[static_cast<std::size_t>(y)] =
-            up.shares(edge(patch, 1, static_cast<int>(y)), edge(patch, 1, static_cast<int>(y) + 1));
-    });
+    const auto across = [&](int axis, std::int64_t i) {
+        return shares(rig, axis, patch.distance, edge(patch, axis, static_cast<int>(i)),
+                      edge(patch, axis, static_cast<int>(i) + 1));
+    };
+    std::vector<std::vector<BasisShare>> rows(static_cast<std::size_t>(patch.pixels.y));
+    parallel_chunks(workers, patch.pixels.y,
+                    [&](std::int64_t y) { rows[static_cast<std::size_t>(y)] = across(1, y); });
     PlaneIrradiance result{patch, {}};
     const auto width = static_cast<std::size_t>(patch.pixels.x);
     result.values.resize(width * rows.size());
@@ -176,9 +152,7 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
     parallel_chunks(workers, patch.pixels.x, [&](std::int64_t x) {
         if (monitor.stopped()) throw Stopped("projection: stopped");
         std::vector<double> rest(rest_size(rig));
-        contract(field,
-                 across.shares(edge(patch, 0, static_cast<int>(x)), edge(patch, 0, static_cast<int>(x) + 1)),
-                 rest);
+        contract(field, across(0, x), rest);
         for (std::size_t y = 0; y < rows.size(); ++y) {
             result.values[y * width + static_cast<std::size_t>(x)] =
                 apply(rows[y], rest, static_cast<std::size_t>(rig.pixels.y));
@@ -193,9 +167,8 @@ double irradiance(const LightField& field, const V3d& point) {
         throw InputError(fmt::format("a point {:g} m before S; 0 or more, and finite, is accepted", point.z));
     const Rig& rig = field.rig();
     std::vector<double> rest(rest_size(rig));
-    contract(field, AxisProjection(rig, 0, point.z).shares(point.x, point.x), rest);
-    return apply(AxisProjection(rig, 1, point.z).shares(point.y, point.y), rest,
-                 static_cast<std::size_t>(rig.pixels.y));
+    contract(field, shares(rig, 0, point.z, point.x, point.x), rest);
+    return apply(shares(rig, 1, point.z, point.y, point.y), rest, static_cast<std::size_t>(rig.pixels.y));
 }
 
 PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch) {
@@ -227,9 +200,8 @@ PlanePatch frame_light(const LightField& field, double distance, int pixels, con
     PlanePatch wide{distance, {0, 0}, {0, 0}, {kCoarse, kCoarse}};
     for (int axis = 0; axis < 2; ++axis) {
         // The rays from the edge of S through the far edge of M reach furthest.
-        const double on_s = 0.5 * rig.intervals(axis) * rig.spacing[axis];
-        const double moved = rig.shift[axis] > 0 ? rig.filter(axis, rig.views[axis] - 1) : 0.0;
-        const double on_m = 0.5 * rig.pixels[axis] * rig.pixel[axis] + moved;
+        const double on_s = -rig.interval_edge(axis, 0);
+        const double on_m = rig.m_edge(axis, rig.intervals(axis) - 1, true);
         const double part = distance / rig.distance;  // D > 0
         wide.size[axis] = 2 * (on_s * std::fabs(1 - part) + on_m * part);
         wide.size[axis] = std::max(wide.size[axis], 2 * on_s);

@@ -6,7 +6,7 @@
 //     E(x, y, z) = (D/z)² ∫∫ h(u, v, u + (x - u) D/z, v + (y - v) D/z) du dv            [Goesele 2003, 3.2]
 //
 // and, h being a sum of products, each coefficient adds a product of two one-dimensional integrals of the
-// bell over the part of S from which the point is seen through a pixel. These have a closed form.
+// bell over the part of S from which the point is seen through a pixel (basis_shares.h).
 //
 // Coefficients are taken as measured, negative ones included: that is the unbiased estimate, and it conserves
 // the measured flux. (A renderer's particles follow max(0, h), scaled back to the same flux; where the field
@@ -19,7 +19,6 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "lights/bell.h"
 #include "lights/light_field.h"
 #include "lights/photometric.h"
 #include "lights/ray_set.h"
@@ -75,17 +74,17 @@ PlanePatch frame_light(const RaySet& rays, double distance, int pixels);
 //     I = cos θ ∫∫ L du dv = D²/cos³θ ∫∫ h(u, v, u + a D, v + b D) du dv              [Goesele 2003, 3.2]
 //
 // because L = h R⁴/D² and R = D/cos θ. As h is a sum of products, each coefficient adds a product of two
-// one-dimensional integrals of the bell, which have a closed form. Coefficients are taken as measured,
-// negative ones included.
+// one-dimensional integrals of the bell (basis_shares.h). Coefficients are taken as measured, negative ones
+// included.
 //
 // A web is made from directions as a field is from rays: each node of its grid holds the mean of the
 // intensity under its hat, the bilinear function that is 1 there and 0 at its neighbours. Hats add up to 1,
 // so the web has the lamp's flux, whatever the grid. What is smaller than a step of the grid is smoothed.
 //
-// In a web radiance is taken to be even over a pixel of M as seen from a filter, with the pixel's flux (the
-// approximate reconstruction of appendix A, in which that flux is kept). The flux density, which is even
-// there by the field's definition, would make of each pixel a tooth: a pixel in the middle of a wide lamp's M
-// may span 17°, over which cos³ falls by an eighth.
+// Where pixels are boxes, radiance is taken to be even over a pixel of M as seen from a filter, with the
+// pixel's flux (the approximate reconstruction of appendix A, in which that flux is kept). The flux density,
+// which is even there by the field's definition, would make of each pixel a tooth: a pixel in the middle of a
+// wide lamp's M may span 17°, over which cos³ falls by an eighth.
 
 // Steps of the grid, degrees; polar_step divides 90 and azimuth_step 360. At least 0.05.
 struct FarFieldGrid {
@@ -104,40 +103,5 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, cons
 
 // The web of a ray file, backward rays included; of the flux of all its rays.
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& grid);
-
-// How a bell over S is shared out among the pixels of M.
-//
-// All rays that pass a point of a plane, or that have one direction, meet M where a linear function of their
-// place on S says: what they pass of a filter's bell through each pixel is a difference of two of the bell's
-// integrals.
-
-// Light of one filter through one pixel of its image, along one axis.
-struct BellShare {
-    int filter, pixel;
-    double weight;  // metres
-};
-
-// Calls visit(pixel, share) for every pixel of [0, pixels) through which part of a bell is seen; the shares
-// add up to at most 1. `middle` is where the bell's peak is seen, in pixels from the image's lower edge, and
-// `slope` how many pixels further a spacing beside it is; it may be negative or 0.
-template <typename Visit>
-void share_bell(double middle, double slope, int pixels, Visit&& visit) {
-    // As an int, for numbers of any size.
-    const auto floor_of = [](double x) { return static_cast<int>(std::floor(std::clamp(x, -1e6, 1e6))); };
-    const int first = std::max(0, floor_of(middle - std::fabs(slope)));
-    const int last = std::min(pixels - 1, floor_of(middle + std::fabs(slope)));
-    for (int k = first; k <= last; ++k) {
-        double from = -1, to = 1;  // of the bell, in spacings
-        // A slope near 0 leaves the whole bell in one pixel; the quotients then lie far outside and are cut
-        // to ±1, and without any slope they are not asked for.
-        if (slope != 0) {
-            const double a = (k - middle) / slope, b = (k + 1 - middle) / slope;
-            from = std::clamp(std::min(a, b), -1.0, 1.0);
-            to = std::clamp(std::max(a, b), -1.0, 1.0);
-        }
-        const double share = bell_upto(to) - bell_upto(from);
-        if (share > 0) visit(k, share);
-    }
-}
 
 }  // namespace lucerna

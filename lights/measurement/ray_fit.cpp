@@ -54,8 +54,6 @@ void check(const FitOptions& o) {
     }
     if (!(o.capture > 0 && o.capture < 1))
         throw InputError(fmt::format("capture {}; between 0 and 1", o.capture));
-    if (!(o.noise > 0) || !std::isfinite(o.noise))
-        throw InputError(fmt::format("noise {}; positive", o.noise));
     if (o.z && !std::isfinite(*o.z)) throw InputError("the height of S is not finite");
 }
 
@@ -193,10 +191,12 @@ Waist waist_of(const RaySet& set) {
     return {z, std::sqrt(std::max(0.0, qq + 2 * z * qm + z * z * mm) / weight)};
 }
 
-Rig choose_rig(const RaySet& set, const FitOptions& options, Monitor& monitor) {
+RayPlanes choose_planes(const RaySet& set, const FitOptions& options, const Workers& workers,
+                        Monitor& monitor) {
     check(options);
     const std::vector<std::size_t> forward = forward_rays(set);
-    Rig rig;
+    RayPlanes planes;
+    Rig& rig = planes.rig;
     if (options.z) {
         rig.centre.z = *options.z;
     } else {
@@ -204,29 +204,25 @@ Rig choose_rig(const RaySet& set, const FitOptions& options, Monitor& monitor) {
         rig.centre.z = std::max(waist.z, front_of(set, forward, waist));
     }
     const Box box = box_on_s(set, forward, rig.centre.z, options.capture);
-    rig.centre.x = box.centre.x;
-    rig.centre.y = box.centre.y;
     rig.distance = options.distance > 0 ? options.distance : 5 * 2 * std::max(box.half.x, box.half.y);
     V2d half_m = half_of_m(set, forward, box, rig.centre.z, options, rig.distance);
     for (int a = 0; a < 2; ++a) half_m[a] = std::min(half_m[a], kWidestM * rig.distance);
-    const ResolutionWish wish{box.half, half_m, options.views, options.pixels, options.noise};
-    if (!choose_resolution(set, forward, wish, rig, monitor)) {
-        monitor.warn(fmt::format("the rays are too few for a noise of {:.3g} % at any resolution",
-                                 100 * options.noise));
-    }
-    return rig;
+    choose_resolution(set, forward, {box.centre, box.half, half_m, options.views, options.pixels}, planes,
+                      workers, monitor);
+    return planes;
 }
 
 Projection fit_light_field(const RaySet& set, const FitOptions& options, const Workers& workers,
                            Monitor& monitor) {
-    Projection made = project_rays(set, choose_rig(set, options, monitor), workers, monitor);
+    RayPlanes planes = choose_planes(set, options, workers, monitor);
+    Projection made = project_rays(set, planes.rig, workers, monitor, planes.weights);
+    made.errors = std::move(planes.errors);
     const FluxAccount& a = made.account;
     monitor.info(fmt::format(
         "flux {:.6g} {}: {:.6g} captured; missed {:.4g} (unusable {:.4g}, backwards {:.4g}, beside S "
         "{:.4g}, beside M {:.4g}, not in the basis {:.4g})",
         a.total, flux_unit_name(set.unit), a.captured, a.missed(), a.skipped, a.backward, a.beside_s,
         a.beside_m, a.not_in_basis));
-    monitor.info(fmt::format("noise {:.3g} % in a coefficient (rms over rms)", 100 * made.noise));
     return made;
 }
 

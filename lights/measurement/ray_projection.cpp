@@ -11,55 +11,55 @@
 namespace lucerna {
 namespace {
 
+// Books what the filters over a ray do not record of it. Returns the sum of the squares of what they record.
+double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& account) {
+    double held[2] = {0, 0}, seen[2] = {0, 0}, squares[2] = {0, 0};
+    for (int axis = 0; axis < 2; ++axis) {
+        at.for_each(rig, axis, [&](int, int, double weight) {
+            held[axis] += weight;
+            squares[axis] += weight * weight;
+        });
+        for (int i = 0; i < 4; ++i) {
+            if (at.exists(rig, axis, i)) seen[axis] += at.weight[axis][static_cast<std::size_t>(i)];
+        }
+    }
+    if (squares[0] * squares[1] == 0) {
+        account.beside_m += flux;
+        return 0;
+    }
+    // Weights are products of one per axis, and so are their sums.
+    account.beside_m += flux * (seen[0] * seen[1] - held[0] * held[1]);
+    account.not_in_basis += flux * (1 - seen[0] * seen[1]);
+    return flux * flux * squares[0] * squares[1];
+}
+
 // Books one ray's flux: what its filters record, and what they do not. Returns the sum of the squares of what
 // they record.
-double account_for(const LampRay& ray, const Rig& rig, FluxAccount& account) {
+double account_for(const LampRay& ray, const Rig& rig, const RayWeights& weights, FluxAccount& account) {
     const double flux = double{ray.flux};
     if (!(double{ray.d.z} > kGrazing)) {
         account.backward += flux;
         return 0;
     }
-    const Passage at(ray, rig);
+    const Passage at(ray, rig, weights);
     if (at.misses_s) {
         account.beside_s += flux;
         return 0;
     }
-    double held = 0;
-    double off_m = 0;
-    double squares = 0;
-    bool any_pixel = false;
-    for (int i = 0; i < 4; ++i) {
-        for (int j = 0; j < 4; ++j) {
-            if (!at.exists(rig, 0, i) || !at.exists(rig, 1, j)) continue;
-            const bool seen = at.pixel[0][i] >= 0 && at.pixel[1][j] >= 0;
-            const auto zi = static_cast<std::size_t>(i);
-            const auto zj = static_cast<std::size_t>(j);
-            const double part = flux * at.dual[0][zi] * at.dual[1][zj];
-            (seen ? held : off_m) += part;
-            if (seen) squares += part * part;
-            any_pixel = any_pixel || seen;
-        }
-    }
-    if (!any_pixel) {
-        account.beside_m += flux;
-        return 0;
-    }
-    account.beside_m += off_m;
-    account.not_in_basis += flux - held - off_m;
-    return squares;
+    return book_losses(at, flux, rig, account);
 }
 
-// Adds a ray to the filters in row n. `scale` turns flux times dual into W/m⁴.
-void add_to_row(const LampRay& ray, const Rig& rig, int n, double scale, std::vector<double>& e) {
-    const Passage at(ray, rig);
-    const int j = n - at.base[1] + 1;
-    if (at.misses_s || j < 0 || j > 3 || at.pixel[1][j] < 0) return;
-    const double weight = scale * double{ray.flux} * at.dual[1][static_cast<std::size_t>(j)];
-    for (int i = 0; i < 4; ++i) {
-        if (!at.exists(rig, 0, i) || at.pixel[0][i] < 0) continue;
-        e[rig.index(at.base[0] - 1 + i, n, at.pixel[0][i], at.pixel[1][j])] +=
-            weight * at.dual[0][static_cast<std::size_t>(i)];
-    }
+// Adds a ray to the filters in row n. `scale` turns flux times weights into W/m⁴.
+void add_to_row(const LampRay& ray, const Rig& rig, const RayWeights& weights, int n, double scale,
+                std::vector<double>& e) {
+    const Passage at(ray, rig, weights);
+    if (at.misses_s) return;
+    at.for_each(rig, 1, [&](int j, int l, double up) {
+        if (at.base[1] - 1 + j != n) return;
+        at.for_each(rig, 0, [&](int i, int k, double across) {
+            e[rig.index(at.base[0] - 1 + i, n, k, l)] += scale * double{ray.flux} * up * across;
+        });
+    });
 }
 
 // For each row of filters the rays it may see, in the rays' own order.
@@ -76,7 +76,8 @@ std::vector<std::vector<std::size_t>> rays_by_interval(const RaySet& set, const 
 
 }  // namespace
 
-Projection project_rays(const RaySet& set, const Rig& rig, const Workers& workers, Monitor& monitor) {
+Projection project_rays(const RaySet& set, const Rig& rig, const Workers& workers, Monitor& monitor,
+                        const RayWeights& weights) {
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     Phase phase(monitor, "projecting rays", static_cast<std::uint64_t>(rig.views.y));
     const auto bins = rays_by_interval(set, rig);
@@ -91,7 +92,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
         const int n = static_cast<int>(row);
         for (int base = n - 2; base <= n + 1; ++base) {
             for (const std::size_t r : bins[static_cast<std::size_t>(base + 2)]) {
-                add_to_row(set.rays[r], rig, n, scale, sums);
+                add_to_row(set.rays[r], rig, weights, n, scale, sums);
             }
         }
         phase.advance(1);
@@ -101,9 +102,11 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     FluxAccount account;
     account.total = set.flux;
     account.skipped = set.skipped_flux;
-    CoefficientNoise noise;  // of E times a cell's volume, as the books are in flux
-    for (const LampRay& ray : set.rays) noise.variance += account_for(ray, rig, account);
-    for (const double e : sums) noise.square += sqr(e * rig.cell_volume());
+    // A coefficient is a sum of rays' contributions, so its variance over repetitions of the measurement is
+    // estimated by the sum of their squares. Of E times a cell's volume, as the books are in flux.
+    double variance = 0, square = 0;
+    for (const LampRay& ray : set.rays) variance += account_for(ray, rig, weights, account);
+    for (const double e : sums) square += sqr(e * rig.cell_volume());
     LightFieldInfo info;
     info.colour = set.colour;
     info.unit = set.unit;
@@ -112,12 +115,12 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     account.captured = bare.flux();
     info.captured = account.captured;
     info.missed = account.missed();
-    return {std::move(bare).with(std::move(info)), account, noise.relative()};
+    const double noise = square > variance ? std::sqrt(variance / (square - variance)) : INFINITY;
+    return {std::move(bare).with(std::move(info)), account, noise, {}};
 }
 
 namespace {
 
-constexpr double kGrazing = 1e-6;  // rays with a smaller d.z do not leave towards +z
 constexpr std::int64_t kRaysPerChunk =
     16 * 1024;  // rays per chunk; fixed, so that results do not depend on threads
 
@@ -126,29 +129,6 @@ void add(FluxAccount& to, const FluxAccount& more) {
     to.beside_s += more.beside_s;
     to.beside_m += more.beside_m;
     to.not_in_basis += more.not_in_basis;
-}
-
-// Books what the filters over a ray do not record of it.
-void book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& account) {
-    double held = 0;
-    double off_m = 0;
-    bool seen = false;
-    for (int i = 0; i < 4; ++i) {
-        if (!at.exists(rig, 0, i)) continue;
-        for (int j = 0; j < 4; ++j) {
-            if (!at.exists(rig, 1, j)) continue;
-            const bool on_image = at.pixel[0][i] >= 0 && at.pixel[1][j] >= 0;
-            (on_image ? held : off_m) +=
-                flux * at.dual[0][static_cast<std::size_t>(i)] * at.dual[1][static_cast<std::size_t>(j)];
-            seen = seen || on_image;
-        }
-    }
-    if (!seen) {
-        account.beside_m += flux;
-        return;
-    }
-    account.beside_m += off_m;
-    account.not_in_basis += flux - held - off_m;
 }
 
 // The rays of one chunk that some filter weighs, by the row of filters below them: base + 2.
@@ -182,21 +162,21 @@ Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_
 double add_to_row(const LampRay& ray, int n, FilterSums& sums) {
     const Rig& rig = sums.rig;
     const Passage at(ray, rig);
-    const int j = n - at.base[1] + 1;
-    if (j < 0 || j > 3 || at.pixel[1][j] < 0) return 0;
-    const double flux = double{ray.flux} * at.dual[1][static_cast<std::size_t>(j)];
     double squares = 0;
-    for (int i = 0; i < 4; ++i) {
-        if (at.pixel[0][i] < 0) continue;
-        const double weighed = flux * at.dual[0][static_cast<std::size_t>(i)];
-        const std::size_t slot = rig.index(at.base[0] - 1 + i, n, at.pixel[0][i], at.pixel[1][j]);
-        if (weighed > 0) {
-            sums.positive[slot] += weighed;
-        } else {
-            sums.negative[slot] -= weighed;
-        }
-        squares += weighed * weighed;
-    }
+    at.for_each(rig, 1, [&](int j, int l, double up) {
+        if (at.base[1] - 1 + j != n) return;
+        const double flux = double{ray.flux} * up;
+        at.for_each(rig, 0, [&](int i, int k, double across) {
+            const double weighed = flux * across;
+            const std::size_t slot = rig.index(at.base[0] - 1 + i, n, k, l);
+            if (weighed > 0) {
+                sums.positive[slot] += weighed;
+            } else {
+                sums.negative[slot] -= weighed;
+            }
+            squares += weighed * weighed;
+        });
+    });
     return squares;
 }
 

@@ -36,41 +36,68 @@ struct FluxAccount {
     }  // = missed()
 };
 
+// By what a ray is weighed: on each plane the given share of the dual basis, and for the rest the basis
+// itself. The dual alone gives coefficients without bias, and all noise of few rays; the basis function alone
+// blurs the field by its own width, and its weights are positive. Both add up to 1 over a point, so the flux
+// is the same. On M a box is its own dual.
+struct RayWeights {
+    double dual_s = 1, dual_m = 1;  // in [0, 1]
+};
+
+// How far the irradiance that a field casts on a plane is from the lamp's, in cells as fine as the rays tell
+// (held_out.h).
+struct PlaneError {
+    double distance;  // of the plane from S; INFINITY: by direction
+    double squared = 0;  // expected ∫ (difference)² over ∫ irradiance². An estimate: noise may put it below 0
+    double counts = 0;  // for comparison, a root: what counting all rays into these cells leaves of noise
+    double relative() const;  // √squared, 0 for what is below 0
+};
+
 struct Projection {
     LightField field;
     FluxAccount account;
-    double noise = 0;  // rms, of a coefficient, relative: CoefficientNoise::relative()
+    double noise = 0;  // rms of a coefficient's noise over the rms of the coefficients without it
+    std::vector<PlaneError> errors;  // on planes, where they were chosen by them
 };
 
 // The field of `rays` on given planes (rig.centre in the frame of the rays). Throws InputError for a rig that
 // is none.
-Projection project_rays(const RaySet& rays, const Rig& rig, const Workers& workers, Monitor& monitor);
+Projection project_rays(const RaySet& rays, const Rig& rig, const Workers& workers, Monitor& monitor,
+                        const RayWeights& weights = {});
 
-// How to lay the planes; what is 0 or absent is chosen from the rays (choose_rig says how).
+// How to lay the planes; what is 0 or absent is chosen from the rays (choose_planes says how).
 struct FitOptions {
     V2i views{0, 0};      // filter positions per side
     V2i pixels{0, 0};     // pixels per side of a view's image
     double distance = 0;  // from S to M, metres
     double capture =
-        0.993;           // share of the flux leaving towards +z that S and M should let through, in (0, 1)
-    double noise = 0.2;  // the most that may be left in a coefficient: CoefficientNoise::relative()
+        0.993;  // share of the flux leaving towards +z that S and M should let through, in (0, 1)
     std::optional<double> z;  // height of S in the rays' frame, metres
 };
 
-// Lays the planes for a ray set, as in Setup B (the screen stands still, σ = 0):
+// The planes for a ray set, and what to weigh its rays by.
+struct RayPlanes {
+    Rig rig;
+    RayWeights weights;
+    std::vector<PlaneError> errors;  // of the field that all rays make there
+};
+
+// Lays the planes for a ray set, as in Setup B (the screen stands still, σ = 0), with hats on M:
 //   S      at the waist, where the rays' lines are closest together (waist_height), but not behind what they
 //          start from. Its box holds all positions but a tail of a sixteenth of the permitted loss on each of
 //          its four sides, and reaches at most kWidestS times as far as where rays start: the lines of rays
-//          that leave sideways pass S far off. One filter stands outside the box on every side, so that no
-//          point of the box lacks one of its 4 x 4 duals.
+//          that leave sideways pass S far off.
 //   D      five times the larger side of that box: far enough that a pixel is a bundle of directions
 //          [Ashdown 1995].
 //   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
 //          but at most kWidestM times as far as D (85°).
-//   views, pixels: of those whose noise is at most the one stated, the pair of least total error
-//         .
-// Throws InputError if no ray leaves towards +z, or an option is out of range.
-Rig choose_rig(const RaySet& rays, const FitOptions& options, Monitor& monitor);
+//   coordinates, views, pixels, weights: of those tried the ones of least error of irradiance, over planes
+//          from contact to the far field, in rays that the field does not know (held_out.h).
+// An even S covers its box, with one filter outside on every side, so that no point lacks one of its 4 x 4
+// duals; a compressed one covers the plane. Throws InputError if no ray leaves towards +z, or an option is
+// out of range.
+RayPlanes choose_planes(const RaySet& rays, const FitOptions& options, const Workers& workers,
+                        Monitor& monitor);
 inline constexpr double kWidestS = 4;
 inline constexpr double kWidestM = 11.5;
 
@@ -83,7 +110,7 @@ struct Waist {
 };
 Waist waist_of(const RaySet& rays);
 
-// choose_rig, then project_rays.
+// choose_planes, then project_rays.
 Projection fit_light_field(const RaySet& rays, const FitOptions& options, const Workers& workers,
                            Monitor& monitor);
 
@@ -121,39 +148,15 @@ struct SamplingNoise {
 // From independent rays; stratified ones have less. `field` is that of the same sums and share.
 SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightField& field);
 
-// How fine a light field a ray set can carry: the noise that so many rays leave in its coefficients, and how
-// far the field they make is from the lamp's.
-
-// Sums over rays from which the noise of a projection is told. A coefficient is a sum of rays' contributions,
-// so its variance over repetitions of the measurement is estimated by the sum of their squares.
-struct CoefficientNoise {
-    double variance = 0;  // Σ over coefficients of that sum
-    double square = 0;    // Σ E², noise included
-    // Root mean square noise of a coefficient over the root mean square of the coefficients without it;
-    // INFINITY if nothing but noise is there. 10 %: repeat the measurement with other rays, and the field
-    // differs by 14 % of itself, in the mean over its squares.
-    double relative() const;
+// Where the light of a ray set may pass the planes; what of it is chosen by choose_resolution().
+struct PlaneBoxes {
+    V2d centre_s, half_s;  // metres
+    V2d half_m;
+    V2i views, pixels;  // 0: to be chosen
 };
 
-// What a field on `rig` from the first or every k-th of these rays would be like, scaled to all of them.
-struct ResolutionTrial {
-    CoefficientNoise noise;
-    // ∫ (ĥ - h)² over the planes, but for ∫ h², which no resolution changes; [flux² / m⁴]. It is estimated
-    // by leaving each ray out of the field that it is compared with, so noise does not pass for detail.
-    double risk = 0;
-};
-// Throws nothing; memory: 8 bytes per coefficient.
-ResolutionTrial try_resolution(const RaySet& set, std::span<const std::size_t> rays, const Rig& rig);
-
-// Fills in rig.views, rig.pixels, rig.spacing and rig.pixel for the boxes `half_s` and `half_m`: of the
-// resolutions whose noise is at most `noise` the one of least risk. `views` and `pixels` are kept where they
-// are not 0. Returns false if even the coarsest is too noisy: it is taken then.
-struct ResolutionWish {
-    V2d half_s, half_m;  // metres
-    V2i views, pixels;
-    double noise;
-};
-bool choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const ResolutionWish& wish,
-                       Rig& rig, Monitor& monitor);
+// Sets all of `planes` that depends on the resolution; planes.rig has centre and distance already.
+void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes,
+                       RayPlanes& planes, const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

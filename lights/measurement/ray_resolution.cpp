@@ -1,195 +1,149 @@
-#include "lights/measurement/ray_projection.h"
-
+// How finely a ray set can be told apart: the resolution whose field is nearest to the lamp.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <map>
 #include <vector>
 
-#include "lights/measurement/ray_passage.h"
+#include "lights/measurement/held_out.h"
+#include "lights/measurement/ray_projection.h"
 
 namespace lucerna {
 namespace {
 
-constexpr std::size_t kMostRays = 60'000;       // of a trial; the rest says little more
-constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 80 MB in memory
-constexpr int kViews[] = {4, 5, 6, 8, 11, 15, 20, 27, 36, 48, 64};
-constexpr int kLeastPixels = 4, kMostPixels = 256;
-constexpr int kSteps = 4;  // towards the pixels that have the noise asked for
+constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 160 MB in memory
+constexpr int kViews[] = {3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 27, 33, 40, 50, 64};
+constexpr int kPixels[] = {3, 4, 5, 6, 8, 10, 12, 14, 17, 20, 24, 29, 35, 42, 50, 60, 72, 86, 104, 125, 150};
+constexpr double kDuals[] = {0, 0.5, 1};
+// A compressed coordinate ends here, in units of 2c: at 1.2° from the plane, seen from c above it.
+constexpr double kEnd = 0.98;
+// Coordinates are tried that compress what lies outside the middle half of the light on a plane, times these;
+// 0 stands for S even, and for M's coordinate that is even in direction.
+constexpr double kMiddles[] = {0, 8, 5, 3, 2, 1};
 
-// Contributions of the rays to one coefficient or another. Calls add(coefficient, contribution, bell) for
-// each, the bell being what the coefficient contributes to the field at the ray.
-template <typename Add>
-void for_each_contribution(const LampRay& ray, const Rig& rig, Add&& add) {
-    const Passage at(ray, rig);
-    if (at.misses_s) return;
-    for (std::size_t i = 0; i < 4; ++i) {
-        const int z = static_cast<int>(i);
-        if (!at.exists(rig, 0, z) || at.pixel[0][i] < 0) continue;
-        for (std::size_t j = 0; j < 4; ++j) {
-            const int w = static_cast<int>(j);
-            if (!at.exists(rig, 1, w) || at.pixel[1][j] < 0) continue;
-            add(rig.index(at.base[0] - 1 + z, at.base[1] - 1 + w, at.pixel[0][i], at.pixel[1][j]),
-                double{ray.flux} * at.dual[0][i] * at.dual[1][j], at.bell_at(0, z) * at.bell_at(1, w));
-        }
-    }
-}
+// Places in the lists above, and which coordinates.
+struct Choice {
+    int views, pixels, dual_s, dual_m, middle_s, middle_m;
+    auto operator<=>(const Choice&) const = default;
+};
 
-// Σ e G e with the overlaps of the bells on S; the pixels' boxes do not overlap. e is the flux, E times a
-// cell's volume.
-double squared_norm(const std::vector<double>& e, const Rig& rig) {
-    const double same = bell_overlap(0), next = bell_overlap(1);
-    const std::size_t image = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
-    const auto product = [&](int m, int n, int m2, int n2) {
-        if (m2 >= rig.views.x || n2 < 0 || n2 >= rig.views.y) return 0.0;
-        const auto a = e.begin() + static_cast<std::ptrdiff_t>(rig.index(m, n, 0, 0));
-        const auto b = e.begin() + static_cast<std::ptrdiff_t>(rig.index(m2, n2, 0, 0));
-        return std::inner_product(a, a + static_cast<std::ptrdiff_t>(image), b, 0.0);
-    };
-    double sum = 0;
-    for (int m = 0; m < rig.views.x; ++m) {
-        for (int n = 0; n < rig.views.y; ++n) {
-            sum += same * same * product(m, n, m, n) +
-                   2 * same * next * (product(m, n, m + 1, n) + product(m, n, m, n + 1)) +
-                   2 * next * next * (product(m, n, m + 1, n + 1) + product(m, n, m + 1, n - 1));
-        }
-    }
-    return sum;
-}
-
-// What one ray alone adds to that norm, per axis and unit flux. All filters see it in the same pixel: σ = 0.
-double own_norm(const Passage& at, const Rig& rig, int axis) {
-    double sum = 0;
-    for (int i = 0; i < 4; ++i) {
-        if (!at.exists(rig, axis, i) || at.pixel[axis][i] < 0) continue;
-        for (int j = 0; j < 4; ++j) {
-            if (!at.exists(rig, axis, j) || at.pixel[axis][j] < 0) continue;
-            sum += at.dual[axis][static_cast<std::size_t>(i)] * at.dual[axis][static_cast<std::size_t>(j)] *
-                   bell_overlap(i - j);
-        }
-    }
-    return sum;
-}
-
-// Every k-th ray, so that there are not many more than kMostRays.
-std::vector<std::size_t> thinned(std::span<const std::size_t> rays) {
-    const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
-    std::vector<std::size_t> some;
-    for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) some.push_back(rays[i]);
-    return some;
-}
-
-void lay(const ResolutionWish& wish, int views, int pixels, Rig& rig) {
-    for (int a = 0; a < 2; ++a) {
-        rig.views[a] = wish.views[a] > 0 ? wish.views[a] : views;
-        rig.pixels[a] = wish.pixels[a] > 0 ? wish.pixels[a] : pixels;
-        // One filter stands outside the box on either side.
-        rig.spacing[a] = 2 * wish.half_s[a] / std::max(1, rig.views[a] - 3);
-        rig.pixel[a] = 2 * wish.half_m[a] / rig.pixels[a];
-    }
-}
-
-// The finest pixels under the wished noise that a few steps find, for this number of views.
-class PixelSearch {
+class Search {
   public:
-    PixelSearch(const RaySet& set, std::span<const std::size_t> rays, const ResolutionWish& wish)
-        : set_(set), rays_(rays), wish_(wish) {}
+    Search(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes, const Rig& rig,
+           const Workers& workers, Monitor& monitor)
+        : boxes_(boxes), rig_(rig), held_out_(set, rays, rig.centre.z), workers_(workers), monitor_(monitor) {
+        // Where half of the light passes M, from the far field.
+        const V2d slopes = held_out_.half_slopes();
+        half_m_ = std::max(slopes.x, slopes.y) * rig.distance;
+    }
 
-    struct Found {
-        int views = 0, pixels = 0;
-        double risk = INFINITY;
-    };
-    Found with_views(int views, Rig rig) const {
-        Found best;
-        double pixels = 16;
-        for (int step = 0; step < kSteps; ++step) {
-            const int whole = std::clamp(static_cast<int>(std::lround(pixels)), kLeastPixels, kMostPixels);
-            lay(wish_, views, whole, rig);
-            if (rig.coefficients() > kMostCoefficients) {
-                pixels = 0.7 * whole;
-                continue;
-            }
-            const ResolutionTrial trial = try_resolution(set_, rays_, rig);
-            const double noise = trial.noise.relative();
-            if (noise <= wish_.noise && trial.risk < best.risk) best = {views, whole, trial.risk};
-            if (wish_.pixels.x > 0 && wish_.pixels.y > 0) break;
-            // Noise grows about as the square root of the number of pixels; a little less is aimed at.
-            const double next = std::clamp(0.97 * whole * wish_.noise / noise, 0.3 * whole, 3.0 * whole);
-            if (!(next >= 1) || static_cast<int>(std::lround(next)) == whole) break;
-            pixels = next;
+    // One property after the other, as long as steps make it better, until none does.
+    RayPlanes best() {
+        Phase phase(monitor_, "choosing the resolution", 0);
+        Choice at{5, 5, 0, 1, 0, 0};
+        double least = error_of(at);
+        // A compressed S is far from an even one in other respects too.
+        for (const int middle_s : {1, 3}) {
+            Choice start = at;
+            start.middle_s = middle_s;
+            if (error_of(start) < least) least = error_of(start), at = start;
         }
-        return best;
+        for (bool better = true; better;) {
+            better = false;
+            for (const Property& property : properties()) {
+                for (const int step : {1, -1}) {
+                    for (Choice next = at;; better = true) {
+                        if (monitor_.stopped()) throw Stopped("choosing the resolution: stopped");
+                        next.*property.what += step;
+                        if (next.*property.what < 0 || next.*property.what >= property.values) break;
+                        const double error = error_of(next);
+                        phase.advance(1);
+                        if (!(error < least)) break;
+                        least = error, at = next;
+                    }
+                }
+            }
+        }
+        RayPlanes planes = lay(at);
+        planes.errors = held_out_.errors(planes.rig, planes.weights, workers_);
+        return planes;
     }
 
   private:
-    const RaySet& set_;
-    std::span<const std::size_t> rays_;
-    const ResolutionWish& wish_;
+    struct Property {
+        int Choice::*what;
+        int values;
+    };
+    std::vector<Property> properties() const {
+        std::vector<Property> all;
+        if (!(boxes_.pixels.x > 0 && boxes_.pixels.y > 0))
+            all.push_back({&Choice::pixels, std::ssize(kPixels)});
+        if (!(boxes_.views.x > 0 && boxes_.views.y > 0)) all.push_back({&Choice::views, std::ssize(kViews)});
+        all.push_back({&Choice::middle_s, std::ssize(kMiddles)});
+        all.push_back({&Choice::middle_m, std::ssize(kMiddles)});
+        all.push_back({&Choice::dual_m, std::ssize(kDuals)});
+        all.push_back({&Choice::dual_s, std::ssize(kDuals)});
+        return all;
+    }
+
+    double error_of(const Choice& choice) {
+        const auto known = errors_.find(choice);
+        if (known != errors_.end()) return known->second;
+        const RayPlanes planes = lay(choice);
+        const double error = planes.rig.coefficients() > kMostCoefficients
+                                 ? INFINITY
+                                 : total_error(held_out_.errors(planes.rig, planes.weights, workers_));
+        errors_[choice] = error;
+        return error;
+    }
+
+    RayPlanes lay(const Choice& choice) const {
+        RayPlanes planes;
+        planes.weights = {kDuals[choice.dual_s], kDuals[choice.dual_m]};
+        Rig& rig = planes.rig;
+        rig = rig_;
+        rig.basis = PixelBasis::hat;
+        const V2d middle = choice.middle_s > 0 ? held_out_.middle_on_s() : boxes_.centre_s;
+        rig.centre.x = middle.x, rig.centre.y = middle.y;
+        const V2d half = held_out_.half_on_s();
+        rig.s_coordinate.c = kMiddles[choice.middle_s] * std::max(half.x, half.y);
+        rig.m_coordinate.c = choice.middle_m > 0 ? kMiddles[choice.middle_m] * half_m_ : rig.distance;
+        for (int a = 0; a < 2; ++a) {
+            rig.views[a] = boxes_.views[a] > 0 ? boxes_.views[a] : kViews[choice.views];
+            rig.pixels[a] = boxes_.pixels[a] > 0 ? boxes_.pixels[a] : kPixels[choice.pixels];
+            // The box is about its own centre; the rig may have another.
+            const double reach_s = boxes_.half_s[a] + std::fabs(boxes_.centre_s[a] - middle[a]);
+            // An even S has one filter outside the box on either side; the outermost filters of a compressed
+            // one stand for all the rest of the plane.
+            rig.spacing[a] = 2 * rig.s_coordinate.of(reach_s) / std::max(1, rig.views[a] - 3);
+            if (choice.middle_s > 0)
+                rig.spacing[a] = std::min(rig.spacing[a], 4 * kEnd * rig.s_coordinate.c / (rig.views[a] + 1));
+            // The middles of the outermost pixels are at the edges of the box.
+            const double reach_m =
+                rig.m_coordinate.of(boxes_.half_m[a] + std::fabs(boxes_.centre_s[a] - middle[a]));
+            rig.pixel[a] = std::min(2 * reach_m / std::max(1, rig.pixels[a] - 1),
+                                    4 * kEnd * rig.m_coordinate.c / (rig.pixels[a] + 1));
+        }
+        return planes;
+    }
+
+    const PlaneBoxes& boxes_;
+    Rig rig_;
+    HeldOutRays held_out_;
+    double half_m_ = 0;  // of the light on M: half of it is within
+    std::map<Choice, double> errors_;
+    Workers workers_;
+    Monitor& monitor_;
 };
 
 }  // namespace
 
-double CoefficientNoise::relative() const {
-    const double signal = square - variance;
-    return signal > 0 ? std::sqrt(variance / signal) : INFINITY;
+double PlaneError::relative() const {
+    return std::sqrt(std::max(0.0, squared));
 }
 
-ResolutionTrial try_resolution(const RaySet& set, std::span<const std::size_t> rays, const Rig& rig) {
-    const std::vector<std::size_t> some = thinned(rays);
-    // Fewer rays stand for all: each for `factor` of them.
-    const double factor =
-        static_cast<double>(rays.size()) / static_cast<double>(std::max<std::size_t>(some.size(), 1));
-    std::vector<double> e(rig.coefficients());
-    ResolutionTrial trial;
-    double variance = 0;  // of a field from some of the rays
-    for (const std::size_t r : some) {
-        for_each_contribution(set.rays[r], rig, [&](std::size_t i, double add, double) {
-            e[i] += add;
-            variance += add * add;
-        });
-    }
-    double square = 0;
-    for (const double x : e) square += x * x;
-    double agreement = 0;  // Σ flux times the field of the other rays
-    for (const std::size_t r : some) {
-        const double flux = double{set.rays[r].flux};
-        for_each_contribution(set.rays[r], rig, [&](std::size_t i, double add, double bell) {
-            agreement += flux * bell * (e[i] - add);
-        });
-    }
-    const double volume = rig.cell_volume();  // > 0: the boxes have an area
-    const double all = factor * factor;
-    trial.noise.variance = all * variance / factor;  // that of all rays is less by as much
-    trial.noise.square = all * (square - variance) + trial.noise.variance;
-    // The norm, too, with no more noise than all rays would leave.
-    double own = 0;
-    for (const std::size_t r : some) {
-        const Passage at(set.rays[r], rig);
-        if (!at.misses_s) own += sqr(double{set.rays[r].flux}) * own_norm(at, rig, 0) * own_norm(at, rig, 1);
-    }
-    const double norm = squared_norm(e, rig) - own + own / factor;
-    trial.risk = all * (norm - 2 * agreement) / volume;
-    return trial;
-}
-
-bool choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const ResolutionWish& wish,
-                       Rig& rig, Monitor& monitor) {
-    const PixelSearch search(set, rays, wish);
-    Phase phase(monitor, "choosing the resolution", std::size(kViews));
-    PixelSearch::Found best;
-    int worse = 0;
-    for (const int views : kViews) {
-        const PixelSearch::Found found = search.with_views(views, rig);
-        worse = found.risk < best.risk ? 0 : worse + 1;
-        if (worse == 0) best = found;
-        phase.advance(1);
-        // Past the best, more views only get noisier.
-        if (worse == 2 && best.views > 0) break;
-        if (wish.views.x > 0 && wish.views.y > 0) break;
-    }
-    const bool quiet_enough = best.views > 0;
-    if (!quiet_enough) best.views = kViews[0], best.pixels = kLeastPixels;
-    lay(wish, best.views, best.pixels, rig);
-    return quiet_enough;
+void choose_resolution(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes,
+                       RayPlanes& planes, const Workers& workers, Monitor& monitor) {
+    planes = Search(set, rays, boxes, planes.rig, workers, monitor).best();
 }
 
 }  // namespace lucerna

@@ -39,6 +39,14 @@ inline Rig rig_a() {  // the sensor travels
     return rig;
 }
 
+inline Rig rig_c() {  // hats on M, both planes finer in the middle
+    Rig rig = rig_b();
+    rig.s_coordinate.c = 0.02;
+    rig.m_coordinate.c = 0.05;
+    rig.basis = PixelBasis::hat;
+    return rig;
+}
+
 // Coefficients in [low, high].
 inline LightField random_field(const Rig& rig, float low, float high, std::uint64_t seed,
                                LightFieldInfo info = {}) {
@@ -80,54 +88,111 @@ inline double phi(double x) {
     return x <= 0.5 ? 1 - 2 * x * x : x <= 1 ? 2 * (1 - x) * (1 - x) : 0.0;
 }
 
-// h by its definition: a sum over all coefficients, before the clamp.
-inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m) {
-    const Rig& rig = field.rig();
-    double h = 0;
-    for (int m = 0; m < rig.views.x; ++m) {
-        for (int n = 0; n < rig.views.y; ++n) {
-            const V2d at((m - (rig.views.x - 1) / 2.0) * rig.spacing.x,
-                         (n - (rig.views.y - 1) / 2.0) * rig.spacing.y);
-            const double weight = phi((on_s.x - at.x) / rig.spacing.x) * phi((on_s.y - at.y) / rig.spacing.y);
-            const V2d sensor(rig.shift.x > 0 ? at.x : 0, rig.shift.y > 0 ? at.y : 0);
-            const double k = std::floor((on_m.x - sensor.x) / rig.pixel.x + rig.pixels.x / 2.0);
-            const double l = std::floor((on_m.y - sensor.y) / rig.pixel.y + rig.pixels.y / 2.0);
-            if (weight == 0 || k < 0 || l < 0 || k >= rig.pixels.x || l >= rig.pixels.y) continue;
-            h += weight *
-                 double{field.coefficients()[rig.index(m, n, static_cast<int>(k), static_cast<int>(l))]};
-        }
-    }
-    return h;
+// The coordinates of PlaneCoordinate, written down once more, and their inverse by bisection.
+inline double coordinate_of(const PlaneCoordinate& x, double s) {
+    return x.c > 0 ? 2 * x.c * std::tan(0.5 * std::atan(s / x.c)) : s;
+}
+inline double place_of(const PlaneCoordinate& x, double at) {
+    double low = -1, high = 1;  // metres: all that tests use
+    for (int i = 0; i < 100; ++i)
+        (coordinate_of(x, 0.5 * (low + high)) < at ? low : high) = 0.5 * (low + high);
+    return 0.5 * (low + high);
+}
+inline double slope_of(const PlaneCoordinate& x, double s) {
+    const double step = 1e-6;
+    return (coordinate_of(x, s + step) - coordinate_of(x, s - step)) / (2 * step);
 }
 
-// ∫∫∫∫ f max(0, h) by the midpoint rule, `s` points per interval and axis on S and `m` per pixel on M.
+// h by its definition, a sum over all coefficients, in the coordinates of the planes: before the clamp, or
+// with each pixel's sum cut at 0.
+inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, const V2d& x_m, bool clamped) {
+    const Rig& rig = field.rig();
+    double sum = 0;
+    // A pixel is a place of M; with a sensor that travels it is another one for each view, and only one is
+    // lit.
+    const auto chi = [&](double pixels) {
+        if (rig.basis == PixelBasis::hat) return std::max(0.0, 1 - std::fabs(pixels));
+        return pixels >= -0.5 && pixels < 0.5 ? 1.0 : 0.0;
+    };
+    const V2i global(rig.pixels.x + rig.shift.x * rig.views.x, rig.pixels.y + rig.shift.y * rig.views.y);
+    const V2d first(rig.shift.x > 0 ? -0.5 * (rig.views.x - 1) * rig.spacing.x : 0.0,
+                    rig.shift.y > 0 ? -0.5 * (rig.views.y - 1) * rig.spacing.y : 0.0);
+    for (int k = 0; k < global.x; ++k) {
+        const double across = chi((x_m.x - first.x) / rig.pixel.x + 0.5 * rig.pixels.x - k - 0.5);
+        if (across == 0) continue;
+        for (int l = 0; l < global.y; ++l) {
+            const double up = chi((x_m.y - first.y) / rig.pixel.y + 0.5 * rig.pixels.y - l - 0.5);
+            if (up == 0) continue;
+            double h = 0;
+            for (int m = 0; m < rig.views.x; ++m) {
+                for (int n = 0; n < rig.views.y; ++n) {
+                    const int own_k = k - m * rig.shift.x, own_l = l - n * rig.shift.y;
+                    if (own_k < 0 || own_l < 0 || own_k >= rig.pixels.x || own_l >= rig.pixels.y) continue;
+                    h += phi(x_s.x / rig.spacing.x - (m - (rig.views.x - 1) / 2.0)) *
+                         phi(x_s.y / rig.spacing.y - (n - (rig.views.y - 1) / 2.0)) *
+                         double{field.coefficients()[rig.index(m, n, own_k, own_l)]};
+                }
+            }
+            sum += across * up * (clamped ? std::max(0.0, h) : h);
+        }
+    }
+    return sum;
+}
+
+// The same of places on the planes, per m⁴.
+inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m, bool clamped = false) {
+    const Rig& rig = field.rig();
+    double density = 1;
+    V2d x_s, x_m;
+    for (int a = 0; a < 2; ++a) {
+        x_s[a] = coordinate_of(rig.s_coordinate, on_s[a]);
+        x_m[a] = coordinate_of(rig.m_coordinate, on_m[a]);
+        density *= slope_of(rig.s_coordinate, on_s[a]) * slope_of(rig.m_coordinate, on_m[a]);
+    }
+    return density * brute_h_of_coordinates(field, x_s, x_m, clamped);
+}
+
+// ∫∫∫∫ f h, clamped, by the midpoint rule in the planes' coordinates, `s` points per interval and axis on S
+// and `m` per pixel on M.
 inline double integrate(const LightField& field, int s, int m,
                         const std::function<double(const V2d& on_s, const V2d& on_m)>& f) {
     const Rig& rig = field.rig();
-    double sum = 0;
-    V2d span;
-    V2i steps;
+    // Along one axis: the points, as coordinates and on the plane.
+    struct Points {
+        std::vector<double> x, place;
+        double step;
+    };
+    const auto points = [](double span, int count, const PlaneCoordinate& coordinate) {
+        Points p{{}, {}, span / count};
+        for (int i = 0; i < count; ++i) {
+            p.x.push_back(span * ((i + 0.5) / count - 0.5));
+            p.place.push_back(place_of(coordinate, p.x.back()));
+        }
+        return p;
+    };
+    Points on_s[2], on_m[2];
     for (int a = 0; a < 2; ++a) {
-        const double shift_m = rig.shift[a] > 0 ? rig.spacing[a] * (rig.views[a] - 1) : 0.0;
-        span[a] = rig.pixels[a] * rig.pixel[a] + shift_m;
-        steps[a] = static_cast<int>(std::lround(span[a] / rig.pixel[a])) * m;
+        on_s[a] = points((rig.views[a] + 1) * rig.spacing[a], (rig.views[a] + 1) * s, rig.s_coordinate);
+        // As wide as all sensors, and the hats' overhang.
+        const int more = (rig.shift[a] > 0 ? rig.shift[a] * (rig.views[a] - 1) : 0) +
+                         (rig.basis == PixelBasis::hat ? 1 : 0);
+        on_m[a] = points((rig.pixels[a] + more) * rig.pixel[a], (rig.pixels[a] + more) * m, rig.m_coordinate);
     }
-    const V2i cells((rig.views.x + 1) * s, (rig.views.y + 1) * s);
-    const V2d whole((rig.views.x + 1) * rig.spacing.x, (rig.views.y + 1) * rig.spacing.y);
-    for (int i = 0; i < cells.x; ++i) {
-        for (int j = 0; j < cells.y; ++j) {
-            const V2d on_s(whole.x * ((i + 0.5) / cells.x - 0.5), whole.y * ((j + 0.5) / cells.y - 0.5));
-            for (int p = 0; p < steps.x; ++p) {
-                for (int q = 0; q < steps.y; ++q) {
-                    const V2d on_m(span.x * ((p + 0.5) / steps.x - 0.5),
-                                   span.y * ((q + 0.5) / steps.y - 0.5));
-                    const double h = brute_h(field, on_s, on_m);
-                    if (h > 0) sum += h * f(on_s, on_m);
+    double sum = 0;
+    for (std::size_t i = 0; i < on_s[0].x.size(); ++i) {
+        for (std::size_t j = 0; j < on_s[1].x.size(); ++j) {
+            for (std::size_t p = 0; p < on_m[0].x.size(); ++p) {
+                for (std::size_t q = 0; q < on_m[1].x.size(); ++q) {
+                    const double h = brute_h_of_coordinates(field, {on_s[0].x[i], on_s[1].x[j]},
+                                                            {on_m[0].x[p], on_m[1].x[q]}, true);
+                    if (h > 0)
+                        sum +=
+                            h * f({on_s[0].place[i], on_s[1].place[j]}, {on_m[0].place[p], on_m[1].place[q]});
                 }
             }
         }
     }
-    return sum * whole.x * whole.y / cells.x / cells.y * span.x * span.y / steps.x / steps.y;
+    return sum * on_s[0].step * on_s[1].step * on_m[0].step * on_m[1].step;
 }
 
 }  // namespace lucerna::testing

@@ -18,6 +18,7 @@ using ::testing::HasSubstr;
 using testing::random_field;
 using testing::rig_a;
 using testing::rig_b;
+using testing::rig_c;
 
 std::unique_ptr<Light> make(const LightField& field, const MeasuredSettings& settings = {}) {
     Monitor silent;
@@ -122,12 +123,12 @@ void expect_moments(const LightField& field, EmissionMode mode, bool expected_to
 }
 
 TEST(MeasuredLight, ExactEmission_OfASignedField_MeetsItsMoments) {
-    for (const Rig& rig : {rig_a(), rig_b()})
+    for (const Rig& rig : {rig_a(), rig_b(), rig_c()})
         expect_moments(random_field(rig, -1, 2, 31), EmissionMode::exact, true);
 }
 
 TEST(MeasuredLight, WeightedEmission_OfASignedField_MeetsItsMoments) {
-    for (const Rig& rig : {rig_a(), rig_b()})
+    for (const Rig& rig : {rig_a(), rig_b(), rig_c()})
         expect_moments(random_field(rig, -1, 2, 31), EmissionMode::weighted, true);
 }
 
@@ -303,7 +304,7 @@ void expect_same(const RunningStats& a, const RunningStats& b) {
 }
 
 TEST(MeasuredLight, Irradiance_BySampleLeSampleLiAndLe_IsOne) {
-    for (const Rig& rig : {rig_a(), rig_b()}) {
+    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
         const LightField field = random_field(rig, -1, 2, 34);
         for (const double scale : {1.0, 20.0}) {
             MeasuredSettings settings;

@@ -242,7 +242,7 @@ TEST(ProjectRays, OneRay_FillsItsFourByFourFilters) {
                 bell_dual(0.25) / 0.004 * bell_dual(0.2) / 0.005 / (0.03 * 0.02), 100);
 }
 
-TEST(ChooseRig, WideAndNarrowLobes_CatchTheShareAskedFor) {
+TEST(ChoosePlanes, WideAndNarrowLobes_CatchTheShareAskedFor) {
     Monitor silent;
     for (const double exponent : {1.0, 5.0, 200.0}) {
         const RaySet set = rays_of(Outline::rectangle, {0.002, 0.001}, 10, exponent, 50000, 4);
@@ -252,18 +252,16 @@ TEST(ChooseRig, WideAndNarrowLobes_CatchTheShareAskedFor) {
             const Projection p = fit_light_field(set, options, {}, silent);
             const FluxAccount& a = p.account;
             expect_balance(a, p.field);
-            // A little more than asked for: the filters reach beyond the box that the share was counted in.
+            // Coordinates that are finer in the middle of a plane may reach over all of it.
             const double hits = (a.total - a.beside_s - a.beside_m) / a.total;
             EXPECT_GE(hits, capture - 1e-3) << exponent;
-            EXPECT_LE(hits, capture + 0.03) << exponent;
             EXPECT_NEAR(a.not_in_basis / a.total, 0, 0.02) << exponent;
-            EXPECT_LE(p.noise, 1.05 * options.noise) << exponent;
-            EXPECT_GE(p.field.rig().views.x, 8) << exponent;
+            EXPECT_GE(p.field.rig().views.x, 6) << exponent;
         }
     }
 }
 
-TEST(ChooseRig, Options_AreObeyed) {
+TEST(ChoosePlanes, Options_AreObeyed) {
     Monitor silent;
     const RaySet set = rays_of(Outline::disc, {0.002, 0}, 10, 2, 1000, 5);
     FitOptions options;
@@ -271,7 +269,7 @@ TEST(ChooseRig, Options_AreObeyed) {
     options.pixels = {11, 13};
     options.distance = 0.3;
     options.z = 0.01;
-    const Rig rig = choose_rig(set, options, silent);
+    const Rig rig = choose_planes(set, options, {}, silent).rig;
     EXPECT_EQ(rig.views, V2i(7, 5));
     EXPECT_EQ(rig.pixels, V2i(11, 13));
     EXPECT_EQ(rig.distance, 0.3);
@@ -281,23 +279,22 @@ TEST(ChooseRig, Options_AreObeyed) {
     const auto refused = [&](const std::function<void(FitOptions&)>& spoil) {
         FitOptions o;
         spoil(o);
-        EXPECT_THROW(choose_rig(set, o, silent), InputError);
+        EXPECT_THROW(choose_planes(set, o, {}, silent), InputError);
     };
     refused([](FitOptions& o) { o.views.x = -1; });
     refused([](FitOptions& o) { o.pixels.y = 100000; });
     refused([](FitOptions& o) { o.distance = NAN; });
     refused([](FitOptions& o) { o.capture = 1; });
-    refused([](FitOptions& o) { o.noise = 0; });
     refused([](FitOptions& o) { o.z = INFINITY; });
 }
 
-TEST(ChooseRig, OddRaySets_GiveAFieldOrAnError) {
+TEST(ChoosePlanes, OddRaySets_GiveAFieldOrAnError) {
     Monitor silent;
     RaySet down;
     down.flux = 1;
     down.rays.push_back({{0, 0, 0}, {0, 0, -1}, 1});
-    EXPECT_THROW(choose_rig(down, {}, silent), InputError);
-    EXPECT_THROW(choose_rig({}, {}, silent), InputError);
+    EXPECT_THROW(choose_planes(down, {}, {}, silent), InputError);
+    EXPECT_THROW(choose_planes({}, {}, {}, silent), InputError);
     RaySet one;
     one.flux = 1;
     one.rays.push_back({{0.5F, 0, 0}, {0, 0, 1}, 1});

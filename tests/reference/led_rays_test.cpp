@@ -26,21 +26,7 @@ RaySet half_of(const RaySet& set, std::uint32_t which) {
     return half;
 }
 
-// What two halves of the rays differ by, turned into the noise of all of them.
-double noise_of_halves(const RaySet& set, const Rig& rig) {
-    Monitor silent;
-    const LightField a = project_rays(half_of(set, 0), rig, {}, silent).field;
-    const LightField b = project_rays(half_of(set, 1), rig, {}, silent).field;
-    double difference = 0, square = 0;
-    for (std::size_t i = 0; i < a.coefficients().size(); ++i) {
-        const double x = double{a.coefficients()[i]}, y = double{b.coefficients()[i]};
-        difference += sqr(x - y) / 4;  // each half has twice the variance of the whole
-        square += sqr((x + y) / 2);
-    }
-    return std::sqrt(difference / (square - difference));
-}
-
-TEST(FitLightField, RealFiles_AreAccountedForAndTheirNoiseIsAsPredicted) {
+TEST(FitLightField, RealFiles_AreAccountedFor) {
     for (const char* name :
          {"osram-ostar-green-100k.tm25ray", "osram-ostar-blue-100k.tm25ray", "cylinder-10k.tm25ray"}) {
         LUCERNA_NEED_DATA(file, name);
@@ -54,17 +40,14 @@ TEST(FitLightField, RealFiles_AreAccountedForAndTheirNoiseIsAsPredicted) {
                   << 100 * a.beside_s / a.total << " %, beside M " << 100 * a.beside_m / a.total
                   << " %, backward " << 100 * a.backward / a.total << " %, unaccounted " << 100 * unaccounted
                   << " %; S at " << 1e3 * p.field.rig().centre << " mm; " << p.field.rig().views << " views "
-                  << 1e3 * p.field.rig().spacing << " mm apart, " << p.field.rig().pixels << " pixels; noise "
-                  << 100 * p.noise << " %, of halves " << 100 * noise_of_halves(set, p.field.rig()) << " %\n";
+                  << 1e3 * p.field.rig().spacing << " mm apart, " << p.field.rig().pixels << " pixels\n";
+        for (const PlaneError& e : p.errors)
+            std::cout << "  " << 1e3 * e.distance << " mm: " << 100 * e.relative() << " %\n";
         EXPECT_LT(std::fabs(unaccounted), 0.01) << name;
-        EXPECT_LE(p.noise, 0.2 * 1.03) << name;
-        // The cylinder's rays are few and of unequal flux.
-        EXPECT_NEAR(noise_of_halves(set, p.field.rig()) / p.noise, 1, set.rays.size() < 50000 ? 0.25 : 0.05)
-            << name;
         // The cylinder sends half of its light backwards, and much of the rest sideways.
         const double share = a.captured / a.total;
         if (std::string_view(name).starts_with("osram"))
-            EXPECT_GT(share, 0.99) << name;
+            EXPECT_GT(share, 0.995) << name;
         else
             EXPECT_GT(share, 0.38) << name;
     }
@@ -118,8 +101,8 @@ TEST(FitLightField, OsramLeds_CastWhatTheirRaysDoWithinTheRaysNoise) {
             double distance, size;
             int bins;
         };
-        for (const Case& c :
-             {Case{1e-4, 0.006, 6}, Case{1e-3, 0.006, 6}, Case{0.01, 0.04, 10}, Case{1, 4, 10}}) {
+        for (const Case& c : {Case{1e-4, 0.006, 6}, Case{1e-3, 0.006, 6}, Case{0.005, 0.02, 10},
+                              Case{0.05, 0.2, 10}, Case{0.5, 2, 10}, Case{5, 20, 10}}) {
             const auto fits = near_pattern(field, one, other, c.distance, c.size, c.bins);
             const double off = c.size / c.bins / 3;
             const auto shifted = near_pattern(field, one, other, c.distance, c.size, c.bins, {off, 0});

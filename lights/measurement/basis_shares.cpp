@@ -1,0 +1,106 @@
+#include "lights/measurement/basis_shares.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lights/bell.h"
+#include "lights/gauss.h"
+
+namespace lucerna {
+namespace {
+
+constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat
+
+// Sums of shares, filter by filter.
+class ShareTable {
+  public:
+    ShareTable(const Rig& rig, int axis)
+        : views_(rig.views[axis]),
+          pixels_(rig.pixels[axis]),
+          sums_(static_cast<std::size_t>(views_) * static_cast<std::size_t>(pixels_)) {}
+
+    void add(int filter, int pixel, double weight) {
+        if (filter < 0 || filter >= views_ || pixel < 0 || pixel >= pixels_) return;
+        sums_[static_cast<std::size_t>(filter) * static_cast<std::size_t>(pixels_) +
+              static_cast<std::size_t>(pixel)] += weight;
+    }
+    std::vector<BasisShare> shares() const {
+        std::vector<BasisShare> all;
+        auto sum = sums_.begin();
+        for (int filter = 0; filter < views_; ++filter) {
+            for (int pixel = 0; pixel < pixels_; ++pixel, ++sum) {
+                if (*sum > 0) all.push_back({filter, pixel, *sum});
+            }
+        }
+        return all;
+    }
+
+  private:
+    int views_, pixels_;
+    std::vector<double> sums_;
+};
+
+// Where the integrand has knots, in intervals of S, in rising order; the ends are those of S.
+std::vector<double> knots(const Rig& rig, int axis, double offset, double factor) {
+    const int intervals = rig.intervals(axis);
+    std::vector<double> at;
+    for (int i = 0; i <= 2 * intervals; ++i) at.push_back(0.5 * i);  // the bell has one in its halves too
+    if (factor != 0) {
+        // The grids of all intervals' columns are one.
+        const int columns = rig.pixels[axis] + rig.shift[axis] * intervals;
+        for (int k = 0; k <= columns + (rig.basis == PixelBasis::hat ? 1 : 0); ++k) {
+            const double y = rig.column_edge_x(axis, 0, 0) + (k - rig.overhang()) * rig.pixel[axis];
+            const double x = rig.intervals_to(axis, (rig.m_coordinate.on_plane(y) - offset) / factor);
+            if (x > 0 && x < intervals) at.push_back(x);
+        }
+        std::sort(at.begin(), at.end());
+    }
+    return at;
+}
+
+}  // namespace
+
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor) {
+    ShareTable table(rig, axis);
+    const std::vector<double> at = knots(rig, axis, offset, factor);
+    for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+        const double width = at[i + 1] - at[i];
+        if (!(width > 0)) continue;
+        for (const GaussNode& node : gauss_rule(kShareNodes)) {
+            const double x = at[i] + node.x * width;
+            const int interval = std::min(static_cast<int>(x), rig.intervals(axis) - 1);
+            const double u = rig.s_coordinate.on_plane(rig.interval_edge_x(axis, 0) + x * rig.spacing[axis]);
+            const double s = offset + factor * u;
+            const double column =
+                std::clamp(rig.columns_to(axis, interval, s) - rig.overhang(), -2.0, rig.columns(axis) + 1.0);
+            const double floor = std::floor(column);
+            const double weight = node.weight * width * rig.spacing[axis] * rig.m_coordinate.slope(s);
+            for (int f = 0; f < 2; ++f) {
+                const int filter = interval - 1 + f, pixel = static_cast<int>(floor) - f * rig.shift[axis];
+                const double under = weight * bell(x - interval - f);
+                if (rig.basis == PixelBasis::hat) {
+                    table.add(filter, pixel, under * (1 - (column - floor)));
+                    table.add(filter, pixel + 1, under * (column - floor));
+                } else {
+                    table.add(filter, pixel, under);
+                }
+            }
+        }
+    }
+    return table.shares();
+}
+
+std::vector<BasisShare> basis_shares_at(const Rig& rig, int axis, double on_s) {
+    ShareTable table(rig, axis);
+    const double x = rig.intervals_to(axis, on_s) - 1;  // in spacings from filter 0
+    if (!(x >= -1 && x <= rig.views[axis])) return {};
+    const int below = static_cast<int>(std::floor(x));
+    const double width = rig.pixel[axis] * rig.s_coordinate.slope(on_s);
+    for (int filter = below; filter <= below + 1; ++filter) {
+        const double weight = bell(x - filter) * width;
+        for (int pixel = 0; pixel < rig.pixels[axis]; ++pixel) table.add(filter, pixel, weight);
+    }
+    return table.shares();
+}
+
+}  // namespace lucerna

@@ -1,0 +1,28 @@
+// How the light of one filter and one pixel is shared out among lines of rays.
+//
+// All rays that pass a point of a plane, or that have one direction, pass M where a linear function of their
+// place on S says, s = offset + factor u. Along one axis they carry of the light of filter m through pixel k
+//
+//     ∫ Φ_m(x(u)) χ_k(y(s)) (dy/ds) dx
+//
+// with the coordinates x and y of the planes; the integrand is a polynomial between the knots of both bases
+// where the coordinates are even, and as smooth where they are not.
+#pragma once
+
+#include <vector>
+
+#include "lights/light_field.h"
+
+namespace lucerna {
+
+struct BasisShare {
+    int filter, pixel;
+    double weight;  // metres; > 0
+};
+
+// By filter, then pixel.
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor);
+// Of the rays through one point of S: of all pixels, each weighed by its own width, and by dx/du.
+std::vector<BasisShare> basis_shares_at(const Rig& rig, int axis, double on_s);
+
+}  // namespace lucerna

@@ -1,0 +1,68 @@
+// How far the light that a fitted field casts is from the lamp's: on planes from contact to the far field.
+//
+// Half of the rays make a field; the other half, which it does not know, say what it should cast, counted
+// into the cells of a grid on every plane. The mean square of the difference is the field's bias (blur), its
+// own noise and the counts' noise; two fields from two halves tell the noise from the bias, so that the error
+// of the field that all rays make can be stated [Stone 1974].
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "engine/base/parallel.h"
+#include "lights/measurement/ray_passage.h"
+#include "lights/measurement/ray_projection.h"
+
+namespace lucerna {
+
+class HeldOutRays {
+  public:
+    // `height` of S in the frame of the rays. Of more rays than are needed some are taken. Keeps a reference
+    // to the set.
+    HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, double height);
+
+    // Of the field that all rays make on `rig`, plane by plane.
+    std::vector<PlaneError> errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const;
+
+    // Of a field made of other rays, against all of these.
+    std::vector<PlaneError> errors(const LightField& field) const;
+
+    // Per axis: where half of the flux passes S to either side, and the half width of the strip about it that
+    // holds half of it [m].
+    V2d middle_on_s() const { return planes_.front().middle; }
+    V2d half_on_s() const { return planes_.front().half; }
+    // The same of the slopes dx/dz and dy/dz.
+    V2d half_slopes() const { return planes_.back().half; }
+
+  private:
+    static constexpr int kCells = 48;  // per side of a plane's grid: coarser is not seen, finer is noise
+
+    // A plane's grid: even in a coordinate about the middle of its light, so that it has fine cells where
+    // there is most and covers all of the plane.
+    struct Plane {
+        double distance;  // from S; INFINITY: by direction, in slopes
+        V2d middle, half;
+        std::vector<double> edges[2];    // kCells + 1 places, relative to `middle`
+        std::vector<double> counted[2];  // flux per cell, [x * kCells + y], of either half of the rays
+        std::vector<double> weight;      // of a cell's squared difference
+        double signal = 0;               // Σ weight times the two halves' product
+    };
+    struct Response;
+    Plane make_plane(double distance) const;
+    V2d place_of(const LampRay& ray, double distance) const;
+    std::vector<double> project_half(const Rig& rig, const RayWeights& weights, int half) const;
+    std::vector<double> cast(const std::vector<double>& flux, const Rig& rig, const Plane& plane) const;
+
+    const RaySet& set_;
+    std::vector<std::size_t> rays_;  // those taken
+    std::vector<std::size_t> halves_[2];
+    double all_over_half_ = 2;  // how many times as many rays the lamp's field is made of as a half's
+    double height_ = 0;
+    std::vector<Plane> planes_;  // the first is S itself
+};
+
+// The sum over planes of what they are off, squared: what the choice of a resolution makes least.
+double total_error(std::span<const PlaneError> errors);
+
+}  // namespace lucerna
