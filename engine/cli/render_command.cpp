@@ -185,6 +185,17 @@ class Pictures {
                                                    image_.string(), result.image.width, result.image.height,
                                                    report.unit, passes, report.samples_done, noise,
                                                    duration_text(facts.render_seconds))};
+        if (!report.pixels_apart.empty()) {
+            const V2i& first = report.pixels_apart.front();
+            lines.push_back(report.pixels_apart.size() == 1
+                                ? fmt::format("apart    pixel ({}, {}) sees a lamp that is smaller than "
+                                              "itself: the noise is without it",
+                                              first.x, first.y)
+                                : fmt::format("apart    {} pixels, the first ({}, {}), see a lamp that is "
+                                              "smaller than themselves: the noise "
+                                              "is without them",
+                                              report.pixels_apart.size(), first.x, first.y));
+        }
         if (command_.png) {
             // A factor is greater than 0: the quotient of two positive numbers, or 1.
             lines.push_back(fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),

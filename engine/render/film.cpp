@@ -14,6 +14,21 @@ namespace {
 
 constexpr std::size_t kSteps = 1024;
 
+// Above which values stand apart from all others: at most a thousandth of them, a hundred times as large as
+// any other, and larger together than the others' sum. Infinity: none do. Values are not negative.
+double limit_of_most(std::vector<double> values) {
+    constexpr std::size_t kFew = 1000;
+    constexpr double kApart = 100;
+    const std::size_t few = values.size() / kFew;
+    if (few == 0) return INFINITY;
+    const auto first = values.end() - static_cast<std::ptrdiff_t>(few) - 1;
+    std::nth_element(values.begin(), first, values.end());
+    const double limit = kApart * *first;
+    double most = 0, apart = 0;
+    for (const double v : values) (v > limit ? apart : most) += v;
+    return apart > most ? limit : INFINITY;
+}
+
 double sinc(double x) {
     const double at = M_PI * std::fabs(x);
     return at < 1e-5 ? 1 : std::sin(at) / at;
@@ -177,19 +192,23 @@ double Film::around(int x, int y) const {
     return pixels > 1 ? (sum - most) / (pixels - 1) : sum;
 }
 
-double Film::relative_error() const {
-    double sum = 0;
-    std::size_t known = 0;
+Film::ErrorEstimate Film::error() const {
+    std::vector<double> levels;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         if (count(i) == 0) continue;  // none of its samples was finite
-        if (count(i) == 1) return INFINITY;
-        ++known;
-        sum += std::fabs(shown(i));
+        if (count(i) == 1) return {INFINITY, {}};
+        levels.push_back(std::fabs(shown(i)));
     }
-    if (known == 0) return INFINITY;
-    const double mean = sum / static_cast<double>(known);
+    if (levels.empty()) return {INFINITY, {}};
+    const double brightest = limit_of_most(levels);
+    double sum = 0, known = 0;
+    for (const double level : levels) {
+        if (level <= brightest) sum += level, ++known;
+    }
+    const double mean = sum / known;  // most pixels are not apart
 
-    double by_halves = 0, halves_fourth = 0, by_samples = 0, samples_fourth = 0;
+    // Squares of the errors, over those of the luminances.
+    std::vector<double> by_halves(pixels_.size()), by_samples(pixels_.size());
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
         if (count(i) == 0) continue;
         const V3d variance = this->variance(i);
@@ -203,17 +222,31 @@ double Film::relative_error() const {
         const double level = std::max(around(static_cast<int>(i % width), static_cast<int>(i / width)),
                                       std::min(halves.first, halves.second));
         const double scale = error_scale2(level, mean);
-        by_halves += halves.variance / scale;
-        by_samples += own / scale;
-        halves_fourth += sqr(halves.variance / scale);
-        samples_fourth += sqr(own / scale);
+        by_halves[i] = halves.variance / scale;
+        by_samples[i] = own / scale;
     }
-    if (by_samples <= 0) return 0;
+    ErrorEstimate estimate;
+    const double limit = limit_of_most(by_samples);
+    double halves_sum = 0, halves_fourth = 0, samples_sum = 0, samples_fourth = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+        if (by_samples[i] > limit) {
+            const auto width = static_cast<std::size_t>(width_);
+            estimate.apart.emplace_back(static_cast<int>(i % width), static_cast<int>(i / width));
+            continue;
+        }
+        halves_sum += by_halves[i];
+        samples_sum += by_samples[i];
+        halves_fourth += sqr(by_halves[i]);
+        samples_fourth += sqr(by_samples[i]);
+    }
+    if (samples_sum <= 0) return estimate;
     // A squared difference scatters by twice its mean's square, a third of which is the mean of its fourth
     // power; and where few pixels decide, theirs may be small by chance: the second is the variance of one of
     // so many.
-    const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / by_samples;
-    return std::sqrt(std::min(by_samples, by_halves + margin) / static_cast<double>(known));
+    const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / samples_sum;
+    const auto counted = static_cast<double>(levels.size() - estimate.apart.size());
+    estimate.relative = std::sqrt(std::min(samples_sum, halves_sum + margin) / counted);
+    return estimate;
 }
 
 std::size_t Film::bytes_of_sums() const {

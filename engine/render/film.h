@@ -55,7 +55,17 @@ class Film {
     // their mean is better than their own variance tells. That variance bounds it where halves are too few to
     // go by. Luminances are what neighbours and both halves agree on: relative to the one sample that made it
     // bright, the error of a firefly would be none.
-    double relative_error() const;
+    //
+    // What few pixels decide alone is no number of the image: pixels that see a lamp smaller than themselves
+    // vary by far more than all others. At most one in a thousand, they stand apart where they vary more than
+    // ten times as much as any other and more than all others together; the error and the mean are without
+    // them.
+    struct ErrorEstimate {
+        double relative = 0;
+        std::vector<V2i> apart;  // those pixels, rows first
+    };
+    ErrorEstimate error() const;
+    double relative_error() const { return error().relative; }
 
     // All that is known, as bytes: for going on elsewhere, by this program on a machine of its byte order.
     std::vector<std::byte> sums() const;

@@ -306,8 +306,9 @@ class Run {
         report.rays_invalid = invalid_rays();
         report.rays_total = rays();
         // Infinity is no number to write down.
-        const double error = film_.relative_error();
-        if (std::isfinite(error)) report.relative_error = error;
+        Film::ErrorEstimate error = film_.error();
+        if (std::isfinite(error.relative)) report.relative_error = error.relative;
+        report.pixels_apart = std::move(error.apart);
         result.image.attributes["lucerna.unit"] = report_.unit;
         return result;
     }

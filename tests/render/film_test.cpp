@@ -180,6 +180,33 @@ TEST(Film, RelativeError_BesideABrightPixel_IsRelativeToThatPixel) {
     EXPECT_NEAR(film.relative_error(), truth, 4 * 0.038 * truth);
 }
 
+// A lamp that one sample of a pixel finds: that pixel is left out and named, and the error is that of the
+// rest, relative to the rest. With as many bright pixels as one in a hundred it is the image that is noisy.
+TEST(Film, RelativeError_WherePixelsSeeASmallLamp_IsThatOfTheOthers) {
+    constexpr int kSide = 60;
+    for (const int lamps : {0, 1, 3, 36}) {
+        Film film(kSide, kSide);
+        Sampler sampler(18, Purpose::test, 0, 0);
+        for (int s = 0; s < 32; ++s) {
+            for (int i = 0; i < kSide * kSide; ++i) {
+                const bool sees = i % 100 == 17 && i / 100 < lamps && s == 5;
+                film.add(i % kSide, i / kSide, Rgb(sees ? 1e6F : 2 * sampler.next()));
+            }
+        }
+        const Film::ErrorEstimate error = film.error();
+        if (lamps < 4) {
+            EXPECT_NEAR(error.relative, std::sqrt(1.0 / 3 / 32 / 1.01), 0.004) << lamps;
+            ASSERT_EQ(error.apart.size(), static_cast<std::size_t>(lamps));
+            if (lamps > 0) {
+                EXPECT_EQ(error.apart.front(), V2i(17, 0));
+            }
+        } else {
+            EXPECT_GT(error.relative, 1);
+            EXPECT_TRUE(error.apart.empty());
+        }
+    }
+}
+
 class Filters : public ::testing::TestWithParam<FilterSettings::Kind> {};
 
 // Offsets in bins against the integral of the filter over each bin.
