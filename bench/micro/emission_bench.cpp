@@ -101,6 +101,31 @@ void emit_batches(benchmark::State& state, bool large, EmissionMode mode, bool n
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
 }
 
+// The same coefficients as hats on M, on planes that are finer in the middle: as a field made of rays.
+void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
+    const LightField& boxes = field_of(large);
+    Rig rig = boxes.rig();
+    rig.basis = PixelBasis::hat;
+    rig.s_coordinate.c = 0.02;
+    rig.m_coordinate.c = 0.05;
+    LightField field(rig, {boxes.coefficients().begin(), boxes.coefficients().end()});
+    Monitor silent;
+    CellTable table(field, Workers{}, silent);
+    MeasuredSettings settings;
+    settings.mode = mode;
+    const auto light = make_measured_light(std::move(field), std::move(table), settings, silent);
+    const std::vector<LeSampleU> u = numbers();
+    std::vector<std::optional<LeSample>> out(kBatch);
+    std::size_t at = 0;
+    for (auto _ : state) {
+        light->sample_Le_many(std::span(u).subspan(at, kBatch), out);
+        benchmark::DoNotOptimize(out.data());
+        benchmark::ClobberMemory();
+        at = (at + kBatch) % u.size();
+    }
+    state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
+}
+
 void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
     MeasuredSettings settings;
     settings.mode = mode;
@@ -318,6 +343,8 @@ BENCHMARK_CAPTURE(emit_batches, el, true, EmissionMode::exact, false)
     ->Name("emission/batch/exact/32x32x128x128");
 BENCHMARK_CAPTURE(emit_batches, eln, true, EmissionMode::exact, true)
     ->Name("emission/batch/exact/32x32x128x128/negative");
+BENCHMARK_CAPTURE(emit_hats, hs, false, EmissionMode::exact)->Name("emission/batch/exact/8x8x16x16/hats");
+BENCHMARK_CAPTURE(emit_hats, hl, true, EmissionMode::exact)->Name("emission/batch/exact/32x32x128x128/hats");
 BENCHMARK_CAPTURE(emit_batches, wl, true, EmissionMode::weighted, false)
     ->Name("emission/batch/weighted/32x32x128x128");
 BENCHMARK_CAPTURE(emit_singly, cs, false, EmissionMode::constant)->Name("emission/single/constant/8x8x16x16");
