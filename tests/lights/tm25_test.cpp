@@ -277,34 +277,5 @@ TEST(Tm25Data, Cylinder_HeaderThatDisagrees_WinsWithAWarning) {
     EXPECT_THAT(monitor.warnings[0], HasSubstr("the header is believed"));
 }
 
-TEST(Cie, EqualEnergy_IsWhiteAndPeaksStandWhereTheyShould) {
-    const std::array<SpectralSample, 2> flat{{{360, 1}, {830, 1}}};
-    const V3d xyz = spectrum_to_xyz(flat);
-    EXPECT_NEAR(xyz.x, 106.9, 1.0);
-    EXPECT_NEAR(xyz.y, 106.9, 1.0);
-    EXPECT_NEAR(xyz.z, 106.9, 1.5);
-    EXPECT_NEAR(cie_xyz(555).y, 1.0, 0.01);
-    EXPECT_NEAR(cie_xyz(507).y, 0.4364, 0.01);  // 0.4364 at 507 nm in the CIE's table
-    EXPECT_NEAR(cie_xyz(700).y, 0.0041, 0.002);
-}
-
-TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
-    for (double nm = 400; nm <= 700; nm += 5) {
-        const Rgb full = xyz_to_rgb(cie_xyz(nm));
-        const Rgb colour = colour_of_luminance_one(full);
-        EXPECT_NEAR(luminance(colour), 1, 1e-6F) << nm;
-        EXPECT_GE(std::min({colour.x, colour.y, colour.z}), 0) << nm;
-        // On the line between grey and the full colour: (c - 1) parallel to (full / y - 1).
-        const Rgb a = colour - Rgb(1);
-        const Rgb b = full / luminance(full) - Rgb(1);
-        const V3f across = V3f(a.x, a.y, a.z).cross(V3f(b.x, b.y, b.z));
-        EXPECT_NEAR(across.length(), 0, 1e-3F * V3f(b.x, b.y, b.z).length()) << nm;
-    }
-    EXPECT_EQ(colour_of_luminance_one(Rgb(0)), Rgb(1));
-    EXPECT_EQ(colour_of_luminance_one(Rgb(NAN)), Rgb(1));
-    const Rgb inside = colour_of_luminance_one(Rgb(0.2F, 0.4F, 0.6F));
-    EXPECT_NEAR(inside.z / inside.x, 3, 1e-5F);
-}
-
 }  // namespace tm25_test
 }  // namespace lucerna
