@@ -221,9 +221,11 @@ V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
 }
 
 Rgb xyz_to_rgb(const V3d& c) {
-    return {static_cast<float>(3.240479 * c.x - 1.537150 * c.y - 0.498535 * c.z),
-            static_cast<float>(-0.969256 * c.x + 1.875992 * c.y + 0.041556 * c.z),
-            static_cast<float>(0.055648 * c.x - 0.204043 * c.y + 1.057311 * c.z)};
+    // The inverse of rgb_to_xyz()'s matrix.
+    return {
+        static_cast<float>(3.2404813432005266 * c.x - 1.5371515162713185 * c.y - 0.49853632616888793 * c.z),
+        static_cast<float>(-0.9692549499965684 * c.x + 1.8759900014898907 * c.y + 0.04155592655829283 * c.z),
+        static_cast<float>(0.05564663913517716 * c.x - 0.20404133836651125 * c.y + 1.0573110696453445 * c.z)};
 }
 
 V3d rgb_to_xyz(const Rgb& c) {

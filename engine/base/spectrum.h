@@ -33,6 +33,9 @@ struct SpectralSample {
 // for itself). Exact but for rounding: the matching functions are linear between the table's wavelengths.
 V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
 
+// White, D65, of luminance 1: rgb_to_xyz(Rgb(1)).
+inline constexpr V3d kWhiteXyz{0.950456, 1, 1.088754};
+
 // Linear sRGB (Rec. 709 primaries, white D65). Components are negative for colours outside the gamut.
 Rgb xyz_to_rgb(const V3d& xyz);
 V3d rgb_to_xyz(const Rgb& c);

@@ -130,7 +130,9 @@ void print_ray_set(std::ostream& out, const RaySet& set) {
         fmt::print(out, "backward (z <= 0)    {} rays, {} of the flux\n", b.backward_rays,
                    percent(b.backward, b.sum));
     }
-    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", set.colour.x, set.colour.y, set.colour.z);
+    const Rgb colour = set.colour();
+    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}{}\n", colour.x, colour.y, colour.z,
+               set.coloured() ? ", each ray with its own" : "");
     if (!set.provenance.empty()) fmt::print(out, "provenance           {}\n", set.provenance);
 }
 
