@@ -58,6 +58,18 @@ RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
 // Any of them, told by the first bytes, else by the name.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 
+// Rays of one of the lamps that shine as one.
+struct DrivenRays {
+    RaySet set;
+    std::string name;  // of its file, for messages
+    double drive = 1;  // what its flux is multiplied by: finite, >= 0
+};
+// The lamps of several ray files, all in one frame, as one lamp. Rays keep their colours, those of a set of
+// one colour the set's; a set of drive 0 adds nothing. In watts the sets' luminous efficacies say how bright
+// each is beside the others; if none is known, a watt of each is as bright as of any other. Throws InputError
+// naming the file: another unit than the first's, an efficacy known of some only; and if nothing is left.
+RaySet join_rays(std::vector<DrivenRays> parts);
+
 // Rays as files that optics programs read: IES TM-25, Zemax binary, LightTools binary.
 //
 // A file is written block by block, so that it may be larger than the memory, and replaced as a whole. The
