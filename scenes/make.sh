@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 lucerna=../build/release/lucerna
-[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light office projector room stadium watch
+[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led office projector room stadium watch
 
 # lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
