@@ -78,24 +78,25 @@ RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor) {
     const LightToolsHeader header = read_lighttools_header(source, monitor);
     const std::size_t floats = header.per_ray ? 8 : 7;
     const std::uint64_t rays = count_rows(source, floats);
-    source.require_rows(rays, floats);
+    source.require_rows(rays, floats, header.per_ray);
 
     RaySet set;
     set.unit = header.unit;
     (header.unit == FluxUnit::lumen ? set.header_lumens : set.header_watts) = header.flux;
     set.provenance = fmt::format("LightTools ray file {}, {} rays", file.filename().string(), rays);
-    RayColour colour(set.unit);
+    RayColours colours(set);
     set.rays.reserve(rays);
+    if (header.per_ray) set.tristimulus.reserve(rays);
     RayTaker taker(set, header.metres);
     read_rows(source, rays, floats, monitor, [&](const float* row) {
         if (!taker.take(row, row[kLightToolsFlux]) || !header.per_ray) return;
-        colour.add(cie_xyz(double{row[kLightToolsWavelength]}), double{row[kLightToolsFlux]});
+        colours.add_per_watt(cie_xyz(double{row[kLightToolsWavelength]}));
     });
     char mark[kEndBytes];
     source.read(mark, kEndBytes, "end mark");
     if (std::memcmp(mark, kEndMark, kEndBytes) != 0)
         throw InputError(source.at(), "the end mark LTRFEND is missing: the file is cut off or damaged");
-    set.colour = colour.colour();
+    colours.settle();
     taker.settle(header.flux, source, monitor);
     return set;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <string_view>
 
 #include "engine/base/error.h"
@@ -41,14 +42,15 @@ void RaySource::skip(std::uint64_t bytes, const char* what) {
     offset_ += bytes;
 }
 
-void RaySource::require_rows(std::uint64_t rays, std::size_t floats) const {
+void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool coloured) const {
     const std::uint64_t row_bytes = floats * sizeof(float);  // > 0: a row has a position at least
     if (rays == 0) throw InputError(at_, "the file states 0 rays");
     if (rays > left_ / row_bytes) {
         input_error(at_, "truncated in the rays: {} rays of {} bytes stated, {} bytes left", rays, row_bytes,
                     left_);
     }
-    require_memory(bytes_of(rays, sizeof(LampRay)), fmt::format("{}: {} rays", to_string(at_), rays),
+    const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
+    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays),
                    "fewer are accepted");
 }
 
@@ -74,19 +76,68 @@ float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, cons
     input_error(at, "length unit {}; {} are accepted", number, accepted);
 }
 
-void RayColour::add(const V3d& xyz) {
-    if (std::isfinite(xyz.x) && std::isfinite(xyz.y) && std::isfinite(xyz.z)) sum_ += xyz;
+namespace {
+
+constexpr double kLumensPerWatt = 683;  // of light of 555 nm: the definition of the lumen
+constexpr V3f kUnknown(-1.0F);          // of a ray without a colour, until all are read
+
+// Without what measuring noise makes negative. None: no light has this colour. Of all wavelengths 360 nm has
+// the most Z for its Y, 155 times as much.
+std::optional<V3d> as_colour(const V3d& xyz) {
+    constexpr double kMostPerY = 1e4, kMostY = 1e30;
+    if (!std::isfinite(xyz.x) || !std::isfinite(xyz.z) || !(xyz.y >= 0) || xyz.y > kMostY) return {};
+    if (std::max(xyz.x, xyz.z) > kMostPerY * xyz.y) return {};
+    return V3d(std::max(0.0, xyz.x), xyz.y, std::max(0.0, xyz.z));
 }
 
-void RayColour::add(const V3d& xyz, double flux) {
-    if (unit_ == FluxUnit::watt)
-        add(flux * xyz);
-    else if (xyz.y > 0)
-        add(flux / xyz.y * xyz);
+}  // namespace
+
+void RayColours::all(const V3d& per_watt) {
+    const std::optional<V3d> colour = as_colour(per_watt);
+    if (!colour || !(colour->y > 0)) return;
+    set_.xyz = *colour / colour->y;
+    if (set_.unit == FluxUnit::watt) set_.lumens_per_watt = kLumensPerWatt * colour->y;
 }
 
-Rgb RayColour::colour() const {
-    return colour_of_luminance_one(xyz_to_rgb(sum_));
+void RayColours::add_per_watt(const V3d& xyz) {
+    add(set_.unit == FluxUnit::watt ? kLumensPerWatt * xyz : xyz / xyz.y);
+}
+
+void RayColours::add(const V3d& xyz) {
+    const std::optional<V3d> colour = as_colour(xyz);
+    set_.tristimulus.push_back(colour ? V3f(*colour) : kUnknown);
+}
+
+void RayColours::settle() {
+    if (set_.coloured()) settle_rays();
+    const double efficacy = set_.header_lumens / set_.header_watts;
+    if (set_.unit == FluxUnit::watt && !(set_.lumens_per_watt > 0) && efficacy > 0 && std::isfinite(efficacy))
+        set_.lumens_per_watt = efficacy;
+}
+
+void RayColours::settle_rays() {
+    V3d sum(0, 0, 0);
+    double flux = 0;  // of rays with a colour
+    for (std::size_t i = 0; i < set_.rays.size(); ++i) {
+        if (set_.tristimulus[i] == kUnknown) continue;
+        sum += double{set_.rays[i].flux} * V3d(set_.tristimulus[i]);
+        flux += double{set_.rays[i].flux};
+    }
+    bool alike = true;
+    if (sum.y > 0) {
+        set_.xyz = sum / sum.y;
+        const double mean = sum.y / flux;  // flux > 0 as sum.y is
+        if (set_.unit == FluxUnit::watt) set_.lumens_per_watt = mean;
+        constexpr double kAlike = 1e-5, kMost = 1e30;
+        for (V3f& ray : set_.tristimulus) {
+            const V3d colour = ray == kUnknown ? set_.xyz : V3d(ray) / mean;
+            for (int c = 0; c < 3; ++c) {
+                alike = alike && std::fabs(colour[c] - set_.xyz[c]) <= kAlike * std::max(1.0, set_.xyz[c]);
+                ray[c] = static_cast<float>(std::min(colour[c], kMost));
+            }
+        }
+    }
+    if (alike) set_.tristimulus = {};
 }
 
 bool RayTaker::take(const float* row, float flux) {

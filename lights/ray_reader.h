@@ -31,7 +31,8 @@ class RaySource {
     void read(void* to, std::uint64_t bytes, const char* what);
     void skip(std::uint64_t bytes, const char* what);
     // Throws unless there is at least one ray and the rest of the file holds `rays` rows of `floats` floats.
-    void require_rows(std::uint64_t rays, std::size_t floats) const;
+    // The memory is that of rays with colours of their own if `coloured`.
+    void require_rows(std::uint64_t rays, std::size_t floats, bool coloured) const;
     std::uint64_t left() const { return left_; }
     std::uint64_t offset() const { return offset_; }
     const Location& at() const { return at_; }
@@ -59,19 +60,24 @@ struct NamedUnit {
 };
 float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, const Location& at);
 
-// The sum of rays' colours, as CIE XYZ.
-class RayColour {
+// Puts the colours of a set's rays beside them as they are read, and at the end on the set's scale.
+class RayColours {
   public:
-    explicit RayColour(FluxUnit unit) : unit_(unit) {}
-    void add(const V3d& xyz);  // not finite: left out
-    // A ray of this flux whose light has the colour `xyz` per watt. Luminous flux holds ȳ already: it is
-    // divided out.
-    void add(const V3d& xyz, double flux);
-    Rgb colour() const;  // luminance 1; white for nothing
+    explicit RayColours(RaySet& set) : set_(set) {}
+    // One colour for all rays: light of CIE XYZ `per_watt` [W^-1]. Nothing visible: white.
+    void all(const V3d& per_watt);
+    // Of the ray that was taken last, per watt. Luminous flux holds ȳ already: it is divided out.
+    void add_per_watt(const V3d& xyz);
+    // Of the ray that was taken last, per unit of its flux: for watts Y in lm/W. What is no colour (not
+    // finite, negative, X or Z without Y) makes the ray's colour that of all others together.
+    void add(const V3d& xyz);
+    // At the end. Colours that differ by less than a hundred-thousandth are one.
+    void settle();
 
   private:
-    FluxUnit unit_;
-    V3d sum_{0, 0, 0};
+    void settle_rays();
+
+    RaySet& set_;
 };
 
 // Puts rows into a set, or counts why not.

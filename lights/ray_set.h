@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
+#include "engine/base/spectrum.h"
 #include "engine/base/vec.h"
 #include "lights/flux_unit.h"
 
@@ -24,14 +25,28 @@ struct LampRay {
 
 struct RaySet {
     std::vector<LampRay> rays;
+    // CIE XYZ of each ray's light per unit of its flux, on a scale that makes the mean of Y, weighted by
+    // flux, 1: flux · Y adds up to the flux of the set. In lumens each ray's Y is 1; in watts it weighs the
+    // rays as the eye does, and rays of no visible light have (0, 0, 0). No component is negative. Empty:
+    // all rays have the set's colour.
+    std::vector<V3f> tristimulus;
     FluxUnit unit = FluxUnit::watt;
     double flux = 0;                // of the whole lamp: all rays, and the skipped ones
     double skipped_flux = 0;        // of rays that were skipped although their flux is known
     std::uint64_t skipped_nan = 0;  // position, direction or flux not finite, or flux negative
     std::uint64_t skipped_zero_direction = 0;
     double header_lumens = 0, header_watts = 0;  // as the file states them; 0 or NaN: not stated
-    Rgb colour{1.0F};                            // luminance 1, all components >= 0
-    std::string provenance;                      // one line: what the file says about itself
+    V3d xyz = kWhiteXyz;  // CIE XYZ of all rays together, Y = 1; sRGB's gamut does not hold all such colours
+    // Luminous efficacy of the radiation of a set in watts [lm/W], where spectra or columns of the file tell
+    // it; 0: not known.
+    double lumens_per_watt = 0;
+    std::string provenance;  // one line: what the file says about itself
+
+    bool coloured() const { return !tristimulus.empty(); }
+    // The colour of all rays in linear sRGB: luminance 1, all components >= 0.
+    Rgb colour() const { return colour_of_luminance_one(xyz_to_rgb(xyz)); }
+    // Of ray i: tristimulus, or the set's colour.
+    V3d xyz_of(std::size_t i) const { return coloured() ? V3d(tristimulus[i]) : xyz; }
 };
 
 // IES TM-25-13 (.tm25ray), Zemax binary (.dat), LightTools binary (.ray). A header's flux, if finite and
@@ -43,6 +58,18 @@ RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor);
 // Any of them, told by the first bytes, else by the name.
 RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 
+// Rays of one of the lamps that shine as one.
+struct DrivenRays {
+    RaySet set;
+    std::string name;  // of its file, for messages
+    double drive = 1;  // what its flux is multiplied by: finite, >= 0
+};
+// The lamps of several ray files, all in one frame, as one lamp. Rays keep their colours, those of a set of
+// one colour the set's; a set of drive 0 adds nothing. In watts the sets' luminous efficacies say how bright
+// each is beside the others; if none is known, a watt of each is as bright as of any other. Throws InputError
+// naming the file: another unit than the first's, an efficacy known of some only; and if nothing is left.
+RaySet join_rays(std::vector<DrivenRays> parts);
+
 // Rays as files that optics programs read: IES TM-25, Zemax binary, LightTools binary.
 //
 // A file is written block by block, so that it may be larger than the memory, and replaced as a whole. The
@@ -51,26 +78,37 @@ RaySet read_rays(const std::filesystem::path& file, Monitor& monitor);
 struct RayFileInfo {
     std::uint64_t rays = 0;
     FluxUnit unit = FluxUnit::lumen;
-    double flux = 0;   // of all rays, in `unit`
-    Rgb colour{1.0F};  // luminance 1. TM-25 keeps it beside luminous flux; the other formats have no place
-                       // for a colour that is no wavelength
-    std::string text;  // what the file is of, one line
+    double flux = 0;  // of all rays, in `unit`
+    // CIE XYZ, Y = 1, of all rays together. TM-25 keeps colours beside luminous flux, which watts need an
+    // efficacy for; the other formats have no place for a colour that is no wavelength.
+    V3d xyz = kWhiteXyz;
+    double lumens_per_watt = 0;   // as in RaySet
+    bool colour_per_ray = false;  // each ray has a colour of its own
+    std::string text;             // what the file is of, one line
 };
 
-// Fills the block with the next rays: positions in metres, unit directions, flux in info.unit.
+// Rays on their way to a file: positions in metres, unit directions, flux in info.unit.
+struct RayBlock {
+    std::vector<LampRay> rays;
+    std::vector<V3f> tristimulus;  // as in RaySet; as many as rays if info.colour_per_ray, else none
+};
+// Fills the block with the next rays, all of the file's colour.
 using NextRays = std::function<void(std::vector<LampRay>& block)>;
+// The same, each ray with its colour.
+using NextColouredRays = std::function<void(RayBlock& block)>;
 
 // The format goes by the suffix: .tm25ray, .dat, .ray. `next` is called until info.rays rays have come; a
 // block that is empty or holds more than are wanted is our own fault. Throws InputError for another suffix,
 // for rays that the format cannot count, or if the file cannot be written.
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next);
+void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextColouredRays& next);
 // The usable rays of a set.
 void write_rays(const std::filesystem::path& file, const RaySet& set);
 
 // The suffixes, as an error should name them.
 inline constexpr const char* kRaySuffixes = ".tm25ray, .dat (Zemax) and .ray (LightTools)";
 bool has_ray_suffix(const std::filesystem::path& file);
-// Whether a file of that name would tell the colour of these rays.
+// Whether a file of that name would tell the colours of these rays.
 bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info);
 
 }  // namespace lucerna

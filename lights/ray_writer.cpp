@@ -46,9 +46,14 @@ class Bytes {
 
 // --- headers -----------------------------------------------------------------------------------------------
 
-// Does a TM-25 file of this keep the colour? Tristimulus X and Z stand beside a luminous flux, which is Y.
+bool is_coloured(const RayFileInfo& info) {
+    constexpr double kWhite = 1e-5;
+    return info.colour_per_ray || (info.xyz - kWhiteXyz).length() > kWhite;
+}
+
+// Does a TM-25 file of this keep the colours? Tristimulus X and Z stand beside a luminous flux, which is Y.
 bool has_tristimulus(const RayFileInfo& info) {
-    return info.unit == FluxUnit::lumen && info.colour != Rgb(1);
+    return is_coloured(info) && (info.unit == FluxUnit::lumen || info.lumens_per_watt > 0);
 }
 
 std::string tm25_header(const RayFileInfo& info) {
@@ -56,13 +61,13 @@ std::string tm25_header(const RayFileInfo& info) {
     b.put_text(0, "TM25", 4);
     b.put(4, std::int32_t{2013});
     const bool luminous = info.unit == FluxUnit::lumen;
-    const auto flux = static_cast<float>(info.flux);
-    b.put(12, luminous ? flux : NAN);
-    b.put(16, luminous ? NAN : flux);
+    const bool radiant = !luminous, tristimulus = has_tristimulus(info);
+    const double lumens = luminous ? info.flux : tristimulus ? info.flux * info.lumens_per_watt : NAN;
+    b.put(12, static_cast<float>(lumens));
+    b.put(16, radiant ? static_cast<float>(info.flux) : NAN);
     b.put(20, info.rays);
     b.put(64, NAN), b.put(68, NAN), b.put(72, NAN);  // wavelengths: none
-    const std::int32_t flags[8] = {
-        1, 1, luminous ? 0 : 1, 0, luminous ? 1 : 0, 0, has_tristimulus(info) ? 1 : 0, 0};
+    const std::int32_t flags[8] = {1, 1, radiant, 0, luminous || tristimulus, 0, tristimulus, 0};
     b.put(256, flags);
     b.put_utf32(288, info.text, 999);
     return b.all();
@@ -117,26 +122,32 @@ const WriterFormat* format_of(const std::filesystem::path& file) {
 class Rows {
   public:
     Rows(const WriterFormat& format, const RayFileInfo& info)
-        : coloured_(format.tristimulus && has_tristimulus(info)) {
-        if (coloured_) per_lumen_ = rgb_to_xyz(info.colour);
-    }
-    const std::vector<float>& of(const std::vector<LampRay>& rays) {
+        : tristimulus_(format.tristimulus && has_tristimulus(info)),
+          radiant_(info.unit == FluxUnit::watt),
+          xyz_(info.xyz),
+          lumens_(radiant_ ? info.lumens_per_watt : 1) {}
+    const std::vector<float>& of(const RayBlock& block) {
         row_.clear();
-        for (const LampRay& ray : rays) {
+        for (std::size_t i = 0; i < block.rays.size(); ++i) {
+            const LampRay& ray = block.rays[i];
             for (int a = 0; a < 3; ++a)
                 row_.push_back(static_cast<float>(double{ray.o[a]} * kMillimetresPerMetre));
             for (int a = 0; a < 3; ++a) row_.push_back(ray.d[a]);
             row_.push_back(ray.flux);
-            if (!coloured_) continue;
-            for (const double share : {per_lumen_.x, per_lumen_.z})
-                row_.push_back(static_cast<float>(share * double{ray.flux}));
+            if (!tristimulus_) continue;
+            const V3d xyz =
+                lumens_ * double{ray.flux} * (block.tristimulus.empty() ? xyz_ : V3d(block.tristimulus[i]));
+            if (radiant_) row_.push_back(static_cast<float>(xyz.y));
+            row_.push_back(static_cast<float>(xyz.x));
+            row_.push_back(static_cast<float>(xyz.z));
         }
         return row_;
     }
 
   private:
-    bool coloured_;
-    V3d per_lumen_{0, 0, 0};  // X, Y = 1, Z
+    bool tristimulus_, radiant_;
+    V3d xyz_;
+    double lumens_;  // per unit of flux
     std::vector<float> row_;
 };
 
@@ -148,10 +159,15 @@ bool has_ray_suffix(const std::filesystem::path& file) {
 
 bool keeps_colour(const std::filesystem::path& file, const RayFileInfo& info) {
     const WriterFormat* format = format_of(file);
-    return info.colour == Rgb(1) || (format && format->tristimulus && has_tristimulus(info));
+    return !is_coloured(info) || (format && format->tristimulus && has_tristimulus(info));
 }
 
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextRays& next) {
+    assert(!info.colour_per_ray);
+    write_rays(file, info, [&next](RayBlock& block) { next(block.rays); });
+}
+
+void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextColouredRays& next) {
     const WriterFormat* format = format_of(file);
     if (!format)
         input_error({file.string()}, "rays cannot be written under this name; {} are known", kRaySuffixes);
@@ -168,10 +184,11 @@ void write_rays(const std::filesystem::path& file, const RayFileInfo& info, cons
         const std::string header = format->header(info);
         put(header.data(), header.size());
         Rows rows(*format, info);
-        std::vector<LampRay> block;
-        for (std::uint64_t done = 0; done < info.rays; done += block.size()) {
+        RayBlock block;
+        for (std::uint64_t done = 0; done < info.rays; done += block.rays.size()) {
             next(block);
-            assert(!block.empty() && block.size() <= info.rays - done);
+            assert(!block.rays.empty() && block.rays.size() <= info.rays - done);
+            assert(block.tristimulus.size() == (info.colour_per_ray ? block.rays.size() : 0));
             const std::vector<float>& floats = rows.of(block);
             put(floats.data(), floats.size() * sizeof(float));
         }
@@ -185,9 +202,11 @@ void write_rays(const std::filesystem::path& file, const RaySet& set) {
     info.rays = set.rays.size();
     info.unit = set.unit;
     for (const LampRay& ray : set.rays) info.flux += double{ray.flux};
-    info.colour = set.colour;
+    info.xyz = set.xyz;
+    info.lumens_per_watt = set.lumens_per_watt;
+    info.colour_per_ray = set.coloured();
     info.text = set.provenance;
-    write_rays(file, info, [&set](std::vector<LampRay>& block) { block = set.rays; });
+    write_rays(file, info, [&set](RayBlock& block) { block = {set.rays, set.tristimulus}; });
 }
 
 }  // namespace lucerna

@@ -1,4 +1,5 @@
 // IES TM-25-13 ray files: little-endian, packed, millimetres.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -129,6 +130,18 @@ Tm25Header read_tm25_header(RaySource& source) {
     return h;
 }
 
+// CIE XYZ per watt.
+V3d xyz_per_watt(std::span<const SpectralSample> samples) {
+    if (samples.size() == 1) return cie_xyz(samples[0].nanometres);
+    double watts = 0;
+    for (std::size_t i = 1; i < samples.size(); ++i) {
+        const double width = samples[i].nanometres - samples[i - 1].nanometres;
+        watts += 0.5 * std::max(0.0, width) * (samples[i].weight + samples[i - 1].weight);
+    }
+    return watts > 0 ? spectrum_to_xyz(samples) / watts : V3d(0, 0, 0);
+}
+
+// Of each spectral table: CIE XYZ per watt.
 std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
     std::vector<V3d> xyz;
     for (std::int32_t i = 0; i < h.tables; ++i) {
@@ -148,7 +161,7 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
             }
             samples.push_back({double{pairs[k]}, double{pairs[k + 1]}});
         }
-        xyz.push_back(spectrum_to_xyz(samples));
+        xyz.push_back(xyz_per_watt(samples));
     }
     source.skip((32 - source.offset() % 32) % 32, "spectral tables");
     return xyz;
@@ -157,35 +170,36 @@ std::vector<V3d> read_tables(RaySource& source, const Tm25Header& h) {
 // Which of a row's columns tells its colour.
 class RowColour {
   public:
-    RowColour(const Tm25Header& h, const Columns& columns, FluxUnit unit, std::vector<V3d> tables)
-        : columns_(columns), tables_(std::move(tables)), sum_(unit) {
+    RowColour(const Tm25Header& h, const Columns& columns, RaySet& set, std::vector<V3d> tables)
+        : columns_(columns), tables_(std::move(tables)), colours_(set) {
         if (h.spectral == Spectral::single) tables_ = {cie_xyz(double{h.wavelength})};
-        if (columns_.tristimulus >= 0)
-            mode_ = columns_.luminous >= 0 ? Mode::tristimulus : Mode::constant;
+        if (columns_.tristimulus >= 0 && columns_.luminous >= 0)
+            mode_ = Mode::tristimulus;
+        else if (columns_.tristimulus >= 0)
+            mode_ = Mode::constant;
         else if (h.spectral == Spectral::per_ray && columns_.wavelength >= 0)
             mode_ = Mode::wavelength;
         else if (h.spectral == Spectral::index_per_ray && columns_.spectrum >= 0)
             mode_ = Mode::index;
+        if (!per_ray() && !tables_.empty()) colours_.all(tables_[0]);
     }
+    bool per_ray() const { return mode_ != Mode::constant; }
+    bool several_unused() const { return mode_ == Mode::constant && tables_.size() > 1; }
+    // Of the ray that was taken last.
     void add(const float* row, double flux) {
         if (mode_ == Mode::tristimulus) {
             const double y = double{row[columns_.luminous]};
-            sum_.add({double{row[columns_.tristimulus]}, y, double{row[columns_.tristimulus + 1]}});
+            colours_.add(V3d(double{row[columns_.tristimulus]}, y, double{row[columns_.tristimulus + 1]}) /
+                         flux);
         } else if (mode_ == Mode::wavelength) {
-            sum_.add(cie_xyz(double{row[columns_.wavelength]}), flux);
+            colours_.add_per_watt(cie_xyz(double{row[columns_.wavelength]}));
         } else if (mode_ == Mode::index) {
             const float index = row[columns_.spectrum];
-            if (index >= 0 && index < static_cast<float>(tables_.size())) {
-                sum_.add(tables_[static_cast<std::size_t>(index)], flux);
-            }
+            const bool known = index >= 0 && index < static_cast<float>(tables_.size());
+            colours_.add_per_watt(known ? tables_[static_cast<std::size_t>(index)] : V3d(NAN));
         }
     }
-    Rgb colour() const {
-        if (mode_ == Mode::constant && !tables_.empty())
-            return colour_of_luminance_one(xyz_to_rgb(tables_[0]));
-        return sum_.colour();
-    }
-    bool several_unused() const { return mode_ == Mode::constant && tables_.size() > 1; }
+    void settle() { colours_.settle(); }
 
   private:
     enum class Mode : std::uint8_t { constant, tristimulus, wavelength, index };
@@ -193,7 +207,7 @@ class RowColour {
     Columns columns_;
     std::vector<V3d> tables_;
     Mode mode_ = Mode::constant;
-    RayColour sum_;
+    RayColours colours_;
 };
 
 }  // namespace
@@ -206,7 +220,6 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     source.skip(static_cast<std::uint64_t>(header.text_bytes), "additional text");
 
     const Columns columns(header.has, header.extra_columns);
-    source.require_rows(header.rays, static_cast<std::size_t>(columns.count));
     RaySet set;
     set.unit = header.has.radiant ? FluxUnit::watt : FluxUnit::lumen;
     set.header_lumens = header.lumens;
@@ -214,18 +227,20 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     set.provenance = fmt::format("TM-25 ray file {}, {} rays{}{}{}{}", file.filename().string(), header.rays,
                                  header.date.empty() ? "" : ", ", header.date,
                                  header.text.empty() ? "" : "; ", header.text);
-    RowColour colour(header, columns, set.unit, std::move(tables));
+    RowColour colour(header, columns, set, std::move(tables));
+    source.require_rows(header.rays, static_cast<std::size_t>(columns.count), colour.per_ray());
     if (colour.several_unused()) {
         monitor.warn(fmt::format("{}: several spectra and no index per ray; the first one gives the colour",
                                  to_string(source.at())));
     }
     const int flux_column = header.has.radiant ? columns.radiant : columns.luminous;
     set.rays.reserve(header.rays);
+    if (colour.per_ray()) set.tristimulus.reserve(header.rays);
     RayTaker taker(set, kMetresPerMillimetre);
     read_rows(source, header.rays, static_cast<std::size_t>(columns.count), monitor, [&](const float* row) {
         if (taker.take(row, row[flux_column])) colour.add(row, double{row[flux_column]});
     });
-    set.colour = colour.colour();
+    colour.settle();
     taker.settle(header.has.radiant ? header.watts : header.lumens, source, monitor);
     return set;
 }

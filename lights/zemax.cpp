@@ -61,25 +61,23 @@ RaySet read_zemax(const std::filesystem::path& file, Monitor& monitor) {
     const ZemaxHeader header = read_zemax_header(source);
     const auto rays = static_cast<std::uint64_t>(header.rays);
     const std::size_t floats = header.per_ray ? 8 : 7;
-    source.require_rows(rays, floats);
+    source.require_rows(rays, floats, header.per_ray);
 
     RaySet set;
     set.unit = header.unit;
     (header.unit == FluxUnit::lumen ? set.header_lumens : set.header_watts) = header.flux;
     set.provenance = fmt::format("Zemax ray file {}, {} rays{}{}", file.filename().string(), rays,
                                  header.text.empty() ? "" : "; ", header.text);
-    RayColour colour(set.unit);
-    // Nothing visible stated: white.
-    if (!header.per_ray && header.wavelength >= 360 && header.wavelength <= 830)
-        colour.add(cie_xyz(header.wavelength));
+    RayColours colours(set);
+    if (!header.per_ray) colours.all(cie_xyz(header.wavelength));
     set.rays.reserve(rays);
+    if (header.per_ray) set.tristimulus.reserve(rays);
     RayTaker taker(set, header.metres);
     read_rows(source, rays, floats, monitor, [&](const float* row) {
         if (!taker.take(row, row[kZemaxFlux]) || !header.per_ray) return;
-        colour.add(cie_xyz(double{row[kZemaxWavelength]} * kNanometresPerMicrometre),
-                   double{row[kZemaxFlux]});
+        colours.add_per_watt(cie_xyz(double{row[kZemaxWavelength]} * kNanometresPerMicrometre));
     });
-    set.colour = colour.colour();
+    colours.settle();
     taker.settle(header.flux, source, monitor);
     return set;
 }

@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 lucerna=../build/release/lucerna
-[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light office projector room stadium watch
+[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led office projector room stadium watch
 
 # lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
@@ -48,8 +48,8 @@ for scene in "$@"; do
         cloister) lamp cloister/lamp.exr acquire --radius 35mm --exponent 16 --flux 1200 --unit lm --colour 1.17,0.97,0.72 ;;
         room) lamp room/lamp.exr acquire --radius 35mm --exponent 20 --flux 1500 --unit lm --colour 1.28,0.96,0.55 ;;
         watch)
-            chip green 0,1.353,0.448
-            chip blue 1.312,0,9.989
+            chip green 0,1.353,0.449
+            chip blue 1.241,0,10.199
             lamp watch/led-red.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit W --colour 4.42,0.084,0
             ;;
     esac

@@ -15,7 +15,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kFirst = 360, kLast = 830;  // nm
+constexpr double kFirst = kFirstVisible, kLast = kLastVisible;
 
 // Over the visible range, constant beyond the ends.
 V3d visible_xyz(std::span<const SpectralSample> spectrum) {
@@ -46,7 +46,7 @@ constexpr double kDaylight[][3] = {
 
 Spectrum illuminant_a() {
     Spectrum result;
-    for (double nm = kFirst; nm <= kLast; nm += 5) {
+    for (double nm = kFirst; nm <= kLast; ++nm) {
         const double at_560 = std::expm1(1.435e7 / (2848 * 560.0)), here = std::expm1(1.435e7 / (2848 * nm));
         result.push_back({nm, 100 * std::pow(560 / nm, 5) * at_560 / here});
     }
@@ -118,7 +118,7 @@ Spectrum blackbody_spectrum(double kelvin) {
     };
     const double peak = shape(kWien / kelvin);
     Spectrum result;
-    for (double nm = kFirst; nm <= kLast; nm += 5) result.push_back({nm, shape(nm) / peak});
+    for (double nm = kFirst; nm <= kLast; ++nm) result.push_back({nm, shape(nm) / peak});
     return result;
 }
 
@@ -193,43 +193,39 @@ Spectrum read_spd(const std::filesystem::path& file) {
 
 namespace {
 
-// A Gaussian with one width below its peak and another above.
-double lobe(double nanometres, double peak, double below, double above) {
-    const double x = (nanometres - peak) / (nanometres < peak ? below : above);
-    return std::exp(-0.5 * x * x);
-}
-
-}  // namespace
-
-V3d cie_xyz(double nm) {
-    return {1.056 * lobe(nm, 599.8, 37.9, 31.0) + 0.362 * lobe(nm, 442.0, 16.0, 26.7) -
-                0.065 * lobe(nm, 501.1, 20.4, 26.2),
-            0.821 * lobe(nm, 568.8, 46.9, 40.5) + 0.286 * lobe(nm, 530.9, 16.3, 31.1),
-            1.217 * lobe(nm, 437.0, 11.8, 36.0) + 0.681 * lobe(nm, 459.0, 26.0, 13.8)};
-}
-
-V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
-    if (samples.size() == 1) return samples[0].weight * cie_xyz(samples[0].nanometres);
+// ∫ weight (x̄, ȳ, z̄) dλ between two neighbouring samples. Between whole nanometres weight and table are both
+// linear, and Simpson's rule is exact for their product.
+V3d between_samples(const SpectralSample& a, const SpectralSample& b) {
+    const double width = b.nanometres - a.nanometres;
+    const double first = std::max(a.nanometres, double{kFirstVisible});
+    const double last = std::min(b.nanometres, double{kLastVisible});
+    const auto at = [&](double nm) {
+        return (a.weight + (nm - a.nanometres) / width * (b.weight - a.weight)) * cie_xyz(nm);
+    };
     V3d sum(0, 0, 0);
-    for (std::size_t i = 1; i < samples.size(); ++i) {
-        const SpectralSample& a = samples[i - 1];
-        const SpectralSample& b = samples[i];
-        const double width = b.nanometres - a.nanometres;
-        if (!(width > 0)) continue;
-        const int steps = static_cast<int>(std::clamp(std::ceil(width), 1.0, 1000.0));
-        for (int k = 0; k < steps; ++k) {
-            const double x = (k + 0.5) / steps;
-            sum +=
-                (a.weight + x * (b.weight - a.weight)) * (width / steps) * cie_xyz(a.nanometres + x * width);
-        }
+    for (double from = first; from < last;) {
+        const double to = std::min(std::floor(from) + 1, last);
+        sum += (to - from) / 6 * (at(from) + 4.0 * at(0.5 * (from + to)) + at(to));
+        from = to;
     }
     return sum;
 }
 
+}  // namespace
+
+V3d spectrum_to_xyz(std::span<const SpectralSample> samples) {
+    if (samples.size() == 1) return samples[0].weight * cie_xyz(samples[0].nanometres);
+    V3d sum(0, 0, 0);
+    for (std::size_t i = 1; i < samples.size(); ++i) sum += between_samples(samples[i - 1], samples[i]);
+    return sum;
+}
+
 Rgb xyz_to_rgb(const V3d& c) {
-    return {static_cast<float>(3.240479 * c.x - 1.537150 * c.y - 0.498535 * c.z),
-            static_cast<float>(-0.969256 * c.x + 1.875992 * c.y + 0.041556 * c.z),
-            static_cast<float>(0.055648 * c.x - 0.204043 * c.y + 1.057311 * c.z)};
+    // The inverse of rgb_to_xyz()'s matrix.
+    return {
+        static_cast<float>(3.2404813432005266 * c.x - 1.5371515162713185 * c.y - 0.49853632616888793 * c.z),
+        static_cast<float>(-0.9692549499965684 * c.x + 1.8759900014898907 * c.y + 0.04155592655829283 * c.z),
+        static_cast<float>(0.05564663913517716 * c.x - 0.20404133836651125 * c.y + 1.0573110696453445 * c.z)};
 }
 
 V3d rgb_to_xyz(const Rgb& c) {

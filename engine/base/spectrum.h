@@ -17,11 +17,12 @@
 
 namespace lucerna {
 
-// From wavelengths to linear sRGB: the CIE 1931 standard observer, by fit.
-//
-// The multi-lobe fit of [Wyman 2013]: within about 1 % of the tables' peaks.
+// From wavelengths to linear sRGB by the CIE 1931 standard observer, 2 degrees [CIE 018:2019].
 
-// Colour matching functions x̄, ȳ, z̄ at a wavelength in nm; ȳ is V(λ). About 0 outside the visible range.
+inline constexpr int kFirstVisible = 360, kLastVisible = 830;  // nm; the range of the observer's table
+
+// Colour matching functions x̄, ȳ, z̄ at a wavelength in nm: the table's values every nanometre, linear in
+// between. ȳ is V(λ), 1 at 555 nm. 0 outside 360 to 830 nm and for NaN.
 V3d cie_xyz(double nanometres);
 
 struct SpectralSample {
@@ -29,8 +30,11 @@ struct SpectralSample {
     double weight;  // spectral radiant flux, any unit
 };
 // ∫ weight (x̄, ȳ, z̄) dλ , weights linear between samples, for samples in rising order (a single one stands
-// for itself). The matching functions are sampled every nanometre at least.
+// for itself). Exact but for rounding: the matching functions are linear between the table's wavelengths.
 V3d spectrum_to_xyz(std::span<const SpectralSample> samples);
+
+// White, D65, of luminance 1: rgb_to_xyz(Rgb(1)).
+inline constexpr V3d kWhiteXyz{0.950456, 1, 1.088754};
 
 // Linear sRGB (Rec. 709 primaries, white D65). Components are negative for colours outside the gamut.
 Rgb xyz_to_rgb(const V3d& xyz);

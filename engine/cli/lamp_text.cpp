@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
+#include "engine/base/chromaticity.h"
 #include "engine/base/files.h"
 #include "engine/base/units.h"
 #include "lights/cell_table.h"
@@ -68,6 +70,20 @@ void print_rig(std::ostream& out, const Rig& rig) {
 // A flux in a file's header, which may be 0 or NaN for "not stated".
 std::string stated(double flux, std::string_view unit) {
     return flux > 0 && std::isfinite(flux) ? fmt::format("{:g} {}", flux, unit) : fmt::format("no {}", unit);
+}
+
+void print_chromaticity(std::ostream& out, const V3d& xyz) {
+    const Chromaticity c = chromaticity(xyz);
+    fmt::print(out, "chromaticity         x {:.4f}, y {:.4f}; u' {:.4f}, v' {:.4f}\n", c.x, c.y, c.u, c.v);
+    const std::optional<ColourTemperature> t = colour_temperature(xyz);
+    if (t) {
+        fmt::print(out, "colour temperature   {:.0f} K, Duv {:+.4f}\n", t->kelvin,
+                   std::fabs(t->duv) < 0.5e-4 ? 0.0 : t->duv);  // not -0.0000
+    } else {
+        fmt::print(
+            out, "colour temperature   no CCT: farther than {:g} from the Planckian locus, {:g} to {:g} K\n",
+            kMostDuv, kLeastKelvin, kMostKelvin);
+    }
 }
 
 // The box of the rays' starts and their mean direction, by flux.
@@ -142,7 +158,12 @@ void print_ray_set(std::ostream& out, const RaySet& set) {
         fmt::print(out, "backward (z <= 0)    {} rays, {} of the flux\n", b.backward_rays,
                    percent(b.backward, b.sum));
     }
-    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", set.colour.x, set.colour.y, set.colour.z);
+    const Rgb colour = set.colour();
+    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}{}\n", colour.x, colour.y, colour.z,
+               set.coloured() ? ", each ray with its own" : "");
+    print_chromaticity(out, set.xyz);
+    if (set.lumens_per_watt > 0)
+        fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", set.lumens_per_watt);
     if (!set.provenance.empty()) fmt::print(out, "provenance           {}\n", set.provenance);
 }
 

@@ -1,13 +1,19 @@
-// lucerna light import: a ray file into a light field.
+// lucerna light import: a ray file, or several that shine as one lamp, into a light field.
 #include <fmt/ostream.h>
 
+#include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
+#include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/units.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/lamp_text.h"
 #include "engine/cli/light_commands.h"
 #include "lights/measurement/ray_projection.h"
+#include "lights/ray_set.h"
 
 namespace lucerna {
 namespace {
@@ -20,14 +26,20 @@ The field is as fine as the rays allow: half of them make a field and the other 
 that it casts is off, on planes from contact to the far field. The resolution and the smoothing of least
 error are taken; the errors that the whole file's field is expected to have are printed.
 
+Several ray files in one frame, as an LED package's red, green and blue, make one lamp; --drive says how
+much of each file's flux shines. They must count their flux in one unit. The light field has one colour,
+that of all rays together.
+
 Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
+  lucerna light import red.tm25ray green.tm25ray blue.tm25ray --drive 1,0.8,1.2 -o lamp.exr
   lucerna light import lamp.tm25ray -o lamp.exr --capture 99%
   lucerna light import lamp.tm25ray -o lamp.exr --views 16x16 --pixels 96x96
   lucerna light import lamp.dat -o lamp.exr --distance 40mm --height 0.5mm)";
 
 struct ImportOptions {
-    std::string rays;
+    std::vector<std::string> rays;
+    std::vector<double> drives;  // one for each file; none: 1 each
     FitOptions fit;
     LampOutput lamp;
 };
@@ -45,15 +57,45 @@ void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
     }
 }
 
+// "1,0.8,1.2"
+std::vector<double> parse_drives(const std::string& word) {
+    constexpr double kMost = 1e6;
+    std::vector<double> drives;
+    for (std::size_t begin = 0; begin <= word.size();) {
+        const std::size_t end = std::min(word.find(',', begin), word.size());
+        drives.push_back(parse_number({"--drive"}, word.substr(begin, end - begin), 0, kMost));
+        begin = end + 1;
+    }
+    return drives;
+}
+
+// One file as it is, or all as one lamp.
+RaySet read_lamp_rays(const ImportOptions& options, Monitor& monitor) {
+    if (options.rays.size() == 1 && options.drives.empty()) return read_rays(options.rays[0], monitor);
+    std::vector<DrivenRays> parts;
+    for (std::size_t i = 0; i < options.rays.size(); ++i) {
+        parts.push_back({read_rays(options.rays[i], monitor), options.rays[i],
+                         options.drives.empty() ? 1 : options.drives[i]});
+    }
+    return join_rays(std::move(parts));
+}
+
 void act_import(const ImportOptions& options, const CommandContext& context) {
-    require_readable(options.rays);
+    if (!options.drives.empty() && options.drives.size() != options.rays.size()) {
+        input_error({"--drive"}, "{} of them for {} ray files; one for each is accepted",
+                    options.drives.size(), options.rays.size());
+    }
     CommandFiles files;
-    files.reads(options.rays);
+    for (const std::string& file : options.rays) {
+        require_readable(file);
+        files.reads(file);
+    }
     declare_lamp(options.lamp, files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(options.lamp, context));
-    const RaySet rays = read_rays(options.rays, monitor);
-    const Projection made = naming(
-        options.rays, [&] { return fit_light_field(rays, options.fit, options.lamp.workers, monitor); });
+    const RaySet rays = read_lamp_rays(options, monitor);
+    const Projection made = naming(fmt::format("{}", fmt::join(options.rays, " + ")), [&] {
+        return fit_light_field(rays, options.fit, options.lamp.workers, monitor);
+    });
     finish_lamp(made.field, options.lamp, monitor, context);
     if (!options.lamp.quiet) {
         print_account(context.out, made.account, rays.unit);
@@ -67,8 +109,12 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<ImportOptions>();
     CLI::App& app = *light.add_subcommand("import", "Make a light field from a measured lamp's rays");
     app.footer(kLightImportFooter);
-    app.add_option("RAYS", options->rays, "ray file: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
+    app.add_option("RAYS", options->rays,
+                   "ray files of one lamp: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
         ->required();
+    add_word(app, "--drive", "NUMBERS",
+             "what each file's flux is multiplied by, as 1,0.8,1.2 (default 1 each)",
+             [options](const std::string& word) { options->drives = parse_drives(word); });
     add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
              [options](const std::string& word) { options->fit.capture = parse_share({"--capture"}, word); });

@@ -49,7 +49,7 @@ V3d origin_of(const LampFile& lamp) {
 
 Rgb colour_of(const LampFile& lamp) {
     const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->info().colour : std::get<RaySet>(lamp).colour;
+    return field ? field->info().colour : std::get<RaySet>(lamp).colour();
 }
 
 FluxUnit unit_of(const LampFile& lamp) {

@@ -38,7 +38,7 @@ LampEmission::LampEmission(LightField field, const std::string& name, EmissionMo
                            const Workers& workers, Monitor& monitor)
     : mode_(mode), seed_(seed), workers_(workers) {
     info_.unit = field.info().unit;
-    info_.colour = field.info().colour;
+    info_.xyz = rgb_to_xyz(field.info().colour);
     info_.text = fmt::format("lucerna light field {}; {}", name, field.info().provenance);
     CellTable table(field, workers, monitor);
     light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode), monitor);
@@ -51,7 +51,7 @@ LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode,
     : mode_(mode), seed_(seed), workers_(workers) {
     LightField field = read_light_field(lamp);
     info_.unit = field.info().unit;
-    info_.colour = field.info().colour;
+    info_.xyz = rgb_to_xyz(field.info().colour);
     info_.text = fmt::format("lucerna light field {}; {}", lamp.filename().string(), field.info().provenance);
     CellTable table = load_or_build_cell_table(lamp, field, workers, monitor);
     light_ =

@@ -108,7 +108,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     for (const LampRay& ray : set.rays) variance += account_for(ray, rig, weights, account);
     for (const double e : sums) square += sqr(e * rig.cell_volume());
     LightFieldInfo info;
-    info.colour = set.colour;
+    info.colour = set.colour();
     info.unit = set.unit;
     info.provenance = set.provenance;
     LightField bare(rig, std::move(coefficients));

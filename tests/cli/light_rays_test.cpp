@@ -66,6 +66,62 @@ TEST_F(LightRays, Emit_SameCommand_SameBytes) {
     EXPECT_NE(emit("1", "1"), emit("2", "1"));
 }
 
+// Rays of `flux` lumens from the lamp of SetUp, all of the colour `xyz`.
+void recolour(const std::string& from, const std::string& to, const V3d& xyz,
+              FluxUnit unit = FluxUnit::lumen) {
+    Monitor silent;
+    RaySet set = read_rays(from, silent);
+    set.xyz = xyz;
+    set.unit = unit;
+    write_rays(to, set);
+}
+
+TEST_F(LightRays, SeveralFiles_AreOneLampOfTheirDrivenFluxes) {
+    ASSERT_EQ(lucerna_run({"light", "emit", "lamp.exr", "--rays", "20000", "-o", "white.tm25ray"}).code, 0);
+    const V3d red(2.3, 1, 0), blue(5.5, 1, 30);
+    recolour("white.tm25ray", "red.tm25ray", red);
+    recolour("white.tm25ray", "blue.tm25ray", blue);
+    const std::vector<std::string> import = {"light",    "import",  "red.tm25ray", "blue.tm25ray", "-o",
+                                             "both.exr", "--views", "5x4",         "--pixels",     "6x8"};
+    const auto with = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words = import;
+        words.insert(words.end(), more.begin(), more.end());
+        return words;
+    };
+    const Outcome driven = lucerna_run(with({"--drive", "1,0.25"}));
+    ASSERT_EQ(driven.code, 0) << driven.err;
+    const LightFieldInfo info = read_light_field("both.exr").info();
+    EXPECT_NEAR((info.captured + info.missed) / (1.25 * flux_), 1, 1e-4);
+    const Rgb colour = colour_of_luminance_one(xyz_to_rgb((red + 0.25 * blue) / 1.25));
+    EXPECT_NEAR((info.colour - colour).length(), 0, 2e-3F) << "stored as halves";
+    EXPECT_THAT(info.provenance, HasSubstr("0.25 x TM-25 ray file blue.tm25ray"));
+    ASSERT_EQ(lucerna_run(import).code, 0);
+    const LightFieldInfo whole = read_light_field("both.exr").info();
+    EXPECT_NEAR((whole.captured + whole.missed) / (2 * flux_), 1, 1e-4);
+
+    expect_refused(with({"--drive", "1"}), {"--drive: 1 of them for 2 ray files"});
+    expect_refused(with({"--drive", "1,1,1"}), {"--drive: 3 of them for 2 ray files"});
+    expect_refused(with({"--drive", "1,-1"}), {"--drive", "-1"});
+    expect_refused(with({"--drive", "1,"}), {"--drive"});
+    expect_refused(with({"--drive", "1,x"}), {"--drive", "x"});
+    expect_refused(with({"--drive", "0,0"}), {"all drives are 0"});
+    expect_refused(with({"none.tm25ray"}), {"none.tm25ray"});
+    recolour("white.tm25ray", "watts.tm25ray", kWhiteXyz, FluxUnit::watt);
+    expect_refused(with({"watts.tm25ray"}), {"watts.tm25ray: its flux is in W", "red.tm25ray in lm"});
+}
+
+TEST_F(LightRays, Info_TellsChromaticityAndColourTemperature) {
+    ASSERT_EQ(lucerna_run({"light", "emit", "lamp.exr", "--rays", "100", "-o", "white.tm25ray"}).code, 0);
+    EXPECT_THAT(
+        lucerna_run({"light", "info", "white.tm25ray"}).out,
+        AllOf(HasSubstr("x 0.3127, y 0.3290; u' 0.1978, v' 0.4683"), HasSubstr("6502 K, Duv +0.0032")));
+    recolour("white.tm25ray", "warm.tm25ray", V3d(1.09850, 1, 0.35585));
+    EXPECT_THAT(lucerna_run({"light", "info", "warm.tm25ray"}).out,
+                AllOf(HasSubstr("x 0.4476, y 0.4074"), HasSubstr("2856 K, Duv +0.0000")));
+    recolour("white.tm25ray", "green.tm25ray", V3d(0.19, 1, 0.05));
+    EXPECT_THAT(lucerna_run({"light", "info", "green.tm25ray"}).out, HasSubstr("no CCT"));
+}
+
 TEST_F(LightRays, BadWords_AreRefusedBeforeTheWork) {
     expect_refused({"light", "emit", "lamp.exr", "-o", "out.txt"}, {"out.txt", ".tm25ray"});
     expect_refused({"light", "emit", "lamp.exr", "--rays", "0", "-o", "out.ray"}, {"--rays"});

@@ -1,6 +1,7 @@
 // libFuzzer's entry to the readers of ray files (TM-25, Zemax, LightTools; the bytes choose): bytes in, rays
 // that are numbers or an InputError out. A TM-25 header has 36,000 bytes of text, of which the input
 // holds 16.
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +19,12 @@ namespace {
 void require_sound(const lucerna::RaySet& set) {
     require(!set.rays.empty(), "a set without rays");
     require(std::isfinite(set.flux) && set.flux >= 0, "the flux is no number");
-    require(lucerna::is_finite(set.colour) && lucerna::luminance(set.colour) > 0, "the colour is none");
+    require(lucerna::is_finite(set.colour()) && lucerna::luminance(set.colour()) > 0, "the colour is none");
+    require(std::isfinite(set.xyz.x) && set.xyz.y == 1 && std::isfinite(set.xyz.z), "the XYZ are none");
+    require(set.tristimulus.empty() || set.tristimulus.size() == set.rays.size(), "rays without a colour");
+    for (const lucerna::V3f& xyz : set.tristimulus) {
+        require(lucerna::is_finite(xyz) && std::min({xyz.x, xyz.y, xyz.z}) >= 0, "a ray's colour is none");
+    }
     for (const lucerna::LampRay& ray : set.rays) {
         require(lucerna::is_finite(ray.o), "a position is no number");
         require(std::fabs(ray.d.length() - 1) < 1e-4F, "a direction is no unit vector");

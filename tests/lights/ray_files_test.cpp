@@ -76,7 +76,7 @@ void expect_the_two_rays(const RaySet& set) {
     EXPECT_EQ(set.rays[1].flux, 3);
     EXPECT_EQ(set.flux, 4);
     EXPECT_EQ(set.unit, FluxUnit::watt);
-    EXPECT_EQ(set.colour, Rgb(1));
+    EXPECT_EQ(set.colour(), Rgb(1));
 }
 
 TEST_F(RayFiles, BothVendors_SameRays_AreTheSameSet) {
@@ -135,14 +135,34 @@ TEST_F(RayFiles, Wavelengths_GiveTheColour) {
     std::string l = lighttools().substr(0, 44) +
                     rows({{0, 0, 0, 0, 0, 1, 1, 470}, {0, 0, 0, 0, 0, 1, 3, 630}}) + "LTRFEND";
     set(l, 20, std::int32_t{2});
-    for (const std::string& bytes : {z, l}) EXPECT_NEAR((read(bytes).colour - of_watts).length(), 0, 1e-4F);
+    const auto near = [](const V3f& is, const V3d& should) {
+        EXPECT_NEAR((V3d(is) - should).length() / should.length(), 0, 1e-6);
+    };
+    for (const std::string& bytes : {z, l}) {
+        const RaySet rays = read(bytes);
+        EXPECT_NEAR((rays.colour() - of_watts).length(), 0, 1e-4F);
+        ASSERT_EQ(rays.tristimulus.size(), 2U);
+        const double mean = (blue.y + 3 * red.y) / 4;
+        near(rays.tristimulus[0], blue / mean);
+        near(rays.tristimulus[1], red / mean);
+        EXPECT_NEAR(rays.lumens_per_watt, 683 * mean, 1e-3);
+    }
     set(z, 196, std::int32_t{1});
     set(l, 12, std::int32_t{1});
-    for (const std::string& bytes : {z, l}) EXPECT_NEAR((read(bytes).colour - of_lumens).length(), 0, 1e-4F);
+    for (const std::string& bytes : {z, l}) {
+        const RaySet rays = read(bytes);
+        EXPECT_NEAR((rays.colour() - of_lumens).length(), 0, 1e-4F);
+        ASSERT_EQ(rays.tristimulus.size(), 2U);
+        near(rays.tristimulus[0], blue / blue.y);
+        near(rays.tristimulus[1], red / red.y);
+    }
     // One wavelength for all.
     std::string single = zemax();
     set(single, 116, 0.53F);
-    EXPECT_NEAR((read(single).colour - colour_of_luminance_one(xyz_to_rgb(cie_xyz(530)))).length(), 0, 1e-4F);
+    const RaySet green = read(single);
+    EXPECT_NEAR((green.xyz - cie_xyz(530) / cie_xyz(530).y).length(), 0, 1e-6);
+    EXPECT_FALSE(green.coloured());
+    EXPECT_NEAR(green.lumens_per_watt, 683 * cie_xyz(530).y, 1e-2);
 }
 
 TEST_F(RayFiles, UnusableRays_AreCounted) {
@@ -215,7 +235,7 @@ TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {
     EXPECT_EQ(a.flux, b.flux);
     EXPECT_NEAR(a.flux, 0.00310661, 1e-8);  // both headers state it, and 3 times as much for the rays
     EXPECT_EQ(monitor.warnings.size(), 2U);
-    EXPECT_NEAR((a.colour - b.colour).length(), 0, 1e-5F);  // wavelengths in µm and in nm
+    EXPECT_NEAR((a.colour() - b.colour()).length(), 0, 1e-5F);  // wavelengths in µm and in nm
     EXPECT_NEAR(a.rays[0].o.x, -6.6684e-4F, 1e-8F);
     EXPECT_NEAR(a.rays[0].d.z, 0.5F, 1e-6F);
 }

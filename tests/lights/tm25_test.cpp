@@ -92,7 +92,7 @@ TEST_F(Tm25, Rays_AreInMetresAndUnitDirections) {
     EXPECT_NEAR(set.rays[1].d.z, 0.8F, 1e-6F);
     EXPECT_EQ(set.unit, FluxUnit::lumen);
     EXPECT_NEAR(set.flux, 20, 1e-9);
-    EXPECT_EQ(set.colour, Rgb(1));
+    EXPECT_EQ(set.colour(), Rgb(1));
     EXPECT_THAT(set.provenance, HasSubstr("Lämpchen 9"));
     EXPECT_THAT(set.provenance, HasSubstr("2024-02-29"));
     EXPECT_TRUE(monitor_.warnings.empty());
@@ -145,17 +145,17 @@ TEST_F(Tm25, Columns_OfEveryKind_AreFound) {
     EXPECT_EQ(set.unit, FluxUnit::watt);
     EXPECT_NEAR(set.flux, 6, 1e-9);
     const Rgb truth = colour_of_luminance_one(xyz_to_rgb({800, 900, 100}));
-    EXPECT_NEAR(set.colour.x, truth.x, 1e-5F);
-    EXPECT_NEAR(set.colour.z, truth.z, 1e-5F);
+    EXPECT_NEAR(set.colour().x, truth.x, 1e-5F);
+    EXPECT_NEAR(set.colour().z, truth.z, 1e-5F);
 }
 
 TEST_F(Tm25, Spectra_OfEveryKind_GiveTheColour) {
     const auto expect_colour = [](const RaySet& set, const V3d& xyz) {
         const Rgb truth = colour_of_luminance_one(xyz_to_rgb(xyz));
-        EXPECT_NEAR(set.colour.x, truth.x, 1e-4F);
-        EXPECT_NEAR(set.colour.y, truth.y, 1e-4F);
-        EXPECT_NEAR(set.colour.z, truth.z, 1e-4F);
-        EXPECT_NEAR(luminance(set.colour), 1, 1e-6F);
+        EXPECT_NEAR(set.colour().x, truth.x, 1e-4F);
+        EXPECT_NEAR(set.colour().y, truth.y, 1e-4F);
+        EXPECT_NEAR(set.colour().z, truth.z, 1e-4F);
+        EXPECT_NEAR(luminance(set.colour()), 1, 1e-6F);
     };
     File single = two_rays();
     single.spectral = 1;
@@ -186,6 +186,139 @@ TEST_F(Tm25, Spectra_OfEveryKind_GiveTheColour) {
     index.row({0, 0, 0, 0, 0, 1, 2, 0});
     index.row({0, 0, 0, 0, 0, 1, 1, 1});
     expect_colour(read(index.bytes()), 2.0 * cie_xyz(480) + cie_xyz(620));
+}
+
+// flux · tristimulus of all rays, and what it must be: the set's flux times its colour.
+void expect_mean(const RaySet& set) {
+    ASSERT_EQ(set.tristimulus.size(), set.rays.size());
+    V3d sum(0, 0, 0);
+    double flux = 0;
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        sum += double{set.rays[i].flux} * V3d(set.tristimulus[i]);
+        flux += double{set.rays[i].flux};
+    }
+    EXPECT_EQ(set.xyz.y, 1);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / flux, set.xyz[c], 1e-6 * std::max(1.0, set.xyz[c])) << c;
+}
+
+void expect_ray(const RaySet& set, std::size_t i, const V3d& xyz) {
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(double{set.tristimulus[i][c]}, xyz[c], 1e-6 * std::max(1.0, xyz[c])) << i << ' ' << c;
+}
+
+TEST_F(Tm25, Wavelengths_GiveEachRayItsColour) {
+    const V3d blue = cie_xyz(455.5), red = cie_xyz(620), green = cie_xyz(530);
+    File file;
+    file.spectral = 2;
+    file.flags = {1, 1, 0, 1, 1, 0, 0, 0};
+    file.row({0, 0, 0, 0, 0, 1, 455.5F, 1});
+    file.row({0, NAN, 0, 0, 0, 1, 530, 9});
+    file.row({0, 0, 0, 0, 0, 1, 620, 3});
+    file.row({0, 0, 0, 0, 0, 1, 530, 2});
+    const RaySet lumens = read(file.bytes());
+    ASSERT_EQ(lumens.rays.size(), 3U);
+    expect_mean(lumens);
+    expect_ray(lumens, 0, blue / blue.y);
+    expect_ray(lumens, 1, red / red.y);
+    expect_ray(lumens, 2, green / green.y);
+
+    file.flags = {1, 1, 1, 1, 0, 0, 0, 0};  // the same numbers, watts first
+    for (std::size_t row = 0; row < file.rays; ++row) {
+        float* at = reinterpret_cast<float*>(&file.body[row * 8 * sizeof(float)]);
+        std::swap(at[6], at[7]);
+    }
+    file.watts = 60;  // wins over what the rays add up to
+    file.lumens = 1;
+    const RaySet watts = read(file.bytes());
+    expect_mean(watts);
+    const double mean = (blue.y + 3 * red.y + 2 * green.y) / 6;
+    expect_ray(watts, 0, blue / mean);
+    expect_ray(watts, 1, red / mean);
+    expect_ray(watts, 2, green / mean);
+    EXPECT_NEAR(watts.lumens_per_watt, 683 * mean, 1e-4);
+    EXPECT_GT(watts.tristimulus[2].y / watts.tristimulus[0].y, 10)
+        << "a watt of green is brighter than of blue";
+}
+
+TEST_F(Tm25, Tristimulus_OfEachRay_IsKept) {
+    File file;
+    file.flags = {1, 1, 0, 0, 1, 0, 1, 0};
+    file.row({0, 0, 0, 0, 0, 1, 2, 3, 0.5F});
+    file.row({0, 0, 0, 0, 0, 1, 0, 0, 0});
+    file.row({0, 0, 0, 0, 0, 1, 6, 3, 9});
+    file.row({0, 0, 0, 0, 0, 1, 8, NAN, 9});
+    const RaySet set = read(file.bytes());
+    ASSERT_EQ(set.rays.size(), 4U);
+    expect_mean(set);
+    EXPECT_NEAR((set.xyz - V3d(6.0 / 8, 1, 9.5 / 8)).length(), 0, 1e-6);
+    expect_ray(set, 0, {1.5, 1, 0.25});
+    expect_ray(set, 1, set.xyz);
+    expect_ray(set, 2, {0.5, 1, 1.5});
+    expect_ray(set, 3, set.xyz);
+
+    // Beside watts Y is in lumens.
+    File both;
+    both.flags = {1, 1, 1, 0, 1, 0, 1, 0};
+    both.row({0, 0, 0, 0, 0, 1, 1, 300, 200, 100});
+    both.row({0, 0, 0, 0, 0, 1, 3, 300, 500, 10});
+    const RaySet watts = read(both.bytes());
+    expect_mean(watts);
+    EXPECT_NEAR(watts.lumens_per_watt, 150, 1e-4);
+    expect_ray(watts, 0, V3d(200, 300, 100) / 150.0);
+    expect_ray(watts, 1, V3d(500, 300, 10) / 450.0);
+}
+
+TEST_F(Tm25, Spectra_ByIndex_CountByTheirWattsNotTheirScale) {
+    File file;
+    file.spectral = 4;
+    file.flags = {1, 1, 1, 0, 0, 0, 0, 1};
+    file.table({{450, 1000}, {470, 1000}});
+    file.table({{600, 0.001F}, {640, 0.001F}});
+    file.pad();
+    file.row({0, 0, 0, 0, 0, 1, 2, 0});
+    file.row({0, 0, 0, 0, 0, 1, 1, 1});
+    file.row({0, 0, 0, 0, 0, 1, 1, 7});  // of no table
+    const RaySet set = read(file.bytes());
+    const std::array<SpectralSample, 2> blue{{{450, 1}, {470, 1}}}, red{{{600, 1}, {640, 1}}};
+    const V3d b = spectrum_to_xyz(blue) / 20.0, r = spectrum_to_xyz(red) / 40.0;
+    const double mean = (2 * b.y + r.y) / 3;
+    expect_mean(set);
+    expect_ray(set, 0, b / mean);
+    expect_ray(set, 1, r / mean);
+    expect_ray(set, 2, set.xyz);
+    EXPECT_NEAR(set.lumens_per_watt, 683 * mean, 1e-3);
+}
+
+TEST_F(Tm25, OneColour_TakesNoMemoryPerRay) {
+    File file;
+    file.spectral = 2;
+    file.flags[3] = 1;
+    file.flags[4] = 1;
+    file.row({0, 0, 0, 0, 0, 1, 620, 3});
+    file.row({0, 0, 0, 0, 0, 1, 620, 1});
+    const RaySet set = read(file.bytes());
+    EXPECT_FALSE(set.coloured());
+    EXPECT_NEAR((set.xyz - cie_xyz(620) / cie_xyz(620).y).length(), 0, 1e-6);
+    EXPECT_FALSE(read(two_rays().bytes()).coloured());
+    // What is not to be seen makes no colour.
+    File dark = file;
+    dark.flags = {1, 1, 1, 1, 0, 0, 0, 0};
+    dark.body.clear(), dark.rays = 0;
+    dark.row({0, 0, 0, 0, 0, 1, 1, 940});
+    const RaySet infrared = read(dark.bytes());
+    EXPECT_FALSE(infrared.coloured());
+    EXPECT_EQ(infrared.xyz, kWhiteXyz);
+    EXPECT_EQ(infrared.lumens_per_watt, 0);
+}
+
+TEST_F(Tm25, ColoursOutsideTheGamut_StayWhatTheyAre) {
+    File single = two_rays();
+    single.spectral = 1;
+    single.wavelength = 520;
+    const RaySet set = read(single.bytes());
+    EXPECT_EQ(set.xyz, cie_xyz(520) / cie_xyz(520).y);
+    EXPECT_LT(xyz_to_rgb(set.xyz).x, -1) << "no sRGB";
+    EXPECT_EQ(set.colour().x, 0);
 }
 
 TEST_F(Tm25, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
@@ -262,10 +395,10 @@ TEST(Tm25Data, OsramGreen_MatchesItsCheckValues) {
     EXPECT_NEAR(mean.z, 0.69570, 1e-5);
     EXPECT_EQ(down, 56);
     // A green beyond the gamut of sRGB: mixed with grey until red is just not negative.
-    EXPECT_NEAR(luminance(set.colour), 1, 1e-6F);
-    EXPECT_EQ(set.colour.x, 0);
-    EXPECT_GT(set.colour.y, 1.3F);
-    EXPECT_GT(set.colour.z, 0);
+    EXPECT_NEAR(luminance(set.colour()), 1, 1e-6F);
+    EXPECT_EQ(set.colour().x, 0);
+    EXPECT_GT(set.colour().y, 1.3F);
+    EXPECT_GT(set.colour().z, 0);
 }
 
 TEST(Tm25Data, Cylinder_HeaderThatDisagrees_WinsWithAWarning) {
@@ -275,35 +408,6 @@ TEST(Tm25Data, Cylinder_HeaderThatDisagrees_WinsWithAWarning) {
     EXPECT_EQ(set.flux, 1);
     ASSERT_FALSE(monitor.warnings.empty());
     EXPECT_THAT(monitor.warnings[0], HasSubstr("the header is believed"));
-}
-
-TEST(Cie, EqualEnergy_IsWhiteAndPeaksStandWhereTheyShould) {
-    const std::array<SpectralSample, 2> flat{{{360, 1}, {830, 1}}};
-    const V3d xyz = spectrum_to_xyz(flat);
-    EXPECT_NEAR(xyz.x, 106.9, 1.0);
-    EXPECT_NEAR(xyz.y, 106.9, 1.0);
-    EXPECT_NEAR(xyz.z, 106.9, 1.5);
-    EXPECT_NEAR(cie_xyz(555).y, 1.0, 0.01);
-    EXPECT_NEAR(cie_xyz(507).y, 0.4364, 0.01);  // 0.4364 at 507 nm in the CIE's table
-    EXPECT_NEAR(cie_xyz(700).y, 0.0041, 0.002);
-}
-
-TEST(Cie, ColoursOutsideTheGamut_KeepLuminanceAndLoseSaturationOnly) {
-    for (double nm = 400; nm <= 700; nm += 5) {
-        const Rgb full = xyz_to_rgb(cie_xyz(nm));
-        const Rgb colour = colour_of_luminance_one(full);
-        EXPECT_NEAR(luminance(colour), 1, 1e-6F) << nm;
-        EXPECT_GE(std::min({colour.x, colour.y, colour.z}), 0) << nm;
-        // On the line between grey and the full colour: (c - 1) parallel to (full / y - 1).
-        const Rgb a = colour - Rgb(1);
-        const Rgb b = full / luminance(full) - Rgb(1);
-        const V3f across = V3f(a.x, a.y, a.z).cross(V3f(b.x, b.y, b.z));
-        EXPECT_NEAR(across.length(), 0, 1e-3F * V3f(b.x, b.y, b.z).length()) << nm;
-    }
-    EXPECT_EQ(colour_of_luminance_one(Rgb(0)), Rgb(1));
-    EXPECT_EQ(colour_of_luminance_one(Rgb(NAN)), Rgb(1));
-    const Rgb inside = colour_of_luminance_one(Rgb(0.2F, 0.4F, 0.6F));
-    EXPECT_NEAR(inside.z / inside.x, 3, 1e-5F);
 }
 
 }  // namespace tm25_test

@@ -24,8 +24,8 @@ using ::testing::HasSubstr;
 RaySet five_rays() {
     RaySet set;
     set.unit = FluxUnit::lumen;
-    set.colour = Rgb(0.5F, 1.1F, 1.5F);
-    set.colour = set.colour / luminance(set.colour);
+    const Rgb colour(0.5F, 1.1F, 1.5F);
+    set.xyz = rgb_to_xyz(colour / luminance(colour));
     const float flux[] = {1, 0, 4, 0.5F, 2.5F};
     for (int i = 0; i < 5; ++i) {
         set.rays.push_back({{0.001F * static_cast<float>(i), 0.002F, -0.003F}, {0.6F, 0, 0.8F}, flux[i]});
@@ -57,6 +57,50 @@ TEST(RayLight, Rays_AreChosenByFlux) {
     EXPECT_TRUE(fit.accepted()) << fit.statistic;
     const std::array<double, 5> wrong{1.2e4, 0, 3.8e4, 0.5e4, 2.5e4};
     EXPECT_FALSE(testing::chi_square(seen, wrong).accepted());
+}
+
+// five_rays() of three wavelengths and one of none, in watts; by hand.
+RaySet coloured_rays() {
+    RaySet set = five_rays();
+    set.unit = FluxUnit::watt;
+    const V3d xyz[] = {cie_xyz(455), cie_xyz(500), cie_xyz(610), V3d(0, 0, 0), cie_xyz(540)};
+    V3d sum(0, 0, 0);
+    for (std::size_t i = 0; i < 5; ++i) sum += double{set.rays[i].flux} * xyz[i];
+    for (const V3d& c : xyz) set.tristimulus.push_back(V3f(c * (set.flux / sum.y)));
+    set.xyz = sum / sum.y;
+    set.lumens_per_watt = 683 * sum.y / set.flux;
+    return set;
+}
+
+TEST(RayLight, ColouredRays_EachCarryTheirOwnAndAddUpToTheFlux) {
+    const RaySet set = coloured_rays();
+    const auto light = make_ray_light(set, RayLightSettings{"five", M44d(), 1, 0});
+    EXPECT_NEAR(light->power(), 8, 1e-5);
+    std::array<std::uint64_t, 5> seen{};
+    constexpr int kDraws = 80000;
+    V3d sum(0, 0, 0);
+    for (int i = 0; i < kDraws; ++i) {
+        const auto e = light->sample_Le(numbers(static_cast<std::uint64_t>(i)));
+        ASSERT_TRUE(e);
+        const auto ray = static_cast<std::size_t>(std::lround(e->from.p.x * 1000));
+        ++seen[ray];
+        const Rgb own = 8.0F * colour_of_luminance_one(xyz_to_rgb(V3d(set.tristimulus[ray])));
+        EXPECT_NEAR((e->weight - own).length(), 0, 1e-5F);
+        sum += V3d(e->weight) / kDraws;
+    }
+    std::array<double, 5> expected{};
+    for (std::size_t i = 0; i < 5; ++i)
+        expected[i] = kDraws / 8.0 * double{set.rays[i].flux} * double{set.tristimulus[i].y};
+    const auto fit = testing::chi_square(seen, expected);
+    EXPECT_TRUE(fit.accepted()) << fit.statistic;
+    EXPECT_EQ(seen[1] + seen[3], 0U) << "no flux, no light";
+    std::array<double, 5> by_watts{};
+    for (std::size_t i = 0; i < 5; ++i) by_watts[i] = kDraws / 8.0 * double{set.rays[i].flux};
+    by_watts[4] += by_watts[3], by_watts[3] = 0;
+    EXPECT_FALSE(testing::chi_square(seen, by_watts).accepted());
+    // The mean of the particles is the flux that the light states, colour by colour: to 5 standard errors.
+    for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(sum[c], double{light->flux()[c]}, 5 * 12 / std::sqrt(kDraws)) << c;
 }
 
 TEST(RayLight, Placement_MovesTurnsAndScalesTheRays) {
@@ -133,15 +177,69 @@ TEST(WriteRays, EveryFormat_ReadsBackWhatWasWritten) {
             const bool coloured = unit == FluxUnit::lumen && std::string_view(name) == "rays.tm25ray";
             RayFileInfo info;
             info.unit = unit;
-            info.colour = set.colour;
+            info.xyz = set.xyz;
             EXPECT_EQ(keeps_colour(folder / name, info), coloured);
-            EXPECT_NEAR((read.colour - (coloured ? set.colour : Rgb(1))).length(), 0, 1e-4F) << name;
+            EXPECT_NEAR((read.xyz - (coloured ? set.xyz : kWhiteXyz)).length(), 0, 1e-6) << name;
+            EXPECT_FALSE(read.coloured()) << name;
             // The same rays make the same bytes.
             const auto first = read_bytes(folder / name);
             write_rays(folder / name, set);
             EXPECT_EQ(read_bytes(folder / name), first) << name;
         }
     }
+}
+
+TEST(WriteRays, ColoursOfRays_AreTheSameAgainFromTm25) {
+    const testing::TemporaryFolder folder;
+    testing::ListeningMonitor monitor;
+    RaySet lumens = coloured_rays();
+    lumens.unit = FluxUnit::lumen;
+    lumens.lumens_per_watt = 0;
+    lumens.rays[3].flux = 0;
+    lumens.flux = 7.5;
+    V3d sum(0, 0, 0);
+    for (std::size_t i = 0; i < 5; ++i) {
+        V3f& xyz = lumens.tristimulus[i];
+        xyz = i == 3 ? V3f(1) : xyz / xyz.y;
+        sum += double{lumens.rays[i].flux} * V3d(xyz);
+    }
+    lumens.xyz = sum / sum.y;
+    for (const RaySet& set : {lumens, coloured_rays()}) {
+        write_rays(folder / "rays.tm25ray", set);
+        const RaySet read = read_rays(folder / "rays.tm25ray", monitor);
+        EXPECT_TRUE(monitor.warnings.empty());
+        EXPECT_EQ(read.unit, set.unit);
+        EXPECT_NEAR(read.flux, set.flux, 1e-6);
+        EXPECT_NEAR((read.xyz - set.xyz).length(), 0, 1e-6);
+        EXPECT_NEAR(read.lumens_per_watt, set.lumens_per_watt, 1e-4);
+        ASSERT_EQ(read.tristimulus.size(), 5U);
+        for (std::size_t i = 0; i < 5; ++i) {
+            EXPECT_EQ(read.rays[i].flux, set.rays[i].flux);
+            if (!(set.rays[i].flux > 0)) continue;
+            EXPECT_NEAR((read.tristimulus[i] - set.tristimulus[i]).length(), 0,
+                        2e-6F * std::max(1.0F, set.tristimulus[i].length()))
+                << i;
+        }
+        // The other formats keep the rays, and tell that they do not keep the colours.
+        RayFileInfo info;
+        info.unit = set.unit;
+        info.colour_per_ray = true;
+        info.lumens_per_watt = set.lumens_per_watt;
+        EXPECT_TRUE(keeps_colour("a.tm25ray", info));
+        EXPECT_FALSE(keeps_colour("a.dat", info));
+        EXPECT_FALSE(keeps_colour("a.ray", info));
+        write_rays(folder / "rays.dat", set);
+        EXPECT_FALSE(read_rays(folder / "rays.dat", monitor).coloured());
+    }
+    // How bright a watt is, nobody has said: no luminous flux can be written.
+    RaySet unknown = coloured_rays();
+    unknown.lumens_per_watt = 0;
+    RayFileInfo info;
+    info.unit = FluxUnit::watt;
+    info.colour_per_ray = true;
+    EXPECT_FALSE(keeps_colour("a.tm25ray", info));
+    write_rays(folder / "rays.tm25ray", unknown);
+    EXPECT_FALSE(read_rays(folder / "rays.tm25ray", monitor).coloured());
 }
 
 TEST(WriteRays, WrongNames_AreRefused) {
@@ -151,8 +249,9 @@ TEST(WriteRays, WrongNames_AreRefused) {
     EXPECT_THROW(write_rays(folder / "none" / "rays.ray", five_rays()), InputError);
     RayFileInfo many;
     many.rays = std::uint64_t{1} << 31;
-    EXPECT_THAT(testing::error_of([&] { write_rays(folder / "rays.dat", many, [](auto&) {}); }),
-                HasSubstr("2147483647"));
+    EXPECT_THAT(
+        testing::error_of([&] { write_rays(folder / "rays.dat", many, [](std::vector<LampRay>&) {}); }),
+        HasSubstr("2147483647"));
     EXPECT_FALSE(std::filesystem::exists(folder / "rays.dat"));
 }
 
@@ -161,7 +260,7 @@ TEST(WriteRays, WrongNames_AreRefused) {
 LightField smooth_field(const Rig& rig) {
     LightFieldInfo info;
     info.unit = FluxUnit::lumen;
-    info.colour = five_rays().colour;
+    info.colour = five_rays().colour();
     return testing::random_field(rig, 0.5e6F, 1.5e6F, 22, info);
 }
 

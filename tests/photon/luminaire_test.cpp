@@ -176,8 +176,8 @@ TEST(Luminaire, AsARaySet_CarriesItsFluxAndColour) {
     EXPECT_NEAR(sum / expected, 1, 1e-4);
     EXPECT_NEAR(set.flux / expected, 1, 1e-4);
     EXPECT_EQ(set.unit, FluxUnit::lumen);
-    EXPECT_NEAR(set.colour.x / set.colour.z, 4, 1e-3);
-    EXPECT_NEAR(luminance(set.colour), 1, 1e-5);
+    EXPECT_NEAR(set.colour().x / set.colour().z, 4, 1e-3);
+    EXPECT_NEAR(luminance(set.colour()), 1, 1e-5);
 }
 
 TEST(Luminaire, OfAPlaceFarFromTheWorldsOrigin_StaysThere) {

@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "lights/ray_set.h"
+
+namespace lucerna {
+namespace {
+
+void check_parts(const std::vector<DrivenRays>& parts) {
+    if (parts.empty()) throw InputError("no ray files to join");
+    const DrivenRays& first = parts.front();
+    const auto known = [](const DrivenRays& part) { return part.set.lumens_per_watt > 0; };
+    for (const DrivenRays& part : parts) {
+        const Location at{part.name};
+        if (!std::isfinite(part.drive) || part.drive < 0)
+            input_error(at, "drive {}; finite and not negative", part.drive);
+        if (part.set.unit != first.set.unit) {
+            input_error(at, "its flux is in {}, that of {} in {}; one unit is accepted",
+                        flux_unit_name(part.set.unit), first.name, flux_unit_name(first.set.unit));
+        }
+        if (part.set.unit == FluxUnit::watt && known(part) != known(first)) {
+            input_error(known(part) ? Location{first.name} : at,
+                        "nothing in it says how bright its watts are (wavelengths, spectra, or lumens beside "
+                        "watts), but {} does; all files or none are accepted",
+                        known(part) ? part.name : first.name);
+        }
+    }
+    const auto lit = [](const DrivenRays& part) { return part.drive > 0; };
+    if (std::none_of(parts.begin(), parts.end(), lit)) throw InputError("all drives are 0: nothing shines");
+}
+
+// One colour for all, to within rounding.
+bool alike(const std::vector<DrivenRays>& parts) {
+    const auto one = [&](const DrivenRays& part) {
+        return !part.set.coloured() && (part.set.xyz - parts.front().set.xyz).length() < 1e-6 &&
+               part.set.lumens_per_watt == parts.front().set.lumens_per_watt;
+    };
+    return std::all_of(parts.begin(), parts.end(), one);
+}
+
+double flux_of_rays(const RaySet& set) {
+    double flux = 0;
+    for (const LampRay& ray : set.rays) flux += double{ray.flux};
+    return flux;
+}
+
+// The colour of all, and what Y per unit of each part's flux is beside the mean of all.
+std::vector<double> brightness(const std::vector<DrivenRays>& parts, RaySet& joined) {
+    std::vector<double> scales;
+    V3d sum(0, 0, 0);
+    double flux = 0, watts_lumens = 0;
+    for (const DrivenRays& part : parts) {
+        const double efficacy = part.set.lumens_per_watt > 0 ? part.set.lumens_per_watt : 1;
+        const double scale = part.set.unit == FluxUnit::watt ? efficacy : 1;
+        const double share = part.drive * flux_of_rays(part.set);
+        scales.push_back(scale);
+        sum += scale * share * part.set.xyz;
+        flux += share;
+        watts_lumens += share * part.set.lumens_per_watt;
+    }
+    if (!(sum.y > 0)) return std::vector<double>(parts.size(), 1);
+    joined.xyz = sum / sum.y;
+    joined.lumens_per_watt = watts_lumens / flux;  // flux > 0 as sum.y is
+    for (double& scale : scales) scale *= flux / sum.y;
+    return scales;
+}
+
+// 0 unless every part states it.
+double stated(const std::vector<DrivenRays>& parts, double RaySet::*header) {
+    double sum = 0;
+    for (const DrivenRays& part : parts) {
+        const double value = part.set.*header;
+        if (!std::isfinite(value) || !(value > 0)) return 0;
+        sum += part.drive * value;
+    }
+    return sum;
+}
+
+}  // namespace
+
+RaySet join_rays(std::vector<DrivenRays> parts) {
+    check_parts(parts);
+    std::erase_if(parts, [](const DrivenRays& part) { return !(part.drive > 0); });
+    RaySet joined;
+    joined.unit = parts.front().set.unit;
+    const bool coloured = !alike(parts);
+    const std::vector<double> scales = brightness(parts, joined);
+    std::size_t rays = 0;
+    for (const DrivenRays& part : parts) rays += part.set.rays.size();
+    require_memory(bytes_of(rays, sizeof(LampRay) + (coloured ? sizeof(V3f) : 0)),
+                   fmt::format("{} rays of {} files", rays, parts.size()), "fewer are accepted");
+    joined.rays.reserve(rays);
+    if (coloured) joined.tristimulus.reserve(rays);
+    joined.header_lumens = stated(parts, &RaySet::header_lumens);
+    joined.header_watts = stated(parts, &RaySet::header_watts);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const RaySet& set = parts[p].set;
+        const double drive = parts[p].drive;
+        for (std::size_t i = 0; i < set.rays.size(); ++i) {
+            const LampRay& ray = set.rays[i];
+            joined.rays.push_back({ray.o, ray.d, static_cast<float>(drive * double{ray.flux})});
+            if (coloured) joined.tristimulus.push_back(V3f(scales[p] * set.xyz_of(i)));
+        }
+        joined.flux += drive * set.flux;
+        joined.skipped_flux += drive * set.skipped_flux;
+        joined.skipped_nan += set.skipped_nan;
+        joined.skipped_zero_direction += set.skipped_zero_direction;
+        joined.provenance += fmt::format("{}{:g} x {}", p == 0 ? "" : " + ", drive, set.provenance);
+        parts[p].set = {};  // its memory is the joined set's now
+    }
+    return joined;
+}
+
+}  // namespace lucerna
