@@ -42,18 +42,21 @@ void to_plane(const PlaneCoordinate& coordinate, Column<double>& x, std::size_t 
 // A block of particles in the making, side by side.
 struct CellEmission::Lanes {
     CellTable::Block cells;
-    std::array<Column<float>, 4> e;  // the cells' members: lower or upper filter along u, then along v
-    Column<float> x, y;              // place within the interval
-    Column<double> weight;           // flux unit
+    std::array<Column<float>, 4> e;       // the cells' members: lower or upper filter along u, then along v
+    Column<float> x, y;                   // place within the interval
+    Column<double> weight;                // flux unit
+    std::array<Column<float>, 4> cx, cz;  // members of X and Z; of coloured fields alone
+    std::array<Column<float>, 3> colour;  // per unit of weight
     std::array<Column<float>, 3> p, d;
     Column<float> error;
 
     BellCell members(std::size_t i) const { return {{{e[0][i], e[1][i]}, {e[2][i], e[3][i]}}}; }
 };
 
-CellEmission::CellEmission(const LightField& field, const CellTable& table, const Placement& placement,
-                           const Settings& settings)
+CellEmission::CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,
+                           const Placement& placement, const Settings& settings)
     : field_(field),
+      colour_(colour),
       table_(table),
       placement_(placement),
       settings_(settings),
@@ -84,21 +87,27 @@ void CellEmission::emit_block(std::span<const LeSampleU> u, std::span<std::optio
     std::copy_n(lanes.cells.remainder[0].begin(), size, lanes.x.begin());
     std::copy_n(lanes.cells.remainder[1].begin(), size, lanes.y.begin());
     std::fill_n(lanes.weight.begin(), size, settings_.flux);
-    if (settings_.mode != EmissionMode::constant) fetch_members(lanes, size);
+    if (settings_.mode != EmissionMode::constant || field_.coloured()) fetch_members(lanes, size);
     if (settings_.mode == EmissionMode::exact) place_exactly(lanes, u);
     if (settings_.mode == EmissionMode::weighted) weigh(lanes, size);
 
+    if (field_.coloured()) find_colours(lanes, size);
+
     // Put them into the scene.
     place(lanes, size);
+    const Rgb one = colour_.mean();
+    const bool coloured = field_.coloured();
     for (std::size_t i = 0; i < size; ++i) {
         if (!(lanes.weight[i] > 0)) {
             out[i] = std::nullopt;
             continue;
         }
-        out[i] = LeSample{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
-                          {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
-                          static_cast<float>(lanes.weight[i]) * field_.info().colour,
-                          lanes.cells.id[i]};
+        out[i] =
+            LeSample{{{lanes.p[0][i], lanes.p[1][i], lanes.p[2][i]}, normal_, lanes.error[i]},
+                     {lanes.d[0][i], lanes.d[1][i], lanes.d[2][i]},
+                     static_cast<float>(lanes.weight[i]) *
+                         (coloured ? Rgb(lanes.colour[0][i], lanes.colour[1][i], lanes.colour[2][i]) : one),
+                     lanes.cells.id[i]};
     }
 }
 
@@ -127,6 +136,37 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     }
     for (std::size_t k = 0; k < 4; ++k) {
         for (std::size_t lane = 0; lane < size; ++lane) lanes.e[k][lane] = *at[k][lane];
+    }
+    if (!field_.coloured()) return;
+    // Beside each member lie its X and Z.
+    const ColourChannels& channels = field_.colour_channels();
+    const ColourChannels::Pair* const first_pair = channels.pairs.data();
+    const auto scale_x = static_cast<float>(channels.scale_x), scale_z = static_cast<float>(channels.scale_z);
+    for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t lane = 0; lane < size; ++lane) {
+            if (at[k][lane] != &kNone) __builtin_prefetch(first_pair + (at[k][lane] - first));
+        }
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+        for (std::size_t lane = 0; lane < size; ++lane) {
+            static constexpr ColourChannels::Pair kNoPair{};
+            const bool none = at[k][lane] == &kNone;
+            const ColourChannels::Pair& pair = none ? kNoPair : first_pair[at[k][lane] - first];
+            lanes.cx[k][lane] = static_cast<float>(pair.x) * scale_x;
+            lanes.cz[k][lane] = static_cast<float>(pair.z) * scale_z;
+        }
+    }
+}
+
+void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
+    for (std::size_t i = 0; i < size; ++i) {
+        const float x = lanes.x[i], y = lanes.y[i];
+        // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
+        const float w = lanes.members(i).value(x, y);
+        const BellCell cx{{{lanes.cx[0][i], lanes.cx[1][i]}, {lanes.cx[2][i], lanes.cx[3][i]}}};
+        const BellCell cz{{{lanes.cz[0][i], lanes.cz[1][i]}, {lanes.cz[2][i], lanes.cz[3][i]}}};
+        const Rgb colour = w > 0 ? colour_.of(w, cx.value(x, y), cz.value(x, y)) : colour_.mean();
+        for (int c = 0; c < 3; ++c) lanes.colour[static_cast<std::size_t>(c)][i] = colour[c];
     }
 }
 

@@ -14,6 +14,7 @@
 #include "engine/base/error.h"
 #include "engine/base/vec.h"
 #include "lights/cell_table.h"
+#include "lights/field_colour.h"
 #include "lights/light.h"
 #include "lights/light_field.h"
 
@@ -58,9 +59,9 @@ class CellEmission {
         double gain;   // the same over the clamped field's
         float extent;  // of S, scene units
     };
-    // Keeps references to all three.
-    CellEmission(const LightField& field, const CellTable& table, const Placement& placement,
-                 const Settings& settings);
+    // Keeps references to all four.
+    CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,
+                 const Placement& placement, const Settings& settings);
 
     // The spans have the same size. Requires flux > 0. No sample: `weighted` met a place where h is clamped.
     void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;
@@ -70,10 +71,12 @@ class CellEmission {
     void fetch_members(Lanes& lanes, std::size_t size) const;
     void place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const;
     void weigh(Lanes& lanes, std::size_t size) const;
+    void find_colours(Lanes& lanes, std::size_t size) const;
     void place(Lanes& lanes, std::size_t size) const;
     void emit_block(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const;
 
     const LightField& field_;
+    const FieldColour& colour_;
     const CellTable& table_;
     const Placement& placement_;
     Settings settings_;

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/spectrum.h"
 
 namespace lucerna {
 
@@ -54,10 +55,10 @@ std::string Rig::fault_of_basis() const {
         const double m_reach = (0.5 * pixels[axis] + overhang()) * pixel[axis];
         if (!fits(s_coordinate, s_reach))
             return fmt::format("filters to {} m in a coordinate that ends at {} m", s_reach,
- 2 * s_coordinate.c);
+                               2 * s_coordinate.c);
         if (!fits(m_coordinate, m_reach))
             return fmt::format("pixels to {} m in a coordinate that ends at {} m", m_reach,
- 2 * m_coordinate.c);
+                               2 * m_coordinate.c);
     }
     return {};
 }
@@ -85,6 +86,99 @@ LightField::LightField(const Rig& rig, const std::vector<float>& coefficients, L
             "accepted",
             coefficients_[i], i / per_view / h, i / per_view % h, i % per_view / t, i % per_view % t));
     }
+}
+
+LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::vector<float>& y,
+                       const std::vector<float>& z, LightFieldInfo info, std::optional<V3d> weight)
+    : LightField(rig, y, std::move(info)) {
+    // Checks of size and numbers as above.
+    const LightField checked_x(rig, x), checked_z(rig, z);
+    const V3d flux(checked_x.flux(), this->flux(), checked_z.flux());
+    if (!(flux.y > 0))
+        throw InputError(fmt::format("light field: a luminous flux of {:g} beside other colours", flux.y));
+    // A channel of hardly any light would make particles follow its noise.
+    constexpr double kHardlyAny = 0.01;
+    int channels = 0;
+    for (int c = 0; c < 3; ++c) channels += flux[c] > kHardlyAny * flux.y;
+    for (int c = 0; c < 3; ++c)
+        colour_.weight[c] = flux[c] > kHardlyAny * flux.y ? flux.y / (channels * flux[c]) : 0.0;
+    if (weight) colour_.weight = *weight;
+    const double scale_y = storage_scale(coefficients_);
+    colour_.scale_x = storage_scale(x);
+    colour_.scale_z = storage_scale(z);
+    colour_.pairs.resize(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const ColourChannels::Pair pair{stored_half(x[i], colour_.scale_x),
+                                        stored_half(z[i], colour_.scale_z)};
+        colour_.pairs[i] = pair;
+        const double others = colour_.weight.x * double{from_stored(pair.x, colour_.scale_x)} +
+                              colour_.weight.z * double{from_stored(pair.z, colour_.scale_z)};
+        // Y is found again in W less the others: where it is far smaller than they, the half that is found is
+        // the one to begin with.
+        half stored = stored_half(y[i], scale_y);
+        for (int round = 0; round < 4; ++round) {
+            coefficients_[i] =
+                static_cast<float>(colour_.weight.y * double{from_stored(stored, scale_y)} + others);
+            const half found = stored_half(luminance_of(i), scale_y);
+            if (found.bits() == stored.bits()) break;
+            stored = found;
+        }
+    }
+    info_.colour = colour_of_luminance_one(xyz_to_rgb(xyz()));
+}
+
+float LightField::luminance_of(std::size_t i) const {
+    if (!coloured()) return coefficients_[i];
+    const ColourChannels::Pair& pair = colour_.pairs[i];
+    const double others = colour_.weight.x * double{from_stored(pair.x, colour_.scale_x)} +
+                          colour_.weight.z * double{from_stored(pair.z, colour_.scale_z)};
+    return static_cast<float>((double{coefficients_[i]} - others) / colour_.weight.y);  // > 0: Y carries flux
+}
+
+LightField LightField::channel(int c) const {
+    std::vector<float> e(coefficients_.size());
+    const V3d one = coloured() ? V3d(0) : rgb_to_xyz(info_.colour);
+    for (std::size_t i = 0; i < e.size(); ++i) {
+        if (!coloured())
+            e[i] = static_cast<float>(one[c] * double{coefficients_[i]});
+        else if (c == 1)
+            e[i] = luminance_of(i);
+        else
+            e[i] = c == 0 ? from_stored(colour_.pairs[i].x, colour_.scale_x)
+                          : from_stored(colour_.pairs[i].z, colour_.scale_z);
+    }
+    LightFieldInfo info = info_;
+    info.colour = Rgb(1);
+    return LightField(rig_, e, std::move(info));
+}
+
+V3d LightField::xyz() const {
+    if (!coloured()) return rgb_to_xyz(info_.colour);
+    V3d sum(0, 0, 0);
+    for (std::size_t i = 0; i < coefficients_.size(); ++i) {
+        sum += V3d(double{from_stored(colour_.pairs[i].x, colour_.scale_x)}, double{luminance_of(i)},
+                   double{from_stored(colour_.pairs[i].z, colour_.scale_z)});
+    }
+    return sum / sum.y;  // > 0: checked when it was made, and halves keep it
+}
+
+LightField::ColourCell LightField::colour_members(const Cell& cell) const {
+    const int k[2] = {cell.p, cell.p - rig_.shift.x};
+    const int l[2] = {cell.q, cell.q - rig_.shift.y};
+    const auto in = [](int i, int size) { return static_cast<unsigned>(i) < static_cast<unsigned>(size); };
+    ColourCell c;
+    for (int i = 0; i < 2; ++i) {
+        for (int j = 0; j < 2; ++j) {
+            const int m = cell.n - 1 + i, n = cell.o - 1 + j;
+            if (!in(m, rig_.views.x) || !in(n, rig_.views.y) || !in(k[i], rig_.pixels.x) ||
+                !in(l[j], rig_.pixels.y))
+                continue;
+            const ColourChannels::Pair& pair = colour_.pairs[rig_.index(m, n, k[i], l[j])];
+            c.x.e[i][j] = from_stored(pair.x, colour_.scale_x);
+            c.z.e[i][j] = from_stored(pair.z, colour_.scale_z);
+        }
+    }
+    return c;
 }
 
 double LightField::flux() const {
@@ -126,34 +220,18 @@ std::optional<LightField::Place> LightField::place_of(const V2d& on_s, const V2d
     return place;
 }
 
-template <typename Value>
-float LightField::reconstruct(const Place& place, Value&& value) const {
+float LightField::flux_density(const V2d& on_s, const V2d& on_m) const {
     float sum = 0;
-    for (int a = 0; a < 2; ++a) {
-        const float across = a == 0 ? 1 - place.upper[0] : place.upper[0];
-        if (!(across > 0)) continue;
-        for (int b = 0; b < 2; ++b) {
-            const float weight = across * (b == 0 ? 1 - place.upper[1] : place.upper[1]);
-            if (!(weight > 0)) continue;
-            sum += weight * std::max(0.0F, value(Cell{place.interval[0], place.interval[1],
-                                                      place.column[0] + a, place.column[1] + b}));
-        }
-    }
+    for_each_pixel(on_s, on_m, [&](const Cell& cell, float x, float y, float weight) {
+        sum += weight * std::max(0.0F, members(cell).value(x, y));
+    });
     return sum;
 }
 
-float LightField::flux_density(const V2d& on_s, const V2d& on_m) const {
-    const auto place = place_of(on_s, on_m);
-    if (!place) return 0;
-    const float density = reconstruct(
-        *place, [&](const Cell& cell) { return members(cell).value(place->within[0], place->within[1]); });
-    return static_cast<float>(double{density} * rig_.slope(on_s, on_m));
-}
-
 float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
-    const auto place = place_of(on_s, on_m);
-    if (!place) return 0;
-    return reconstruct(*place, [&](const Cell& cell) {
+    const double here = rig_.slope(on_s, on_m);
+    float sum = 0;
+    for_each_pixel(on_s, on_m, [&](const Cell& cell, float x, float y, float weight) {
         const V2d pixel(
             rig_.m_coordinate.on_plane(rig_.column_edge_x(0, cell.n, cell.p) + 0.5 * rig_.pixel.x),
             rig_.m_coordinate.on_plane(rig_.column_edge_x(1, cell.o, cell.q) + 0.5 * rig_.pixel.y));
@@ -164,11 +242,13 @@ float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
                 if (scaled.e[i][j] == 0) continue;
                 const V2d filter(rig_.filter(0, cell.n - 1 + i), rig_.filter(1, cell.o - 1 + j));
                 const double g = rig_.geometric_term(filter, pixel);  // > 0: the pixel lies at a finite place
-                scaled.e[i][j] = static_cast<float>(double{scaled.e[i][j]} * rig_.slope(filter, pixel) / g);
+                scaled.e[i][j] =
+                    static_cast<float>(double{scaled.e[i][j]} / g * (rig_.slope(filter, pixel) / here));
             }
         }
-        return scaled.value(place->within[0], place->within[1]);
+        sum += weight * std::max(0.0F, scaled.value(x, y));
     });
+    return sum;
 }
 
 float LightField::radiance(const V2d& on_s, const V2d& on_m) const {
@@ -209,6 +289,15 @@ void add_planes(WordHash& hash, const Rig& rig) {
 std::uint64_t content_hash(const LightField& field) {
     WordHash hash;
     add_planes(hash, field.rig());
+    if (field.coloured()) {
+        // These are what a file holds already.
+        for (const float e : field.coefficients()) hash.add(e == 0 ? 0.0F : e);  // one zero
+        for (const ColourChannels::Pair& pair : field.colour_channels().pairs) {
+            hash.add(static_cast<int>(pair.x.bits()));
+            hash.add(static_cast<int>(pair.z.bits()));
+        }
+        return hash.value();
+    }
     const double scale = storage_scale(field.coefficients());
     for (const float e : field.coefficients()) {
         const float held = from_stored(stored_half(e, scale), scale);

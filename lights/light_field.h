@@ -157,8 +157,26 @@ struct Cell {
     int p = 0, q = 0;  // along s, t, as the interval numbers them
 };
 
+// The colour of a light field, if it is not one: beside the coefficients of Y those of X and Z, CIE 1931, in
+// the same basis, on the scale on which Y is the flux. All as a file holds them, halves times a power of 2.
+//
+// What particles are drawn by, and what LightField::coefficients() are, is not Y alone but
+//
+//     W = weight · (X, Y, Z)        weight_c = Ȳ / (number of channels · c̄)
+//
+// with the channels' sums X̄, Ȳ, Z̄: of the same flux as Y, and large wherever any channel is, so that no drawn
+// particle has to carry a colour many times its share. A blue chip has hardly any Y.
+struct ColourChannels {
+    struct Pair {
+        half x, z;  // over the scales
+    };
+    HugeVector<Pair> pairs;  // of each coefficient; empty: the field has one colour
+    double scale_x = 1, scale_z = 1;
+    V3d weight{0, 1, 0};
+};
+
 struct LightFieldInfo {
-    Rgb colour{1.0F};  // of all its light, luminance 1; the coefficients are luminance
+    Rgb colour{1.0F};  // of all its light, luminance 1, none negative; the coefficients are luminance
     FluxUnit unit = FluxUnit::watt;
     std::string provenance;
     double captured = 0;  // flux that the field holds, in its unit: flux() when it was made
@@ -171,6 +189,12 @@ class LightField {
     // geometry is none, the number of coefficients is wrong or one is not finite (naming its view and pixel).
     LightField(const Rig& rig, const std::vector<float>& coefficients, LightFieldInfo info = {});
 
+    // A field of several colours: coefficients of Y, as above, and of X and Z. They are rounded to what a
+    // file holds; a file says by which weights W is made of them. Throws InputError as above, and if the flux
+    // of Y is not positive.
+    LightField(const Rig& rig, const std::vector<float>& x, const std::vector<float>& y,
+               const std::vector<float>& z, LightFieldInfo info = {}, std::optional<V3d> weight = {});
+
     // The same field under another description.
     LightField with(LightFieldInfo info) && {
         info_ = std::move(info);
@@ -179,7 +203,15 @@ class LightField {
 
     const Rig& rig() const { return rig_; }
     const LightFieldInfo& info() const { return info_; }
+    // E: of Y, the luminance, or of W if the field is coloured.
     std::span<const float> coefficients() const { return coefficients_; }
+    bool coloured() const { return !colour_.pairs.empty(); }
+    const ColourChannels& colour_channels() const { return colour_; }
+    // X (0), Y (1) or Z (2) alone, as a field of one colour; of one that is not coloured, Y is itself and X
+    // and Z follow from info().colour.
+    LightField channel(int c) const;
+    // Of all its light, CIE XYZ with Y = 1.
+    V3d xyz() const;
     // 0 outside the views and outside a view's image.
     float coefficient(int m, int n, int k, int l) const {
         const auto in = [](int i, int size) {
@@ -206,6 +238,17 @@ class LightField {
         return c;
     }
 
+    // X and Z over a cell, as members() of W.
+    struct ColourCell {
+        BellCell x, z;
+    };
+    ColourCell colour_members(const Cell& cell) const;
+    // Calls visit(cell, x, y, weight) for the one to four pixels whose basis holds the ray, with the place
+    // (x, y) within the cell's interval: h is Σ weight · members(cell).value(x, y), before the clamp, per m⁴
+    // of the planes. None if the ray misses S or M.
+    template <typename Visit>
+    void for_each_pixel(const V2d& on_s, const V2d& on_m, Visit&& visit) const;
+
     // h, each pixel's part clamped at 0 [flux unit / m⁴]; 0 for rays that miss S or M. The only clamp.
     float flux_density(const V2d& on_s, const V2d& on_m) const;
     // flux_density / g [flux unit / (m² sr)].
@@ -225,14 +268,32 @@ class LightField {
         float upper[2];   // the basis of the next higher pixel there; the lower one's is the rest of 1
     };
     std::optional<Place> place_of(const V2d& on_s, const V2d& on_m) const;
-    // Σ over these pixels of their basis times max(0, value(cell)).
-    template <typename Value>
-    float reconstruct(const Place& place, Value&& value) const;
+
+    // Of Y: from W less the others' part.
+    float luminance_of(std::size_t coefficient) const;
 
     Rig rig_;
     HugeVector<float> coefficients_;
+    ColourChannels colour_;
     LightFieldInfo info_;
 };
+
+template <typename Visit>
+void LightField::for_each_pixel(const V2d& on_s, const V2d& on_m, Visit&& visit) const {
+    const auto place = place_of(on_s, on_m);
+    if (!place) return;
+    const auto slope = static_cast<float>(rig_.slope(on_s, on_m));
+    for (int a = 0; a < 2; ++a) {
+        const float across = slope * (a == 0 ? 1 - place->upper[0] : place->upper[0]);
+        if (!(across > 0)) continue;
+        for (int b = 0; b < 2; ++b) {
+            const float weight = across * (b == 0 ? 1 - place->upper[1] : place->upper[1]);
+            if (!(weight > 0)) continue;
+            visit(Cell{place->interval[0], place->interval[1], place->column[0] + a, place->column[1] + b},
+                  place->within[0], place->within[1], weight);
+        }
+    }
+}
 
 // What a file holds of coefficients: halves times a power of 2. `scale` brings the largest magnitude into
 // (512, 1024]; writing and reading again changes neither it nor the numbers any more.

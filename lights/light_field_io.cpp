@@ -1,9 +1,10 @@
 // The light field's file: one OpenEXR image that any viewer shows.
 //
 // The image is an atlas: view (m, n) fills the W_M by H_M pixels in column m and, counted from the bottom,
-// row n; within a view t grows upwards too. The one channel Y holds E / scale in half floats, with scale a
-// power of 2 that puts the largest magnitude in (512, 1024], so that a half's 11 bits hold every coefficient
-// that matters. All else is in attributes whose names begin with "lightfield".
+// row n; within a view t grows upwards too. The channel Y holds E / scale in half floats, with scale a power
+// of 2 that puts the largest magnitude in (512, 1024], so that a half's 11 bits hold every coefficient that
+// matters; coloured fields have the channels X and Z besides, each with a scale of its own. All else is in
+// attributes whose names begin with "lightfield".
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -69,7 +70,7 @@ struct Atlas {
     }
 };
 
-Imf::Header make_header(const LightField& field, double scale) {
+Imf::Header make_header(const LightField& field, const V3d& scale) {
     const Rig& rig = field.rig();
     const LightFieldInfo& info = field.info();
     const Atlas atlas{rig};
@@ -80,11 +81,17 @@ Imf::Header make_header(const LightField& field, double scale) {
     Imf::Header header(static_cast<int>(atlas.width()), static_cast<int>(atlas.height()));
     header.compression() = Imf::ZIP_COMPRESSION;
     header.channels().insert("Y", Imf::Channel(Imf::HALF));
-    const bool plain = is_even(rig) && rig.basis == PixelBasis::box;
+    const bool plain = is_even(rig) && rig.basis == PixelBasis::box && !field.coloured();
     header.insert(kVersionName, Imf::IntAttribute(plain ? kEvenBoxes : kVersion));
     if (!plain) {
         header.insert("lightfieldCoordinateS", Imf::DoubleAttribute(rig.s_coordinate.c));
         header.insert("lightfieldCoordinateM", Imf::DoubleAttribute(rig.m_coordinate.c));
+    }
+    if (field.coloured()) {
+        for (const char* name : {"X", "Z"}) header.channels().insert(name, Imf::Channel(Imf::HALF));
+        header.insert("lightfieldScaleX", Imf::DoubleAttribute(scale.x));
+        header.insert("lightfieldScaleZ", Imf::DoubleAttribute(scale.z));
+        header.insert("lightfieldWeights", Imf::V3dAttribute(field.colour_channels().weight));
     }
     header.insert("lightfieldViews", Imf::V2iAttribute(rig.views));
     header.insert("lightfieldPixels", Imf::V2iAttribute(rig.pixels));
@@ -95,7 +102,7 @@ Imf::Header make_header(const LightField& field, double scale) {
     header.insert("lightfieldCentre", Imf::V3dAttribute(rig.centre));
     header.insert("lightfieldLengthUnit", Imf::StringAttribute("m"));
     header.insert("lightfieldFluxUnit", Imf::StringAttribute(std::string(flux_unit_name(info.unit))));
-    header.insert("lightfieldScale", Imf::DoubleAttribute(scale));
+    header.insert("lightfieldScale", Imf::DoubleAttribute(scale.y));
     header.insert("lightfieldColour", Imf::V3fAttribute({info.colour.x, info.colour.y, info.colour.z}));
     header.insert("lightfieldBasis", Imf::StringAttribute(name_of(rig.basis)));
     header.insert("lightfieldProvenance", Imf::StringAttribute(info.provenance));
@@ -165,6 +172,21 @@ LightFieldInfo read_info(const Imf::Header& header) {
     return info;
 }
 
+// Y, and the others if there are any.
+std::vector<const char*> channel_names(const Imf::Header& header) {
+    if (header.channels().findChannel("X") == nullptr && header.channels().findChannel("Z") == nullptr)
+        return {"Y"};
+    return {"X", "Y", "Z"};
+}
+
+double read_scale(const Imf::Header& header, const char* name) {
+    const double scale = required<Imf::DoubleAttribute>(header, name);
+    if (!std::isfinite(scale) || !(scale > 0)) {
+        throw InputError(fmt::format("damaged light field: scale {}; it must be finite and positive", scale));
+    }
+    return scale;
+}
+
 // Is there an image of the atlas's size, and can the file hold it? A lying header must not make us allocate.
 void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file_bytes) {
     const Imath::Box2i window = header.dataWindow();
@@ -182,9 +204,10 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
         throw InputError(fmt::format("damaged light field: {} coefficients in a file of {} bytes",
                                      rig.coefficients(), file_bytes));
     }
-    const Imf::Channel* y = header.channels().findChannel("Y");
-    if (y == nullptr || y->xSampling != 1 || y->ySampling != 1) {
-        throw InputError("damaged light field: no full channel Y");
+    for (const char* name : channel_names(header)) {
+        const Imf::Channel* channel = header.channels().findChannel(name);
+        if (channel == nullptr || channel->xSampling != 1 || channel->ySampling != 1)
+            throw InputError(fmt::format("damaged light field: no full channel {}", name));
     }
 }
 
@@ -203,42 +226,61 @@ LightField read_field(const std::filesystem::path& file) {
     }
     const Rig rig = read_rig(header, version);
     LightFieldInfo info = read_info(header);
-    const double scale = required<Imf::DoubleAttribute>(header, "lightfieldScale");
-    if (!std::isfinite(scale) || !(scale > 0)) {
-        throw InputError(fmt::format("damaged light field: scale {}; it must be finite and positive", scale));
-    }
     check_window(header, rig, std::filesystem::file_size(file));
-    // The image, its coefficients in their order, and the field's own.
-    require_memory(bytes_of(rig.coefficients(), 3 * sizeof(float)),
+    const std::vector<const char*> names = channel_names(header);
+    // The images, their coefficients in their order, and the field's own.
+    require_memory(bytes_of(rig.coefficients(), (2 * names.size() + 2) * sizeof(float)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()), "fewer are accepted");
 
     const Atlas atlas{rig};
     const Imath::V2i origin = header.dataWindow().min;
-    std::vector<float> pixels(rig.coefficients());
     const auto row = static_cast<std::ptrdiff_t>(atlas.width());
-    char* base = reinterpret_cast<char*>(pixels.data()) -
-                 static_cast<std::ptrdiff_t>(sizeof(float)) * (origin.x + row * origin.y);
     Imf::FrameBuffer buffer;
-    buffer.insert("Y", Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * atlas.width()));
+    std::vector<std::vector<float>> pixels(names.size(), std::vector<float>(rig.coefficients()));
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        char* base = reinterpret_cast<char*>(pixels[c].data()) -
+                     static_cast<std::ptrdiff_t>(sizeof(float)) * (origin.x + row * origin.y);
+        buffer.insert(names[c], Imf::Slice(Imf::FLOAT, base, sizeof(float), sizeof(float) * atlas.width()));
+    }
     in.setFrameBuffer(buffer);
     in.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
 
-    std::vector<float> coefficients(rig.coefficients());
-    atlas.for_each([&](std::size_t i, std::size_t pixel) {
-        coefficients[i] = static_cast<float>(double{pixels[pixel]} * scale);
-    });
-    return LightField(rig, std::move(coefficients), std::move(info));
+    std::vector<std::vector<float>> coefficients(names.size(), std::vector<float>(rig.coefficients()));
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const double scale = read_scale(header, names[c][0] == 'Y'   ? "lightfieldScale"
+                                                : names[c][0] == 'X' ? "lightfieldScaleX"
+                                                                     : "lightfieldScaleZ");
+        atlas.for_each([&](std::size_t i, std::size_t pixel) {
+            coefficients[c][i] = static_cast<float>(double{pixels[c][pixel]} * scale);
+        });
+    }
+    if (names.size() == 1) return LightField(rig, coefficients[0], std::move(info));
+    const auto weight = required<Imf::V3dAttribute>(header, "lightfieldWeights");
+    for (int c = 0; c < 3; ++c) {
+        if (!std::isfinite(weight[c]) || !(c == 1 ? weight[c] > 0 : weight[c] >= 0))
+            throw InputError(
+                fmt::format("damaged light field: weights {} {} {}; finite, and that of Y positive", weight.x,
+                            weight.y, weight.z));
+    }
+    return LightField(rig, coefficients[0], coefficients[1], coefficients[2], std::move(info), weight);
 }
 
 }  // namespace
 
 void write_light_field(const std::filesystem::path& file, const LightField& field) {
-    const double scale = storage_scale(field.coefficients());
     const Atlas atlas{field.rig()};
-    std::vector<half> pixels(field.coefficients().size());
-    atlas.for_each([&](std::size_t i, std::size_t pixel) {
-        pixels[pixel] = stored_half(field.coefficients()[i], scale);
-    });
+    const std::vector<const char*> names = field.coloured() ? std::vector{"X", "Y", "Z"} : std::vector{"Y"};
+    V3d scale(1, 1, 1);
+    std::vector<std::vector<half>> pixels(names.size(), std::vector<half>(field.coefficients().size()));
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const int which = names[c][0] - 'X';
+        std::optional<LightField> channel;
+        if (field.coloured()) channel = field.channel(which);
+        const std::span<const float> e = channel ? channel->coefficients() : field.coefficients();
+        scale[which] = storage_scale(e);
+        atlas.for_each(
+            [&](std::size_t i, std::size_t pixel) { pixels[c][pixel] = stored_half(e[i], scale[which]); });
+    }
     replace_file(file, [&](const std::filesystem::path& temporary) {
         // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
         std::ofstream stream(temporary, std::ios::binary);
@@ -246,8 +288,10 @@ void write_light_field(const std::filesystem::path& file, const LightField& fiel
             Imf::StdOFStream named(stream, temporary.c_str());
             Imf::OutputFile out(named, make_header(field, scale));
             Imf::FrameBuffer buffer;
-            buffer.insert("Y", Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels.data()), sizeof(half),
-                                          sizeof(half) * atlas.width()));
+            for (std::size_t c = 0; c < names.size(); ++c) {
+                buffer.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels[c].data()),
+                                                   sizeof(half), sizeof(half) * atlas.width()));
+            }
             out.setFrameBuffer(buffer);
             out.writePixels(static_cast<int>(atlas.height()));
         }

@@ -15,8 +15,9 @@ namespace {
 class MeasuredLight final : public Light {
   public:
     MeasuredLight(LightField field, CellTable table, const MeasuredSettings& settings, double flux,
-                  std::unique_ptr<const LampShape> shape)
+                  std::unique_ptr<const LampShape> shape, const Workers& workers)
         : field_(std::move(field)),
+          colour_(field_, workers),
           table_(std::move(table)),
           placement_(settings.world_from_light, field_.rig().centre, {settings.file.string()}),
           flux_(flux),
@@ -28,11 +29,11 @@ class MeasuredLight final : public Light {
           part_size_(part_size(0), part_size(1)),
           by_flux_(intervals_by_flux()),
           shape_(std::move(shape)),
-          emission_(field_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
+          emission_(field_, colour_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
 
     std::string_view kind() const override { return "lightfield"; }
     FluxUnit unit() const override { return field_.info().unit; }
-    Rgb flux() const override { return static_cast<float>(flux_) * field_.info().colour; }
+    Rgb flux() const override { return static_cast<float>(flux_) * colour_.mean(); }
     bool has_impostor() const override { return true; }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
@@ -77,17 +78,17 @@ class MeasuredLight final : public Light {
         if (!chosen) return std::nullopt;
         Line& line = *chosen;
         line.way = V3d(local.x - line.on_s.x, local.y - line.on_s.y, local.z);
-        const double radiance = radiance_along(line);
-        if (!(radiance > 0)) return std::nullopt;
+        const Radiance radiance = radiance_along(line);
+        if (!radiance.any()) return std::nullopt;
         const double distance = distance_to_origin(line, x);
         if (!(distance > 0)) return std::nullopt;
         const PartPdf part = densities(line);
         const float pdf_w = from ? part.part_pdf_w : part.whole_pdf_w;
-        const auto weight = static_cast<float>(radiance / double{pdf_w});
+        const auto weight = static_cast<float>(radiance.scale / double{pdf_w});
         if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
         return LightSample{to_float(-direction_of(line)),
                            static_cast<float>(distance),
-                           weight * field_.info().colour,
+                           weight * radiance.colour,
                            pdf_w,
                            cell_at(line),
                            part};
@@ -266,9 +267,9 @@ class MeasuredLight final : public Light {
 
     // What a ray along the line sees at distance t, and how probable sample_Li() makes it.
     EmittedRadiance found_along(const Line& line, float t) const {
-        const double radiance = radiance_along(line);
         const PartPdf part = densities(line);
-        return {static_cast<float>(radiance) * field_.info().colour, part.whole_pdf_w, t, part};
+        const Radiance radiance = radiance_along(line);
+        return {static_cast<float>(radiance.scale) * radiance.colour, part.whole_pdf_w, t, part};
     }
 
     // How far the way from x to where the line's light begins must be free; nothing above 0 if x lies behind
@@ -305,9 +306,27 @@ class MeasuredLight final : public Light {
         return {line.on_s.x + line.way.x * stretch, line.on_s.y + line.way.y * stretch};
     }
     // In the scene: the same flux through lengths that are `scale` times as long.
-    double radiance_along(const Line& line) const {
-        if (line.way.z == 0) return 0;  // a point of S: no line
-        return gain_ * double{field_.radiance(line.on_s, on_m(line))} / placement_.scale2();
+    struct Radiance {
+        double scale = 0;
+        Rgb colour{0};
+        bool any() const { return scale > 0 && luminance(colour) > 0; }
+    };
+    Radiance radiance_along(const Line& line) const {
+        if (line.way.z == 0) return {};  // a point of S: no line
+        const V2d at_m = on_m(line);
+        if (!field_.coloured()) {
+            const double radiance = double{field_.radiance(line.on_s, at_m)};
+            return {gain_ * radiance / placement_.scale2(), colour_.mean()};
+        }
+        Rgb h(0);
+        field_.for_each_pixel(line.on_s, at_m, [&](const Cell& cell, float x, float y, float weight) {
+            const float w = field_.members(cell).value(x, y);
+            if (!(w > 0)) return;
+            const LightField::ColourCell colour = field_.colour_members(cell);
+            h += weight * w * colour_.of(w, colour.x.value(x, y), colour.z.value(x, y));
+        });
+        if (!(luminance(h) > 0)) return {};  // also where g itself is 0: rays that pass M at infinity
+        return {gain_ / (field_.rig().geometric_term(line.on_s, at_m) * placement_.scale2()), h};
     }
     // Per solid angle at the far end of `way` [light frame], for a point that is even, in S's coordinate,
     // over an interval of this probability: pdf_a R² / cosθ; scale² cancels between area and R².
@@ -331,6 +350,7 @@ class MeasuredLight final : public Light {
     }
 
     LightField field_;
+    FieldColour colour_;
     CellTable table_;
     Placement placement_;
     double flux_;                             // of all that leaves [field's unit]
@@ -346,7 +366,7 @@ class MeasuredLight final : public Light {
 
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                            const MeasuredSettings& settings, Monitor& monitor,
-                                           std::unique_ptr<const LampShape> shape) {
+                                           std::unique_ptr<const LampShape> shape, const Workers& workers) {
     const Location at{settings.file.string()};
     if (!std::isfinite(settings.power_scale) || settings.power_scale < 0) {
         input_error(at, "power scale {}; finite and not negative", settings.power_scale);
@@ -365,8 +385,8 @@ std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                  to_string(at), measured, flux_unit_name(field.info().unit)));
         flux = 0;
     }
-    auto light =
-        std::make_unique<MeasuredLight>(std::move(field), std::move(table), settings, flux, std::move(shape));
+    auto light = std::make_unique<MeasuredLight>(std::move(field), std::move(table), settings, flux,
+                                                 std::move(shape), workers);
     if (const double beside = light->beside_shape(); beside > 0.01) {
         monitor.warn(
             fmt::format("{}: {:.3g} % of the lamp's light misses its shape and begins on the sampling plane",
@@ -379,7 +399,8 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
                                            Monitor& monitor, std::unique_ptr<const LampShape> shape) {
     LightField field = read_light_field(settings.file);
     CellTable table = load_or_build_cell_table(settings.file, field, workers, monitor);
-    return make_measured_light(std::move(field), std::move(table), settings, monitor, std::move(shape));
+    return make_measured_light(std::move(field), std::move(table), settings, monitor, std::move(shape),
+                               workers);
 }
 
 }  // namespace lucerna

@@ -9,6 +9,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/spectrum.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
@@ -74,10 +75,40 @@ std::filesystem::path sheet_of(const ProjectCommand& command) {
     return std::filesystem::path(command.output).replace_extension(".png");
 }
 
-PlaneIrradiance project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
-                           Monitor& monitor) {
+// Irradiance; of a lamp of several colours, also of X and Z beside it, which is Y.
+struct ColouredPlane {
+    PlaneIrradiance luminance;
+    std::optional<PlaneIrradiance> x, z;
+};
+
+// The rays with their flux of one channel.
+RaySet channel_of(const RaySet& set, int channel) {
+    RaySet of = set;
+    for (std::size_t i = 0; i < of.rays.size(); ++i) of.rays[i].flux *= set.tristimulus[i][channel];
+    return of;
+}
+
+ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, const Workers& workers,
+                               Monitor& monitor) {
+    if (const auto* field = std::get_if<LightField>(&lamp)) {
+        const auto of = [&](int channel) {
+            return project(field->channel(channel), patch, workers, monitor);
+        };
+        if (!field->coloured()) return {project(*field, patch, workers, monitor), {}, {}};
+        return {of(1), of(0), of(2)};
+    }
+    const RaySet& set = std::get<RaySet>(lamp);
+    if (!set.coloured()) return {project(set, patch), {}, {}};
+    return {project(channel_of(set, 1), patch), project(channel_of(set, 0), patch),
+            project(channel_of(set, 2), patch)};
+}
+
+ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
+                         Monitor& monitor) {
+    constexpr double kSamePlane = 1e-9;  // metres: a file may hold the plane's height as a float
     const V3d origin = origin_of(lamp);
-    const double z = command.heights ? distance - origin.z : distance;
+    double z = command.heights ? distance - origin.z : distance;
+    if (std::fabs(z) < kSamePlane) z = 0;
     const auto* field = std::get_if<LightField>(&lamp);
     if (field && z < 0) {
         input_error({command.heights ? "--height" : "--distance"},
@@ -94,16 +125,21 @@ PlaneIrradiance project_at(const ProjectCommand& command, const LampFile& lamp, 
         patch.size = *command.size;
     }
     if (command.centre) patch.centre = *command.centre - V2d(origin.x, origin.y);
-    return field ? project(*field, patch, command.workers, monitor) : project(std::get<RaySet>(lamp), patch);
+    return project_channels(lamp, patch, command.workers, monitor);
 }
 
 // Rows from the top; values below 0, which noise makes, stay in the file.
-Image image_of(const PlaneIrradiance& plane, const LampFile& lamp) {
+Image image_of(const ColouredPlane& coloured, const LampFile& lamp) {
+    const PlaneIrradiance& plane = coloured.luminance;
     Image image = Image::rgb(plane.patch.pixels.x, plane.patch.pixels.y);
     const Rgb colour = colour_of(lamp);
     for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x)
-            image.set_rgb(x, image.height - 1 - y, static_cast<float>(plane.at(x, y)) * colour);
+        for (int x = 0; x < image.width; ++x) {
+            const Rgb rgb = coloured.x
+                                ? xyz_to_rgb({coloured.x->at(x, y), plane.at(x, y), coloured.z->at(x, y)})
+                                : static_cast<float>(plane.at(x, y)) * colour;
+            image.set_rgb(x, image.height - 1 - y, rgb);
+        }
     }
     image.attributes["lucerna.unit"] = irradiance_unit(unit_of(lamp));
     image.attributes["screen"] =
@@ -175,11 +211,11 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     const LampFile lamp = read_lamp_file(command.lamp, monitor);
     std::vector<Image> images;
     for (const double distance : command.distances) {
-        const PlaneIrradiance plane =
+        const ColouredPlane plane =
             naming(command.lamp, [&] { return project_at(command, lamp, distance, monitor); });
         images.push_back(image_of(plane, lamp));
         write_exr(name_of(command, distance), images.back());
-        if (!command.quiet) print_plane(context.out, command, distance, plane, lamp);
+        if (!command.quiet) print_plane(context.out, command, distance, plane.luminance, lamp);
     }
     if (command.png) write_series_picture(command, images);
 }

@@ -286,6 +286,15 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
     parallel_chunks(workers, 2, [&](std::int64_t half) {
         flux[half] = project_half(rig, weights, static_cast<int>(half));
     });
+    // What is emitted is clamped: light that negative coefficients should have taken away stays where it does
+    // not belong. Bells overlap, and about half of the negative sum is taken from what is beside it.
+    double negative = 0, total = 0;
+    for (std::size_t i = 0; i < flux[0].size(); ++i) {
+        const double e = flux[0][i] + flux[1][i];
+        negative += std::max(0.0, -e);
+        total += e;
+    }
+    const double clamped2 = total > 0 ? sqr(0.5 * negative / total) : 0.0;
     std::vector<PlaneError> errors(planes_.size());
     parallel_chunks(workers, static_cast<std::int64_t>(planes_.size()), [&](std::int64_t p) {
         const Plane& plane = planes_[static_cast<std::size_t>(p)];
@@ -304,7 +313,7 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
         const double own = 0.5 * between / all_over_half_;
         PlaneError& error = errors[static_cast<std::size_t>(p)];
         error.distance = plane.distance;
-        error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal : 0;
+        error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal + clamped2 : 0;
         error.counts = plane.signal > 0 ? std::sqrt(0.5 * counts / all_over_half_ / plane.signal) : 0;
     });
     return errors;

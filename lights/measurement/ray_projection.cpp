@@ -35,8 +35,8 @@ double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& 
 
 // Books one ray's flux: what its filters record, and what they do not. Returns the sum of the squares of what
 // they record.
-double account_for(const LampRay& ray, const Rig& rig, const RayWeights& weights, FluxAccount& account) {
-    const double flux = double{ray.flux};
+double account_for(const LampRay& ray, double flux, const Rig& rig, const RayWeights& weights,
+                   FluxAccount& account) {
     if (!(double{ray.d.z} > kGrazing)) {
         account.backward += flux;
         return 0;
@@ -49,15 +49,23 @@ double account_for(const LampRay& ray, const Rig& rig, const RayWeights& weights
     return book_losses(at, flux, rig, account);
 }
 
-// Adds a ray to the filters in row n. `scale` turns flux times weights into W/m⁴.
+// Adds a ray to the filters in row n. `scale` turns flux times weights into W/m⁴. The ray's light is that of
+// each channel: `colour`'s component.
 void add_to_row(const LampRay& ray, const Rig& rig, const RayWeights& weights, int n, double scale,
-                std::vector<double>& e) {
+                const V3d& colour, std::span<std::vector<double>> channels) {
     const Passage at(ray, rig, weights);
     if (at.misses_s) return;
     at.for_each(rig, 1, [&](int j, int l, double up) {
         if (at.base[1] - 1 + j != n) return;
         at.for_each(rig, 0, [&](int i, int k, double across) {
-            e[rig.index(at.base[0] - 1 + i, n, k, l)] += scale * double{ray.flux} * up * across;
+            const double added = scale * double{ray.flux} * up * across;
+            const std::size_t coefficient = rig.index(at.base[0] - 1 + i, n, k, l);
+            if (channels.size() == 1) {
+                channels[0][coefficient] += added;
+                return;
+            }
+            for (std::size_t c = 0; c < 3; ++c)
+                channels[c][coefficient] += added * colour[static_cast<int>(c)];
         });
     });
 }
@@ -81,10 +89,12 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     Phase phase(monitor, "projecting rays", static_cast<std::uint64_t>(rig.views.y));
     const auto bins = rays_by_interval(set, rig);
-    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(double)),
+    const std::size_t channels = set.coloured() ? 3 : 1;
+    require_memory(bytes_of(rig.coefficients(), 2 * channels * sizeof(double)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
                    "fewer views or pixels are accepted");
-    std::vector<double> sums(rig.coefficients());
+    // X, Y and Z, or the one channel that there is.
+    std::vector<std::vector<double>> sums(channels, std::vector<double>(rig.coefficients()));
     const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
     // Each row of filters has coefficients of its own and sees its rays in their order: the same sum on any
     // machine.
@@ -92,26 +102,33 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
         const int n = static_cast<int>(row);
         for (int base = n - 2; base <= n + 1; ++base) {
             for (const std::size_t r : bins[static_cast<std::size_t>(base + 2)]) {
-                add_to_row(set.rays[r], rig, weights, n, scale, sums);
+                add_to_row(set.rays[r], rig, weights, n, scale, set.xyz_of(r), sums);
             }
         }
         phase.advance(1);
     });
-    std::vector<float> coefficients(sums.begin(), sums.end());
+    std::vector<std::vector<float>> coefficients;
+    for (const std::vector<double>& sum : sums) coefficients.emplace_back(sum.begin(), sum.end());
 
     FluxAccount account;
     account.total = set.flux;
     account.skipped = set.skipped_flux;
     // A coefficient is a sum of rays' contributions, so its variance over repetitions of the measurement is
     // estimated by the sum of their squares. Of E times a cell's volume, as the books are in flux.
+    const std::vector<double>& luminance = sums[channels == 3 ? 1 : 0];
     double variance = 0, square = 0;
-    for (const LampRay& ray : set.rays) variance += account_for(ray, rig, weights, account);
-    for (const double e : sums) square += sqr(e * rig.cell_volume());
+    for (std::size_t r = 0; r < set.rays.size(); ++r) {
+        const double flux = double{set.rays[r].flux} * (set.coloured() ? double{set.tristimulus[r].y} : 1.0);
+        variance += account_for(set.rays[r], flux, rig, weights, account);
+    }
+    for (const double e : luminance) square += sqr(e * rig.cell_volume());
     LightFieldInfo info;
     info.colour = set.colour();
     info.unit = set.unit;
     info.provenance = set.provenance;
-    LightField bare(rig, std::move(coefficients));
+    LightField bare = channels == 3 ? LightField(rig, coefficients[0], coefficients[1], coefficients[2])
+                                    : LightField(rig, coefficients[0]);
+    if (bare.coloured()) info.colour = bare.info().colour;
     account.captured = bare.flux();
     info.captured = account.captured;
     info.missed = account.missed();
