@@ -78,19 +78,26 @@ TEST(RayLight, ColouredRays_EachCarryTheirOwnAndAddUpToTheFlux) {
     EXPECT_NEAR(light->power(), 8, 1e-5);
     std::array<std::uint64_t, 5> seen{};
     constexpr int kDraws = 80000;
+    const float channels = light->flux().x + light->flux().y + light->flux().z;
     V3d sum(0, 0, 0);
     for (int i = 0; i < kDraws; ++i) {
         const auto e = light->sample_Le(numbers(static_cast<std::uint64_t>(i)));
         ASSERT_TRUE(e);
         const auto ray = static_cast<std::size_t>(std::lround(e->from.p.x * 1000));
         ++seen[ray];
-        const Rgb own = 8.0F * colour_of_luminance_one(xyz_to_rgb(V3d(set.tristimulus[ray])));
-        EXPECT_NEAR((e->weight - own).length(), 0, 1e-5F);
+        // Its own colour; of all particles the channels add up to the same.
+        const Rgb own = colour_of_luminance_one(xyz_to_rgb(V3d(set.tristimulus[ray])));
+        EXPECT_NEAR((e->weight / luminance(e->weight) - own).length(), 0, 1e-5F * own.length());
+        EXPECT_NEAR((e->weight.x + e->weight.y + e->weight.z) / channels, 1, 1e-5F);
         sum += V3d(e->weight) / kDraws;
     }
+    // Each ray as often as its three channels have of the light's.
     std::array<double, 5> expected{};
-    for (std::size_t i = 0; i < 5; ++i)
-        expected[i] = kDraws / 8.0 * double{set.rays[i].flux} * double{set.tristimulus[i].y};
+    for (std::size_t i = 0; i < 5; ++i) {
+        const Rgb c = colour_of_luminance_one(xyz_to_rgb(V3d(set.tristimulus[i])));
+        expected[i] = kDraws * double{set.rays[i].flux} * double{set.tristimulus[i].y} *
+                      double{c.x + c.y + c.z} / double{channels};
+    }
     const auto fit = testing::chi_square(seen, expected);
     EXPECT_TRUE(fit.accepted()) << fit.statistic;
     EXPECT_EQ(seen[1] + seen[3], 0U) << "no flux, no light";
@@ -100,7 +107,7 @@ TEST(RayLight, ColouredRays_EachCarryTheirOwnAndAddUpToTheFlux) {
     EXPECT_FALSE(testing::chi_square(seen, by_watts).accepted());
     // The mean of the particles is the flux that the light states, colour by colour: to 5 standard errors.
     for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(sum[c], double{light->flux()[c]}, 5 * 12 / std::sqrt(kDraws)) << c;
+        EXPECT_NEAR(sum[c], double{light->flux()[c]}, 5 * double{channels} / std::sqrt(kDraws)) << c;
 }
 
 TEST(RayLight, Placement_MovesTurnsAndScalesTheRays) {
