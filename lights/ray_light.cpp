@@ -13,30 +13,48 @@ float mean_of_channels(const Rgb& c) {
     return (c.x + c.y + c.z) / 3;
 }
 
-// What the rays of a set emit: flux · Y each, and its colour.
+// What the rays of a set emit: flux · Y each, and its colour in linear sRGB without negative components, as
+// particles need it.
+//
+// Spectral colours lie outside sRGB's gamut, and what they add up to, a white LED's light, inside. Mixing
+// each of them with grey would give the lamp another colour: the deep blue of an LED has so little luminance
+// that no blue of sRGB can be as blue. So negative components are left out, and each channel is scaled down
+// to what all rays together have of it: the lamp keeps its flux and its colour, places in its light that are
+// lit by one spectral colour get another luminance. Where the lamp's own colour is outside the gamut and was
+// mixed with grey, the same grey is added to each ray.
 class EmittedColours {
   public:
-    // Of each ray in linear sRGB: luminance 1, no component negative, as particles need it.
-    explicit EmittedColours(const RaySet& set) {
-        each_.reserve(set.tristimulus.size());
-        for (const V3f& xyz : set.tristimulus) each_.push_back(colour_of_luminance_one(xyz_to_rgb(V3d(xyz))));
-        if (each_.empty()) mean_ = set.colour();
+    explicit EmittedColours(const RaySet& set) : mean_(set.colour()) {
+        for (std::size_t i = 0; i < set.rays.size(); ++i) light_ += light_of(set, i);
+        if (!set.coloured() || !(light_ > 0)) return;
+        each_.reserve(set.rays.size());
         V3d sum(0, 0, 0);
         for (std::size_t i = 0; i < set.rays.size(); ++i) {
-            const double light = double{set.rays[i].flux} * set.xyz_of(i).y;
-            light_ += light;
-            if (!each_.empty()) sum += light * V3d(each_[i]);
+            const V3d xyz = set.xyz_of(i);
+            const Rgb colour = xyz.y > 0 ? xyz_to_rgb(xyz / xyz.y) : Rgb(0);
+            each_.push_back({std::max(0.0F, colour.x), std::max(0.0F, colour.y), std::max(0.0F, colour.z)});
+            sum += light_of(set, i) * V3d(each_.back());
         }
-        if (!each_.empty() && light_ > 0) mean_ = Rgb(V3f(sum / light_));
+        Rgb scale(1), grey(0);
+        for (int c = 0; c < 3; ++c) {
+            const double clipped = sum[c] / light_, wanted = double{mean_[c]};
+            if (clipped > wanted) scale[c] = static_cast<float>(wanted / clipped);
+            grey[c] = static_cast<float>(std::max(0.0, wanted - clipped));
+        }
+        for (Rgb& colour : each_) colour = colour * scale + grey;
+    }
+    // flux · Y of a ray.
+    static double light_of(const RaySet& set, std::size_t ray) {
+        return double{set.rays[ray].flux} * set.xyz_of(ray).y;
     }
     const Rgb& of(std::size_t ray) const { return each_.empty() ? mean_ : each_[ray]; }
-    // Of all that is emitted; the gamut may have made it another than the set's.
+    // Of all that is emitted.
     const Rgb& mean() const { return mean_; }
     double light() const { return light_; }  // the sum of flux · Y
 
   private:
     std::vector<Rgb> each_;  // empty: all of mean_
-    Rgb mean_{1.0F};
+    Rgb mean_;
     double light_ = 0;
 };
 
@@ -50,8 +68,8 @@ class RayChoice {
         const std::vector<LampRay>& rays = set.rays;
         upto_.reserve(rays.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            const double light = double{rays[i].flux} * set.xyz_of(i).y;
-            upto_.push_back(total_ += light * double{mean_of_channels(colours.of(i))});
+            upto_.push_back(total_ +=
+                            EmittedColours::light_of(set, i) * double{mean_of_channels(colours.of(i))});
         }
         guide_.resize(rays.size() + 1);
         std::size_t item = 0;
