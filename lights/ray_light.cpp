@@ -9,16 +9,68 @@
 namespace lucerna {
 namespace {
 
-// Rays in proportion to what the eye has of their flux, flux · Y, so that all particles are of one luminance.
+float mean_of_channels(const Rgb& c) {
+    return (c.x + c.y + c.z) / 3;
+}
+
+// What the rays of a set emit: flux · Y each, and its colour in linear sRGB without negative components, as
+// particles need it.
+//
+// Spectral colours lie outside sRGB's gamut, and what they add up to, a white LED's light, inside. Mixing
+// each of them with grey would give the lamp another colour: the deep blue of an LED has so little luminance
+// that no blue of sRGB can be as blue. So negative components are left out, and each channel is scaled down
+// to what all rays together have of it: the lamp keeps its flux and its colour, places in its light that are
+// lit by one spectral colour get another luminance. Where the lamp's own colour is outside the gamut and was
+// mixed with grey, the same grey is added to each ray.
+class EmittedColours {
+  public:
+    explicit EmittedColours(const RaySet& set) : mean_(set.colour()) {
+        for (std::size_t i = 0; i < set.rays.size(); ++i) light_ += light_of(set, i);
+        if (!set.coloured() || !(light_ > 0)) return;
+        each_.reserve(set.rays.size());
+        V3d sum(0, 0, 0);
+        for (std::size_t i = 0; i < set.rays.size(); ++i) {
+            const V3d xyz = set.xyz_of(i);
+            const Rgb colour = xyz.y > 0 ? xyz_to_rgb(xyz / xyz.y) : Rgb(0);
+            each_.push_back({std::max(0.0F, colour.x), std::max(0.0F, colour.y), std::max(0.0F, colour.z)});
+            sum += light_of(set, i) * V3d(each_.back());
+        }
+        Rgb scale(1), grey(0);
+        for (int c = 0; c < 3; ++c) {
+            const double clipped = sum[c] / light_, wanted = double{mean_[c]};
+            if (clipped > wanted) scale[c] = static_cast<float>(wanted / clipped);
+            grey[c] = static_cast<float>(std::max(0.0, wanted - clipped));
+        }
+        for (Rgb& colour : each_) colour = colour * scale + grey;
+    }
+    // flux · Y of a ray.
+    static double light_of(const RaySet& set, std::size_t ray) {
+        return double{set.rays[ray].flux} * set.xyz_of(ray).y;
+    }
+    const Rgb& of(std::size_t ray) const { return each_.empty() ? mean_ : each_[ray]; }
+    // Of all that is emitted.
+    const Rgb& mean() const { return mean_; }
+    double light() const { return light_; }  // the sum of flux · Y
+
+  private:
+    std::vector<Rgb> each_;  // empty: all of mean_
+    Rgb mean_;
+    double light_ = 0;
+};
+
+// Rays in proportion to the mean of the three channels of what they emit. By luminance alone the few rays of
+// a deep blue, each many times as blue as the lamp, would make blue noise; so it costs little in luminance.
 // The running sums are searched from where a guide of as many entries leads to: a constant number of steps on
 // average [Chen and Asau 1974], and a monotone map, so that stratified numbers stay stratified over the file.
 class RayChoice {
   public:
-    explicit RayChoice(const RaySet& set) {
+    RayChoice(const RaySet& set, const EmittedColours& colours) {
         const std::vector<LampRay>& rays = set.rays;
         upto_.reserve(rays.size());
-        for (std::size_t i = 0; i < rays.size(); ++i)
-            upto_.push_back(total_ += double{rays[i].flux} * set.xyz_of(i).y);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            upto_.push_back(total_ +=
+                            EmittedColours::light_of(set, i) * double{mean_of_channels(colours.of(i))});
+        }
         guide_.resize(rays.size() + 1);
         std::size_t item = 0;
         for (std::size_t bucket = 0; bucket < rays.size(); ++bucket) {
@@ -46,29 +98,20 @@ class RayChoice {
     }
 
   private:
-    std::vector<double> upto_;  // sums of flux · Y up to and with ray i
+    std::vector<double> upto_;  // sums up to and with ray i
     std::vector<std::size_t> guide_;
     double total_ = 0;
 };
-
-// Of each ray in linear sRGB: luminance 1, no component negative, as particles need it.
-std::vector<Rgb> colours_in_gamut(const RaySet& set) {
-    std::vector<Rgb> colours;
-    colours.reserve(set.tristimulus.size());
-    for (const V3f& xyz : set.tristimulus) colours.push_back(colour_of_luminance_one(xyz_to_rgb(V3d(xyz))));
-    return colours;
-}
 
 class RayLight final : public Light {
   public:
     RayLight(RaySet set, const RayLightSettings& settings)
         : set_(std::move(set)),
-          choice_(set_),
-          colours_(colours_in_gamut(set_)),
-          mean_colour_(mean_colour()),
+          colours_(set_),
+          choice_(set_, colours_),
           placement_(settings.world_from_light, V3d(0, 0, 0), {settings.file.string()}),
           flux_(settings.power > 0 ? double{settings.power}
-                                   : choice_.total() * double{settings.power_scale}) {
+                                   : colours_.light() * double{settings.power_scale}) {
         set_.tristimulus = {};  // colours_ has taken its place
     }
 
@@ -76,7 +119,7 @@ class RayLight final : public Light {
     FluxUnit unit() const override { return set_.unit; }
     bool is_delta() const override { return true; }
     bool only_particles() const override { return true; }
-    Rgb flux() const override { return static_cast<float>(flux_) * mean_colour_; }
+    Rgb flux() const override { return static_cast<float>(flux_) * colours_.mean(); }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(flux_ > 0)) return std::nullopt;
@@ -85,9 +128,10 @@ class RayLight final : public Light {
         const std::size_t i = choice_.draw(std::min(number, 0x1.fffffffffffffp-1));
         const LampRay& ray = set_.rays[i];
         const V3f d = to_float(placement_.vector(V3d(ray.d)).normalized());
-        return LeSample{{to_float(placement_.point(V3d(ray.o)))},
-                        d,
-                        static_cast<float>(flux_) * (colours_.empty() ? mean_colour_ : colours_[i])};
+        // flux · colour · share of the light / probability
+        const Rgb& colour = colours_.of(i);
+        const double scale = flux_ * choice_.total() / (colours_.light() * double{mean_of_channels(colour)});
+        return LeSample{{to_float(placement_.point(V3d(ray.o)))}, d, static_cast<float>(scale) * colour};
     }
 
     std::optional<LightSample> sample_Li(const V3f& /*x*/, const V2f& /*u*/,
@@ -96,23 +140,9 @@ class RayLight final : public Light {
     }
 
   private:
-    // The mean of what is emitted, which the gamut may have made another colour than the set's.
-    Rgb mean_colour() const {
-        if (colours_.empty()) return set_.colour();
-        V3d sum(0, 0, 0);
-        double flux = 0;
-        for (std::size_t i = 0; i < colours_.size(); ++i) {
-            const double light = double{set_.rays[i].flux} * set_.xyz_of(i).y;
-            sum += light * V3d(colours_[i]);
-            flux += light;
-        }
-        return flux > 0 ? Rgb(V3f(sum / flux)) : Rgb(1);
-    }
-
     RaySet set_;
+    EmittedColours colours_;
     RayChoice choice_;
-    std::vector<Rgb> colours_;  // of the rays, luminance 1; empty: all of mean_colour_
-    Rgb mean_colour_;
     Placement placement_;
     double flux_;  // of all that leaves [the set's unit]
 };

@@ -5,6 +5,7 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
@@ -27,6 +28,11 @@ int channel_rank(const std::string& name) {
     if (name == "G") return 1;
     if (name == "B") return 2;
     return 3;
+}
+
+bool in_colour(const Image& image) {
+    const auto has = [&image](const char* name) { return std::ranges::count(image.channels, name) > 0; };
+    return has("R") && has("G") && has("B");
 }
 
 Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
@@ -91,6 +97,7 @@ void write_exr(const std::filesystem::path& file, const Image& image) {
         header.compression() = Imf::ZIP_COMPRESSION;
         for (const std::string& name : image.channels)
             header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        if (in_colour(image)) Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709's
         for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
         // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
         std::ofstream stream(temporary, std::ios::binary);

@@ -51,6 +51,7 @@ struct Image {
 // cause.
 Image read_exr(const std::filesystem::path& file);
 // Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
+// An image with R, G and B states the chromaticities of Rec. 709: all colours are linear sRGB.
 void write_exr(const std::filesystem::path& file, const Image& image);
 
 // 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright

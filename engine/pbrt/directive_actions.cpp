@@ -156,8 +156,9 @@ void DirectiveReader::attribute() {
         fail(place_, "Attribute \"{}\" is unknown; shape, light, material, medium and texture are accepted",
              shown(target));
     }
-    const Params params =
+    Params params =
         Params::read(tokens(), fmt::format("Attribute \"{}\"", target), place_, reading_.leniency);
+    params.take_colours_in(reading_.state.colour_space);
     const auto& before = reading_.state.attributes;
     const auto changed =
         before ? std::make_shared<AttributeDefaults>(*before) : std::make_shared<AttributeDefaults>();
@@ -296,10 +297,16 @@ void DirectiveReader::accelerator() {
 
 void DirectiveReader::color_space() {
     const std::string name = quoted("a colour space");
-    if (name != "srgb") {
-        reading_.depart(place_, fmt::format("ColorSpace \"{}\" is not supported; srgb is", shown(name)),
-                        "colours are taken as sRGB's", "saturation");
+    const ColourSpace* space = find_colour_space(name);
+    if (!space) {
+        std::vector<std::string_view> names;
+        for (const ColourSpace& known : colour_spaces()) names.push_back(known.name);
+        reading_.depart(
+            place_,
+            fmt::format("ColorSpace \"{}\" is unknown; {} are accepted", shown(name), fmt::join(names, ", ")),
+            "colours are taken as sRGB's", "saturation");
     }
+    reading_.state.colour_space = name == "srgb" ? nullptr : space;
 }
 
 void DirectiveReader::option() {

@@ -386,6 +386,7 @@ Params DirectiveReader::parameters(std::string_view kind, std::string_view targe
         close_file();
         params.read_more(tokens());
     }
+    params.take_colours_in(reading_.state.colour_space);
     if (const auto& attributes = reading_.state.attributes) {
         const auto defaults = attributes->find(target);
         if (defaults != attributes->end()) params.add_defaults(defaults->second);

@@ -168,6 +168,7 @@ void read_other_grid(const std::string& kind, Params& params, Medium& medium) {
                 density[i] += static_cast<float>(value);
             }
         }
+        if (grid->space) sums[which] = V3d(rgb_of_numbers(params, *grid, sums[which] / count)) * count;
     }
     const double all = sums[0].x + sums[0].y + sums[0].z + sums[1].x + sums[1].y + sums[1].z;
     if (!(all > 0)) fail(params.place(), "{} holds nothing", params.owner());

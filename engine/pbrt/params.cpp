@@ -249,6 +249,10 @@ void Params::read_more(Tokens& tokens) {
     depart_oddities(*tokens.place().source);
 }
 
+void Params::take_colours_in(const ColourSpace* space) {
+    for (Param& param : params_) param.space = space;
+}
+
 void Params::depart_oddities(const Source& source) const {
     for (const Source::Oddity& oddity : source.take_oddities()) {
         for (std::uint64_t i = 0; i < oddity.times; ++i)

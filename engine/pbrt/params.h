@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/monitor.h"
 #include "engine/base/vec.h"
 #include "engine/pbrt/tokens.h"
@@ -43,6 +44,7 @@ struct Param {
     std::vector<double> numbers;
     std::vector<std::string> strings;
     std::vector<bool> flags;
+    const ColourSpace* space = nullptr;  // of the numbers of an rgb; null: linear sRGB
     bool used = false;
     bool said = false;  // that it cannot be taken as it stands
 
@@ -63,6 +65,9 @@ class Params {
                        bool ours = false);
     // The list goes on.
     void read_more(Tokens& tokens);
+
+    // The space that the numbers of colours are in.
+    void take_colours_in(const ColourSpace* space);
 
     // Adds those that are not given here, without a warning if they stay unused (pbrt's Attribute directive).
     void add_defaults(const ParamDefaults& defaults) { defaults_ = defaults; }

@@ -198,12 +198,28 @@ std::optional<Rgb> color_of_xyz(Params& params, const Param& param) {
 
 std::optional<Rgb> color_of_rgb(Params& params, const Param& param) {
     if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
-    constexpr double kMost = 3.4e38;
-    return Rgb(V3d(held(params, param, 0, 0, kMost), held(params, param, 1, 0, kMost),
-                   held(params, param, 2, 0, kMost)));
+    const double most = param.space ? 1e30 : 3.4e38;
+    return rgb_of_numbers(params, param,
+                          V3d(held(params, param, 0, 0, most), held(params, param, 1, 0, most),
+                              held(params, param, 2, 0, most)));
 }
 
 }  // namespace
+
+Rgb rgb_of_numbers(const Params& params, const Param& param, const V3d& numbers) {
+    const bool grey = numbers.x == numbers.y && numbers.y == numbers.z;  // white is white in every space
+    if (!param.space || grey) return Rgb(numbers);
+    const V3d xyz = param.space->to_xyz(numbers);
+    const Rgb srgb = xyz_to_rgb(xyz);
+    constexpr float kRounding = 1e-5F;  // of what is inside
+    if (std::min({srgb.x, srgb.y, srgb.z}) < -kRounding * max_component(srgb)) {
+        params.depart(param.place,
+                      fmt::format("\"{}\": this {} colour is outside sRGB's gamut, in which rendering is",
+                                  shown(param.name), param.space->name),
+                      "it is mixed with grey of its luminance", "saturation");
+    }
+    return xyz_colour(xyz);
+}
 
 std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_view name, ColorUse use) {
     const Param* param = params.find(name, {Type::rgb, Type::spectrum, Type::blackbody, Type::xyz});

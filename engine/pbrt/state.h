@@ -49,7 +49,8 @@ struct GraphicsState {
     bool at_start = true;  // transformations are those of the start of a movement (ActiveTransform)
     std::shared_ptr<MaterialEntry> material;
     std::shared_ptr<const AreaLight> area_light;
-    MediumInterface media;  // indices into Draft::media
+    MediumInterface media;                      // indices into Draft::media
+    const ColourSpace* colour_space = nullptr;  // of the text's rgb numbers; null: linear sRGB
     // Shared by all that have the same, as blocks may be many. Null: none.
     std::shared_ptr<const AttributeDefaults> attributes;
 };
@@ -129,6 +130,10 @@ enum class ColorUse : std::uint8_t {
     ratio,     // reflectance, eta, k, sigma: 1 at all wavelengths is (1, 1, 1)
     emission,  // of a light
 };
+// Three numbers of an rgb parameter, not negative, in linear sRGB whatever space they are in. A colour
+// outside its gamut is mixed with grey of its luminance, with a warning.
+Rgb rgb_of_numbers(const Params& params, const Param& param, const V3d& numbers);
+
 // One colour, however it is spelt: rgb, color, xyz, blackbody, spectrum (samples, a name, a .spd file).
 // Nothing if the parameter is absent; a texture is an error. Strength of emission: numbers as they stand (a
 // constant spectrum of value c has luminance c); luminance 1 for a named illuminant and for a blackbody of

@@ -64,6 +64,28 @@ TEST(Exr, ManyChannels_ComeBackColourFirst) {
     EXPECT_EQ(back.value(3, 2, 5), image.value(3, 2, 0));
 }
 
+// What the numbers of red, green and blue mean: Rec. 709's primaries and white, in the header's own
+// attribute.
+TEST(Exr, ColourImage_StatesItsChromaticities) {
+    const testing::TemporaryFolder folder;
+    const auto attribute_of = [&](const std::vector<std::string>& channels) {
+        write_exr(folder / "a.exr", noise(2, 2, channels));
+        std::string bytes;
+        for (const std::byte b : read_bytes(folder / "a.exr")) bytes += static_cast<char>(b);
+        const std::string key("chromaticities\0chromaticities\0\x20\0\0\0", 34);
+        const std::size_t at = bytes.find(key);
+        std::vector<float> values;
+        if (at == std::string::npos) return values;
+        values.resize(8);
+        std::memcpy(values.data(), &bytes[at + key.size()], 32);
+        return values;
+    };
+    EXPECT_EQ(attribute_of({"R", "G", "B", "x"}),
+              (std::vector<float>{0.64F, 0.33F, 0.30F, 0.60F, 0.15F, 0.06F, 0.3127F, 0.3290F}));
+    EXPECT_TRUE(attribute_of({"R", "G"}).empty());
+    EXPECT_TRUE(attribute_of({"Y"}).empty());
+}
+
 TEST(Exr, NaN_IsKept) {
     const testing::TemporaryFolder folder;
     Image image = Image::rgb(2, 2);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <memory>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -72,35 +73,92 @@ RaySet coloured_rays() {
     return set;
 }
 
-TEST(RayLight, ColouredRays_EachCarryTheirOwnAndAddUpToTheFlux) {
-    const RaySet set = coloured_rays();
-    const auto light = make_ray_light(set, RayLightSettings{"five", M44d(), 1, 0});
-    EXPECT_NEAR(light->power(), 8, 1e-5);
-    std::array<std::uint64_t, 5> seen{};
-    constexpr int kDraws = 80000;
-    V3d sum(0, 0, 0);
-    for (int i = 0; i < kDraws; ++i) {
-        const auto e = light->sample_Le(numbers(static_cast<std::uint64_t>(i)));
-        ASSERT_TRUE(e);
-        const auto ray = static_cast<std::size_t>(std::lround(e->from.p.x * 1000));
-        ++seen[ray];
-        const Rgb own = 8.0F * colour_of_luminance_one(xyz_to_rgb(V3d(set.tristimulus[ray])));
-        EXPECT_NEAR((e->weight - own).length(), 0, 1e-5F);
-        sum += V3d(e->weight) / kDraws;
+// What each ray of a light adds to its particles' mean, found by drawing with evenly spaced numbers: each
+// share is known to within 1 / kDraws. And the light itself.
+struct Drawn {
+    std::array<Rgb, 5> weight;  // of a ray's particles; 0: never drawn
+    std::array<double, 5> share{};
+    std::unique_ptr<Light> light;
+
+    explicit Drawn(const RaySet& set) : light(make_ray_light(set, RayLightSettings{"five", M44d(), 1, 0})) {
+        weight.fill(Rgb(0));
+        for (int i = 0; i < kDraws; ++i) {
+            const float u = (static_cast<float>(i) + 0.5F) / kDraws;
+            const auto e = light->sample_Le({{u, 0}, {0, 0}, 0});
+            const auto ray = static_cast<std::size_t>(std::lround(e->from.p.x * 1000));
+            weight[ray] = e->weight;
+            share[ray] += 1.0 / kDraws;
+        }
     }
-    std::array<double, 5> expected{};
-    for (std::size_t i = 0; i < 5; ++i)
-        expected[i] = kDraws / 8.0 * double{set.rays[i].flux} * double{set.tristimulus[i].y};
-    const auto fit = testing::chi_square(seen, expected);
-    EXPECT_TRUE(fit.accepted()) << fit.statistic;
-    EXPECT_EQ(seen[1] + seen[3], 0U) << "no flux, no light";
-    std::array<double, 5> by_watts{};
-    for (std::size_t i = 0; i < 5; ++i) by_watts[i] = kDraws / 8.0 * double{set.rays[i].flux};
-    by_watts[4] += by_watts[3], by_watts[3] = 0;
-    EXPECT_FALSE(testing::chi_square(seen, by_watts).accepted());
-    // The mean of the particles is the flux that the light states, colour by colour: to 5 standard errors.
-    for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(sum[c], double{light->flux()[c]}, 5 * 12 / std::sqrt(kDraws)) << c;
+    static constexpr int kDraws = 80000;
+};
+
+TEST(RayLight, ColouredRays_KeepTheLampsFluxAndColour) {
+    const RaySet set = coloured_rays();
+    const Drawn drawn(set);
+    EXPECT_NEAR(drawn.light->power(), 8, 1e-5);
+    EXPECT_NEAR((drawn.light->flux() - 8.0F * set.colour()).length(), 0, 1e-5F);
+    EXPECT_GT(std::min({set.colour().x, set.colour().y, set.colour().z}), 0.1F) << "the lamp is inside sRGB";
+    V3d sum(0, 0, 0);
+    const Rgb all = drawn.light->flux();
+    for (std::size_t i = 0; i < 5; ++i) {
+        const Rgb& w = drawn.weight[i];
+        sum += drawn.share[i] * V3d(w);
+        if (i == 1 || i == 3) {
+            EXPECT_EQ(drawn.share[i], 0) << "no flux, no light";
+            continue;
+        }
+        EXPECT_GE(std::min({w.x, w.y, w.z}), 0);
+        EXPECT_NEAR((w.x + w.y + w.z) / (all.x + all.y + all.z), 1, 1e-5F);
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], double{all[c]}, 0.01) << c;
+    // Grey for colours outside the gamut would make it another lamp.
+    V3d greyed(0, 0, 0);
+    for (std::size_t i = 0; i < 5; ++i) {
+        const V3d xyz(set.tristimulus[i]);
+        if (xyz.y > 0)
+            greyed += double{set.rays[i].flux} * xyz.y * V3d(colour_of_luminance_one(xyz_to_rgb(xyz)));
+    }
+    EXPECT_GT(std::fabs(greyed.z - double{all.z}), 0.1);
+    // Blue rays are blue, red ones red.
+    EXPECT_GT(drawn.weight[0].z, 10 * std::max(drawn.weight[0].x, drawn.weight[0].y));
+    EXPECT_GT(drawn.weight[2].x, 2 * std::max(drawn.weight[2].y, drawn.weight[2].z));
+    EXPECT_GT(drawn.weight[4].y, 2 * std::max(drawn.weight[4].x, drawn.weight[4].z));
+}
+
+TEST(RayLight, ColoursInsideTheGamut_AreEmittedAsTheyAre) {
+    RaySet set = five_rays();
+    const Rgb colours[] = {{0.5F, 1, 2}, {1, 1, 1}, {2, 0.7F, 0.5F}, {0.9F, 1, 1}, {0.3F, 1.2F, 0.1F}};
+    V3d sum(0, 0, 0);
+    for (std::size_t i = 0; i < 5; ++i) {
+        set.tristimulus.push_back(V3f(rgb_to_xyz(colours[i] / luminance(colours[i]))));
+        sum += double{set.rays[i].flux} * V3d(set.tristimulus.back());
+    }
+    set.xyz = sum / sum.y;
+    const Drawn drawn(set);
+    for (std::size_t i = 0; i < 5; ++i) {
+        if (!(set.rays[i].flux > 0)) continue;
+        const Rgb own = colours[i] / luminance(colours[i]);
+        EXPECT_NEAR((drawn.weight[i] / luminance(drawn.weight[i]) - own).length(), 0, 1e-5F) << i;
+        // What the ray adds is its flux, in lumens.
+        EXPECT_NEAR(drawn.share[i] * double{luminance(drawn.weight[i])}, double{set.rays[i].flux}, 1e-3) << i;
+    }
+}
+
+TEST(RayLight, LampOutsideTheGamut_HasItsColourOfLuminanceOne) {
+    RaySet set = five_rays();
+    V3d sum(0, 0, 0);
+    const double nm[] = {520, 525, 530, 535, 540};
+    for (std::size_t i = 0; i < 5; ++i) {
+        set.tristimulus.push_back(V3f(cie_xyz(nm[i]) / cie_xyz(nm[i]).y));
+        sum += double{set.rays[i].flux} * V3d(set.tristimulus.back());
+    }
+    set.xyz = sum / sum.y;
+    const Drawn drawn(set);
+    EXPECT_NEAR((drawn.light->flux() - 8.0F * set.colour()).length(), 0, 1e-5F);
+    V3d mean(0, 0, 0);
+    for (std::size_t i = 0; i < 5; ++i) mean += drawn.share[i] * V3d(drawn.weight[i]);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], 8 * double{set.colour()[c]}, 1e-3) << c;
 }
 
 TEST(RayLight, Placement_MovesTurnsAndScalesTheRays) {

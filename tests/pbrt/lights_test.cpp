@@ -17,7 +17,9 @@ namespace lucerna {
 namespace lights_test {
 
 using namespace lucerna::testing;
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr std::string_view kSquare =
     "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] ";
@@ -289,6 +291,36 @@ TEST(Lights, Colours_OfEverySpelling_AreTaken) {
     EXPECT_NEAR(scaled.x / luminance(scaled), warm.x, 1e-4);
     const Rgb xyz = color_of("xyz I\" [1.90094 2 2.17766]");
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(xyz[c], 2, 0.01) << c;
+}
+
+TEST(Lights, ColourSpace_IsThatOfTheNumbersUntilTheBlockEnds) {
+    const auto lights = [](const std::string& text) {
+        std::vector<Rgb> colours;
+        for (const auto& light : parts_of_world(text).lights)
+            colours.push_back(light->flux() * static_cast<float>(1 / (4 * M_PI)));
+        return std::pair(colours, read_world(text).warnings);
+    };
+    const std::string light = "LightSource \"point\" \"rgb I\" [ 0.4 0.5 0.2 ]\n";
+    const auto [colours, warnings] =
+        lights("AttributeBegin ColorSpace \"rec2020\"\n" + light +
+               "Attribute \"light\" \"rgb I\" [ 0.4 0.5 0.2 ] ColorSpace \"srgb\" LightSource \"point\"\n"
+               "LightSource \"point\" \"rgb I\" [ 0.4 0.5 0.2 ]\n"
+               "ColorSpace \"acescg\" LightSource \"point\" \"rgb I\" [ 2 2 2 ]\nAttributeEnd\n" +
+               light);
+    ASSERT_EQ(colours.size(), 5U);
+    // The matrix of ITU-R BT.2087, by hand; white stays white.
+    const Rgb wide(1.6605F * 0.4F - 0.5876F * 0.5F - 0.0728F * 0.2F,
+                   -0.1246F * 0.4F + 1.1329F * 0.5F - 0.0083F * 0.2F,
+                   -0.0182F * 0.4F - 0.1006F * 0.5F + 1.1187F * 0.2F);
+    const Rgb expected[] = {wide, wide, Rgb(0.4F, 0.5F, 0.2F), Rgb(2), Rgb(0.4F, 0.5F, 0.2F)};
+    for (std::size_t i = 0; i < 5; ++i)
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(colours[i][c], expected[i][c], 2e-4F) << i << ' ' << c;
+    EXPECT_THAT(warnings, Not(Contains(HasSubstr("gamut"))));
+
+    const auto [green, said] = lights("ColorSpace \"rec2020\" LightSource \"point\" \"rgb I\" [ 0 1 0 ]\n");
+    EXPECT_THAT(said, Contains(HasSubstr("\"I\": this rec2020 colour is outside sRGB's gamut")));
+    EXPECT_EQ(green[0].x, 0);
+    EXPECT_NEAR(luminance(green[0]), 0.678, 1e-3);
 }
 
 struct ImageFolder {

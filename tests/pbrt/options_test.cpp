@@ -261,7 +261,11 @@ TEST(Options, OtherOptions_AreKnownOrRefused) {
     EXPECT_THAT(read_file_text("Option \"bool disablepixeljitter\" true WorldBegin").warnings,
                 ::testing::Contains(HasSubstr("Option \"disablepixeljitter\" has no effect")));
     EXPECT_THAT(refused("Option \"integer nonsense\" 1"), HasSubstr("unknown Option \"nonsense\""));
-    EXPECT_THAT(refused("ColorSpace \"rec2020\""), HasSubstr("ColorSpace \"rec2020\" is not supported"));
+    EXPECT_THAT(refused("ColorSpace \"rec1\""),
+                HasSubstr("ColorSpace \"rec1\" is unknown; srgb, rec2020, dci-p3, acescg, aces2065-1 are"));
+    EXPECT_EQ(refused("ColorSpace \"rec2020\""), "");
+    EXPECT_THAT(refused("ColorSpace \"acescg\" Film \"rgb\""),
+                HasSubstr("an image in ColorSpace \"acescg\" is not supported"));
     EXPECT_EQ(refused("Accelerator \"bvh\" \"string splitmethod\" \"sah\""), "");
 }
 
