@@ -64,7 +64,9 @@ struct RayLightSettings {
 std::unique_ptr<Light> make_ray_light(const RayLightSettings& settings, Monitor& monitor);
 
 // The same from rays in memory; settings.file only names them in messages. Each emission is a ray of the set,
-// chosen in proportion to its flux in constant time, and carries the flux of all usable rays.
+// chosen in proportion to its flux in constant time, and carries the flux of all usable rays. Rays with
+// colours of their own (RaySet::tristimulus) are chosen by the mean of their channels, and each carries its
+// colour; together they have the set's flux and RaySet::colour().
 std::unique_ptr<Light> make_ray_light(RaySet rays, const RayLightSettings& settings);
 
 }  // namespace lucerna
