@@ -189,7 +189,11 @@ void read_attribute(HeaderReader& reader, const std::string& name, const std::st
     } else if (type == "chlist" || type == "stringvector" || type == "preview") {
         std::string value(static_cast<std::size_t>(size), '\0');
         reader.read(value.data(), value.size());
-        if (type == "chlist") part.channels = count_channels(value);
+        // A list by another name is an attribute that the library reads, and no list of what the file has.
+        if (type == "chlist") {
+            const std::int64_t channels = count_channels(value);
+            if (name == "channels") part.channels = channels;
+        }
         if (type == "stringvector") check_texts(value);
         if (type == "preview") check_preview(value);
     } else {
