@@ -131,11 +131,13 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     fmt::print(out, "negative             {} of {} coefficients ({}), which sum to {} of the flux\n",
                negative.count, field.coefficients().size(),
                percent(static_cast<double>(negative.count), count), percent(below, flux));
-    fmt::print(out, "colour               {:.4f} {:.4f} {:.4f}\n", info.colour.x, info.colour.y,
-               info.colour.z);
+    print_chromaticity(out, field.xyz());
+    fmt::print(out, "colours              {}\n",
+               field.coloured() ? "of each place and direction" : "one for all its light");
+    const double bytes = sizeof(float) + (field.coloured() ? sizeof(ColourChannels::Pair) : 0);
     fmt::print(out,
                "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
-               4e-6 * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
+               1e-6 * bytes * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
     fmt::print(out, "content hash         {:016x}\n", content_hash(field));
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
 }

@@ -37,43 +37,47 @@ LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
 LampEmission::LampEmission(LightField field, const std::string& name, EmissionMode mode, std::uint64_t seed,
                            const Workers& workers, Monitor& monitor)
     : mode_(mode), seed_(seed), workers_(workers) {
-    info_.unit = field.info().unit;
-    info_.xyz = rgb_to_xyz(field.info().colour);
-    info_.text = fmt::format("lucerna light field {}; {}", name, field.info().provenance);
     CellTable table(field, workers, monitor);
-    light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode), monitor);
-    flux_ = light_->power();
-    if (!(flux_ > 0)) throw InputError({name}, "the light field emits nothing");
+    take(std::move(field), std::move(table), name, name, monitor);
 }
 
 LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode, std::uint64_t seed,
                            const Workers& workers, Monitor& monitor)
     : mode_(mode), seed_(seed), workers_(workers) {
     LightField field = read_light_field(lamp);
-    info_.unit = field.info().unit;
-    info_.xyz = rgb_to_xyz(field.info().colour);
-    info_.text = fmt::format("lucerna light field {}; {}", lamp.filename().string(), field.info().provenance);
     CellTable table = load_or_build_cell_table(lamp, field, workers, monitor);
-    light_ =
-        make_measured_light(std::move(field), std::move(table), settings_of(lamp.string(), mode), monitor);
-    flux_ = light_->power();
-    if (!(flux_ > 0)) throw InputError({lamp.string()}, "the light field emits nothing");
+    take(std::move(field), std::move(table), lamp.string(), lamp.filename().string(), monitor);
 }
 
-std::vector<LampRay> LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
+void LampEmission::take(LightField field, CellTable table, const std::string& name, const std::string& shown,
+                        Monitor& monitor) {
+    coloured_ = field.coloured();
+    info_.unit = field.info().unit;
+    info_.xyz = field.xyz();
+    info_.colour_per_ray = coloured_;
+    info_.text = fmt::format("lucerna light field {}; {}", shown, field.info().provenance);
+    light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode_), monitor,
+                                 nullptr, workers_);
+    flux_ = light_->power();
+    if (!(flux_ > 0)) throw InputError({name}, "the light field emits nothing");
+}
+
+RayBlock LampEmission::draw(std::uint64_t begin, std::uint64_t end) const {
     std::vector<LeSampleU> u;
     u.reserve(end - begin);
     for (std::uint64_t i = begin; i < end; ++i) u.push_back(numbers(seed_, i));
     std::vector<std::optional<LeSample>> emitted(u.size());
     light_->sample_Le_many(u, emitted);
-    std::vector<LampRay> rays;
-    rays.reserve(u.size());
+    RayBlock block;
+    block.rays.reserve(u.size());
     for (const std::optional<LeSample>& particle : emitted) {
         if (!particle) continue;
         const float flux = luminance(particle->weight);
-        if (flux > 0) rays.push_back({particle->from.p, particle->d, flux});
+        if (!(flux > 0)) continue;
+        block.rays.push_back({particle->from.p, particle->d, flux});
+        if (coloured_) block.tristimulus.emplace_back(rgb_to_xyz(particle->weight / flux));
     }
-    return rays;
+    return block;
 }
 
 namespace {
@@ -86,22 +90,27 @@ class Batches {
 
     std::uint64_t left() const { return left_; }
     // Only mode weighted has draws that carry nothing; a batch of them is passed over.
-    void next(std::vector<LampRay>& batch) {
-        batch.clear();
-        while (batch.empty() && left_ > 0) {
+    void next(RayBlock& batch) {
+        batch = {};
+        while (batch.rays.empty() && left_ > 0) {
             if (monitor_.stopped()) throw Stopped("stopped; no ray file was written");
             // Not more chunks than may be needed: a draw makes one ray at most.
             const std::uint64_t count = std::min(kBatch, (left_ + kDrawsPerChunk - 1) / kDrawsPerChunk);
-            std::vector<std::vector<LampRay>> chunks(count);
+            std::vector<RayBlock> chunks(count);
             parallel_chunks(workers_, static_cast<std::int64_t>(count), [&](std::int64_t chunk) {
                 const std::uint64_t begin = drawn_ + static_cast<std::uint64_t>(chunk) * kDrawsPerChunk;
                 chunks[static_cast<std::size_t>(chunk)] = lamp_.draw(begin, begin + kDrawsPerChunk);
             });
             drawn_ += count * kDrawsPerChunk;
-            for (const auto& chunk : chunks) batch.insert(batch.end(), chunk.begin(), chunk.end());
-            if (batch.size() > left_) batch.resize(left_);
+            for (const RayBlock& chunk : chunks) {
+                batch.rays.insert(batch.rays.end(), chunk.rays.begin(), chunk.rays.end());
+                batch.tristimulus.insert(batch.tristimulus.end(), chunk.tristimulus.begin(),
+                                         chunk.tristimulus.end());
+            }
+            if (batch.rays.size() > left_) batch.rays.resize(left_);
+            if (batch.tristimulus.size() > left_) batch.tristimulus.resize(left_);
         }
-        left_ -= batch.size();
+        left_ -= batch.rays.size();
     }
 
   private:
@@ -123,27 +132,27 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
             "{}: the lamp's colour is not kept; of these formats only TM-25 in lumens can", file.string()));
     }
     // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
+    const bool unequal = mode_ == EmissionMode::weighted || coloured_;
     double factor = 0;
-    std::vector<LampRay> batch;
-    if (mode_ == EmissionMode::weighted) {
+    RayBlock batch;
+    if (unequal) {
         Phase phase(monitor, "weighing rays", rays);
         double sum = 0;
         for (Batches batches(*this, rays, workers_, monitor); batches.left() > 0;) {
             batches.next(batch);
-            for (const LampRay& ray : batch) sum += double{ray.flux};
-            phase.advance(batch.size());
+            for (const LampRay& ray : batch.rays) sum += double{ray.flux};
+            phase.advance(batch.rays.size());
         }
         factor = flux_ / sum;  // every ray counted carries something
     }
     Phase phase(monitor, "writing rays", rays);
     Batches batches(*this, rays, workers_, monitor);
     const auto equal = static_cast<float>(flux_ / static_cast<double>(rays));
-    write_rays(file, info, [&](std::vector<LampRay>& block) {
+    write_rays(file, info, [&](RayBlock& block) {
         batches.next(block);
-        for (LampRay& ray : block)
-            ray.flux =
-                mode_ == EmissionMode::weighted ? static_cast<float>(factor * double{ray.flux}) : equal;
-        phase.advance(block.size());
+        for (LampRay& ray : block.rays)
+            ray.flux = unequal ? static_cast<float>(factor * double{ray.flux}) : equal;
+        phase.advance(block.rays.size());
     });
     return info;
 }

@@ -22,18 +22,23 @@ class LampEmission {
     LampEmission(LightField field, const std::string& name, EmissionMode mode, std::uint64_t seed,
                  const Workers& workers, Monitor& monitor);
 
-    // Writes `rays` rays that add up to the lamp's flux; of equal energy but in mode weighted. Positions are
-    // on S, in the frame of the lamp's file. Throws InputError if the file cannot be written, or when the
-    // user stops it (nothing is left behind). The same for any number of threads.
+    // Writes `rays` rays that add up to the lamp's flux; of equal energy but in mode weighted, and of a lamp
+    // of several colours, whose rays have the colours that renders see of it. Positions are on S, in the
+    // frame of the lamp's file. Throws InputError if the file cannot be written, or when the user stops it
+    // (nothing is left behind). The same for any number of threads.
     RayFileInfo write(const std::filesystem::path& file, std::uint64_t rays, Monitor& monitor) const;
 
     // Rays by their numbers, in memory: those of draws [begin, end) that carry something; their sum over all
-    // draws is not yet the lamp's flux.
-    std::vector<LampRay> draw(std::uint64_t begin, std::uint64_t end) const;
+    // draws is not yet the lamp's flux. With their colours if the lamp has several.
+    RayBlock draw(std::uint64_t begin, std::uint64_t end) const;
     // Total flux, in the field's unit.
     double flux() const { return flux_; }
 
   private:
+    void take(LightField field, CellTable table, const std::string& name, const std::string& shown,
+              Monitor& monitor);
+
+    bool coloured_ = false;
     EmissionMode mode_;
     std::uint64_t seed_;
     Workers workers_;
