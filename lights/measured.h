@@ -44,7 +44,8 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 // if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                            const MeasuredSettings& settings, Monitor& monitor,
-                                           std::unique_ptr<const LampShape> shape = nullptr);
+                                           std::unique_ptr<const LampShape> shape = nullptr,
+                                           const Workers& workers = {});
 
 // A ray file as a light: its rays, emitted as they are. The comparison case for light fields.
 //

@@ -1,0 +1,132 @@
+// Which points of the sampling plane S send light to one place, learned beforehand.
+//
+// A place x sees, through every point (u, v) of S, one point of the measurement plane M: where the line from
+// there by way of x meets it. A rectangular block of S so sees a rectangle of M, and what the block sends to
+// x is about the mean of the flux density h over block and rectangle, times the block's area. (Radiance times
+// the geometric term of x and S is h R D² / z³, with R from the point of S to x: only h varies much.)
+//
+// The pyramid holds these means: of blocks of 2^k x 2^k intervals of S times 2^l x 2^l columns of M, for all
+// k and l. A point of S is drawn for x by descent: from the whole of S to one of four quarters by what they
+// send to x, down to an interval and on within it, as far as M's columns tell its parts apart. A tenth of the
+// draws goes by flux alone, whatever x is. So the density is nowhere less than a tenth of the one that does
+// not know x, and never 0 where h is not.
+//
+// M is counted in columns as each interval numbers them, that is (Setup A) from where the sensor stood: light
+// that goes far keeps its column from one interval to the next. Rectangles are widened by half a column on
+// each side, as far as a column's light may reach when it is interpolated.
+//
+// Numbers are floats cut to 16 bits. Memory: 16/9 of 2 bytes for every cell, nine tenths of the
+// coefficients'.
+//
+// Source: [Lu et al. 2015]; the quadtree, the widening and the defensive part are ours.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/base/memory.h"
+#include "engine/base/parallel.h"
+#include "engine/base/vec.h"
+#include "lights/cell_table.h"
+#include "lights/light_field.h"
+
+namespace lucerna {
+
+class FieldPyramid {
+  public:
+    // The share of the draws that goes by flux alone.
+    static constexpr double kDefensive = 0.1;
+
+    // Requires table.flux() > 0. A part is a block of 2^k x 2^k intervals, with the least k that leaves at
+    // most `parts_across` of them each way.
+    FieldPyramid(const LightField& field, const CellTable& table, int parts_across, const Workers& workers);
+
+    // Per area of S [1/m²].
+    struct Density {
+        double whole;  // of draw() without a part
+        double part;   // of draw() in the part that holds the point
+    };
+    struct Draw {
+        int n, o;  // interval
+        V2d on_s;
+        Density density;
+    };
+    // A point of S for the place x [light frame, m; x.z is not 0]. With an interval: of the part that holds
+    // it. u in [0,1)². None: the part sends nothing anywhere.
+    std::optional<Draw> draw(const V3d& x, const V2f& u, std::optional<V2i> interval = {}) const;
+    // Of draw() giving `on_s`, a point of interval (n, o).
+    Density density(const V3d& x, int n, int o, const V2d& on_s) const;
+
+    // The first interval of the part that holds one, each way.
+    V2i part_of(int n, int o) const {
+        return {n >> part_level_ << part_level_, o >> part_level_ << part_level_};
+    }
+
+    std::size_t bytes() const { return texels_.size() * sizeof(texels_[0]); }
+
+  private:
+    // One axis of the planes.
+    struct Axis {
+        std::vector<double> edge;          // of intervals [m]
+        std::vector<double> first_column;  // its lower edge, by interval [m]
+        double per_column = 0;             // columns per metre
+        int intervals = 1, columns = 1;
+        bool travels = false;  // the columns, with the interval
+
+        // How many columns lie below s [m], as interval n numbers them.
+        double column_at(int n, double s) const {
+            return (s - first_column[static_cast<std::size_t>(n)]) * per_column;
+        }
+    };
+    // Of M's columns, as seen through x.
+    struct Range {
+        float low = 0, high = 0;
+    };
+    // Two halves of a block, along one axis.
+    struct Halves {
+        std::array<Range, 2> seen;
+        std::array<float, 2> length;  // [m]; 0: there is none
+    };
+    using Quarters = std::array<std::array<float, 2>, 2>;
+    struct Level {  // of M
+        std::size_t begin;
+        int size[2];
+    };
+    struct Path;
+
+    void build(const LightField& field, const CellTable& table, const Workers& workers);
+    std::size_t node(int level, int i, int o) const {
+        return first_node_[static_cast<std::size_t>(level)] +
+               static_cast<std::size_t>(i) * static_cast<std::size_t>(across(level, 1)) +
+               static_cast<std::size_t>(o);
+    }
+    int across(int level, int axis) const { return (axes_[axis].intervals + (1 << level) - 1) >> level; }
+    int part_index(int n) const { return n >> part_level_; }
+
+    // Of a block of intervals [begin, end).
+    Range range_of(int axis, double x, double stretch, int begin, int end) const;
+    Halves halves_of_block(int axis, double x, double stretch, int level, int index) const;
+    Quarters light_of(const std::array<const std::uint16_t*, 4>& images, const Halves& rows,
+                      const Halves& columns) const;
+    Quarters flux_of(int level, int i, int o) const;
+    template <typename Choose>
+    Path descend(const V3d& x, Choose&& choose) const;
+    int levels_within(double stretch) const;
+    void draw_by_flux(V2f& u, std::optional<V2i> interval, int& n, int& o) const;
+    Density mixed(const Path& path) const;
+
+    std::array<Axis, 2> axes_;
+    double distance_ = 0;
+    int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
+    int part_level_ = 0;  // whose blocks are parts
+    std::vector<Level> of_m_;
+    std::size_t image_ = 0;                // texels of all levels of M
+    std::vector<std::size_t> first_node_;  // of every level of S
+    std::vector<float> flux_;              // of every node, its share
+    HugeVector<std::uint16_t> texels_;     // images, node after node
+};
+
+}  // namespace lucerna
