@@ -17,8 +17,11 @@ constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on 
 // round numbers make do not lie on the border between two levels.
 constexpr float kTexels = 2.9417F;
 // Within an interval, down to blocks that see so many columns; at most kWithin halvings.
-constexpr double kFinest = 1.0937;
+constexpr double kFinest = 10.937;
 constexpr int kWithin = 6;
+// Then h itself at the middles of kGrid x kGrid squares, and everywhere this share of their mean.
+constexpr std::size_t kGrid = 8;
+constexpr float kUneven = 0.1F;
 
 // The upper half of a float: its range with 8 bits. What is not 0 stays so.
 std::uint16_t packed(float x) {
@@ -30,7 +33,23 @@ float unpacked(std::uint16_t x) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(x) << 16);
 }
 
+// The first of kGrid whose running sum exceeds u of the total; leaves u uniform again. All are above 0.
+std::size_t choose_of(const float* weights, float total, float& u) {
+    float rest = u * total;
+    std::size_t i = 0;
+    while (i + 1 < kGrid && rest >= weights[i]) rest -= weights[i++];
+    u = std::clamp(rest / weights[i], 0.0F, kBelowOne);
+    return i;
+}
+
 }  // namespace
+
+// h at the middles of the squares of a block within an interval, rows along u; and the sums.
+struct FieldPyramid::Grid {
+    float value[kGrid][kGrid];
+    float row[kGrid];
+    float total;
+};
 
 // What a descent came to.
 struct FieldPyramid::Path {
@@ -42,7 +61,7 @@ struct FieldPyramid::Path {
 
 FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int parts_across,
                            const Workers& workers)
-    : distance_(field.rig().distance) {
+    : field_(&field), distance_(field.rig().distance) {
     const Rig& rig = field.rig();
     for (int a = 0; a < 2; ++a) {
         Axis& axis = axes_[static_cast<std::size_t>(a)];
@@ -351,6 +370,82 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     return path;
 }
 
+// Four views reach into an interval; a square's middle sees one pixel of each.
+FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x, double stretch) const {
+    const Rig& rig = field_->rig();
+    const int interval[2] = {path.n, path.o};
+    float weight[2][2][kGrid];        // axis, view; 0 for what the view does not see
+    std::int32_t pixel[2][2][kGrid];  // the same
+    float way2[2][kGrid];             // squared, from the middle to x
+    int view[2][2];
+    for (std::size_t a = 0; a < 2; ++a) {
+        const int axis = static_cast<int>(a);
+        const int n = interval[a];
+        const double edge = axes_[a].edge[static_cast<std::size_t>(n)];
+        const double per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
+        const double x_a = axis == 0 ? x.x : x.y;
+        const double step = (path.high[a] - path.low[a]) / kGrid;
+        for (int v = 0; v < 2; ++v) view[a][v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
+        const float seen[2] = {n > 0 ? 1.0F : 0.0F, n < rig.views[axis] ? 1.0F : 0.0F};
+        const auto last = static_cast<double>(axes_[a].columns);
+        for (std::size_t c = 0; c < kGrid; ++c) {
+            const double u = path.low[a] + (static_cast<double>(c) + 0.5) * step;
+            way2[a][c] = static_cast<float>(sqr(x_a - u));
+            const float lower = bell(static_cast<float>((u - edge) * per_length));
+            const double column = axes_[a].column_at(n, u + (x_a - u) * stretch);
+            const int p = static_cast<int>(std::clamp(column, -1.0, last) + 1) - 1;  // floor
+            for (int v = 0; v < 2; ++v) {
+                const int k = v == 0 ? p : p - rig.shift[axis];
+                const bool inside = (k >= 0) & (k < rig.pixels[axis]);
+                weight[a][v][c] = inside ? seen[v] * (v == 0 ? lower : 1 - lower) : 0.0F;
+                pixel[a][v][c] = std::clamp(k, 0, rig.pixels[axis] - 1);
+            }
+        }
+    }
+    const float* const coefficients = field_->coefficients().data();
+    const auto z2 = static_cast<float>(sqr(x.z));
+    Grid grid;
+    float sum = 0;
+    for (std::size_t r = 0; r < kGrid; ++r) {
+        float value[kGrid] = {};
+        for (int i = 0; i < 2; ++i) {
+            for (int j = 0; j < 2; ++j) {
+                const float* const pixels =
+                    coefficients + rig.index(view[0][i], view[1][j], pixel[0][i][r], 0);
+                for (std::size_t c = 0; c < kGrid; ++c)
+                    value[c] += weight[0][i][r] * weight[1][j][c] * pixels[pixel[1][j][c]];
+            }
+        }
+        float in_row = 0;
+        for (std::size_t c = 0; c < kGrid; ++c) {
+            grid.value[r][c] = std::max(0.0F, value[c]) * std::sqrt(way2[0][r] + way2[1][c] + z2);
+            in_row += grid.value[r][c];
+        }
+        grid.row[r] = in_row;
+        sum += in_row;
+    }
+    const float least = sum > 0 ? kUneven * sum / (kGrid * kGrid) : 1.0F;
+    grid.total = 0;
+    for (std::size_t r = 0; r < kGrid; ++r) {
+        for (std::size_t c = 0; c < kGrid; ++c) grid.value[r][c] += least;
+        grid.row[r] += kGrid * least;
+        grid.total += grid.row[r];
+    }
+    return grid;
+}
+
+void FieldPyramid::enter(Path& path, const Grid& grid, std::size_t row, std::size_t column) {
+    const double p = double{grid.value[row][column]} / double{grid.total};
+    path.whole *= p;
+    path.part *= p;
+    const std::size_t at[2] = {row, column};
+    for (std::size_t a = 0; a < 2; ++a) {
+        const double step = (path.high[a] - path.low[a]) / kGrid;
+        path.low[a] += static_cast<double>(at[a]) * step;
+        path.high[a] = path.low[a] + step;
+    }
+}
+
 // Both strategies.
 FieldPyramid::Density FieldPyramid::mixed(const Path& path) const {
     const double block = (path.high[0] - path.low[0]) * (path.high[1] - path.low[1]);
@@ -395,7 +490,7 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
         return draw;
     }
     rest.x = std::min((u.x - kShare) / (1 - kShare), kBelowOne);
-    const Path path = descend(x, [&](const Quarters& light, int level, const double*) {
+    Path path = descend(x, [&](const Quarters& light, int level, const double*) {
         if (interval && level >= part_level_)
             return (interval->x >> level & 1) << 1 | (interval->y >> level & 1);
         const bool row = !choose_first(rest.x, light[0][0] + light[0][1], light[1][0] + light[1][1]);
@@ -403,6 +498,10 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
         const bool column = !choose_first(rest.y, in_row[0], in_row[1]);
         return (row ? 2 : 0) | (column ? 1 : 0);
     });
+    const Grid grid = grid_of(path, x, distance_ / x.z);
+    const std::size_t row = choose_of(grid.row, grid.total, rest.x);
+    const std::size_t column = choose_of(grid.value[row], grid.row[row], rest.y);
+    enter(path, grid, row, column);
     draw.n = path.n, draw.o = path.o;
     draw.on_s = {path.low[0] + double{rest.x} * (path.high[0] - path.low[0]),
                  path.low[1] + double{rest.y} * (path.high[1] - path.low[1])};
@@ -411,10 +510,18 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
 }
 
 FieldPyramid::Density FieldPyramid::density(const V3d& x, int n, int o, const V2d& on_s) const {
-    return mixed(descend(x, [&](const Quarters&, int level, const double* middle) {
+    Path path = descend(x, [&](const Quarters&, int level, const double* middle) {
         if (level >= 0) return (n >> level & 1) << 1 | (o >> level & 1);
         return (on_s.x >= middle[0] ? 2 : 0) | (on_s.y >= middle[1] ? 1 : 0);
-    }));
+    });
+    const Grid grid = grid_of(path, x, distance_ / x.z);
+    std::size_t at[2];
+    for (std::size_t a = 0; a < 2; ++a) {
+        const double within = (on_s[static_cast<int>(a)] - path.low[a]) / (path.high[a] - path.low[a]);
+        at[a] = static_cast<std::size_t>(std::clamp(within * kGrid, 0.0, kGrid - 1.0));
+    }
+    enter(path, grid, at[0], at[1]);
+    return mixed(path);
 }
 
 }  // namespace lucerna

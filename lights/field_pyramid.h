@@ -40,8 +40,8 @@ class FieldPyramid {
     // The share of the draws that goes by flux alone.
     static constexpr double kDefensive = 0.1;
 
-    // Requires table.flux() > 0. A part is a block of 2^k x 2^k intervals, with the least k that leaves at
-    // most `parts_across` of them each way.
+    // Requires table.flux() > 0. The field must live on, where it is. A part is a block of 2^k x 2^k
+    // intervals, with the least k that leaves at most `parts_across` of them each way.
     FieldPyramid(const LightField& field, const CellTable& table, int parts_across, const Workers& workers);
 
     // Per area of S [1/m²].
@@ -96,6 +96,7 @@ class FieldPyramid {
         int size[2];
     };
     struct Path;
+    struct Grid;
 
     void build(const LightField& field, const CellTable& table, const Workers& workers);
     std::size_t node(int level, int i, int o) const {
@@ -116,8 +117,11 @@ class FieldPyramid {
     Path descend(const V3d& x, Choose&& choose) const;
     int levels_within(double stretch) const;
     void draw_by_flux(V2f& u, std::optional<V2i> interval, int& n, int& o) const;
+    Grid grid_of(const Path& path, const V3d& x, double stretch) const;
+    static void enter(Path& path, const Grid& grid, std::size_t row, std::size_t column);
     Density mixed(const Path& path) const;
 
+    const LightField* field_;
     std::array<Axis, 2> axes_;
     double distance_ = 0;
     int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
