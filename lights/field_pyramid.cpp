@@ -1,11 +1,12 @@
 #include "lights/field_pyramid.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cmath>
-
-#include "lights/bell_cell.h"
+#include <tuple>
 
 namespace lucerna {
 namespace {
@@ -17,7 +18,7 @@ constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on 
 // round numbers make do not lie on the border between two levels.
 constexpr float kTexels = 2.9417F;
 // Within an interval, down to blocks that see so many columns; at most kWithin halvings.
-constexpr double kFinest = 10.937;
+constexpr double kFinest = 7.937;
 constexpr int kWithin = 6;
 // Then h itself at the middles of kGrid x kGrid squares, and everywhere this share of their mean.
 constexpr std::size_t kGrid = 8;
@@ -33,30 +34,92 @@ float unpacked(std::uint16_t x) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(x) << 16);
 }
 
-// The first of kGrid whose running sum exceeds u of the total; leaves u uniform again. All are above 0.
-std::size_t choose_of(const float* weights, float total, float& u) {
-    float rest = u * total;
-    std::size_t i = 0;
-    while (i + 1 < kGrid && rest >= weights[i]) rest -= weights[i++];
-    u = std::clamp(rest / weights[i], 0.0F, kBelowOne);
+// One of kGrid in proportion to weights above 0; leaves u uniform again.
+std::size_t choose_of(const __m256& weights, float total, float& u) {
+    // Running sums.
+    __m256 upto = weights;
+    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 4));
+    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 8));
+    const __m128 lower = _mm256_castps256_ps128(upto);
+    upto = upto + _mm256_set_m128(_mm_permute_ps(lower, 0xff), _mm_setzero_ps());
+    alignas(32) float weight[kGrid];
+    alignas(32) float sums[kGrid + 8] = {};
+    _mm256_store_ps(weight, weights);
+    _mm256_store_ps(sums + 8, upto);
+    const float at = u * total;
+    const int below = _mm256_movemask_ps(upto <= _mm256_set1_ps(at)) & (1 << (kGrid - 1)) - 1;
+    const auto i = static_cast<std::size_t>(std::popcount(static_cast<unsigned>(below)));
+    u = std::clamp((at - sums[7 + i]) / weight[i], 0.0F, kBelowOne);
     return i;
+}
+
+// One of two, likewise; weights[0] + weights[1] > 0.
+std::size_t choose_of_two(const float* weights, float& u) {
+    const float at = u * (weights[0] + weights[1]);
+    const auto i = static_cast<std::size_t>((at >= weights[0]) & (weights[1] > 0));
+    const float before[2] = {0, weights[0]};
+    u = std::min((at - before[i]) / weights[i], kBelowOne);
+    return i;
+}
+
+using Quarters = std::array<float, 4>;
+
+float total_of(const Quarters& light) {
+    return (light[0] + light[1]) + (light[2] + light[3]);
+}
+
+int choose_quarter(const Quarters& light, V2f& u) {
+    const float half[2] = {light[0] + light[1], light[2] + light[3]};
+    const std::size_t upper = choose_of_two(half, u.x);
+    return static_cast<int>(2 * upper + choose_of_two(&light[2 * upper], u.y));
+}
+
+// The quarter in which a point lies, of those around (middle[0], middle[2]).
+int towards(const V2d& on_s, const float* middle) {
+    return (on_s.x >= double{middle[0]} ? 2 : 0) | (on_s.y >= double{middle[2]} ? 1 : 0);
 }
 
 }  // namespace
 
-// h at the middles of the squares of a block within an interval, rows along u; and the sums.
+// A place x, as seen through S: the point u of S is on a line through x that passes M at x_stretched + u
+// rest.
+struct FieldPyramid::Seeing {
+    __m128 x_stretched, rest;  // x D / z; 1 - D / z; of u, u, v, v
+    __m128 per_metre;          // columns
+
+    // The column of M that an edge of S sees, as the interval numbers it whose first column begins there [m].
+    __m128 column_at(const __m128& edge, const __m128& first_column) const {
+        return (x_stretched + edge * rest - first_column) * per_metre;
+    }
+};
+// Two halves of a block along u, and two along v.
+struct FieldPyramid::Halves {
+    __m128 low, high;  // columns of M that they see
+    __m128 length;     // [m]; 0: there is none
+};
+
+// h at the middles of the squares of a block within an interval; and the sums of its columns, along v.
 struct FieldPyramid::Grid {
-    float value[kGrid][kGrid];
-    float row[kGrid];
+    alignas(32) float value[kGrid][kGrid];
+    alignas(32) float column[kGrid];
     float total;
+
+    __m256 along_u(std::size_t c) const {
+        return _mm256_setr_ps(value[0][c], value[1][c], value[2][c], value[3][c], value[4][c], value[5][c],
+                              value[6][c], value[7][c]);
+    }
 };
 
 // What a descent came to.
 struct FieldPyramid::Path {
-    int n = 0, o = 0;        // interval
-    double low[2], high[2];  // of the block within it [m]
-    double whole = 1;        // probability of the block
-    double part = 1;         // the same, given its part
+    int n = 0, o = 0;           // interval
+    alignas(16) float edge[4];  // of the block within it, lower and upper of u and v [m]
+    alignas(16) float seen[4];  // columns of M by its edges
+    double whole = 1;           // probability of the block
+    double part = 1;            // the same, given its part
+
+    V2d low() const { return {double{edge[0]}, double{edge[2]}}; }
+    V2d size() const { return {double{edge[1]} - double{edge[0]}, double{edge[3]} - double{edge[2]}}; }
 };
 
 FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int parts_across,
@@ -67,13 +130,22 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
         Axis& axis = axes_[static_cast<std::size_t>(a)];
         axis.intervals = rig.intervals(a);
         axis.columns = rig.columns(a);
-        axis.travels = rig.shift[a] > 0;
-        for (int n = 0; n <= axis.intervals; ++n) axis.edge.push_back(rig.interval_edge(a, n));
-        for (int n = 0; n < axis.intervals; ++n) axis.first_column.push_back(rig.column_edge(a, n, 0));
-        axis.per_column = axis.columns / (rig.column_edge(a, 0, axis.columns) - rig.column_edge(a, 0, 0));
+        columns_[static_cast<std::size_t>(a)] = static_cast<float>(axis.columns);
+        per_metre_[static_cast<std::size_t>(a)] = static_cast<float>(
+            axis.columns / (rig.column_edge(a, 0, axis.columns) - rig.column_edge(a, 0, 0)));
+        travels_ = travels_ || rig.shift[a] > 0;
     }
     const auto most = static_cast<unsigned>(std::max(axes_[0].intervals, axes_[1].intervals));
     levels_ = std::bit_width(most - 1);
+    // What lies beyond the last interval has no length.
+    for (int a = 0; a < 2; ++a) {
+        Axis& axis = axes_[static_cast<std::size_t>(a)];
+        for (int n = 0; n <= 1 << levels_; ++n) {
+            axis.edge.push_back(static_cast<float>(rig.interval_edge(a, std::min(n, axis.intervals))));
+            axis.first_column.push_back(
+                static_cast<float>(rig.column_edge(a, std::min(n, axis.intervals - 1), 0)));
+        }
+    }
     while (across(part_level_, 0) > parts_across || across(part_level_, 1) > parts_across) ++part_level_;
     Level level{0, {axes_[0].columns, axes_[1].columns}};
     for (;;) {
@@ -98,7 +170,7 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
     const auto length = [&](int a, int begin, int end) {
         const auto& edge = axes_[static_cast<std::size_t>(a)].edge;
         end = std::min(end, axes_[static_cast<std::size_t>(a)].intervals);
-        return edge[static_cast<std::size_t>(end)] - edge[static_cast<std::size_t>(begin)];
+        return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
     };
     // Densities are relative to their mean over all cells.
     double all = 1;
@@ -184,112 +256,115 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
     }
 }
 
-FieldPyramid::Range FieldPyramid::range_of(int axis, double x, double stretch, int begin, int end) const {
-    const Axis& a = axes_[static_cast<std::size_t>(axis)];
-    const auto seen = [&](int n, int edge) {
-        const double u = a.edge[static_cast<std::size_t>(edge)];
-        return a.column_at(n, u + (x - u) * stretch);
+// The quarters of a block; level: theirs.
+FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int level, int i, int o) const {
+    const auto size = std::size_t{1} << level;
+    const std::size_t u = static_cast<std::size_t>(i) * 2 * size, v = static_cast<std::size_t>(o) * 2 * size;
+    // Of the four halves, u, u, v, v: what a table says of the interval or edge `ahead` of their first.
+    const auto of = [&](const std::vector<float>& u_table, const std::vector<float>& v_table,
+                        std::size_t ahead) {
+        return _mm_setr_ps(u_table[u + ahead], u_table[u + size + ahead], v_table[v + ahead],
+                           v_table[v + size + ahead]);
     };
-    double low = seen(begin, begin), high = seen(end - 1, end);
-    if (low > high) std::swap(low, high);
-    if (a.travels) {
-        const double other = seen(begin, begin + 1), another = seen(end - 1, end - 1);
-        low = std::min({low, other, another});
-        high = std::max({high, other, another});
+    const auto edges = [&](std::size_t ahead) { return of(axes_[0].edge, axes_[1].edge, ahead); };
+    const auto first_columns = [&](std::size_t ahead) {
+        return of(axes_[0].first_column, axes_[1].first_column, ahead);
+    };
+    const __m128 lower = edges(0), upper = edges(size);
+    const __m128 column = first_columns(0), last_column = first_columns(size - 1);
+    const __m128 one = seeing.column_at(lower, column), other = seeing.column_at(upper, last_column);
+    __m128 low = _mm_min_ps(one, other), high = _mm_max_ps(one, other);
+    if (travels_) {
+        // Columns leap back from interval to interval: the ends are at either side of the first or the last.
+        const __m128 third = seeing.column_at(edges(1), column),
+                     fourth = seeing.column_at(edges(size - 1), last_column);
+        low = _mm_min_ps(low, _mm_min_ps(third, fourth));
+        high = _mm_max_ps(high, _mm_max_ps(third, fourth));
     }
-    return {static_cast<float>(low) - kReach, static_cast<float>(high) + kReach};
-}
-
-FieldPyramid::Halves FieldPyramid::halves_of_block(int axis, double x, double stretch, int level,
-                                                   int index) const {
-    const Axis& a = axes_[static_cast<std::size_t>(axis)];
-    Halves halves{};
-    for (int c = 0; c < 2; ++c) {
-        const int begin = (2 * index + c) << level;
-        if (begin >= a.intervals) break;
-        const int end = std::min(begin + (1 << level), a.intervals);
-        halves.seen[static_cast<std::size_t>(c)] = range_of(axis, x, stretch, begin, end);
-        halves.length[static_cast<std::size_t>(c)] = static_cast<float>(
-            a.edge[static_cast<std::size_t>(end)] - a.edge[static_cast<std::size_t>(begin)]);
-    }
-    return halves;
+    const __m128 reach = _mm_set1_ps(kReach);
+    return {low - reach, high + reach, upper - lower};
 }
 
 // Mean density over each quarter and the rectangle it sees, times its area.
 FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16_t*, 4>& images,
-                                              const Halves& rows, const Halves& columns) const {
+                                              const Halves& halves) const {
+    const __m128 none = _mm_setzero_ps();
+    const __m128 last = _mm_setr_ps(columns_[0], columns_[0], columns_[1], columns_[1]);
+    const __m128 from = _mm_min_ps(_mm_max_ps(halves.low, none), last);
+    const __m128 to = _mm_min_ps(_mm_max_ps(halves.high, none), last);
+    // Times the length: what is missing weighs nothing.
+    const __m128 per_width = halves.length / (halves.high - halves.low);
+
     // The level of M.
-    float widest = 1;
-    float low[2][2], high[2][2], per_width[2][2];
-    const Halves* const both[2] = {&rows, &columns};
-    for (std::size_t a = 0; a < 2; ++a) {
-        const auto last = static_cast<float>(axes_[a].columns);
-        for (std::size_t c = 0; c < 2; ++c) {
-            const Range& range = both[a]->seen[c];
-            low[a][c] = std::clamp(range.low, 0.0F, last);
-            high[a][c] = std::clamp(range.high, 0.0F, last);
-            widest = std::max(widest, high[a][c] - low[a][c]);
-            // Times the length: what is missing weighs nothing.
-            per_width[a][c] = both[a]->length[c] / (range.high - range.low + 1e-30F);
-        }
-    }
-    const auto bits = std::bit_cast<std::uint32_t>(widest * (1 / kTexels));
-    const int wanted = static_cast<int>(bits >> 23) - 126;
+    __m128 width = to - from;
+    width = _mm_max_ps(width, _mm_movehl_ps(width, width));
+    width = _mm_max_ss(width, _mm_movehdup_ps(width));
+    const float widest = std::max(_mm_cvtss_f32(width), 1.0F);
+    const int wanted = static_cast<int>(std::bit_cast<std::uint32_t>(widest * (1 / kTexels)) >> 23) - 126;
     const auto l = static_cast<std::size_t>(std::clamp(wanted, 0, static_cast<int>(of_m_.size()) - 1));
     const Level& level = of_m_[l];
-    const float scale = std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23);
+    const __m128 scale = _mm_set1_ps(std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23));
 
-    // Four texels from `first`, and the share of each that is seen.
-    int first[2][2];
-    float share[2][2][kTaps];
-    for (std::size_t a = 0; a < 2; ++a) {
-        for (std::size_t c = 0; c < 2; ++c) {
-            const float from = low[a][c] * scale, to = high[a][c] * scale;
-            first[a][c] = std::min(static_cast<int>(from), level.size[a] - 1);
-            const auto base = static_cast<float>(first[a][c]);
-            for (int t = 0; t < kTaps; ++t) {
-                const float at = base + static_cast<float>(t);
-                share[a][c][t] = std::max(0.0F, std::min(to, at + 1) - std::max(from, at));
-            }
-        }
+    // Four texels from the first that is seen, and the share of each.
+    const __m128i ends =
+        _mm_setr_epi32(level.size[0] - 1, level.size[0] - 1, level.size[1] - 1, level.size[1] - 1);
+    const __m128i first = _mm_min_epi32(_mm_cvttps_epi32(from * scale), ends);
+    const __m128 base = _mm_cvtepi32_ps(first);
+    const __m128 begin = from * scale - base, end = to * scale - base;
+    __m128 share[kTaps];  // of one texel, for each half; times the length over the width
+    const __m128 factor = per_width / scale;
+    for (int t = 0; t < kTaps; ++t) {
+        const __m128 at = _mm_set1_ps(static_cast<float>(t)), next = _mm_set1_ps(static_cast<float>(t + 1));
+        share[t] = _mm_max_ps(none, _mm_min_ps(end, next) - _mm_max_ps(begin, at)) * factor;
     }
+    _MM_TRANSPOSE4_PS(share[0], share[1], share[2], share[3]);  // of one half, for each texel
+    alignas(16) float of_row[2][kTaps];
+    _mm_store_ps(of_row[0], share[0]);
+    _mm_store_ps(of_row[1], share[1]);
+    const __m256 of_column = _mm256_set_m128(share[3], share[2]);
+    alignas(16) std::int32_t start[4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(start), first);
+
+    // Four rows of four texels, of two quarters side by side.
     Quarters light;
-    const float back = sqr(1 / scale);  // areas in columns
     for (std::size_t a = 0; a < 2; ++a) {
-        for (std::size_t b = 0; b < 2; ++b) {
-            const std::uint16_t* const image = images[2 * a + b] + level.begin;
-            float sum[kTaps] = {0, 0, 0, 0};
-            for (int r = 0; r < kTaps; ++r) {
-                const int row = std::min(first[0][a] + r, level.size[0] - 1);
-                const std::uint16_t* const texel =
-                    image + static_cast<std::ptrdiff_t>(row) * level.size[1] + first[1][b];
-                for (int t = 0; t < kTaps; ++t) sum[t] += share[0][a][r] * unpacked(texel[t]);
-            }
-            float mean = 0;
-            for (int t = 0; t < kTaps; ++t) mean += sum[t] * share[1][b][t];
-            light[a][b] = mean * back * per_width[0][a] * per_width[1][b];
+        const std::uint16_t* const lower = images[2 * a] + level.begin + start[2];
+        const std::uint16_t* const upper = images[2 * a + 1] + level.begin + start[3];
+        __m256 sum = _mm256_setzero_ps();
+        for (int r = 0; r < kTaps; ++r) {
+            const int row = std::min(start[a] + r, level.size[0] - 1);
+            const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(row) * level.size[1];
+            const __m128i texels =
+                _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(lower + offset)),
+                                   _mm_loadl_epi64(reinterpret_cast<const __m128i*>(upper + offset)));
+            const __m256 values = _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_cvtepu16_epi32(texels), 16));
+            sum = sum + values * _mm256_set1_ps(of_row[a][r]);
         }
+        sum = sum * of_column;
+        sum = _mm256_hadd_ps(sum, sum);
+        sum = _mm256_hadd_ps(sum, sum);
+        light[2 * a] = _mm256_cvtss_f32(sum);
+        light[2 * a + 1] = _mm_cvtss_f32(_mm256_extractf128_ps(sum, 1));
     }
     return light;
 }
 
 FieldPyramid::Quarters FieldPyramid::flux_of(int level, int i, int o) const {
     Quarters flux{};
-    for (int a = 0; a < 2; ++a) {
-        for (int b = 0; b < 2; ++b) {
-            if (2 * i + a < across(level, 0) && 2 * o + b < across(level, 1)) {
-                flux[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)] =
-                    flux_[node(level, 2 * i + a, 2 * o + b)];
-            }
-        }
+    for (int c = 0; c < 4; ++c) {
+        const int u = 2 * i + (c >> 1), v = 2 * o + (c & 1);
+        if (u < across(level, 0) && v < across(level, 1))
+            flux[static_cast<std::size_t>(c)] = flux_[node(level, u, v)];
     }
     return flux;
 }
 
 int FieldPyramid::levels_within(double stretch) const {
     double widest = 0;
-    for (const Axis& axis : axes_) {
-        widest = std::max(widest, (axis.edge.back() - axis.edge.front()) / axis.intervals * axis.per_column);
+    for (std::size_t a = 0; a < 2; ++a) {
+        const auto& edge = axes_[a].edge;
+        widest =
+            std::max(widest, double{edge.back() - edge.front()} / axes_[a].intervals * double{per_metre_[a]});
     }
     widest *= std::fabs(1 - stretch);
     int levels = 0;
@@ -297,179 +372,210 @@ int FieldPyramid::levels_within(double stretch) const {
     return levels;
 }
 
-// choose(quarters, level, middle): one of four, as two bits; level -1 and below within an interval, where
-// `middle` [m] is the border.
+// choose(quarters, level, middle): one of four, as two bits. Their common corner is (middle[0], middle[2])
+// [m]; level -1 is within an interval.
 template <typename Choose>
 FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const double stretch = distance_ / x.z;
+    const auto x_u = static_cast<float>(x.x * stretch), x_v = static_cast<float>(x.y * stretch);
+    const Seeing seeing{_mm_setr_ps(x_u, x_u, x_v, x_v), _mm_set1_ps(static_cast<float>(1 - stretch)),
+                        _mm_setr_ps(per_metre_[0], per_metre_[0], per_metre_[1], per_metre_[1])};
     Path path;
     int i = 0, o = 0;
     const auto follow = [&](const Quarters& light, int chosen, int level) {
-        const float total = (light[0][0] + light[0][1]) + (light[1][0] + light[1][1]);
-        const double p =
-            double{light[static_cast<std::size_t>(chosen >> 1)][static_cast<std::size_t>(chosen & 1)]} /
-            double{total};
-        path.whole *= p;
-        if (level < part_level_) path.part *= p;
-    };
-    const auto dark = [](const Quarters& light) {
-        return !((light[0][0] + light[0][1]) + (light[1][0] + light[1][1]) > 0);
+        const float p = light[static_cast<std::size_t>(chosen)] / total_of(light);
+        path.whole *= double{p};
+        if (level < part_level_) path.part *= double{p};
     };
     for (int k = levels_ - 1; k >= 0; --k) {
-        std::array<const std::uint16_t*, 4> images;
-        const int last[2] = {across(k, 0) - 1, across(k, 1) - 1};
-        for (int c = 0; c < 4; ++c) {
-            images[static_cast<std::size_t>(c)] =
-                &texels_[node(k, std::min(2 * i + (c >> 1), last[0]), std::min(2 * o + (c & 1), last[1])) *
-                         image_];
-        }
-        Quarters light =
-            light_of(images, halves_of_block(0, x.x, stretch, k, i), halves_of_block(1, x.y, stretch, k, o));
-        if (dark(light)) light = flux_of(k, i, o);
-        const int chosen = choose(light, k, nullptr);
+        // What is missing is read as its neighbour, and weighs nothing.
+        const std::size_t u = node(k, 2 * i, 0), v = static_cast<std::size_t>(2 * o);
+        const std::size_t next_u = 2 * i + 1 < across(k, 0) ? static_cast<std::size_t>(across(k, 1)) : 0;
+        const std::size_t next_v = 2 * o + 1 < across(k, 1) ? 1 : 0;
+        const std::uint16_t* const first = texels_.data() + (u + v) * image_;
+        Quarters light = light_of(
+            {first, first + next_v * image_, first + next_u * image_, first + (next_u + next_v) * image_},
+            halves_of_block(seeing, k, i, o));
+        if (!(total_of(light) > 0)) light = flux_of(k, i, o);
+        const float middle[4] = {axes_[0].edge[static_cast<std::size_t>(2 * i + 1) << k], 0,
+                                 axes_[1].edge[static_cast<std::size_t>(2 * o + 1) << k], 0};
+        const int chosen = choose(light, k, middle);
         follow(light, chosen, k);
         i = 2 * i + (chosen >> 1);
         o = 2 * o + (chosen & 1);
     }
     path.n = i, path.o = o;
-    const int index[2] = {i, o};
-    double at[2][2];  // columns seen at the edges
-    for (std::size_t a = 0; a < 2; ++a) {
-        const auto n = static_cast<std::size_t>(index[a]);
-        path.low[a] = axes_[a].edge[n];
-        path.high[a] = axes_[a].edge[n + 1];
-        const double x_a = a == 0 ? x.x : x.y;
-        at[a][0] = axes_[a].column_at(index[a], path.low[a] + (x_a - path.low[a]) * stretch);
-        at[a][1] = axes_[a].column_at(index[a], path.high[a] + (x_a - path.high[a]) * stretch);
-    }
-    const std::uint16_t* const image = &texels_[node(0, i, o) * image_];
+
+    // Within the interval. By edge: lower and upper, of u and v.
+    const std::size_t n[2] = {static_cast<std::size_t>(i), static_cast<std::size_t>(o)};
+    const auto& u_edge = axes_[0].edge;
+    const auto& v_edge = axes_[1].edge;
+    __m128 edges = _mm_setr_ps(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
+    const float u_column = axes_[0].first_column[n[0]], v_column = axes_[1].first_column[n[1]];
+    const __m128 first_columns = _mm_setr_ps(u_column, u_column, v_column, v_column);
+    const std::uint16_t* const image = texels_.data() + node(0, i, o) * image_;
     for (int k = levels_within(stretch); k > 0; --k) {
-        Halves halves[2];
-        double middle[2], column[2];
-        for (std::size_t a = 0; a < 2; ++a) {
-            middle[a] = 0.5 * (path.low[a] + path.high[a]);
-            const double x_a = a == 0 ? x.x : x.y;
-            column[a] = axes_[a].column_at(index[a], middle[a] + (x_a - middle[a]) * stretch);
-            const double edge[3] = {at[a][0], column[a], at[a][1]};
-            for (std::size_t c = 0; c < 2; ++c) {
-                halves[a].seen[c] = {static_cast<float>(std::min(edge[c], edge[c + 1])) - kReach,
-                                     static_cast<float>(std::max(edge[c], edge[c + 1])) + kReach};
-                halves[a].length[c] = 1;
-            }
-        }
-        Quarters light = light_of({image, image, image, image}, halves[0], halves[1]);
-        if (dark(light)) light = {{{1, 1}, {1, 1}}};
+        const __m128 middles = _mm_set1_ps(0.5F) * (edges + _mm_permute_ps(edges, 0b10110001));
+        const __m128 at_edges = seeing.column_at(edges, first_columns);
+        const __m128 at_middles = seeing.column_at(middles, first_columns);
+        const __m128 reach = _mm_set1_ps(kReach);
+        Quarters light = light_of({image, image, image, image},
+                                  {_mm_min_ps(at_edges, at_middles) - reach,
+                                   _mm_max_ps(at_edges, at_middles) + reach, _mm_set1_ps(1)});
+        if (!(total_of(light) > 0)) light = {1, 1, 1, 1};
+        alignas(16) float middle[4];
+        _mm_store_ps(middle, middles);
         const int chosen = choose(light, -1, middle);
         follow(light, chosen, -1);
-        for (std::size_t a = 0; a < 2; ++a) {
-            const bool upper = (chosen >> (1 - a) & 1) != 0;
-            (upper ? path.low : path.high)[a] = middle[a];
-            at[a][upper ? 0 : 1] = column[a];
-        }
+        // The middle becomes the lower edge of an upper half.
+        const __m128i upper =
+            _mm_setr_epi32(-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1), (chosen & 1) - 1);
+        edges = _mm_blendv_ps(edges, middles, _mm_castsi128_ps(upper));
     }
+    _mm_store_ps(path.edge, edges);
+    _mm_store_ps(path.seen, seeing.column_at(edges, first_columns));
     return path;
 }
 
+// The square of a block's grid in which a point lies.
+std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, const V2d& on_s) {
+    const V2d within = (on_s - path.low()) / path.size() * double{kGrid};
+    const auto index = [](double at) { return static_cast<std::size_t>(std::clamp(at, 0.0, kGrid - 1.0)); };
+    return {index(within.x), index(within.y)};
+}
+
 // Four views reach into an interval; a square's middle sees one pixel of each.
-FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x, double stretch) const {
+FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     const Rig& rig = field_->rig();
+    const __m256 lanes = _mm256_setr_ps(0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F);
+    const __m256 one = _mm256_set1_ps(1), half = _mm256_set1_ps(0.5F), none = _mm256_setzero_ps();
     const int interval[2] = {path.n, path.o};
-    float weight[2][2][kGrid];        // axis, view; 0 for what the view does not see
-    std::int32_t pixel[2][2][kGrid];  // the same
-    float way2[2][kGrid];             // squared, from the middle to x
-    int view[2][2];
+    struct Seen {
+        __m256 weight[2];  // of each view; 0 for what it does not see
+        __m256i pixel[2];
+        __m256 way2;  // squared, from the middles to x
+        int view[2];
+    } seen[2];
     for (std::size_t a = 0; a < 2; ++a) {
         const int axis = static_cast<int>(a);
         const int n = interval[a];
-        const double edge = axes_[a].edge[static_cast<std::size_t>(n)];
-        const double per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
-        const double x_a = axis == 0 ? x.x : x.y;
-        const double step = (path.high[a] - path.low[a]) / kGrid;
-        for (int v = 0; v < 2; ++v) view[a][v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
-        const float seen[2] = {n > 0 ? 1.0F : 0.0F, n < rig.views[axis] ? 1.0F : 0.0F};
-        const auto last = static_cast<double>(axes_[a].columns);
-        for (std::size_t c = 0; c < kGrid; ++c) {
-            const double u = path.low[a] + (static_cast<double>(c) + 0.5) * step;
-            way2[a][c] = static_cast<float>(sqr(x_a - u));
-            const float lower = bell(static_cast<float>((u - edge) * per_length));
-            const double column = axes_[a].column_at(n, u + (x_a - u) * stretch);
-            const int p = static_cast<int>(std::clamp(column, -1.0, last) + 1) - 1;  // floor
-            for (int v = 0; v < 2; ++v) {
-                const int k = v == 0 ? p : p - rig.shift[axis];
-                const bool inside = (k >= 0) & (k < rig.pixels[axis]);
-                weight[a][v][c] = inside ? seen[v] * (v == 0 ? lower : 1 - lower) : 0.0F;
-                pixel[a][v][c] = std::clamp(k, 0, rig.pixels[axis] - 1);
-            }
+        const float edge = axes_[a].edge[static_cast<std::size_t>(n)];
+        const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
+        const auto line = [&](float from, float to) {
+            return _mm256_set1_ps(from) + lanes * _mm256_set1_ps((to - from) * (1.0F / kGrid));
+        };
+        const auto x_a = static_cast<float>(axis == 0 ? x.x : x.y);
+        const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
+        const __m256 way = line(low - x_a, high - x_a);
+        seen[a].way2 = way * way;
+        // The bell of the lower view, which falls from 1 to 0.
+        const __m256 f = line((low - edge) * per_length, (high - edge) * per_length);
+        const __m256 rest = one - f;
+        const __m256 bell = _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
+        const __m256 bells[2] = {bell, one - bell};
+        const __m256 column = line(path.seen[2 * a], path.seen[2 * a + 1]);
+        const __m256 last = _mm256_set1_ps(columns_[a]);
+        const __m256i p =
+            _mm256_cvttps_epi32(_mm256_floor_ps(_mm256_min_ps(_mm256_max_ps(column, -one), last)));
+        const __m256i end = _mm256_set1_epi32(rig.pixels[axis]);
+        for (int v = 0; v < 2; ++v) {
+            const bool there = v == 0 ? n > 0 : n < rig.views[axis];
+            seen[a].view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
+            const __m256i k = v == 0 ? p : _mm256_sub_epi32(p, _mm256_set1_epi32(rig.shift[axis]));
+            const __m256i inside = _mm256_andnot_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), k),
+                                                       _mm256_cmpgt_epi32(end, k));
+            seen[a].weight[v] = there ? _mm256_and_ps(bells[v], _mm256_castsi256_ps(inside)) : none;
+            seen[a].pixel[v] = _mm256_max_epi32(
+                _mm256_min_epi32(k, _mm256_sub_epi32(end, _mm256_set1_epi32(1))), _mm256_setzero_si256());
         }
     }
+
+    // Along v the pixels are next to each other: one read for the eight of a row, and each lane takes its
+    // own.
     const float* const coefficients = field_->coefficients().data();
-    const auto z2 = static_cast<float>(sqr(x.z));
+    std::int32_t window[2];
+    __m256i lane[2], there[2];
+    for (std::size_t v = 0; v < 2; ++v) {
+        alignas(32) std::int32_t pixel[kGrid];
+        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel), seen[1].pixel[v]);
+        window[v] = std::min(pixel[0], pixel[kGrid - 1]);
+        lane[v] = _mm256_sub_epi32(seen[1].pixel[v], _mm256_set1_epi32(window[v]));
+        there[v] = _mm256_cmpgt_epi32(_mm256_set1_epi32(rig.pixels.y - window[v]),
+                                      _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    }
+    alignas(32) std::int32_t pixel[2][kGrid];
+    alignas(32) float weight[2][kGrid];
+    alignas(32) float way2[kGrid];
+    for (std::size_t i = 0; i < 2; ++i) {
+        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel[i]), seen[0].pixel[i]);
+        _mm256_store_ps(weight[i], seen[0].weight[i]);
+    }
+    _mm256_store_ps(way2, seen[0].way2);
+    const __m256 way2_column = seen[1].way2 + _mm256_set1_ps(static_cast<float>(sqr(x.z)));
     Grid grid;
-    float sum = 0;
+    __m256 value[kGrid];
+    __m256 sums = none;
+    __m256 in_row[2] = {none, none};  // of the row's two pixels, both views along v
     for (std::size_t r = 0; r < kGrid; ++r) {
-        float value[kGrid] = {};
-        for (int i = 0; i < 2; ++i) {
-            for (int j = 0; j < 2; ++j) {
-                const float* const pixels =
-                    coefficients + rig.index(view[0][i], view[1][j], pixel[0][i][r], 0);
-                for (std::size_t c = 0; c < kGrid; ++c)
-                    value[c] += weight[0][i][r] * weight[1][j][c] * pixels[pixel[1][j][c]];
-            }
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (r > 0 && pixel[i][r] == pixel[i][r - 1]) continue;
+            const auto views = [&](std::size_t j) {
+                const float* const row =
+                    coefficients + rig.index(seen[0].view[i], seen[1].view[j], pixel[i][r], window[j]);
+                return seen[1].weight[j] *
+                       _mm256_permutevar8x32_ps(_mm256_maskload_ps(row, there[j]), lane[j]);
+            };
+            in_row[i] = views(0) + views(1);
         }
-        float in_row = 0;
-        for (std::size_t c = 0; c < kGrid; ++c) {
-            grid.value[r][c] = std::max(0.0F, value[c]) * std::sqrt(way2[0][r] + way2[1][c] + z2);
-            in_row += grid.value[r][c];
-        }
-        grid.row[r] = in_row;
-        sum += in_row;
+        const __m256 h = _mm256_set1_ps(weight[0][r]) * in_row[0] + _mm256_set1_ps(weight[1][r]) * in_row[1];
+        value[r] = _mm256_max_ps(h, none) * _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
+        sums = sums + value[r];
     }
-    const float least = sum > 0 ? kUneven * sum / (kGrid * kGrid) : 1.0F;
-    grid.total = 0;
-    for (std::size_t r = 0; r < kGrid; ++r) {
-        for (std::size_t c = 0; c < kGrid; ++c) grid.value[r][c] += least;
-        grid.row[r] += kGrid * least;
-        grid.total += grid.row[r];
-    }
+    const auto total_of = [](const __m256& v) {
+        __m128 sum = _mm256_castps256_ps128(v) + _mm256_extractf128_ps(v, 1);
+        sum = sum + _mm_movehl_ps(sum, sum);
+        return _mm_cvtss_f32(sum) + _mm_cvtss_f32(_mm_movehdup_ps(sum));
+    };
+    const float sum = total_of(sums);
+    const float least = sum > 0 ? sum * (kUneven / (kGrid * kGrid)) : 1.0F;
+    sums = sums + _mm256_set1_ps(kGrid * least);
+    for (std::size_t r = 0; r < kGrid; ++r) _mm256_store_ps(grid.value[r], value[r] + _mm256_set1_ps(least));
+    _mm256_store_ps(grid.column, sums);
+    grid.total = total_of(sums);
     return grid;
 }
 
-void FieldPyramid::enter(Path& path, const Grid& grid, std::size_t row, std::size_t column) {
-    const double p = double{grid.value[row][column]} / double{grid.total};
-    path.whole *= p;
-    path.part *= p;
-    const std::size_t at[2] = {row, column};
-    for (std::size_t a = 0; a < 2; ++a) {
-        const double step = (path.high[a] - path.low[a]) / kGrid;
-        path.low[a] += static_cast<double>(at[a]) * step;
-        path.high[a] = path.low[a] + step;
-    }
-}
-
-// Both strategies.
-FieldPyramid::Density FieldPyramid::mixed(const Path& path) const {
-    const double block = (path.high[0] - path.low[0]) * (path.high[1] - path.low[1]);
+// The density of a point in one square of the grid.
+FieldPyramid::Density FieldPyramid::mixed(const Path& path, const Grid& grid, std::size_t row,
+                                          std::size_t column) const {
     const auto n = static_cast<std::size_t>(path.n), o = static_cast<std::size_t>(path.o);
-    const double interval =
-        (axes_[0].edge[n + 1] - axes_[0].edge[n]) * (axes_[1].edge[o + 1] - axes_[1].edge[o]);
-    const double flux = kDefensive * double{flux_[node(0, path.n, path.o)]} / interval;
+    const auto size = [](const Axis& axis, std::size_t i) {
+        return double{axis.edge[i + 1]} - double{axis.edge[i]};
+    };
+    const double flux =
+        kDefensive * double{flux_[node(0, path.n, path.o)]} / (size(axes_[0], n) * size(axes_[1], o));
     const double part = double{flux_[node(part_level_, part_index(path.n), part_index(path.o))]};
-    return {(1 - kDefensive) * path.whole / block + flux / double{flux_.back()},
-            part > 0 ? (1 - kDefensive) * path.part / block + flux / part : 0.0};
+    const V2d block = path.size();
+    const double per_area = (1 - kDefensive) * kGrid * kGrid * double{grid.value[row][column]} /
+                            (double{grid.total} * block.x * block.y);
+    return {path.whole * per_area + flux / double{flux_.back()},
+            part > 0 ? path.part * per_area + flux / part : 0.0};
 }
 
-void FieldPyramid::draw_by_flux(V2f& u, std::optional<V2i> interval, int& n, int& o) const {
-    n = 0, o = 0;
+V2d FieldPyramid::draw_by_flux(V2f u, std::optional<V2i> interval) const {
+    int n = 0, o = 0;
     int k = levels_ - 1;
     if (interval) n = part_index(interval->x), o = part_index(interval->y), k = part_level_ - 1;
     for (; k >= 0; --k) {
-        const Quarters flux = flux_of(k, n, o);
-        const bool row = !choose_first(u.x, flux[0][0] + flux[0][1], flux[1][0] + flux[1][1]);
-        const auto& in_row = flux[row ? 1 : 0];
-        const bool column = !choose_first(u.y, in_row[0], in_row[1]);
-        n = 2 * n + (row ? 1 : 0);
-        o = 2 * o + (column ? 1 : 0);
+        const int chosen = choose_quarter(flux_of(k, n, o), u);
+        n = 2 * n + (chosen >> 1);
+        o = 2 * o + (chosen & 1);
     }
+    const auto at = [](const Axis& axis, int i, float part) {
+        const double edge = double{axis.edge[static_cast<std::size_t>(i)]};
+        return edge + double{part} * (double{axis.edge[static_cast<std::size_t>(i) + 1]} - edge);
+    };
+    return {at(axes_[0], n, u.x), at(axes_[1], o, u.y)};
 }
 
 std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
@@ -478,50 +584,39 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
     constexpr auto kShare = static_cast<float>(kDefensive);
     if (interval && !(flux_[node(part_level_, part_index(interval->x), part_index(interval->y))] > 0))
         return std::nullopt;
-    Draw draw{};
     V2f rest = u;
-    if (u.x < kShare) {
-        rest.x = std::min(u.x / kShare, kBelowOne);
-        draw_by_flux(rest, interval, draw.n, draw.o);
-        const auto n = static_cast<std::size_t>(draw.n), o = static_cast<std::size_t>(draw.o);
-        draw.on_s = {axes_[0].edge[n] + double{rest.x} * (axes_[0].edge[n + 1] - axes_[0].edge[n]),
-                     axes_[1].edge[o] + double{rest.y} * (axes_[1].edge[o + 1] - axes_[1].edge[o])};
-        draw.density = density(x, draw.n, draw.o, draw.on_s);
-        return draw;
-    }
-    rest.x = std::min((u.x - kShare) / (1 - kShare), kBelowOne);
-    Path path = descend(x, [&](const Quarters& light, int level, const double*) {
+    const bool by_flux = u.x < kShare;
+    rest.x = std::min(by_flux ? u.x / kShare : (u.x - kShare) / (1 - kShare), kBelowOne);
+    Draw draw{};
+    if (by_flux) draw.on_s = draw_by_flux(rest, interval);
+    // The descent to the point drawn, or a descent that draws one.
+    const Path path = descend(x, [&](const Quarters& light, int level, const float* middle) {
+        if (by_flux) return towards(draw.on_s, middle);
         if (interval && level >= part_level_)
             return (interval->x >> level & 1) << 1 | (interval->y >> level & 1);
-        const bool row = !choose_first(rest.x, light[0][0] + light[0][1], light[1][0] + light[1][1]);
-        const auto& in_row = light[row ? 1 : 0];
-        const bool column = !choose_first(rest.y, in_row[0], in_row[1]);
-        return (row ? 2 : 0) | (column ? 1 : 0);
+        return choose_quarter(light, rest);
     });
-    const Grid grid = grid_of(path, x, distance_ / x.z);
-    const std::size_t row = choose_of(grid.row, grid.total, rest.x);
-    const std::size_t column = choose_of(grid.value[row], grid.row[row], rest.y);
-    enter(path, grid, row, column);
+    const Grid grid = grid_of(path, x);
+    std::size_t row = 0, column = 0;
+    if (by_flux) {
+        std::tie(row, column) = square_of(path, draw.on_s);
+    } else {
+        column = choose_of(_mm256_load_ps(grid.column), grid.total, rest.y);
+        row = choose_of(grid.along_u(column), grid.column[column], rest.x);
+        const V2d low = path.low(), step = path.size() / double{kGrid};
+        draw.on_s = {low.x + (static_cast<double>(row) + double{rest.x}) * step.x,
+                     low.y + (static_cast<double>(column) + double{rest.y}) * step.y};
+    }
     draw.n = path.n, draw.o = path.o;
-    draw.on_s = {path.low[0] + double{rest.x} * (path.high[0] - path.low[0]),
-                 path.low[1] + double{rest.y} * (path.high[1] - path.low[1])};
-    draw.density = mixed(path);
+    draw.density = mixed(path, grid, row, column);
     return draw;
 }
 
-FieldPyramid::Density FieldPyramid::density(const V3d& x, int n, int o, const V2d& on_s) const {
-    Path path = descend(x, [&](const Quarters&, int level, const double* middle) {
-        if (level >= 0) return (n >> level & 1) << 1 | (o >> level & 1);
-        return (on_s.x >= middle[0] ? 2 : 0) | (on_s.y >= middle[1] ? 1 : 0);
-    });
-    const Grid grid = grid_of(path, x, distance_ / x.z);
-    std::size_t at[2];
-    for (std::size_t a = 0; a < 2; ++a) {
-        const double within = (on_s[static_cast<int>(a)] - path.low[a]) / (path.high[a] - path.low[a]);
-        at[a] = static_cast<std::size_t>(std::clamp(within * kGrid, 0.0, kGrid - 1.0));
-    }
-    enter(path, grid, at[0], at[1]);
-    return mixed(path);
+FieldPyramid::Density FieldPyramid::density(const V3d& x, const V2d& on_s) const {
+    const Path path =
+        descend(x, [&](const Quarters&, int, const float* middle) { return towards(on_s, middle); });
+    const auto [row, column] = square_of(path, on_s);
+    return mixed(path, grid_of(path, x), row, column);
 }
 
 }  // namespace lucerna

@@ -25,6 +25,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "engine/base/memory.h"
@@ -57,8 +58,8 @@ class FieldPyramid {
     // A point of S for the place x [light frame, m; x.z is not 0]. With an interval: of the part that holds
     // it. u in [0,1)². None: the part sends nothing anywhere.
     std::optional<Draw> draw(const V3d& x, const V2f& u, std::optional<V2i> interval = {}) const;
-    // Of draw() giving `on_s`, a point of interval (n, o).
-    Density density(const V3d& x, int n, int o, const V2d& on_s) const;
+    // Of draw() giving `on_s`, a point of S.
+    Density density(const V3d& x, const V2d& on_s) const;
 
     // The first interval of the part that holds one, each way.
     V2i part_of(int n, int o) const {
@@ -68,30 +69,17 @@ class FieldPyramid {
     std::size_t bytes() const { return texels_.size() * sizeof(texels_[0]); }
 
   private:
-    // One axis of the planes.
+    // One axis of S, as many intervals as there are leaves of the quadtree: those beyond the last have no
+    // length.
     struct Axis {
-        std::vector<double> edge;          // of intervals [m]
-        std::vector<double> first_column;  // its lower edge, by interval [m]
-        double per_column = 0;             // columns per metre
-        int intervals = 1, columns = 1;
-        bool travels = false;  // the columns, with the interval
-
-        // How many columns lie below s [m], as interval n numbers them.
-        double column_at(int n, double s) const {
-            return (s - first_column[static_cast<std::size_t>(n)]) * per_column;
-        }
+        std::vector<float> edge;          // of intervals [m]
+        std::vector<float> first_column;  // of M, its lower edge, by interval [m]
+        int intervals = 1, columns = 1;   // that there are
     };
-    // Of M's columns, as seen through x.
-    struct Range {
-        float low = 0, high = 0;
-    };
-    // Two halves of a block, along one axis.
-    struct Halves {
-        std::array<Range, 2> seen;
-        std::array<float, 2> length;  // [m]; 0: there is none
-    };
-    using Quarters = std::array<std::array<float, 2>, 2>;
-    struct Level {  // of M
+    struct Seeing;
+    struct Halves;
+    using Quarters = std::array<float, 4>;  // lower u: lower and upper v; upper u: the same
+    struct Level {                          // of M
         std::size_t begin;
         int size[2];
     };
@@ -107,22 +95,21 @@ class FieldPyramid {
     int across(int level, int axis) const { return (axes_[axis].intervals + (1 << level) - 1) >> level; }
     int part_index(int n) const { return n >> part_level_; }
 
-    // Of a block of intervals [begin, end).
-    Range range_of(int axis, double x, double stretch, int begin, int end) const;
-    Halves halves_of_block(int axis, double x, double stretch, int level, int index) const;
-    Quarters light_of(const std::array<const std::uint16_t*, 4>& images, const Halves& rows,
-                      const Halves& columns) const;
+    Halves halves_of_block(const Seeing& seeing, int level, int i, int o) const;
+    Quarters light_of(const std::array<const std::uint16_t*, 4>& images, const Halves& halves) const;
     Quarters flux_of(int level, int i, int o) const;
     template <typename Choose>
     Path descend(const V3d& x, Choose&& choose) const;
     int levels_within(double stretch) const;
-    void draw_by_flux(V2f& u, std::optional<V2i> interval, int& n, int& o) const;
-    Grid grid_of(const Path& path, const V3d& x, double stretch) const;
-    static void enter(Path& path, const Grid& grid, std::size_t row, std::size_t column);
-    Density mixed(const Path& path) const;
+    static std::pair<std::size_t, std::size_t> square_of(const Path& path, const V2d& on_s);
+    Grid grid_of(const Path& path, const V3d& x) const;
+    Density mixed(const Path& path, const Grid& grid, std::size_t row, std::size_t column) const;
+    V2d draw_by_flux(V2f u, std::optional<V2i> interval) const;
 
     const LightField* field_;
     std::array<Axis, 2> axes_;
+    std::array<float, 2> columns_{}, per_metre_{};  // of M: how many, and how many per metre
+    bool travels_ = false;                          // M's columns, with the interval
     double distance_ = 0;
     int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
     int part_level_ = 0;  // whose blocks are parts

@@ -207,7 +207,7 @@ class MeasuredLight final : public Light {
         const double radiance = radiance_along(line);
         if (!(radiance > 0)) return {Rgb(0.0F), 0, t};
         const V3d x(line.on_s.x + line.way.x, line.on_s.y + line.way.y, line.way.z);
-        const PartPdf part = per_solid_angle(line, pyramid_->density(x, line.n, line.o, line.on_s));
+        const PartPdf part = per_solid_angle(line, pyramid_->density(x, line.on_s));
         return {static_cast<float>(radiance) * field_.info().colour, part.whole_pdf_w, t, part};
     }
 
