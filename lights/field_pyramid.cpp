@@ -8,6 +8,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "lights/bell.h"
+
 namespace lucerna {
 namespace {
 
@@ -22,7 +24,7 @@ constexpr double kFinest = 7.937;
 constexpr int kWithin = 6;
 // Then h itself at the middles of kGrid x kGrid squares, and everywhere this share of their mean.
 constexpr std::size_t kGrid = 8;
-constexpr float kUneven = 0.1F;
+constexpr float kUneven = 0.03F;
 
 // The upper half of a float: its range with 8 bits. What is not 0 stays so.
 std::uint16_t packed(float x) {
@@ -47,7 +49,7 @@ std::size_t choose_of(const __m256& weights, float total, float& u) {
     _mm256_store_ps(weight, weights);
     _mm256_store_ps(sums + 8, upto);
     const float at = u * total;
-    const int below = _mm256_movemask_ps(upto <= _mm256_set1_ps(at)) & (1 << (kGrid - 1)) - 1;
+    const int below = _mm256_movemask_ps(upto <= _mm256_set1_ps(at)) & ((1 << (kGrid - 1)) - 1);
     const auto i = static_cast<std::size_t>(std::popcount(static_cast<unsigned>(below)));
     u = std::clamp((at - sums[7 + i]) / weight[i], 0.0F, kBelowOne);
     return i;
@@ -84,13 +86,12 @@ int towards(const V2d& on_s, const float* middle) {
 // A place x, as seen through S: the point u of S is on a line through x that passes M at x_stretched + u
 // rest.
 struct FieldPyramid::Seeing {
-    __m128 x_stretched, rest;  // x D / z; 1 - D / z; of u, u, v, v
-    __m128 per_metre;          // columns
+    __m128 x_seen,
+        rest;  // of u, u, v, v: x D / z less where columns begin; 1 - D / z, or with the sensor -D / z
+    __m128 per_metre;  // columns
 
-    // The column of M that an edge of S sees, as the interval numbers it whose first column begins there [m].
-    __m128 column_at(const __m128& edge, const __m128& first_column) const {
-        return (x_stretched + edge * rest - first_column) * per_metre;
-    }
+    // The column of M that an edge of S sees.
+    __m128 column_at(const __m128& edge) const { return (x_seen + edge * rest) * per_metre; }
 };
 // Two halves of a block along u, and two along v.
 struct FieldPyramid::Halves {
@@ -114,7 +115,6 @@ struct FieldPyramid::Grid {
 struct FieldPyramid::Path {
     int n = 0, o = 0;           // interval
     alignas(16) float edge[4];  // of the block within it, lower and upper of u and v [m]
-    alignas(16) float seen[4];  // columns of M by its edges
     double whole = 1;           // probability of the block
     double part = 1;            // the same, given its part
 
@@ -127,13 +127,18 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
     : field_(&field), distance_(field.rig().distance) {
     const Rig& rig = field.rig();
     for (int a = 0; a < 2; ++a) {
-        Axis& axis = axes_[static_cast<std::size_t>(a)];
+        const auto at = static_cast<std::size_t>(a);
+        Axis& axis = axes_[at];
         axis.intervals = rig.intervals(a);
-        axis.columns = rig.columns(a);
-        columns_[static_cast<std::size_t>(a)] = static_cast<float>(axis.columns);
-        per_metre_[static_cast<std::size_t>(a)] = static_cast<float>(
-            axis.columns / (rig.column_edge(a, 0, axis.columns) - rig.column_edge(a, 0, 0)));
-        travels_ = travels_ || rig.shift[a] > 0;
+        // From where the sensor stood, as far as its bell brings light; where it stands still that is one
+        // place for all intervals.
+        axis.margin = rig.shift[a];
+        axis.columns = rig.pixels[a] + 2 * axis.margin;
+        const double width = rig.column_edge(a, 1, rig.pixels[a]) - rig.column_edge(a, 1, 0);
+        const double pixel = width / rig.pixels[a];
+        first_column_[at] = axis.margin > 0 ? -0.5 * width - axis.margin * pixel : rig.column_edge(a, 1, 0);
+        columns_[at] = static_cast<float>(axis.columns);
+        per_metre_[at] = static_cast<float>(1 / pixel);
     }
     const auto most = static_cast<unsigned>(std::max(axes_[0].intervals, axes_[1].intervals));
     levels_ = std::bit_width(most - 1);
@@ -142,8 +147,6 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
         Axis& axis = axes_[static_cast<std::size_t>(a)];
         for (int n = 0; n <= 1 << levels_; ++n) {
             axis.edge.push_back(static_cast<float>(rig.interval_edge(a, std::min(n, axis.intervals))));
-            axis.first_column.push_back(
-                static_cast<float>(rig.column_edge(a, std::min(n, axis.intervals - 1), 0)));
         }
     }
     while (across(part_level_, 0) > parts_across || across(part_level_, 1) > parts_across) ++part_level_;
@@ -165,6 +168,55 @@ FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int 
     build(field, table, workers);
 }
 
+// What an interval sends on the average, by the column counted from where it is itself: a view is seen as
+// many columns further on as the interval's points lie from its filter, weighed by its bell.
+void FieldPyramid::spread_views(int n, int o, float scale, std::vector<float>& out) const {
+    const Rig& rig = field_->rig();
+    struct Share {
+        int offset;
+        float weight;
+    };
+    std::vector<Share> shares[2][2];  // axis, view
+    for (int a = 0; a < 2; ++a) {
+        const int shift = rig.shift[a];
+        if (shift == 0) shares[a][0] = shares[a][1] = {{0, 0.5F}};
+        for (int d = 0; d <= shift && shift > 0; ++d) {
+            const auto upto = [&](double at) { return bell_integral(std::clamp(at / shift, 0.0, 1.0)); };
+            const auto weight = static_cast<float>(upto(d + 0.5) - upto(d - 0.5));
+            shares[a][0].push_back({d, weight});
+            shares[a][1].push_back({-d, weight});
+        }
+    }
+    const int size[2] = {axes_[0].columns, axes_[1].columns};
+    const int margin[2] = {axes_[0].margin, axes_[1].margin};
+    const auto width = static_cast<std::size_t>(rig.pixels.y);
+    std::vector<float> rows(static_cast<std::size_t>(size[0]) * width);
+    for (int j = 0; j < 2; ++j) {
+        const int view_v = o - 1 + j;
+        if (view_v < 0 || view_v >= rig.views.y) continue;
+        std::fill(rows.begin(), rows.end(), 0.0F);
+        for (int i = 0; i < 2; ++i) {
+            const int view_u = n - 1 + i;
+            if (view_u < 0 || view_u >= rig.views.x) continue;
+            for (const auto& [offset, weight] : shares[0][i]) {
+                for (int k = 0; k < rig.pixels.x; ++k) {
+                    const float* const in = &field_->coefficients()[rig.index(view_u, view_v, k, 0)];
+                    float* const row = &rows[static_cast<std::size_t>(k - offset + margin[0]) * width];
+                    for (std::size_t l = 0; l < width; ++l) row[l] += weight * std::max(0.0F, in[l]);
+                }
+            }
+        }
+        for (const auto& [offset, weight] : shares[1][j]) {
+            for (int r = 0; r < size[0]; ++r) {
+                const float* const in = &rows[static_cast<std::size_t>(r) * width];
+                float* const row = &out[static_cast<std::size_t>(r) * static_cast<std::size_t>(size[1]) +
+                                        static_cast<std::size_t>(margin[1] - offset)];
+                for (std::size_t l = 0; l < width; ++l) row[l] += scale * weight * in[l];
+            }
+        }
+    }
+}
+
 void FieldPyramid::build(const LightField& field, const CellTable& table, const Workers& workers) {
     const Rig& rig = field.rig();
     const auto length = [&](int a, int begin, int end) {
@@ -172,17 +224,8 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
         end = std::min(end, axes_[static_cast<std::size_t>(a)].intervals);
         return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
     };
-    // Densities are relative to their mean over all cells.
-    double all = 1;
-    std::vector<double> per_length[2];  // of columns
-    for (int a = 0; a < 2; ++a) {
-        const int columns = axes_[static_cast<std::size_t>(a)].columns;
-        const double seen = rig.column_edge(a, 0, columns) - rig.column_edge(a, 0, 0);
-        all *= length(a, 0, rig.intervals(a)) * seen;
-        for (int p = 0; p < columns; ++p) {
-            per_length[a].push_back(1 / (rig.column_edge(a, 0, p + 1) - rig.column_edge(a, 0, p)));
-        }
-    }
+    // Densities are relative to their mean.
+    const double mean = table.flux() / (rig.cell_volume() * static_cast<double>(table.cells()));
     const auto columns = [&](int a) {
         return static_cast<std::size_t>(axes_[static_cast<std::size_t>(a)].columns);
     };
@@ -219,15 +262,14 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
     parallel_chunks(workers, std::int64_t{rig.intervals(0)} * rig.intervals(1), [&](std::int64_t at) {
         const int n = static_cast<int>(at / rig.intervals(1)), o = static_cast<int>(at % rig.intervals(1));
         std::vector<float> fine(columns(0) * columns(1)), coarse;
-        table.probabilities(n, o, fine);
         const std::size_t here = node(0, n, o);
         flux_[here] = table.interval_probability(n, o);
-        const double scale = all / (length(0, n, n + 1) * length(1, o, o + 1));
-        for (std::size_t p = 0; p < columns(0); ++p) {
-            for (std::size_t q = 0; q < columns(1); ++q) {
-                float& x = fine[p * columns(1) + q];
-                x = static_cast<float>(double{x} * scale * per_length[0][p] * per_length[1][q]);
-            }
+        if (axes_[0].margin > 0 || axes_[1].margin > 0) {
+            spread_views(n, o, static_cast<float>(1 / mean), fine);
+        } else {
+            table.probabilities(n, o, fine);
+            const double cell = rig.cell_volume() * mean / table.flux();
+            for (float& x : fine) x = static_cast<float>(double{x} / cell);
         }
         reduce(here, fine, coarse);
     });
@@ -267,22 +309,10 @@ FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int lev
                            v_table[v + size + ahead]);
     };
     const auto edges = [&](std::size_t ahead) { return of(axes_[0].edge, axes_[1].edge, ahead); };
-    const auto first_columns = [&](std::size_t ahead) {
-        return of(axes_[0].first_column, axes_[1].first_column, ahead);
-    };
     const __m128 lower = edges(0), upper = edges(size);
-    const __m128 column = first_columns(0), last_column = first_columns(size - 1);
-    const __m128 one = seeing.column_at(lower, column), other = seeing.column_at(upper, last_column);
-    __m128 low = _mm_min_ps(one, other), high = _mm_max_ps(one, other);
-    if (travels_) {
-        // Columns leap back from interval to interval: the ends are at either side of the first or the last.
-        const __m128 third = seeing.column_at(edges(1), column),
-                     fourth = seeing.column_at(edges(size - 1), last_column);
-        low = _mm_min_ps(low, _mm_min_ps(third, fourth));
-        high = _mm_max_ps(high, _mm_max_ps(third, fourth));
-    }
+    const __m128 one = seeing.column_at(lower), other = seeing.column_at(upper);
     const __m128 reach = _mm_set1_ps(kReach);
-    return {low - reach, high + reach, upper - lower};
+    return {_mm_min_ps(one, other) - reach, _mm_max_ps(one, other) + reach, upper - lower};
 }
 
 // Mean density over each quarter and the rectangle it sees, times its area.
@@ -377,13 +407,21 @@ int FieldPyramid::levels_within(double stretch) const {
 template <typename Choose>
 FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const double stretch = distance_ / x.z;
-    const auto x_u = static_cast<float>(x.x * stretch), x_v = static_cast<float>(x.y * stretch);
-    const Seeing seeing{_mm_setr_ps(x_u, x_u, x_v, x_v), _mm_set1_ps(static_cast<float>(1 - stretch)),
-                        _mm_setr_ps(per_metre_[0], per_metre_[0], per_metre_[1], per_metre_[1])};
+    const auto seen = [&](double x_a, std::size_t a) {
+        return static_cast<float>(x_a * stretch - first_column_[a]);
+    };
+    const auto rest = [&](std::size_t a) {
+        return static_cast<float>((axes_[a].margin > 0 ? 0 : 1) - stretch);
+    };
+    const auto twice = [](float u, float v) { return _mm_setr_ps(u, u, v, v); };
+    const Seeing seeing{twice(seen(x.x, 0), seen(x.y, 1)), twice(rest(0), rest(1)),
+                        twice(per_metre_[0], per_metre_[1])};
+    const __m128 reach = _mm_set1_ps(kReach);
     Path path;
     int i = 0, o = 0;
     const auto follow = [&](const Quarters& light, int chosen, int level) {
-        const float p = light[static_cast<std::size_t>(chosen)] / total_of(light);
+        const float total = total_of(light);
+        const float p = total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // no flux at all
         path.whole *= double{p};
         if (level < part_level_) path.part *= double{p};
     };
@@ -411,14 +449,11 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const auto& u_edge = axes_[0].edge;
     const auto& v_edge = axes_[1].edge;
     __m128 edges = _mm_setr_ps(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
-    const float u_column = axes_[0].first_column[n[0]], v_column = axes_[1].first_column[n[1]];
-    const __m128 first_columns = _mm_setr_ps(u_column, u_column, v_column, v_column);
     const std::uint16_t* const image = texels_.data() + node(0, i, o) * image_;
     for (int k = levels_within(stretch); k > 0; --k) {
         const __m128 middles = _mm_set1_ps(0.5F) * (edges + _mm_permute_ps(edges, 0b10110001));
-        const __m128 at_edges = seeing.column_at(edges, first_columns);
-        const __m128 at_middles = seeing.column_at(middles, first_columns);
-        const __m128 reach = _mm_set1_ps(kReach);
+        const __m128 at_edges = seeing.column_at(edges);
+        const __m128 at_middles = seeing.column_at(middles);
         Quarters light = light_of({image, image, image, image},
                                   {_mm_min_ps(at_edges, at_middles) - reach,
                                    _mm_max_ps(at_edges, at_middles) + reach, _mm_set1_ps(1)});
@@ -433,7 +468,6 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
         edges = _mm_blendv_ps(edges, middles, _mm_castsi128_ps(upper));
     }
     _mm_store_ps(path.edge, edges);
-    _mm_store_ps(path.seen, seeing.column_at(edges, first_columns));
     return path;
 }
 
@@ -447,6 +481,7 @@ std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, co
 // Four views reach into an interval; a square's middle sees one pixel of each.
 FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     const Rig& rig = field_->rig();
+    const double stretch = distance_ / x.z;
     const __m256 lanes = _mm256_setr_ps(0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F);
     const __m256 one = _mm256_set1_ps(1), half = _mm256_set1_ps(0.5F), none = _mm256_setzero_ps();
     const int interval[2] = {path.n, path.o};
@@ -464,7 +499,8 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
         const auto line = [&](float from, float to) {
             return _mm256_set1_ps(from) + lanes * _mm256_set1_ps((to - from) * (1.0F / kGrid));
         };
-        const auto x_a = static_cast<float>(axis == 0 ? x.x : x.y);
+        const double x_of_axis = axis == 0 ? x.x : x.y;
+        const auto x_a = static_cast<float>(x_of_axis);
         const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
         const __m256 way = line(low - x_a, high - x_a);
         seen[a].way2 = way * way;
@@ -473,8 +509,14 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
         const __m256 rest = one - f;
         const __m256 bell = _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
         const __m256 bells[2] = {bell, one - bell};
-        const __m256 column = line(path.seen[2 * a], path.seen[2 * a + 1]);
-        const __m256 last = _mm256_set1_ps(columns_[a]);
+        // As the interval numbers the columns.
+        const double first = rig.column_edge(axis, n, 0);
+        const auto seen_from = [&](float u) {
+            return static_cast<float>((double{u} + (x_of_axis - double{u}) * stretch - first) *
+                                      double{per_metre_[a]});
+        };
+        const __m256 column = line(seen_from(low), seen_from(high));
+        const __m256 last = _mm256_set1_ps(static_cast<float>(rig.columns(axis)));
         const __m256i p =
             _mm256_cvttps_epi32(_mm256_floor_ps(_mm256_min_ps(_mm256_max_ps(column, -one), last)));
         const __m256i end = _mm256_set1_epi32(rig.pixels[axis]);

@@ -72,9 +72,9 @@ class FieldPyramid {
     // One axis of S, as many intervals as there are leaves of the quadtree: those beyond the last have no
     // length.
     struct Axis {
-        std::vector<float> edge;          // of intervals [m]
-        std::vector<float> first_column;  // of M, its lower edge, by interval [m]
-        int intervals = 1, columns = 1;   // that there are
+        std::vector<float> edge;         // of intervals [m]
+        int intervals = 1, columns = 1;  // that there are
+        int margin = 0;                  // columns on either side that no sensor has, but bells reach
     };
     struct Seeing;
     struct Halves;
@@ -87,6 +87,7 @@ class FieldPyramid {
     struct Grid;
 
     void build(const LightField& field, const CellTable& table, const Workers& workers);
+    void spread_views(int n, int o, float scale, std::vector<float>& out) const;
     std::size_t node(int level, int i, int o) const {
         return first_node_[static_cast<std::size_t>(level)] +
                static_cast<std::size_t>(i) * static_cast<std::size_t>(across(level, 1)) +
@@ -109,7 +110,7 @@ class FieldPyramid {
     const LightField* field_;
     std::array<Axis, 2> axes_;
     std::array<float, 2> columns_{}, per_metre_{};  // of M: how many, and how many per metre
-    bool travels_ = false;                          // M's columns, with the interval
+    std::array<double, 2> first_column_{};          // of M, its lower edge [m]
     double distance_ = 0;
     int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
     int part_level_ = 0;  // whose blocks are parts
