@@ -22,9 +22,12 @@ constexpr float kTexels = 2.9417F;
 // Within an interval, down to blocks that see so many columns; at most kWithin halvings.
 constexpr double kFinest = 7.937;
 constexpr int kWithin = 6;
-// Then h itself at the middles of kGrid x kGrid squares, and everywhere this share of their mean.
+// Then h itself at the middles of kGrid x kGrid squares. Elsewhere in a square it may be more, above all
+// where negative coefficients end it: so much of its bound without them is added, and everywhere a share of
+// the mean.
 constexpr std::size_t kGrid = 8;
-constexpr float kUneven = 0.03F;
+constexpr float kPositive = 0.25F;
+constexpr float kUneven = 0.15F;
 
 // The upper half of a float: its range with 8 bits. What is not 0 stays so.
 std::uint16_t packed(float x) {
@@ -557,20 +560,26 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     Grid grid;
     __m256 value[kGrid];
     __m256 sums = none;
-    __m256 in_row[2] = {none, none};  // of the row's two pixels, both views along v
+    // Of the row's two pixels, both views along v: h, and what it would be without its negative coefficients.
+    __m256 in_row[2] = {none, none}, positive_in_row[2] = {none, none};
     for (std::size_t r = 0; r < kGrid; ++r) {
         for (std::size_t i = 0; i < 2; ++i) {
             if (r > 0 && pixel[i][r] == pixel[i][r - 1]) continue;
-            const auto views = [&](std::size_t j) {
+            const auto view = [&](std::size_t j) {
                 const float* const row =
                     coefficients + rig.index(seen[0].view[i], seen[1].view[j], pixel[i][r], window[j]);
-                return seen[1].weight[j] *
-                       _mm256_permutevar8x32_ps(_mm256_maskload_ps(row, there[j]), lane[j]);
+                return _mm256_permutevar8x32_ps(_mm256_maskload_ps(row, there[j]), lane[j]);
             };
-            in_row[i] = views(0) + views(1);
+            const __m256 lower = view(0), upper = view(1);
+            in_row[i] = seen[1].weight[0] * lower + seen[1].weight[1] * upper;
+            positive_in_row[i] = seen[1].weight[0] * _mm256_max_ps(lower, none) +
+                                 seen[1].weight[1] * _mm256_max_ps(upper, none);
         }
-        const __m256 h = _mm256_set1_ps(weight[0][r]) * in_row[0] + _mm256_set1_ps(weight[1][r]) * in_row[1];
-        value[r] = _mm256_max_ps(h, none) * _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
+        const __m256 w0 = _mm256_set1_ps(weight[0][r]), w1 = _mm256_set1_ps(weight[1][r]);
+        const __m256 h = _mm256_max_ps(w0 * in_row[0] + w1 * in_row[1], none);
+        const __m256 bound = w0 * positive_in_row[0] + w1 * positive_in_row[1];
+        const __m256 way = _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
+        value[r] = (h + _mm256_set1_ps(kPositive) * _mm256_max_ps(bound, none)) * way;
         sums = sums + value[r];
     }
     const auto total_of = [](const __m256& v) {
