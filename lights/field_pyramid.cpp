@@ -20,14 +20,14 @@ constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on 
 // round numbers make do not lie on the border between two levels.
 constexpr float kTexels = 2.9417F;
 // Within an interval, down to blocks that see so many columns; at most kWithin halvings.
-constexpr double kFinest = 7.937;
+constexpr double kFinest = 7;
 constexpr int kWithin = 6;
 // Then h itself at the middles of kGrid x kGrid squares. Elsewhere in a square it may be more, above all
 // where negative coefficients end it: so much of its bound without them is added, and everywhere a share of
 // the mean.
 constexpr std::size_t kGrid = 8;
 constexpr float kPositive = 0.25F;
-constexpr float kUneven = 0.15F;
+constexpr float kUneven = 0.03F;
 
 // The upper half of a float: its range with 8 bits. What is not 0 stays so.
 std::uint16_t packed(float x) {
@@ -481,16 +481,17 @@ std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, co
     return {index(within.x), index(within.y)};
 }
 
-// Four views reach into an interval; a square's middle sees one pixel of each.
+// Four views reach into an interval; a square sees one or two of their pixels along each axis, and is given
+// their mean by its middle's bells.
 FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     const Rig& rig = field_->rig();
     const double stretch = distance_ / x.z;
-    const __m256 lanes = _mm256_setr_ps(0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F);
+    const __m256 lanes = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
     const __m256 one = _mm256_set1_ps(1), half = _mm256_set1_ps(0.5F), none = _mm256_setzero_ps();
     const int interval[2] = {path.n, path.o};
     struct Seen {
-        __m256 weight[2];  // of each view; 0 for what it does not see
-        __m256i pixel[2];
+        __m256 weight[2][2];  // of each view's two pixels; 0 for what it does not see
+        __m256i pixel[2][2];
         __m256 way2;  // squared, from the middles to x
         int view[2];
     } seen[2];
@@ -499,39 +500,53 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
         const int n = interval[a];
         const float edge = axes_[a].edge[static_cast<std::size_t>(n)];
         const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
-        const auto line = [&](float from, float to) {
+        // At the squares' lower edges and at their middles.
+        const auto edges = [&](float from, float to) {
             return _mm256_set1_ps(from) + lanes * _mm256_set1_ps((to - from) * (1.0F / kGrid));
+        };
+        const auto middles = [&](float from, float to) {
+            const float step = (to - from) * (1.0F / kGrid);
+            return _mm256_set1_ps(from + 0.5F * step) + lanes * _mm256_set1_ps(step);
         };
         const double x_of_axis = axis == 0 ? x.x : x.y;
         const auto x_a = static_cast<float>(x_of_axis);
         const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
-        const __m256 way = line(low - x_a, high - x_a);
+        const __m256 way = middles(low - x_a, high - x_a);
         seen[a].way2 = way * way;
         // The bell of the lower view, which falls from 1 to 0.
-        const __m256 f = line((low - edge) * per_length, (high - edge) * per_length);
+        const __m256 f = middles((low - edge) * per_length, (high - edge) * per_length);
         const __m256 rest = one - f;
         const __m256 bell = _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
         const __m256 bells[2] = {bell, one - bell};
-        // As the interval numbers the columns.
+        // As the interval numbers the columns: of each square the first, and how much of it lies in the next.
         const double first = rig.column_edge(axis, n, 0);
         const auto seen_from = [&](float u) {
             return static_cast<float>((double{u} + (x_of_axis - double{u}) * stretch - first) *
                                       double{per_metre_[a]});
         };
-        const __m256 column = line(seen_from(low), seen_from(high));
+        const float begin = seen_from(low), end = seen_from(high);
+        const float width = std::fabs(end - begin) * (1.0F / kGrid);
+        const __m256 column = edges(begin, end) - _mm256_set1_ps(end < begin ? width : 0.0F);
         const __m256 last = _mm256_set1_ps(static_cast<float>(rig.columns(axis)));
-        const __m256i p =
-            _mm256_cvttps_epi32(_mm256_floor_ps(_mm256_min_ps(_mm256_max_ps(column, -one), last)));
-        const __m256i end = _mm256_set1_epi32(rig.pixels[axis]);
+        const __m256 whole = _mm256_floor_ps(column);
+        const __m256 beyond =
+            (column - whole + _mm256_set1_ps(width) - one) * _mm256_set1_ps(1 / std::max(width, 1e-6F));
+        const __m256 next = _mm256_min_ps(_mm256_max_ps(beyond, none), one);
+        const __m256 shares[2] = {one - next, next};
+        const __m256i p = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(whole, _mm256_set1_ps(-2)), last));
+        const __m256i pixels = _mm256_set1_epi32(rig.pixels[axis]), unit = _mm256_set1_epi32(1);
         for (int v = 0; v < 2; ++v) {
             const bool there = v == 0 ? n > 0 : n < rig.views[axis];
             seen[a].view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
-            const __m256i k = v == 0 ? p : _mm256_sub_epi32(p, _mm256_set1_epi32(rig.shift[axis]));
-            const __m256i inside = _mm256_andnot_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), k),
-                                                       _mm256_cmpgt_epi32(end, k));
-            seen[a].weight[v] = there ? _mm256_and_ps(bells[v], _mm256_castsi256_ps(inside)) : none;
-            seen[a].pixel[v] = _mm256_max_epi32(
-                _mm256_min_epi32(k, _mm256_sub_epi32(end, _mm256_set1_epi32(1))), _mm256_setzero_si256());
+            __m256i k = v == 0 ? p : _mm256_sub_epi32(p, _mm256_set1_epi32(rig.shift[axis]));
+            for (int t = 0; t < 2; ++t, k = _mm256_add_epi32(k, unit)) {
+                const __m256i inside = _mm256_andnot_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), k),
+                                                           _mm256_cmpgt_epi32(pixels, k));
+                seen[a].weight[v][t] =
+                    there ? _mm256_and_ps(bells[v] * shares[t], _mm256_castsi256_ps(inside)) : none;
+                seen[a].pixel[v][t] = _mm256_max_epi32(_mm256_min_epi32(k, _mm256_sub_epi32(pixels, unit)),
+                                                       _mm256_setzero_si256());
+            }
         }
     }
 
@@ -539,45 +554,62 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     // own.
     const float* const coefficients = field_->coefficients().data();
     std::int32_t window[2];
-    __m256i lane[2], there[2];
+    __m256i lane[2][2], there[2];
     for (std::size_t v = 0; v < 2; ++v) {
         alignas(32) std::int32_t pixel[kGrid];
-        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel), seen[1].pixel[v]);
+        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel), seen[1].pixel[v][0]);
         window[v] = std::min(pixel[0], pixel[kGrid - 1]);
-        lane[v] = _mm256_sub_epi32(seen[1].pixel[v], _mm256_set1_epi32(window[v]));
+        for (std::size_t t = 0; t < 2; ++t)
+            lane[v][t] = _mm256_sub_epi32(seen[1].pixel[v][t], _mm256_set1_epi32(window[v]));
         there[v] = _mm256_cmpgt_epi32(_mm256_set1_epi32(rig.pixels.y - window[v]),
                                       _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     }
-    alignas(32) std::int32_t pixel[2][kGrid];
-    alignas(32) float weight[2][kGrid];
+    alignas(32) std::int32_t pixel[2][2][kGrid];
+    alignas(32) float weight[2][2][kGrid];
     alignas(32) float way2[kGrid];
     for (std::size_t i = 0; i < 2; ++i) {
-        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel[i]), seen[0].pixel[i]);
-        _mm256_store_ps(weight[i], seen[0].weight[i]);
+        for (std::size_t t = 0; t < 2; ++t) {
+            _mm256_store_si256(reinterpret_cast<__m256i*>(pixel[i][t]), seen[0].pixel[i][t]);
+            _mm256_store_ps(weight[i][t], seen[0].weight[i][t]);
+        }
     }
     _mm256_store_ps(way2, seen[0].way2);
     const __m256 way2_column = seen[1].way2 + _mm256_set1_ps(static_cast<float>(sqr(x.z)));
     Grid grid;
     __m256 value[kGrid];
     __m256 sums = none;
-    // Of the row's two pixels, both views along v: h, and what it would be without its negative coefficients.
-    __m256 in_row[2] = {none, none}, positive_in_row[2] = {none, none};
+    // Of a view's row of pixels, both views along v: h, and what it would be without its negative
+    // coefficients.
+    struct Row {
+        std::int32_t pixel = -1;
+        __m256 h, positive;
+    } rows[2][2];
     for (std::size_t r = 0; r < kGrid; ++r) {
+        __m256 h = none, bound = none;
         for (std::size_t i = 0; i < 2; ++i) {
-            if (r > 0 && pixel[i][r] == pixel[i][r - 1]) continue;
-            const auto view = [&](std::size_t j) {
-                const float* const row =
-                    coefficients + rig.index(seen[0].view[i], seen[1].view[j], pixel[i][r], window[j]);
-                return _mm256_permutevar8x32_ps(_mm256_maskload_ps(row, there[j]), lane[j]);
-            };
-            const __m256 lower = view(0), upper = view(1);
-            in_row[i] = seen[1].weight[0] * lower + seen[1].weight[1] * upper;
-            positive_in_row[i] = seen[1].weight[0] * _mm256_max_ps(lower, none) +
-                                 seen[1].weight[1] * _mm256_max_ps(upper, none);
+            for (std::size_t t = 0; t < 2; ++t) {
+                if (!(weight[i][t][r] > 0)) continue;
+                Row& row = rows[i][pixel[i][t][r] & 1];  // the last two
+                if (row.pixel != pixel[i][t][r]) {
+                    row = {pixel[i][t][r], none, none};
+                    for (std::size_t j = 0; j < 2; ++j) {
+                        const __m256 e = _mm256_maskload_ps(
+                            coefficients + rig.index(seen[0].view[i], seen[1].view[j], row.pixel, window[j]),
+                            there[j]);
+                        const __m256 positive = _mm256_max_ps(e, none);
+                        for (std::size_t s = 0; s < 2; ++s) {
+                            row.h = row.h + seen[1].weight[j][s] * _mm256_permutevar8x32_ps(e, lane[j][s]);
+                            row.positive = row.positive + seen[1].weight[j][s] *
+                                                              _mm256_permutevar8x32_ps(positive, lane[j][s]);
+                        }
+                    }
+                }
+                const __m256 share = _mm256_set1_ps(weight[i][t][r]);
+                h = h + share * row.h;
+                bound = bound + share * row.positive;
+            }
         }
-        const __m256 w0 = _mm256_set1_ps(weight[0][r]), w1 = _mm256_set1_ps(weight[1][r]);
-        const __m256 h = _mm256_max_ps(w0 * in_row[0] + w1 * in_row[1], none);
-        const __m256 bound = w0 * positive_in_row[0] + w1 * positive_in_row[1];
+        h = _mm256_max_ps(h, none);
         const __m256 way = _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
         value[r] = (h + _mm256_set1_ps(kPositive) * _mm256_max_ps(bound, none)) * way;
         sums = sums + value[r];
