@@ -7,18 +7,18 @@
 //
 // The pyramid holds these means: of blocks of 2^k x 2^k intervals of S times 2^l x 2^l columns of M, for all
 // k and l. A point of S is drawn for x by descent: from the whole of S to one of four quarters by what they
-// send to x, down to an interval and on within it, as far as M's columns tell its parts apart. A tenth of the
-// draws goes by flux alone, whatever x is. So the density is nowhere less than a tenth of the one that does
-// not know x, and never 0 where h is not.
+// send to x, down to an interval; there to one of 8 x 8 squares by h itself, as its coefficients give it. A
+// tenth of the draws goes by flux alone, whatever x is. So the density is nowhere less than a tenth of the
+// one that does not know x, and never 0 where h is not.
 //
-// M is counted in columns as each interval numbers them, that is (Setup A) from where the sensor stood: light
-// that goes far keeps its column from one interval to the next. Rectangles are widened by half a column on
-// each side, as far as a column's light may reach when it is interpolated.
+// In Setup A columns of M are counted from where the sensor stood: light that goes far keeps its column from
+// one interval to the next. The bell that joins the views is then in the images of the intervals. Rectangles
+// are widened by half a column on each side, as far as a column's light may reach when it is interpolated.
 //
-// Numbers are floats cut to 16 bits. Memory: 16/9 of 2 bytes for every cell, nine tenths of the
-// coefficients'.
+// Numbers are floats cut to 16 bits. Memory: 16/9 of 2 bytes for every interval and column, nine tenths of
+// the coefficients'; in Setup A columns are more by the shift on either side.
 //
-// Source: [Lu et al. 2015]; the quadtree, the widening and the defensive part are ours.
+// Source: [Lu 2015]; the quadtree, the squares and the defensive part are ours.
 #pragma once
 
 #include <array>
