@@ -186,6 +186,17 @@ double CellTable::probability(const Cell& c) const {
     return p * double{t_.probability(row, c.q)};
 }
 
+void CellTable::probabilities(int n, int o, std::span<float> out) const {
+    const std::size_t row = static_cast<std::size_t>(n) * size_[1] + static_cast<std::size_t>(o);
+    const float interval = interval_probability(n, o);
+    for (std::size_t p = 0; p < size_[2]; ++p) {
+        const float column = interval * s_.probability(row, static_cast<int>(p));
+        for (std::size_t q = 0; q < size_[3]; ++q) {
+            out[p * size_[3] + q] = column * t_.probability(row * size_[2] + p, static_cast<int>(q));
+        }
+    }
+}
+
 std::optional<Cell> CellTable::cell(CellId id) const {
     if (id >= cells()) return std::nullopt;
     std::size_t rest = id;

@@ -169,6 +169,8 @@ class CellTable {
         return u_.probability(0, n) * v_.probability(static_cast<std::size_t>(n), o);
     }
     double probability(const Cell& cell) const;
+    // Of all cells of one interval, S slower than T; as many as there are columns.
+    void probabilities(int n, int o, std::span<float> out) const;
 
     CellId id(const Cell& c) const {
         return static_cast<CellId>(

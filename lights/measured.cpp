@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "lights/cell_emission.h"
 #include "lights/emission_net.h"
+#include "lights/field_pyramid.h"
 
 namespace lucerna {
 namespace {
@@ -26,10 +27,10 @@ class MeasuredLight final : public Light {
           extent_(static_cast<float>(
               std::sqrt(placement_.scale2()) * 2 *
               std::max(-field_.rig().interval_edge(0, 0), -field_.rig().interval_edge(1, 0)))),
-          part_size_(part_size(0), part_size(1)),
-          by_flux_(intervals_by_flux()),
           shape_(std::move(shape)),
-          emission_(field_, colour_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {}
+          emission_(field_, colour_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {
+        if (flux_ > 0) pyramid_.emplace(field_, table_, kPartsAcross, workers);
+    }
 
     std::string_view kind() const override { return "lightfield"; }
     FluxUnit unit() const override { return field_.info().unit; }
@@ -74,15 +75,22 @@ class MeasuredLight final : public Light {
         if (!(flux_ > 0)) return std::nullopt;
         const V3d local = placement_.to_local_point(V3d(x));
         if (!(local.z > 0 || shape_)) return std::nullopt;
-        auto chosen = choose(u, from);
-        if (!chosen) return std::nullopt;
-        Line& line = *chosen;
-        line.way = V3d(local.x - line.on_s.x, local.y - line.on_s.y, local.z);
+        if (local.z == 0) return std::nullopt;
+        std::optional<V2i> within;
+        if (from) {
+            const std::optional<Cell> cell = table_.cell(*from);
+            if (!cell) return std::nullopt;
+            within = V2i(cell->n, cell->o);
+        }
+        const auto drawn = pyramid_->draw(local, u, within);
+        if (!drawn) return std::nullopt;
+        const Line line{
+            drawn->on_s, {local.x - drawn->on_s.x, local.y - drawn->on_s.y, local.z}, drawn->n, drawn->o};
         const Radiance radiance = radiance_along(line);
         if (!radiance.any()) return std::nullopt;
         const double distance = distance_to_origin(line, x);
         if (!(distance > 0)) return std::nullopt;
-        const PartPdf part = densities(line);
+        const PartPdf part = per_solid_angle(line, drawn->density);
         const float pdf_w = from ? part.part_pdf_w : part.whole_pdf_w;
         const auto weight = static_cast<float>(radiance.scale / double{pdf_w});
         if (!std::isfinite(weight)) return std::nullopt;  // a density that float32 takes for 0
@@ -96,7 +104,7 @@ class MeasuredLight final : public Light {
 
     CellId part_of(CellId id) const override {
         const std::optional<Cell> cell = table_.cell(id);
-        return cell ? name_of(part_at(cell->n, cell->o)) : kNoCell;
+        return cell && pyramid_ ? name_of(cell->n, cell->o) : kNoCell;
     }
 
     // S, and the widest angle of a line to its normal. On a shape light may begin anywhere along a line.
@@ -166,79 +174,9 @@ class MeasuredLight final : public Light {
         int n = 0, o = 0;  // the interval of S
     };
 
-    struct Part {
-        V2i first;  // interval in each direction
-    };
-    // In intervals; bounded so that a part's table has items that 16 bits count.
-    int part_size(int axis) const {
-        return std::min((field_.rig().intervals(axis) + kPartsAcross - 1) / kPartsAcross, 255);
-    }
-    Part part_at(int n, int o) const {
-        return {{n / part_size_.x * part_size_.x, o / part_size_.y * part_size_.y}};
-    }
-    std::size_t index_of(const Part& part) const {
-        return static_cast<std::size_t>(part.first.x / part_size_.x * parts_across(1) +
-                                        part.first.y / part_size_.y);
-    }
-    int parts_across(int axis) const {
-        return (field_.rig().intervals(axis) + part_size_[axis] - 1) / part_size_[axis];
-    }
-    // The shares of its intervals in a part's flux; a row for each part.
-    ConditionalTables intervals_by_flux() const {
-        ConditionalTables tables(static_cast<std::size_t>(parts_across(0) * parts_across(1)),
-                                 part_size_.x * part_size_.y);
-        std::vector<double> weights(static_cast<std::size_t>(part_size_.x * part_size_.y));
-        const V2i all(field_.rig().intervals(0), field_.rig().intervals(1));
-        for (int n = 0; n < all.x; n += part_size_.x) {
-            for (int o = 0; o < all.y; o += part_size_.y) {
-                std::fill(weights.begin(), weights.end(), 0.0);
-                for (int i = n; i < std::min(all.x, n + part_size_.x); ++i) {
-                    for (int j = o; j < std::min(all.y, o + part_size_.y); ++j) {
-                        weights[static_cast<std::size_t>((i - n) * part_size_.y + (j - o))] =
-                            double{table_.interval_probability(i, j)};
-                    }
-                }
-                tables.set(index_of(part_at(n, o)), weights.data());
-            }
-        }
-        return tables;
-    }
-    CellId name_of(const Part& part) const { return table_.id({part.first.x, part.first.y, 0, 0}); }
-
-    // An interval by its share of the flux, of all S or of the part that holds the cell, and a point of it.
-    // The way is left open. None: there is no such cell.
-    std::optional<Line> choose(const V2f& u, std::optional<CellId> from) const {
-        Line line;
-        if (!from) {
-            const CellTable::IntervalDraw at = table_.draw_interval(u);
-            line.n = at.n, line.o = at.o;
-            line.on_s = point_in(at.n, at.o, at.remainder);
-            return line;
-        }
-        const std::optional<Cell> cell = table_.cell(*from);
-        if (!cell) return std::nullopt;
-        const Part part = part_at(cell->n, cell->o);
-        const auto drawn = by_flux_.draw(index_of(part), u.x);
-        line.n = part.first.x + drawn.item / part_size_.y;
-        line.o = part.first.y + drawn.item % part_size_.y;
-        line.on_s = point_in(line.n, line.o, {drawn.remainder, u.y});
-        return line;
-    }
-
-    // Of an interval, even in S's coordinate.
-    V2d point_in(int n, int o, const V2f& within) const {
-        const Rig& rig = field_.rig();
-        return {rig.s_coordinate.on_plane(rig.interval_edge_x(0, n) + double{within.x} * rig.spacing.x),
-                rig.s_coordinate.on_plane(rig.interval_edge_x(1, o) + double{within.y} * rig.spacing.y)};
-    }
-
-    // Of both choices that lead to the line. way.z != 0.
-    PartPdf densities(const Line& line) const {
-        const Part part = part_at(line.n, line.o);
-        const int item = (line.n - part.first.x) * part_size_.y + (line.o - part.first.y);
-        return {name_of(part),
-                static_cast<float>(density(double{table_.interval_probability(line.n, line.o)}, line)),
-                static_cast<float>(density(double{by_flux_.probability(index_of(part), item)}, line))};
+    CellId name_of(int n, int o) const {
+        const V2i part = pyramid_->part_of(n, o);
+        return table_.id({part.x, part.y, 0, 0});
     }
 
     // Of the light along the line: its direction in the scene.
@@ -267,8 +205,10 @@ class MeasuredLight final : public Light {
 
     // What a ray along the line sees at distance t, and how probable sample_Li() makes it.
     EmittedRadiance found_along(const Line& line, float t) const {
-        const PartPdf part = densities(line);
         const Radiance radiance = radiance_along(line);
+        if (!radiance.any()) return {Rgb(0.0F), 0, t};
+        const V3d x(line.on_s.x + line.way.x, line.on_s.y + line.way.y, line.way.z);
+        const PartPdf part = per_solid_angle(line, pyramid_->density(x, line.on_s));
         return {static_cast<float>(radiance.scale) * radiance.colour, part.whole_pdf_w, t, part};
     }
 
@@ -328,15 +268,13 @@ class MeasuredLight final : public Light {
         if (!(luminance(h) > 0)) return {};  // also where g itself is 0: rays that pass M at infinity
         return {gain_ / (field_.rig().geometric_term(line.on_s, at_m) * placement_.scale2()), h};
     }
-    // Per solid angle at the far end of `way` [light frame], for a point that is even, in S's coordinate,
-    // over an interval of this probability: pdf_a R² / cosθ; scale² cancels between area and R².
-    double density(double probability, const Line& line) const {
-        const Rig& rig = field_.rig();
+    // At the far end of the way [light frame]: pdf_a R² / cosθ; scale² cancels between area and R².
+    PartPdf per_solid_angle(const Line& line, const FieldPyramid::Density& density) const {
         const double r2 = line.way.length2();
-        const double slope = rig.s_coordinate.slope(line.on_s.x) * rig.s_coordinate.slope(line.on_s.y);
         // Only asked where there is radiance, and so a way.
-        return probability * slope / (rig.spacing.x * rig.spacing.y) * r2 * std::sqrt(r2) /
-               std::fabs(line.way.z);
+        const double per_area = r2 * std::sqrt(r2) / std::fabs(line.way.z);
+        return {name_of(line.n, line.o), static_cast<float>(density.whole * per_area),
+                static_cast<float>(density.part * per_area)};
     }
     CellId cell_at(const Line& line) const {
         const Rig& rig = field_.rig();
@@ -356,8 +294,7 @@ class MeasuredLight final : public Light {
     double flux_;                             // of all that leaves [field's unit]
     double gain_;                             // flux_ over the clamped field's
     float extent_;                            // the larger side of S, scene units
-    V2i part_size_;                           // intervals of S in a part, each way
-    ConditionalTables by_flux_;               // intervals of a part
+    std::optional<FieldPyramid> pyramid_;     // none of a lamp that is dark
     std::unique_ptr<const LampShape> shape_;  // may be null
     CellEmission emission_;
 };

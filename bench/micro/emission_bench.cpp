@@ -1,4 +1,5 @@
-// What it costs to draw a particle from a measured lamp, and what other ways of drawing cost.
+// What it costs to draw a particle from a measured lamp, and what other ways of drawing cost; and a point of
+// its sampling plane for a place that it lights.
 //
 // The lamps are synthetic: 32 x 32 views of 128 x 128 pixels (16.8 million coefficients, 17.8 million cells)
 // and 8 x 8 views of 16 x 16; a beam that moves and widens from view to view, with some noise, negative in
@@ -11,6 +12,7 @@
 
 #include "engine/base/sampler.h"
 #include "lights/emission_net.h"
+#include "lights/field_pyramid.h"
 #include "lights/measured.h"
 
 namespace {
@@ -301,6 +303,68 @@ void single_brute(benchmark::State& state, bool large) {
     });
 }
 
+const FieldPyramid& pyramid_of(bool large) {
+    static std::map<bool, FieldPyramid> pyramids;
+    const auto found = pyramids.find(large);
+    if (found != pyramids.end()) return found->second;
+    return pyramids.emplace(large, FieldPyramid(field_of(large), table_of(large), 16, Workers{}))
+        .first->second;
+}
+
+void build_pyramid(benchmark::State& state) {
+    for (auto _ : state) {
+        const FieldPyramid pyramid(field_of(true), table_of(true), 16,
+                                   Workers{static_cast<int>(state.range(0))});
+        benchmark::DoNotOptimize(pyramid.bytes());
+    }
+    state.counters["bytes"] = static_cast<double>(pyramid_of(true).bytes());
+}
+
+// Places on a plane, a metre in front of S, row by row as an image asks for them; in the beam for the most.
+std::vector<V3d> places() {
+    constexpr int kAcross = 256;
+    std::vector<V3d> x;
+    for (int i = 0; i < kAcross * kAcross; ++i) {
+        x.emplace_back(1.4 * ((i / kAcross + 0.5) / kAcross - 0.5),
+                       1.4 * ((i % kAcross + 0.5) / kAcross - 0.5), 1);
+    }
+    return x;
+}
+
+// A point of S and its density, in the whole and in its part.
+void draw_for_place(benchmark::State& state, bool large) {
+    const FieldPyramid& pyramid = pyramid_of(large);
+    const std::vector<V3d> x = places();
+    const std::vector<LeSampleU> u = numbers();
+    std::size_t at = 0;
+    for (auto _ : state) {
+        benchmark::DoNotOptimize(pyramid.draw(x[at % x.size()], u[at % u.size()].position));
+        ++at;
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
+// The same with the radiance and the directions in the scene; and what a ray finds.
+void light_for_place(benchmark::State& state, bool large, bool found) {
+    Monitor silent;
+    const auto light = make_measured_light(field_of(large), table_of(large), {}, silent);
+    const std::vector<V3d> x = places();
+    const std::vector<LeSampleU> u = numbers();
+    std::size_t at = 0;
+    for (auto _ : state) {
+        const V3f place(x[at % x.size()]);
+        const V2f& v = u[at % u.size()].position;
+        if (found) {
+            const V3f from(0.04F * (v.x - 0.5F), 0.04F * (v.y - 0.5F), 0);
+            benchmark::DoNotOptimize(light->Le(Ray{place, (from - place).normalized()}));
+        } else {
+            benchmark::DoNotOptimize(light->sample_Li(place, v));
+        }
+        ++at;
+    }
+    state.SetItemsProcessed(state.iterations());
+}
+
 void net_numbers(benchmark::State& state) {
     const EmissionNet net(1, Purpose::bench, 0);
     std::uint32_t i = 0;
@@ -318,6 +382,17 @@ BENCHMARK_CAPTURE(single_brute, small, false)->Name("other/all_cells/8x8x16x16")
 BENCHMARK_CAPTURE(single_brute, large, true)
     ->Name("other/all_cells/32x32x128x128")
     ->Unit(benchmark::kMillisecond);
+BENCHMARK(build_pyramid)
+    ->Name("place/build/32x32x128x128")
+    ->Arg(1)
+    ->Arg(2)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(draw_for_place, small, false)->Name("place/draw/8x8x16x16");
+BENCHMARK_CAPTURE(draw_for_place, large, true)->Name("place/draw/32x32x128x128");
+BENCHMARK_CAPTURE(light_for_place, small, false, false)->Name("place/sample_Li/8x8x16x16");
+BENCHMARK_CAPTURE(light_for_place, large, true, false)->Name("place/sample_Li/32x32x128x128");
+BENCHMARK_CAPTURE(light_for_place, large_found, true, true)->Name("place/Le/32x32x128x128");
 BENCHMARK(net_numbers)->Name("emission/numbers");
 BENCHMARK_CAPTURE(build_table, large, true, false)
     ->Name("table/build/32x32x128x128")

@@ -40,7 +40,7 @@ TEST_F(LightRays, EmitThenImport_KeepsTheLumensInEveryFormat) {
         const Outcome seen = lucerna_run({"light", "info", name});
         EXPECT_EQ(seen.code, 0);
         EXPECT_THAT(seen.out, AllOf(HasSubstr("rays                 20000"), HasSubstr(" lm")));
-        const Outcome imported = lucerna_run({"light", "import", name, "-o", "again.exr", "--noise", "30%"});
+        const Outcome imported = lucerna_run({"light", "import", name, "-o", "again.exr"});
         ASSERT_EQ(imported.code, 0) << imported.err;
         EXPECT_THAT(imported.out, AllOf(HasSubstr("where the rays' light went"), HasSubstr("(limit 30 %)")));
         const LightField again = read_light_field("again.exr");
@@ -128,7 +128,7 @@ TEST_F(LightRays, BadWords_AreRefusedBeforeTheWork) {
     expect_refused({"light", "emit", "lamp.exr", "--mode", "exakt", "-o", "out.ray"}, {"--mode", "weighted"});
     expect_refused({"light", "emit", "none.exr", "-o", "out.ray"}, {"none.exr"});
     expect_refused({"light", "import", "scene.pbrt", "-o", "out.exr"}, {"scene.pbrt", ".tm25ray"});
-    expect_refused({"light", "import", "scene.pbrt", "--noise", "0", "-o", "out.exr"}, {"--noise"});
+    expect_refused({"light", "import", "scene.pbrt", "--capture", "0", "-o", "out.exr"}, {"--capture"});
 }
 
 }  // namespace light_rays_test

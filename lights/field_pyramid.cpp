@@ -1,0 +1,736 @@
+#include "lights/field_pyramid.h"
+
+#include <immintrin.h>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <tuple>
+
+#include "lights/bell.h"
+
+namespace lucerna {
+namespace {
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+constexpr int kTaps = 4;          // texels looked at, each way
+constexpr float kReach = 0.501F;  // columns by which a rectangle is widened on each side
+// A level of M whose texels are so many to a rectangle at most. No round number: rectangles that a scene's
+// round numbers make do not lie on the border between two levels.
+constexpr float kTexels = 2.9417F;
+// Within an interval, down to blocks that see so many columns; at most kWithin halvings.
+constexpr double kFinest = 7;
+constexpr int kWithin = 6;
+// Then h itself at the middles of kGrid x kGrid squares. Elsewhere in a square it may be more, above all
+// where negative coefficients end it: so much of its bound without them is added, and everywhere a share of
+// the mean.
+constexpr std::size_t kGrid = 8;
+constexpr float kPositive = 0.25F;
+constexpr float kUneven = 0.03F;
+
+// The upper half of a float: its range with 8 bits. What is not 0 stays so.
+std::uint16_t packed(float x) {
+    if (!(x > 0)) return 0;
+    const auto bits = std::bit_cast<std::uint32_t>(std::max(x, 0x1p-120F));
+    return static_cast<std::uint16_t>((bits + 0x7fff + (bits >> 16 & 1)) >> 16);
+}
+float unpacked(std::uint16_t x) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(x) << 16);
+}
+
+// One of kGrid in proportion to weights above 0; leaves u uniform again.
+std::size_t choose_of(const __m256& weights, float total, float& u) {
+    // Running sums.
+    __m256 upto = weights;
+    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 4));
+    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 8));
+    const __m128 lower = _mm256_castps256_ps128(upto);
+    upto = upto + _mm256_set_m128(_mm_permute_ps(lower, 0xff), _mm_setzero_ps());
+    alignas(32) float weight[kGrid];
+    alignas(32) float sums[kGrid + 8] = {};
+    _mm256_store_ps(weight, weights);
+    _mm256_store_ps(sums + 8, upto);
+    const float at = u * total;
+    const int below = _mm256_movemask_ps(upto <= _mm256_set1_ps(at)) & ((1 << (kGrid - 1)) - 1);
+    const auto i = static_cast<std::size_t>(std::popcount(static_cast<unsigned>(below)));
+    u = std::clamp((at - sums[7 + i]) / weight[i], 0.0F, kBelowOne);
+    return i;
+}
+
+// One of two, likewise; weights[0] + weights[1] > 0.
+std::size_t choose_of_two(const float* weights, float& u) {
+    const float at = u * (weights[0] + weights[1]);
+    const auto i = static_cast<std::size_t>((at >= weights[0]) & (weights[1] > 0));
+    const float before[2] = {0, weights[0]};
+    u = std::min((at - before[i]) / weights[i], kBelowOne);
+    return i;
+}
+
+using Quarters = std::array<float, 4>;
+
+float total_of(const Quarters& light) {
+    return (light[0] + light[1]) + (light[2] + light[3]);
+}
+
+int choose_quarter(const Quarters& light, V2f& u) {
+    const float half[2] = {light[0] + light[1], light[2] + light[3]};
+    const std::size_t upper = choose_of_two(half, u.x);
+    return static_cast<int>(2 * upper + choose_of_two(&light[2 * upper], u.y));
+}
+
+// The quarter in which a point lies, of those around (middle[0], middle[2]).
+int towards(const V2d& on_s, const float* middle) {
+    return (on_s.x >= double{middle[0]} ? 2 : 0) | (on_s.y >= double{middle[2]} ? 1 : 0);
+}
+
+}  // namespace
+
+// A place x, as seen through S: the point u of S is on a line through x that passes M at x_seen + u rest.
+struct FieldPyramid::Seeing {
+    __m128 x_seen, rest;      // of u, u, v, v: x D / z; 1 - D / z, or with the sensor -D / z
+    __m128 first, per_metre;  // where columns begin, and how many [M's coordinate]
+    __m128 per_c;             // PlaneCoordinate::c of M; 0: even
+
+    // The column of M that an edge of S sees. PlaneCoordinate::of, which is s itself for 1/c = 0.
+    __m128 column_at(const __m128& edge) const {
+        const __m128 s = x_seen + edge * rest, t = s * per_c, one = _mm_set1_ps(1);
+        return ((s + s) / (one + _mm_sqrt_ps(one + t * t)) - first) * per_metre;
+    }
+    // How much denser M's coordinate is there than in the middle: PlaneCoordinate::slope.
+    __m128 slope_at(const __m128& column) const {
+        const __m128 one = _mm_set1_ps(1);
+        const __m128 half = _mm_set1_ps(0.5F) * per_c * (first + column / per_metre);
+        const __m128 tau2 = _mm_min_ps(half * half, one), rest_of_one = one - tau2;
+        return rest_of_one * rest_of_one / (one + tau2);
+    }
+};
+// Two halves of a block along u, and two along v.
+struct FieldPyramid::Halves {
+    __m128 low, high;  // columns of M that they see
+    __m128 length;     // in S's coordinate [m], times M's slope; 0: there is none
+};
+
+// h at the middles of the squares of a block within an interval; and the sums of its columns, along v.
+struct FieldPyramid::Grid {
+    alignas(32) float value[kGrid][kGrid];
+    alignas(32) float column[kGrid];
+    float total;
+
+    __m256 along_u(std::size_t c) const {
+        return _mm256_setr_ps(value[0][c], value[1][c], value[2][c], value[3][c], value[4][c], value[5][c],
+                              value[6][c], value[7][c]);
+    }
+};
+
+// What a descent came to.
+struct FieldPyramid::Path {
+    int n = 0, o = 0;           // interval
+    alignas(16) float edge[4];  // of the block within it, lower and upper of u and v [m]
+    double whole = 1;           // probability of the block
+    double part = 1;            // the same, given its part
+
+    V2d low() const { return {double{edge[0]}, double{edge[2]}}; }
+    V2d size() const { return {double{edge[1]} - double{edge[0]}, double{edge[3]} - double{edge[2]}}; }
+};
+
+FieldPyramid::FieldPyramid(const LightField& field, const CellTable& table, int parts_across,
+                           const Workers& workers)
+    : field_(&field), distance_(field.rig().distance) {
+    const Rig& rig = field.rig();
+    for (int a = 0; a < 2; ++a) {
+        const auto at = static_cast<std::size_t>(a);
+        Axis& axis = axes_[at];
+        axis.intervals = rig.intervals(a);
+        // From where the sensor stood, as far as its bell brings light; where it stands still that is one
+        // place for all intervals.
+        axis.margin = rig.shift[a];
+        axis.columns = rig.pixels[a] + 2 * axis.margin;
+        const double pixel = rig.pixel[a], width = pixel * rig.pixels[a];
+        first_column_[at] = -0.5 * width - axis.margin * pixel;
+        columns_[at] = static_cast<float>(axis.columns);
+        per_metre_[at] = static_cast<float>(1 / pixel);
+    }
+    if (rig.m_coordinate.c > 0) per_c_ = static_cast<float>(1 / rig.m_coordinate.c);
+    const auto most = static_cast<unsigned>(std::max(axes_[0].intervals, axes_[1].intervals));
+    levels_ = std::bit_width(most - 1);
+    // What lies beyond the last interval has no length.
+    for (int a = 0; a < 2; ++a) {
+        Axis& axis = axes_[static_cast<std::size_t>(a)];
+        for (int n = 0; n <= 1 << levels_; ++n) {
+            axis.edge.push_back(static_cast<float>(rig.interval_edge(a, std::min(n, axis.intervals))));
+            axis.edge_x.push_back(static_cast<float>(rig.interval_edge_x(a, std::min(n, axis.intervals))));
+        }
+    }
+    while (across(part_level_, 0) > parts_across || across(part_level_, 1) > parts_across) ++part_level_;
+    Level level{0, {axes_[0].columns, axes_[1].columns}};
+    for (;;) {
+        of_m_.push_back(level);
+        level.begin += static_cast<std::size_t>(level.size[0]) * static_cast<std::size_t>(level.size[1]);
+        if (level.size[0] == 1 && level.size[1] == 1) break;
+        for (int& size : level.size) size = (size + 1) / 2;
+    }
+    image_ = level.begin;
+    std::size_t nodes = 0;
+    for (int k = 0; k <= levels_; ++k) {
+        first_node_.push_back(nodes);
+        nodes += static_cast<std::size_t>(across(k, 0)) * static_cast<std::size_t>(across(k, 1));
+    }
+    flux_.resize(nodes);
+    texels_.resize(nodes * image_ + kTaps);  // the last row is read past its end
+    build(field, table, workers);
+}
+
+// What an interval sends on the average, by the column counted from where it is itself: a view is seen as
+// many columns further on as the interval's points lie from its filter, weighed by its bell.
+void FieldPyramid::spread_views(int n, int o, float scale, std::vector<float>& out) const {
+    const Rig& rig = field_->rig();
+    struct Share {
+        int offset;
+        float weight;
+    };
+    std::vector<Share> shares[2][2];  // axis, view
+    for (int a = 0; a < 2; ++a) {
+        const int shift = rig.shift[a];
+        if (shift == 0) shares[a][0] = shares[a][1] = {{0, 0.5F}};
+        for (int d = 0; d <= shift && shift > 0; ++d) {
+            const auto upto = [&](double at) { return bell_integral(std::clamp(at / shift, 0.0, 1.0)); };
+            const auto weight = static_cast<float>(upto(d + 0.5) - upto(d - 0.5));
+            shares[a][0].push_back({d, weight});
+            shares[a][1].push_back({-d, weight});
+        }
+    }
+    const int size[2] = {axes_[0].columns, axes_[1].columns};
+    const int margin[2] = {axes_[0].margin, axes_[1].margin};
+    const auto width = static_cast<std::size_t>(rig.pixels.y);
+    std::vector<float> rows(static_cast<std::size_t>(size[0]) * width);
+    for (int j = 0; j < 2; ++j) {
+        const int view_v = o - 1 + j;
+        if (view_v < 0 || view_v >= rig.views.y) continue;
+        std::fill(rows.begin(), rows.end(), 0.0F);
+        for (int i = 0; i < 2; ++i) {
+            const int view_u = n - 1 + i;
+            if (view_u < 0 || view_u >= rig.views.x) continue;
+            for (const auto& [offset, weight] : shares[0][i]) {
+                for (int k = 0; k < rig.pixels.x; ++k) {
+                    const float* const in = &field_->coefficients()[rig.index(view_u, view_v, k, 0)];
+                    float* const row = &rows[static_cast<std::size_t>(k - offset + margin[0]) * width];
+                    for (std::size_t l = 0; l < width; ++l) row[l] += weight * std::max(0.0F, in[l]);
+                }
+            }
+        }
+        for (const auto& [offset, weight] : shares[1][j]) {
+            for (int r = 0; r < size[0]; ++r) {
+                const float* const in = &rows[static_cast<std::size_t>(r) * width];
+                float* const row = &out[static_cast<std::size_t>(r) * static_cast<std::size_t>(size[1]) +
+                                        static_cast<std::size_t>(margin[1] - offset)];
+                for (std::size_t l = 0; l < width; ++l) row[l] += scale * weight * in[l];
+            }
+        }
+    }
+}
+
+void FieldPyramid::build(const LightField& field, const CellTable& table, const Workers& workers) {
+    const Rig& rig = field.rig();
+    const auto length = [&](int a, int begin, int end) {
+        const auto& edge = axes_[static_cast<std::size_t>(a)].edge_x;
+        end = std::min(end, axes_[static_cast<std::size_t>(a)].intervals);
+        return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
+    };
+    // Densities are relative to their mean.
+    const double mean = table.flux() / (rig.cell_volume() * static_cast<double>(table.cells()));
+    const auto columns = [&](int a) {
+        return static_cast<std::size_t>(axes_[static_cast<std::size_t>(a)].columns);
+    };
+    // The finest image of a node is there: the coarser ones, from it.
+    const auto reduce = [&](std::size_t at, std::vector<float>& fine, std::vector<float>& coarse) {
+        for (std::size_t l = 0; l < of_m_.size(); ++l) {
+            const Level& level = of_m_[l];
+            std::uint16_t* const out = &texels_[at * image_ + level.begin];
+            const auto texels =
+                static_cast<std::size_t>(level.size[0]) * static_cast<std::size_t>(level.size[1]);
+            for (std::size_t i = 0; i < texels; ++i) out[i] = packed(fine[i]);
+            if (l + 1 == of_m_.size()) break;
+            const Level& next = of_m_[l + 1];
+            coarse.resize(static_cast<std::size_t>(next.size[0]) * static_cast<std::size_t>(next.size[1]));
+            const auto stride = static_cast<std::size_t>(level.size[1]);
+            for (int p = 0; p < next.size[0]; ++p) {
+                const int rows = std::min(2, level.size[0] - 2 * p);
+                for (int q = 0; q < next.size[1]; ++q) {
+                    const int in_row = std::min(2, level.size[1] - 2 * q);
+                    float sum = 0;
+                    for (int i = 0; i < rows; ++i) {
+                        for (int j = 0; j < in_row; ++j)
+                            sum += fine[static_cast<std::size_t>(2 * p + i) * stride +
+                                        static_cast<std::size_t>(2 * q + j)];
+                    }
+                    coarse[static_cast<std::size_t>(p) * static_cast<std::size_t>(next.size[1]) +
+                           static_cast<std::size_t>(q)] = sum / static_cast<float>(rows * in_row);
+                }
+            }
+            std::swap(fine, coarse);
+        }
+    };
+    // The intervals themselves.
+    parallel_chunks(workers, std::int64_t{rig.intervals(0)} * rig.intervals(1), [&](std::int64_t at) {
+        const int n = static_cast<int>(at / rig.intervals(1)), o = static_cast<int>(at % rig.intervals(1));
+        std::vector<float> fine(columns(0) * columns(1)), coarse;
+        const std::size_t here = node(0, n, o);
+        flux_[here] = table.interval_probability(n, o);
+        if (axes_[0].margin > 0 || axes_[1].margin > 0) {
+            spread_views(n, o, static_cast<float>(1 / mean), fine);
+        } else {
+            table.probabilities(n, o, fine);
+            const double cell = rig.cell_volume() * mean / table.flux();
+            for (float& x : fine) x = static_cast<float>(double{x} / cell);
+        }
+        reduce(here, fine, coarse);
+    });
+    // Blocks of them, from those of half their size.
+    for (int k = 1; k <= levels_; ++k) {
+        const int wide = across(k, 1);
+        parallel_chunks(workers, std::int64_t{across(k, 0)} * wide, [&](std::int64_t at) {
+            const int i = static_cast<int>(at / wide), j = static_cast<int>(at % wide);
+            std::vector<float> fine(columns(0) * columns(1)), coarse;
+            const std::size_t here = node(k, i, j);
+            const double area = length(0, i << k, (i + 1) << k) * length(1, j << k, (j + 1) << k);
+            double flux = 0;
+            for (int a = 2 * i; a < std::min(2 * i + 2, across(k - 1, 0)); ++a) {
+                for (int b = 2 * j; b < std::min(2 * j + 2, across(k - 1, 1)); ++b) {
+                    const std::size_t child = node(k - 1, a, b);
+                    flux += double{flux_[child]};
+                    const auto share = static_cast<float>(length(0, a << (k - 1), (a + 1) << (k - 1)) *
+                                                          length(1, b << (k - 1), (b + 1) << (k - 1)) / area);
+                    const std::uint16_t* const image = &texels_[child * image_];
+                    for (std::size_t t = 0; t < fine.size(); ++t) fine[t] += share * unpacked(image[t]);
+                }
+            }
+            flux_[here] = static_cast<float>(flux);
+            reduce(here, fine, coarse);
+        });
+    }
+}
+
+// The quarters of a block; level: theirs.
+FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int level, int i, int o) const {
+    const auto size = std::size_t{1} << level;
+    const std::size_t u = static_cast<std::size_t>(i) * 2 * size, v = static_cast<std::size_t>(o) * 2 * size;
+    // Of the four halves, u, u, v, v: what a table says of the interval or edge `ahead` of their first.
+    const auto of = [&](const std::vector<float>& u_table, const std::vector<float>& v_table,
+                        std::size_t ahead) {
+        return _mm_setr_ps(u_table[u + ahead], u_table[u + size + ahead], v_table[v + ahead],
+                           v_table[v + size + ahead]);
+    };
+    const auto edges = [&](std::size_t ahead) { return of(axes_[0].edge, axes_[1].edge, ahead); };
+    const __m128 lower = edges(0), upper = edges(size);
+    const __m128 one = seeing.column_at(lower), other = seeing.column_at(upper);
+    const __m128 reach = _mm_set1_ps(kReach);
+    const __m128 length =
+        of(axes_[0].edge_x, axes_[1].edge_x, size) - of(axes_[0].edge_x, axes_[1].edge_x, 0);
+    return {_mm_min_ps(one, other) - reach, _mm_max_ps(one, other) + reach,
+            length * seeing.slope_at(_mm_set1_ps(0.5F) * (one + other))};
+}
+
+// Mean density over each quarter and the rectangle it sees, times its area.
+FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16_t*, 4>& images,
+                                              const Halves& halves) const {
+    const __m128 none = _mm_setzero_ps();
+    const __m128 last = _mm_setr_ps(columns_[0], columns_[0], columns_[1], columns_[1]);
+    const __m128 from = _mm_min_ps(_mm_max_ps(halves.low, none), last);
+    const __m128 to = _mm_min_ps(_mm_max_ps(halves.high, none), last);
+    // Times the length: what is missing weighs nothing.
+    const __m128 per_width = halves.length / (halves.high - halves.low);
+
+    // The level of M.
+    __m128 width = to - from;
+    width = _mm_max_ps(width, _mm_movehl_ps(width, width));
+    width = _mm_max_ss(width, _mm_movehdup_ps(width));
+    const float widest = std::max(_mm_cvtss_f32(width), 1.0F);
+    const int wanted = static_cast<int>(std::bit_cast<std::uint32_t>(widest * (1 / kTexels)) >> 23) - 126;
+    const auto l = static_cast<std::size_t>(std::clamp(wanted, 0, static_cast<int>(of_m_.size()) - 1));
+    const Level& level = of_m_[l];
+    const __m128 scale = _mm_set1_ps(std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23));
+
+    // Four texels from the first that is seen, and the share of each.
+    const __m128i ends =
+        _mm_setr_epi32(level.size[0] - 1, level.size[0] - 1, level.size[1] - 1, level.size[1] - 1);
+    const __m128i first = _mm_min_epi32(_mm_cvttps_epi32(from * scale), ends);
+    const __m128 base = _mm_cvtepi32_ps(first);
+    const __m128 begin = from * scale - base, end = to * scale - base;
+    __m128 share[kTaps];  // of one texel, for each half; times the length over the width
+    const __m128 factor = per_width / scale;
+    for (int t = 0; t < kTaps; ++t) {
+        const __m128 at = _mm_set1_ps(static_cast<float>(t)), next = _mm_set1_ps(static_cast<float>(t + 1));
+        share[t] = _mm_max_ps(none, _mm_min_ps(end, next) - _mm_max_ps(begin, at)) * factor;
+    }
+    _MM_TRANSPOSE4_PS(share[0], share[1], share[2], share[3]);  // of one half, for each texel
+    alignas(16) float of_row[2][kTaps];
+    _mm_store_ps(of_row[0], share[0]);
+    _mm_store_ps(of_row[1], share[1]);
+    const __m256 of_column = _mm256_set_m128(share[3], share[2]);
+    alignas(16) std::int32_t start[4];
+    _mm_store_si128(reinterpret_cast<__m128i*>(start), first);
+
+    // Four rows of four texels, of two quarters side by side.
+    Quarters light;
+    for (std::size_t a = 0; a < 2; ++a) {
+        const std::uint16_t* const lower = images[2 * a] + level.begin + start[2];
+        const std::uint16_t* const upper = images[2 * a + 1] + level.begin + start[3];
+        __m256 sum = _mm256_setzero_ps();
+        for (int r = 0; r < kTaps; ++r) {
+            const int row = std::min(start[a] + r, level.size[0] - 1);
+            const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(row) * level.size[1];
+            const __m128i texels =
+                _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(lower + offset)),
+                                   _mm_loadl_epi64(reinterpret_cast<const __m128i*>(upper + offset)));
+            const __m256 values = _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_cvtepu16_epi32(texels), 16));
+            sum = sum + values * _mm256_set1_ps(of_row[a][r]);
+        }
+        sum = sum * of_column;
+        sum = _mm256_hadd_ps(sum, sum);
+        sum = _mm256_hadd_ps(sum, sum);
+        light[2 * a] = _mm256_cvtss_f32(sum);
+        light[2 * a + 1] = _mm_cvtss_f32(_mm256_extractf128_ps(sum, 1));
+    }
+    return light;
+}
+
+FieldPyramid::Quarters FieldPyramid::flux_of(int level, int i, int o) const {
+    Quarters flux{};
+    for (int c = 0; c < 4; ++c) {
+        const int u = 2 * i + (c >> 1), v = 2 * o + (c & 1);
+        if (u < across(level, 0) && v < across(level, 1))
+            flux[static_cast<std::size_t>(c)] = flux_[node(level, u, v)];
+    }
+    return flux;
+}
+
+int FieldPyramid::levels_within(double stretch) const {
+    double widest = 0;
+    for (std::size_t a = 0; a < 2; ++a) {
+        const auto& edge = axes_[a].edge;
+        widest =
+            std::max(widest, double{edge.back() - edge.front()} / axes_[a].intervals * double{per_metre_[a]});
+    }
+    widest *= std::fabs(1 - stretch);
+    int levels = 0;
+    while (levels < kWithin && widest > kFinest) widest *= 0.5, ++levels;
+    return levels;
+}
+
+// choose(quarters, level, middle): one of four, as two bits. Their common corner is (middle[0], middle[2])
+// [m]; level -1 is within an interval.
+template <typename Choose>
+FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
+    const double stretch = distance_ / x.z;
+    const auto seen = [&](double x_a) { return static_cast<float>(x_a * stretch); };
+    const auto rest = [&](std::size_t a) {
+        return static_cast<float>((axes_[a].margin > 0 ? 0 : 1) - stretch);
+    };
+    const auto twice = [](float u, float v) { return _mm_setr_ps(u, u, v, v); };
+    const Seeing seeing{twice(seen(x.x), seen(x.y)), twice(rest(0), rest(1)),
+                        twice(static_cast<float>(first_column_[0]), static_cast<float>(first_column_[1])),
+                        twice(per_metre_[0], per_metre_[1]), _mm_set1_ps(per_c_)};
+    const __m128 reach = _mm_set1_ps(kReach);
+    Path path;
+    int i = 0, o = 0;
+    const auto follow = [&](const Quarters& light, int chosen, int level) {
+        const float total = total_of(light);
+        const float p = total > 0 ? light[static_cast<std::size_t>(chosen)] / total : 0.0F;  // no flux at all
+        path.whole *= double{p};
+        if (level < part_level_) path.part *= double{p};
+    };
+    for (int k = levels_ - 1; k >= 0; --k) {
+        // What is missing is read as its neighbour, and weighs nothing.
+        const std::size_t u = node(k, 2 * i, 0), v = static_cast<std::size_t>(2 * o);
+        const std::size_t next_u = 2 * i + 1 < across(k, 0) ? static_cast<std::size_t>(across(k, 1)) : 0;
+        const std::size_t next_v = 2 * o + 1 < across(k, 1) ? 1 : 0;
+        const std::uint16_t* const first = texels_.data() + (u + v) * image_;
+        Quarters light = light_of(
+            {first, first + next_v * image_, first + next_u * image_, first + (next_u + next_v) * image_},
+            halves_of_block(seeing, k, i, o));
+        if (!(total_of(light) > 0)) light = flux_of(k, i, o);
+        const float middle[4] = {axes_[0].edge[static_cast<std::size_t>(2 * i + 1) << k], 0,
+                                 axes_[1].edge[static_cast<std::size_t>(2 * o + 1) << k], 0};
+        const int chosen = choose(light, k, middle);
+        follow(light, chosen, k);
+        i = 2 * i + (chosen >> 1);
+        o = 2 * o + (chosen & 1);
+    }
+    path.n = i, path.o = o;
+
+    // Within the interval. By edge: lower and upper, of u and v.
+    const std::size_t n[2] = {static_cast<std::size_t>(i), static_cast<std::size_t>(o)};
+    const auto& u_edge = axes_[0].edge;
+    const auto& v_edge = axes_[1].edge;
+    __m128 edges = _mm_setr_ps(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
+    const std::uint16_t* const image = texels_.data() + node(0, i, o) * image_;
+    for (int k = levels_within(stretch); k > 0; --k) {
+        const __m128 middles = _mm_set1_ps(0.5F) * (edges + _mm_permute_ps(edges, 0b10110001));
+        const __m128 at_edges = seeing.column_at(edges);
+        const __m128 at_middles = seeing.column_at(middles);
+        Quarters light =
+            light_of({image, image, image, image},
+                     {_mm_min_ps(at_edges, at_middles) - reach, _mm_max_ps(at_edges, at_middles) + reach,
+                      seeing.slope_at(_mm_set1_ps(0.5F) * (at_edges + at_middles))});
+        if (!(total_of(light) > 0)) light = {1, 1, 1, 1};
+        alignas(16) float middle[4];
+        _mm_store_ps(middle, middles);
+        const int chosen = choose(light, -1, middle);
+        follow(light, chosen, -1);
+        // The middle becomes the lower edge of an upper half.
+        const __m128i upper =
+            _mm_setr_epi32(-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1), (chosen & 1) - 1);
+        edges = _mm_blendv_ps(edges, middles, _mm_castsi128_ps(upper));
+    }
+    _mm_store_ps(path.edge, edges);
+    return path;
+}
+
+// The square of a block's grid in which a point lies.
+std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, const V2d& on_s) {
+    const V2d within = (on_s - path.low()) / path.size() * double{kGrid};
+    const auto index = [](double at) { return static_cast<std::size_t>(std::clamp(at, 0.0, kGrid - 1.0)); };
+    return {index(within.x), index(within.y)};
+}
+
+// Four views reach into an interval; a square sees one or two of their pixels along each axis, and is given
+// their mean by its middle's bells.
+FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
+    const Rig& rig = field_->rig();
+    const double stretch = distance_ / x.z;
+    const __m256 lanes = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256 one = _mm256_set1_ps(1), half = _mm256_set1_ps(0.5F), none = _mm256_setzero_ps();
+    const int interval[2] = {path.n, path.o};
+    struct Seen {
+        __m256 weight[2][2];  // of each view's two pixels; 0 for what it does not see
+        __m256i pixel[2][2];
+        __m256 way2;  // squared, from the middles to x
+        int view[2];
+    } seen[2];
+    for (std::size_t a = 0; a < 2; ++a) {
+        const int axis = static_cast<int>(a);
+        const int n = interval[a];
+        const float edge = axes_[a].edge[static_cast<std::size_t>(n)];
+        const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
+        // At the squares' lower edges and at their middles.
+        const auto edges = [&](float from, float to) {
+            return _mm256_set1_ps(from) + lanes * _mm256_set1_ps((to - from) * (1.0F / kGrid));
+        };
+        const auto middles = [&](float from, float to) {
+            const float step = (to - from) * (1.0F / kGrid);
+            return _mm256_set1_ps(from + 0.5F * step) + lanes * _mm256_set1_ps(step);
+        };
+        const double x_of_axis = axis == 0 ? x.x : x.y;
+        const auto x_a = static_cast<float>(x_of_axis);
+        const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
+        const __m256 way = middles(low - x_a, high - x_a);
+        seen[a].way2 = way * way;
+        // Where they lie within the interval, in S's coordinate, and the coordinate's slope there.
+        const float c_s = static_cast<float>(rig.s_coordinate.c), per_c_s = c_s > 0 ? 1 / c_s : 0.0F;
+        const __m256 u_middle = middles(low, high), u_per_c = u_middle * _mm256_set1_ps(per_c_s);
+        const __m256 to_x = _mm256_set1_ps(2) / (one + _mm256_sqrt_ps(one + u_per_c * u_per_c));
+        const float edge_x = axes_[a].edge_x[static_cast<std::size_t>(n)];
+        const float per_spacing = static_cast<float>(1 / rig.spacing[axis]);
+        // Even planes keep their own numbers, which lose nothing by cancellation.
+        const __m256 f = c_s > 0 ? (u_middle * to_x - _mm256_set1_ps(edge_x)) * _mm256_set1_ps(per_spacing)
+                                 : middles((low - edge) * per_length, (high - edge) * per_length);
+        const auto slope_of = [&](const __m256& tau) {
+            const __m256 tau2 = _mm256_min_ps(tau * tau, one), rest_of_one = one - tau2;
+            return rest_of_one * rest_of_one / (one + tau2);
+        };
+        // The bell of the lower view, which falls from 1 to 0.
+        const __m256 rest = one - f;
+        const __m256 bell = _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
+        const __m256 bells[2] = {bell, one - bell};
+        // As the interval numbers the columns: of each square the first, and how much of it lies in the next.
+        const auto seen_from = [&](float u) {
+            return static_cast<float>(rig.columns_to(axis, n, double{u} + (x_of_axis - double{u}) * stretch));
+        };
+        const float begin = seen_from(low), end = seen_from(high);
+        const float width = std::fabs(end - begin) * (1.0F / kGrid);
+        const __m256 column = edges(begin, end) - _mm256_set1_ps(end < begin ? width : 0.0F);
+        const __m256 last = _mm256_set1_ps(static_cast<float>(rig.columns(axis)));
+        // Of a hat, the place under it; of a box, the part of the square in the next one.
+        const bool hat = rig.basis == PixelBasis::hat;
+        const __m256 centre = column + _mm256_set1_ps(0.5F * width);
+        const __m256 whole = _mm256_floor_ps(hat ? centre - half : column);
+        const __m256 beyond =
+            hat ? centre - half - whole
+                : (column - whole + _mm256_set1_ps(width) - one) * _mm256_set1_ps(1 / std::max(width, 1e-6F));
+        const __m256 next = _mm256_min_ps(_mm256_max_ps(beyond, none), one);
+        // What even steps in the coordinates are on the planes.
+        const __m256 on_m = _mm256_set1_ps(static_cast<float>(rig.column_edge_x(axis, n, 0))) +
+                            centre * _mm256_set1_ps(static_cast<float>(rig.pixel[axis]));
+        const __m256 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * _mm256_set1_ps(per_c_));
+        const __m256 shares[2] = {slope * (one - next), slope * next};
+        const __m256i p = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(whole, _mm256_set1_ps(-2)), last));
+        const __m256i pixels = _mm256_set1_epi32(rig.pixels[axis]), unit = _mm256_set1_epi32(1);
+        for (int v = 0; v < 2; ++v) {
+            const bool there = v == 0 ? n > 0 : n < rig.views[axis];
+            seen[a].view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
+            __m256i k = v == 0 ? p : _mm256_sub_epi32(p, _mm256_set1_epi32(rig.shift[axis]));
+            for (int t = 0; t < 2; ++t, k = _mm256_add_epi32(k, unit)) {
+                const __m256i inside = _mm256_andnot_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), k),
+                                                           _mm256_cmpgt_epi32(pixels, k));
+                seen[a].weight[v][t] =
+                    there ? _mm256_and_ps(bells[v] * shares[t], _mm256_castsi256_ps(inside)) : none;
+                seen[a].pixel[v][t] = _mm256_max_epi32(_mm256_min_epi32(k, _mm256_sub_epi32(pixels, unit)),
+                                                       _mm256_setzero_si256());
+            }
+        }
+    }
+
+    // Along v the pixels are next to each other: one read for the eight of a row, and each lane takes its
+    // own.
+    const float* const coefficients = field_->coefficients().data();
+    std::int32_t window[2];
+    __m256i lane[2][2], there[2];
+    for (std::size_t v = 0; v < 2; ++v) {
+        alignas(32) std::int32_t pixel[kGrid];
+        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel), seen[1].pixel[v][0]);
+        window[v] = std::min(pixel[0], pixel[kGrid - 1]);
+        for (std::size_t t = 0; t < 2; ++t)
+            lane[v][t] = _mm256_sub_epi32(seen[1].pixel[v][t], _mm256_set1_epi32(window[v]));
+        there[v] = _mm256_cmpgt_epi32(_mm256_set1_epi32(rig.pixels.y - window[v]),
+                                      _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    }
+    alignas(32) std::int32_t pixel[2][2][kGrid];
+    alignas(32) float weight[2][2][kGrid];
+    alignas(32) float way2[kGrid];
+    for (std::size_t i = 0; i < 2; ++i) {
+        for (std::size_t t = 0; t < 2; ++t) {
+            _mm256_store_si256(reinterpret_cast<__m256i*>(pixel[i][t]), seen[0].pixel[i][t]);
+            _mm256_store_ps(weight[i][t], seen[0].weight[i][t]);
+        }
+    }
+    _mm256_store_ps(way2, seen[0].way2);
+    const __m256 way2_column = seen[1].way2 + _mm256_set1_ps(static_cast<float>(sqr(x.z)));
+    Grid grid;
+    __m256 value[kGrid];
+    __m256 sums = none;
+    // Of a view's row of pixels, both views along v: h, and what it would be without its negative
+    // coefficients.
+    struct Row {
+        std::int32_t pixel = -1;
+        __m256 h, positive;
+    } rows[2][2];
+    for (std::size_t r = 0; r < kGrid; ++r) {
+        __m256 h = none, bound = none;
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (std::size_t t = 0; t < 2; ++t) {
+                if (!(weight[i][t][r] > 0)) continue;
+                Row& row = rows[i][pixel[i][t][r] & 1];  // the last two
+                if (row.pixel != pixel[i][t][r]) {
+                    row = {pixel[i][t][r], none, none};
+                    for (std::size_t j = 0; j < 2; ++j) {
+                        const __m256 e = _mm256_maskload_ps(
+                            coefficients + rig.index(seen[0].view[i], seen[1].view[j], row.pixel, window[j]),
+                            there[j]);
+                        const __m256 positive = _mm256_max_ps(e, none);
+                        for (std::size_t s = 0; s < 2; ++s) {
+                            row.h = row.h + seen[1].weight[j][s] * _mm256_permutevar8x32_ps(e, lane[j][s]);
+                            row.positive = row.positive + seen[1].weight[j][s] *
+                                                              _mm256_permutevar8x32_ps(positive, lane[j][s]);
+                        }
+                    }
+                }
+                const __m256 share = _mm256_set1_ps(weight[i][t][r]);
+                h = h + share * row.h;
+                bound = bound + share * row.positive;
+            }
+        }
+        h = _mm256_max_ps(h, none);
+        const __m256 way = _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
+        value[r] = (h + _mm256_set1_ps(kPositive) * _mm256_max_ps(bound, none)) * way;
+        sums = sums + value[r];
+    }
+    const auto total_of = [](const __m256& v) {
+        __m128 sum = _mm256_castps256_ps128(v) + _mm256_extractf128_ps(v, 1);
+        sum = sum + _mm_movehl_ps(sum, sum);
+        return _mm_cvtss_f32(sum) + _mm_cvtss_f32(_mm_movehdup_ps(sum));
+    };
+    const float sum = total_of(sums);
+    const float least = sum > 0 ? sum * (kUneven / (kGrid * kGrid)) : 1.0F;
+    sums = sums + _mm256_set1_ps(kGrid * least);
+    for (std::size_t r = 0; r < kGrid; ++r) _mm256_store_ps(grid.value[r], value[r] + _mm256_set1_ps(least));
+    _mm256_store_ps(grid.column, sums);
+    grid.total = total_of(sums);
+    return grid;
+}
+
+// The density of a point in one square of the grid.
+FieldPyramid::Density FieldPyramid::mixed(const Path& path, const Grid& grid, std::size_t row,
+                                          std::size_t column) const {
+    const auto n = static_cast<std::size_t>(path.n), o = static_cast<std::size_t>(path.o);
+    const auto size = [](const Axis& axis, std::size_t i) {
+        return double{axis.edge[i + 1]} - double{axis.edge[i]};
+    };
+    const double flux =
+        kDefensive * double{flux_[node(0, path.n, path.o)]} / (size(axes_[0], n) * size(axes_[1], o));
+    const double part = double{flux_[node(part_level_, part_index(path.n), part_index(path.o))]};
+    const V2d block = path.size();
+    const double per_area = (1 - kDefensive) * kGrid * kGrid * double{grid.value[row][column]} /
+                            (double{grid.total} * block.x * block.y);
+    return {path.whole * per_area + flux / double{flux_.back()},
+            part > 0 ? path.part * per_area + flux / part : 0.0};
+}
+
+V2d FieldPyramid::draw_by_flux(V2f u, std::optional<V2i> interval) const {
+    int n = 0, o = 0;
+    int k = levels_ - 1;
+    if (interval) n = part_index(interval->x), o = part_index(interval->y), k = part_level_ - 1;
+    for (; k >= 0; --k) {
+        const int chosen = choose_quarter(flux_of(k, n, o), u);
+        n = 2 * n + (chosen >> 1);
+        o = 2 * o + (chosen & 1);
+    }
+    const auto at = [](const Axis& axis, int i, float part) {
+        const double edge = double{axis.edge[static_cast<std::size_t>(i)]};
+        return edge + double{part} * (double{axis.edge[static_cast<std::size_t>(i) + 1]} - edge);
+    };
+    return {at(axes_[0], n, u.x), at(axes_[1], o, u.y)};
+}
+
+std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
+                                                     std::optional<V2i> interval) const {
+    assert(x.z != 0);
+    constexpr auto kShare = static_cast<float>(kDefensive);
+    if (interval && !(flux_[node(part_level_, part_index(interval->x), part_index(interval->y))] > 0))
+        return std::nullopt;
+    V2f rest = u;
+    const bool by_flux = u.x < kShare;
+    rest.x = std::min(by_flux ? u.x / kShare : (u.x - kShare) / (1 - kShare), kBelowOne);
+    Draw draw{};
+    if (by_flux) draw.on_s = draw_by_flux(rest, interval);
+    // The descent to the point drawn, or a descent that draws one.
+    const Path path = descend(x, [&](const Quarters& light, int level, const float* middle) {
+        if (by_flux) return towards(draw.on_s, middle);
+        if (interval && level >= part_level_)
+            return (interval->x >> level & 1) << 1 | (interval->y >> level & 1);
+        return choose_quarter(light, rest);
+    });
+    const Grid grid = grid_of(path, x);
+    std::size_t row = 0, column = 0;
+    if (by_flux) {
+        std::tie(row, column) = square_of(path, draw.on_s);
+    } else {
+        column = choose_of(_mm256_load_ps(grid.column), grid.total, rest.y);
+        row = choose_of(grid.along_u(column), grid.column[column], rest.x);
+        const V2d low = path.low(), step = path.size() / double{kGrid};
+        draw.on_s = {low.x + (static_cast<double>(row) + double{rest.x}) * step.x,
+                     low.y + (static_cast<double>(column) + double{rest.y}) * step.y};
+    }
+    draw.n = path.n, draw.o = path.o;
+    draw.density = mixed(path, grid, row, column);
+    return draw;
+}
+
+FieldPyramid::Density FieldPyramid::density(const V3d& x, const V2d& on_s) const {
+    const Path path =
+        descend(x, [&](const Quarters&, int, const float* middle) { return towards(on_s, middle); });
+    const auto [row, column] = square_of(path, on_s);
+    return mixed(path, grid_of(path, x), row, column);
+}
+
+}  // namespace lucerna
