@@ -161,6 +161,12 @@ HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, d
     : set_(set), height_(height) {
     const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
     for (std::size_t i = 0; i < rays.size(); i += std::max<std::size_t>(step, 1)) rays_.push_back(rays[i]);
+    if (set.coloured()) {
+        V3d sum(0);
+        for (const std::size_t r : rays_) sum += double{set.rays[r].flux} * V3d(set.tristimulus[r]);
+        // A channel of which there is hardly any light does not count.
+        for (int c = 0; c < 3; ++c) channel_weight_[c] = sum[c] > 0.01 * sum.y ? sum.y / (3 * sum[c]) : 0.0;
+    }
     // Files may be sorted, or take turns among a lamp's parts: which half a ray goes to is drawn.
     std::uint64_t number = 0;
     for (const std::size_t ray : rays_) {
@@ -214,7 +220,7 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
                 const double x = (coordinate[a].of(at[a]) / (2 * coordinate[a].c) + 1) * 0.5 * kCells;
                 cell[a] = static_cast<std::size_t>(std::clamp(x, 0.0, kCells - 1.0));
             }
-            plane.counted[half][cell[0] * kCells + cell[1]] += double{ray.flux};
+            plane.counted[half][cell[0] * kCells + cell[1]] += light_of(r);
         }
     }
     // As a chi-square: a cell's difference counts by the square over its own flux, so that dim places count
@@ -238,7 +244,7 @@ std::vector<double> HeldOutRays::project_half(const Rig& rig, const RayWeights& 
         const Passage at(ray, rig, weights);
         if (at.misses_s) continue;
         at.for_each(rig, 0, [&](int m, int k, double across) {
-            const double weighed = double{ray.flux} * across;
+            const double weighed = light_of(r) * across;
             at.for_each(rig, 1, [&](int n, int l, double up) {
                 flux[rig.index(at.base[0] - 1 + m, at.base[1] - 1 + n, k, l)] += weighed * up;
             });
@@ -323,8 +329,8 @@ std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
     const Rig& rig = field.rig();
     // Those taken may be fewer than the field stands for.
     double taken = 0, all = 0;
-    for (const std::size_t r : rays_) taken += double{set_.rays[r].flux};
-    for (const LampRay& ray : set_.rays) all += double{ray.flux};
+    for (const std::size_t r : rays_) taken += light_of(r);
+    for (std::size_t r = 0; r < set_.rays.size(); ++r) all += light_of(r);
     std::vector<double> flux(field.coefficients().begin(), field.coefficients().end());
     for (double& e : flux) e *= rig.cell_volume() * taken / all;  // rays carry some
     std::vector<PlaneError> errors;

@@ -50,6 +50,12 @@ class HeldOutRays {
     };
     struct Response;
     Plane make_plane(double distance) const;
+    // What a ray counts for: its flux, or of rays in colour the mean of its X, Y and Z, each as a share of
+    // all rays', as the field's sampled channel is made (ColourChannels).
+    double light_of(std::size_t ray) const {
+        const double flux = double{set_.rays[ray].flux};
+        return set_.coloured() ? flux * channel_weight_.dot(V3d(set_.tristimulus[ray])) : flux;
+    }
     V2d place_of(const LampRay& ray, double distance) const;
     std::vector<double> project_half(const Rig& rig, const RayWeights& weights, int half) const;
     std::vector<double> cast(const std::vector<double>& flux, const Rig& rig, const Plane& plane) const;
@@ -59,6 +65,7 @@ class HeldOutRays {
     std::vector<std::size_t> halves_[2];
     double all_over_half_ = 2;  // how many times as many rays the lamp's field is made of as a half's
     double height_ = 0;
+    V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself
 };
 
