@@ -102,7 +102,20 @@ LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::v
     for (int c = 0; c < 3; ++c) channels += flux[c] > kHardlyAny * flux.y;
     for (int c = 0; c < 3; ++c)
         colour_.weight[c] = flux[c] > kHardlyAny * flux.y ? flux.y / (channels * flux[c]) : 0.0;
-    if (weight) colour_.weight = *weight;
+    if (weight) {
+        // What the above makes: shares of two or three channels, of which none has a hundredth of Y's light.
+        const auto is_share = [](double w, double least, double most) {
+            return std::isfinite(w) && w >= least && w <= most;
+        };
+        const double most = 1 / kHardlyAny;
+        if (!is_share(weight->x, 0, most) || !is_share(weight->y, 0.25, 1) || !is_share(weight->z, 0, most)) {
+            throw InputError(
+                fmt::format("light field: weights {} {} {} of X, Y and Z; 0.25 to 1 of Y and 0 to {} "
+                            "of the others are accepted",
+                            weight->x, weight->y, weight->z, most));
+        }
+        colour_.weight = *weight;
+    }
     const double scale_y = storage_scale(coefficients_);
     colour_.scale_x = storage_scale(x);
     colour_.scale_z = storage_scale(z);
@@ -123,6 +136,8 @@ LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::v
             if (found.bits() == stored.bits()) break;
             stored = found;
         }
+        if (!std::isfinite(coefficients_[i]) || !std::isfinite(luminance_of(i)))
+            throw InputError("light field: colours whose sum leaves the range of numbers");
     }
     info_.colour = colour_of_luminance_one(xyz_to_rgb(xyz()));
 }

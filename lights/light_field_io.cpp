@@ -256,12 +256,6 @@ LightField read_field(const std::filesystem::path& file) {
     }
     if (names.size() == 1) return LightField(rig, coefficients[0], std::move(info));
     const auto weight = required<Imf::V3dAttribute>(header, "lightfieldWeights");
-    for (int c = 0; c < 3; ++c) {
-        if (!std::isfinite(weight[c]) || !(c == 1 ? weight[c] > 0 : weight[c] >= 0))
-            throw InputError(
-                fmt::format("damaged light field: weights {} {} {}; finite, and that of Y positive", weight.x,
-                            weight.y, weight.z));
-    }
     return LightField(rig, coefficients[0], coefficients[1], coefficients[2], std::move(info), weight);
 }
 

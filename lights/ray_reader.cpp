@@ -85,7 +85,8 @@ constexpr V3f kUnknown(-1.0F);          // of a ray without a colour, until all 
 // the most Z for its Y, 155 times as much.
 std::optional<V3d> as_colour(const V3d& xyz) {
     constexpr double kMostPerY = 1e4, kMostY = 1e30;
-    if (!std::isfinite(xyz.x) || !std::isfinite(xyz.z) || !(xyz.y >= 0) || xyz.y > kMostY) return {};
+    if (!std::isfinite(xyz.x) || !std::isfinite(xyz.y) || !std::isfinite(xyz.z)) return {};
+    if (xyz.y < 0 || xyz.y > kMostY) return {};
     if (std::max(xyz.x, xyz.z) > kMostPerY * xyz.y) return {};
     return V3d(std::max(0.0, xyz.x), xyz.y, std::max(0.0, xyz.z));
 }
@@ -100,7 +101,10 @@ void RayColours::all(const V3d& per_watt) {
 }
 
 void RayColours::add_per_watt(const V3d& xyz) {
-    add(set_.unit == FluxUnit::watt ? kLumensPerWatt * xyz : xyz / xyz.y);
+    if (set_.unit == FluxUnit::watt) return add(kLumensPerWatt * xyz);
+    // Beside lumens there is no colour without Y.
+    const bool seen = std::isfinite(xyz.y) && xyz.y > 0;
+    add(seen ? xyz / xyz.y : V3d(-1));
 }
 
 void RayColours::add(const V3d& xyz) {
@@ -110,9 +114,12 @@ void RayColours::add(const V3d& xyz) {
 
 void RayColours::settle() {
     if (set_.coloured()) settle_rays();
-    const double efficacy = set_.header_lumens / set_.header_watts;
-    if (set_.unit == FluxUnit::watt && !(set_.lumens_per_watt > 0) && efficacy > 0 && std::isfinite(efficacy))
-        set_.lumens_per_watt = efficacy;
+    const auto stated = [](double flux) { return std::isfinite(flux) && flux > 0; };
+    if (set_.unit != FluxUnit::watt || set_.lumens_per_watt > 0) return;
+    if (!stated(set_.header_lumens) || !stated(set_.header_watts)) return;
+    // A header may state anything: no more than could be.
+    if (set_.header_lumens <= kLumensPerWatt * set_.header_watts)
+        set_.lumens_per_watt = set_.header_lumens / set_.header_watts;
 }
 
 void RayColours::settle_rays() {

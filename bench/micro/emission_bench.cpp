@@ -103,14 +103,7 @@ void emit_batches(benchmark::State& state, bool large, EmissionMode mode, bool n
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
 }
 
-// The same coefficients as hats on M, on planes that are finer in the middle: as a field made of rays.
-void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
-    const LightField& boxes = field_of(large);
-    Rig rig = boxes.rig();
-    rig.basis = PixelBasis::hat;
-    rig.s_coordinate.c = 0.02;
-    rig.m_coordinate.c = 0.05;
-    LightField field(rig, {boxes.coefficients().begin(), boxes.coefficients().end()});
+void emit_batches_of(benchmark::State& state, LightField field, EmissionMode mode) {
     Monitor silent;
     CellTable table(field, Workers{}, silent);
     MeasuredSettings settings;
@@ -126,6 +119,26 @@ void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
         at = (at + kBatch) % u.size();
     }
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(kBatch));
+}
+
+// The same coefficients as hats on M, on planes that are finer in the middle: as a field made of rays.
+void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
+    const LightField& boxes = field_of(large);
+    Rig rig = boxes.rig();
+    rig.basis = PixelBasis::hat;
+    rig.s_coordinate.c = 0.02;
+    rig.m_coordinate.c = 0.05;
+    emit_batches_of(state, {rig, {boxes.coefficients().begin(), boxes.coefficients().end()}}, mode);
+}
+
+// The same with X and Z beside them, which differ from place to place.
+void emit_coloured(benchmark::State& state, bool large, EmissionMode mode) {
+    const LightField& grey = field_of(large);
+    const std::vector<float> y(grey.coefficients().begin(), grey.coefficients().end());
+    std::vector<float> x = y, z = y;
+    Sampler noise(2, Purpose::bench, 0, 0);
+    for (std::size_t i = 0; i < y.size(); ++i) x[i] *= 0.8F + 0.4F * noise.next(), z[i] *= 2 * noise.next();
+    emit_batches_of(state, {grey.rig(), x, y, z}, mode);
 }
 
 void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
@@ -420,6 +433,10 @@ BENCHMARK_CAPTURE(emit_batches, eln, true, EmissionMode::exact, true)
     ->Name("emission/batch/exact/32x32x128x128/negative");
 BENCHMARK_CAPTURE(emit_hats, hs, false, EmissionMode::exact)->Name("emission/batch/exact/8x8x16x16/hats");
 BENCHMARK_CAPTURE(emit_hats, hl, true, EmissionMode::exact)->Name("emission/batch/exact/32x32x128x128/hats");
+BENCHMARK_CAPTURE(emit_coloured, as, false, EmissionMode::exact)
+    ->Name("emission/batch/exact/8x8x16x16/coloured");
+BENCHMARK_CAPTURE(emit_coloured, al, true, EmissionMode::exact)
+    ->Name("emission/batch/exact/32x32x128x128/coloured");
 BENCHMARK_CAPTURE(emit_batches, wl, true, EmissionMode::weighted, false)
     ->Name("emission/batch/weighted/32x32x128x128");
 BENCHMARK_CAPTURE(emit_singly, cs, false, EmissionMode::constant)->Name("emission/single/constant/8x8x16x16");
