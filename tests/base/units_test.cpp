@@ -90,6 +90,15 @@ TEST(Units, Assignment_FirstEqualsSign_Parts) {
         EXPECT_THROW(parse_assignment({"--set"}, word), InputError);
 }
 
+TEST(Units, Error_OfAWordWithNewlines_IsOneLine) {
+    try {
+        parse_length({"--size"}, "40\nmm\n");
+        FAIL() << "was accepted";
+    } catch (const InputError& error) {
+        EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+    }
+}
+
 TEST(Units, Error_AnyKind_NamesOptionWordAndExample) {
     try {
         parse_length({"--distance"}, "40");
