@@ -33,6 +33,7 @@ struct Packing {
 };
 constexpr Packing kOfLightFields{32, 1 << 12}, kOfAny{256, 1 << 16};
 constexpr std::int64_t kSmallBlock = 1 << 20;
+constexpr std::int64_t kWidestLightField = 1 << 24;  // pixels of the atlas, each way: as much as is written
 
 // The library reads as much as a type wants, not as much as the header says; with other sizes the two would
 // part, and what is checked here would not be what is read there. -1: any size.
@@ -156,6 +157,10 @@ void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
     const std::int64_t width = std::int64_t{part.window[2]} - part.window[0] + 1;
     const std::int64_t height = std::int64_t{part.window[3]} - part.window[1] + 1;
     const bool there = width > 0 && height > 0;
+    if (kind == ExrKind::light_field && std::max(width, height) > kWidestLightField) {
+        throw InputError(fmt::format("damaged light field: an image of {} x {} pixels; at most {} on a side",
+                                     width, height, kWidestLightField));
+    }
     // Every block and every tile has an entry of 8 bytes in the table of offsets that follows the header.
     double entries = static_cast<double>(height) / static_cast<double>(packing.lines);
     double block = bytes_of(part, width, packing.lines);
