@@ -187,7 +187,7 @@ std::vector<Bomb> lying_bombs() {
     return {
         of_file("GzipOfASceneInOnePiece", "scene.pbrt", [] { return gzip_of_blanks(300); }, kRender,
                 {"scene.pbrt", "unpacked", "needs 3.15 GB"}),
-        of_file("GzipOfASceneInManyPieces", "scene.pbrt", [] { return repeated(gzip_of_blanks(1), 100); },
+        of_file("GzipOfASceneInManyPieces", "scene.pbrt", [] { return repeated(gzip_of_blanks(1), 40); },
                 kRender, {"scene.pbrt", "400 times"}),
         of_named_file("GzipOfAMesh", "mesh.ply", [] { return gzip_of_blanks(300); },
                       R"(Shape "plymesh" "string filename" "mesh.ply")", {"mesh.ply", "memory"}),
