@@ -95,6 +95,42 @@ std::array<T, 4> bell_dual_weights(T f) {
             (T(-161) * b + T(1009) * c) / T(736), (T(49) * b - T(161) * c) / T(736)};
 }
 
+// What a coefficient stands for on S: the bell, as measurements behind a filter need, or the hat 1 - |x|, by
+// which a field of point samples is interpolated linearly [Heidrich 1998]. Their shifts add up to 1 and their
+// integral is 1; over an interval one falls from 1 to 0 as the next rises.
+enum class FilterBasis : std::uint8_t { bell, hat };
+
+// Either for x in [0, 1]: the value, the x of a value, F(x) = ∫ from 0 to x, and the x of F.
+struct BellBasis {
+    template <std::floating_point T>
+    static T value(T x) {
+        return bell(x);
+    }
+    static double inverse(double value) { return inverse_bell(value); }
+    static double integral(double x) { return bell_integral(x); }
+    static float inverse_integral(float y) { return inverse_bell_integral(y); }
+};
+struct HatBasis {
+    template <std::floating_point T>
+    static T value(T x) {
+        return std::max(T(1) - std::fabs(x), T(0));
+    }
+    static double inverse(double value) { return 1 - std::clamp(value, 0.0, 1.0); }
+    static double integral(double x) { return x - 0.5 * x * x; }
+    static float inverse_integral(float y) { return 1 - std::sqrt(std::max(0.0F, 1 - 2 * y)); }
+};
+
+// visit(BellBasis()) or visit(HatBasis()).
+template <typename Visit>
+decltype(auto) with_basis(FilterBasis basis, Visit&& visit) {
+    return basis == FilterBasis::hat ? visit(HatBasis()) : visit(BellBasis());
+}
+
+// Of any x.
+inline double basis_value(FilterBasis basis, double x) {
+    return with_basis(basis, [x](auto of) { return of.value(x); });
+}
+
 // ∫ Φ(x) Φ(x - m) dx.
 constexpr double bell_overlap(int m) {
     if (m == 0) return 23.0 / 30.0;

@@ -1,8 +1,8 @@
 // One cell of the sampling plane: the square between four neighbouring filters, and the flux density over it.
 //
 // With x, y in [0, 1] across the cell, h(x, y) = Σ e_ij φ_i(x) φ_j(y), where φ_0 = Φ falls from the left
-// neighbour and φ_1 = 1 - Φ rises to the right one. Coefficients may be negative; light may not: what is
-// emitted is max(0, h).
+// neighbour and φ_1 = 1 - Φ rises to the right one, for bells as for hats. Coefficients may be negative;
+// light may not: what is emitted is max(0, h).
 #pragma once
 
 #include <algorithm>
@@ -17,15 +17,21 @@ namespace lucerna {
 struct BellCell {
     // e[i][j]: i along u, j along v; 0 the lower neighbour, 1 the upper one. Any unit; W/m⁴ in a light field.
     float e[2][2] = {{0, 0}, {0, 0}};
+    FilterBasis basis = FilterBasis::bell;
 
     float value(float x, float y) const {
-        const float a = bell(x);
-        const float b = bell(y);
+        return basis == FilterBasis::hat ? value_of<HatBasis>(x, y) : value_of<BellBasis>(x, y);
+    }
+    // For whoever knows the basis: without a branch.
+    template <typename Basis>
+    float value_of(float x, float y) const {
+        const float a = Basis::value(x);
+        const float b = Basis::value(y);
         return a * (e[0][0] * b + e[0][1] * (1 - b)) + (1 - a) * (e[1][0] * b + e[1][1] * (1 - b));
     }
     bool has_negative() const { return (e[0][0] < 0) | (e[0][1] < 0) | (e[1][0] < 0) | (e[1][1] < 0); }
 
-    // ∫∫ h over the unit square: each product of half-bells integrates to 1/4.
+    // ∫∫ h over the unit square: each product of halves integrates to 1/4.
     double signed_mean() const {
         return 0.25 * (double{e[0][0]} + double{e[0][1]} + double{e[1][0]} + double{e[1][1]});
     }
@@ -41,7 +47,9 @@ struct BellCell {
 
     // Its parts, for whoever draws many at once: the first point, from the mixture of the positive members;
     // whether it stays; and what happens if it does not.
+    template <typename Basis>
     V2f draw_positive(V2f u) const;
+    template <typename Basis>
     bool stays(const V2f& at, std::uint32_t salt) const;
     V2f draw_again(std::uint32_t salt) const;
 
@@ -65,19 +73,21 @@ inline bool choose_first(float& u, float first, float second) {
     return chosen;
 }
 
-// A pair of half-bells, each with density 2 Φ on its side.
-inline V2f BellCell::draw_positive(V2f u) const {
+// A pair of halves, each with density 2 Φ on its side.
+template <typename Basis>
+V2f BellCell::draw_positive(V2f u) const {
     const float e00 = std::max(0.0F, e[0][0]), e01 = std::max(0.0F, e[0][1]);
     const float e10 = std::max(0.0F, e[1][0]), e11 = std::max(0.0F, e[1][1]);
     const bool left = choose_first(u.x, e00 + e01, e10 + e11);
     const bool low = choose_first(u.y, left ? e00 : e10, left ? e01 : e11);
-    const float x = inverse_bell_integral(0.5F * u.x);
-    const float y = inverse_bell_integral(0.5F * u.y);
+    const float x = Basis::inverse_integral(0.5F * u.x);
+    const float y = Basis::inverse_integral(0.5F * u.y);
     return {left ? x : 1 - x, low ? y : 1 - y};
 }
 
-inline bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
-    const float a = bell(at.x), b = bell(at.y);
+template <typename Basis>
+bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
+    const float a = Basis::value(at.x), b = Basis::value(at.y);
     const float bound = a * (std::max(0.0F, e[0][0]) * b + std::max(0.0F, e[0][1]) * (1 - b)) +
                         (1 - a) * (std::max(0.0F, e[1][0]) * b + std::max(0.0F, e[1][1]) * (1 - b));
     // The finisher of MurmurHash3: every bit of the salt reaches every bit of the number.
@@ -87,7 +97,7 @@ inline bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
     salt *= 0xc2b2ae35U;
     salt ^= salt >> 16;
     // Without negative members the bound is the very value, and a number below 1 times it is less.
-    return to_unit(salt) * bound < value(at.x, at.y);
+    return to_unit(salt) * bound < value_of<Basis>(at.x, at.y);
 }
 
 }  // namespace lucerna

@@ -50,7 +50,9 @@ struct CellEmission::Lanes {
     std::array<Column<float>, 3> p, d;
     Column<float> error;
 
-    BellCell members(std::size_t i) const { return {{{e[0][i], e[1][i]}, {e[2][i], e[3][i]}}}; }
+    BellCell members(std::size_t i, FilterBasis basis) const {
+        return {{{e[0][i], e[1][i]}, {e[2][i], e[3][i]}}, basis};
+    }
 };
 
 CellEmission::CellEmission(const LightField& field, const FieldColour& colour, const CellTable& table,
@@ -159,12 +161,13 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
 }
 
 void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
+    const FilterBasis basis = field_.rig().filter_basis;
     for (std::size_t i = 0; i < size; ++i) {
         const float x = lanes.x[i], y = lanes.y[i];
         // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
-        const float w = lanes.members(i).value(x, y);
-        const BellCell cx{{{lanes.cx[0][i], lanes.cx[1][i]}, {lanes.cx[2][i], lanes.cx[3][i]}}};
-        const BellCell cz{{{lanes.cz[0][i], lanes.cz[1][i]}, {lanes.cz[2][i], lanes.cz[3][i]}}};
+        const float w = lanes.members(i, basis).value(x, y);
+        const BellCell cx{{{lanes.cx[0][i], lanes.cx[1][i]}, {lanes.cx[2][i], lanes.cx[3][i]}}, basis};
+        const BellCell cz{{{lanes.cz[0][i], lanes.cz[1][i]}, {lanes.cz[2][i], lanes.cz[3][i]}}, basis};
         const Rgb colour = w > 0 ? colour_.of(w, cx.value(x, y), cz.value(x, y)) : colour_.mean();
         for (int c = 0; c < 3; ++c) lanes.colour[static_cast<std::size_t>(c)][i] = colour[c];
     }
@@ -173,17 +176,21 @@ void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
 void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const {
     Column<std::uint32_t> salt;
     Column<bool> stays;
+    const FilterBasis basis = field_.rig().filter_basis;
     for (std::size_t i = 0; i < u.size(); ++i) salt[i] = salt_of(u[i]);
-    for (std::size_t i = 0; i < u.size(); ++i) {
-        const BellCell members = lanes.members(i);
-        const V2f at = members.draw_positive({lanes.x[i], lanes.y[i]});
-        lanes.x[i] = at.x;
-        lanes.y[i] = at.y;
-        stays[i] = members.stays(at, salt[i]);
-    }
+    with_basis(basis, [&](auto of) {
+        using Basis = decltype(of);
+        for (std::size_t i = 0; i < u.size(); ++i) {
+            const BellCell members = lanes.members(i, basis);
+            const V2f at = members.draw_positive<Basis>({lanes.x[i], lanes.y[i]});
+            lanes.x[i] = at.x;
+            lanes.y[i] = at.y;
+            stays[i] = members.stays<Basis>(at, salt[i]);
+        }
+    });
     for (std::size_t i = 0; i < u.size(); ++i) {
         if (stays[i]) continue;
-        const V2f at = lanes.members(i).draw_again(salt[i]);
+        const V2f at = lanes.members(i, basis).draw_again(salt[i]);
         lanes.x[i] = at.x;
         lanes.y[i] = at.y;
     }
@@ -192,8 +199,9 @@ void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) con
 void CellEmission::weigh(Lanes& lanes, std::size_t size) const {
     // h over the density of the draw: the cell's probability spread over its volume [Goesele 2003, 5.1].
     const double factor = settings_.gain * field_.rig().cell_volume();
+    const FilterBasis basis = field_.rig().filter_basis;
     for (std::size_t i = 0; i < size; ++i) {
-        const float h = std::max(0.0F, lanes.members(i).value(lanes.x[i], lanes.y[i]));
+        const float h = std::max(0.0F, lanes.members(i, basis).value(lanes.x[i], lanes.y[i]));
         lanes.weight[i] = factor * double{h} / lanes.cells.probability(i);  // > 0: the cell was drawn
     }
 }

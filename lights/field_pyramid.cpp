@@ -194,7 +194,10 @@ void FieldPyramid::spread_views(int n, int o, float scale, std::vector<float>& o
         const int shift = rig.shift[a];
         if (shift == 0) shares[a][0] = shares[a][1] = {{0, 0.5F}};
         for (int d = 0; d <= shift && shift > 0; ++d) {
-            const auto upto = [&](double at) { return bell_integral(std::clamp(at / shift, 0.0, 1.0)); };
+            const auto upto = [&](double at) {
+                return with_basis(rig.filter_basis,
+                                  [&](auto of) { return of.integral(std::clamp(at / shift, 0.0, 1.0)); });
+            };
             const auto weight = static_cast<float>(upto(d + 0.5) - upto(d - 0.5));
             shares[a][0].push_back({d, weight});
             shares[a][1].push_back({-d, weight});
@@ -539,9 +542,11 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
             const __m256 tau2 = _mm256_min_ps(tau * tau, one), rest_of_one = one - tau2;
             return rest_of_one * rest_of_one / (one + tau2);
         };
-        // The bell of the lower view, which falls from 1 to 0.
+        // The basis of the lower view, which falls from 1 to 0.
         const __m256 rest = one - f;
-        const __m256 bell = _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
+        const __m256 bell = rig.filter_basis == FilterBasis::hat
+                                ? rest
+                                : _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
         const __m256 bells[2] = {bell, one - bell};
         // As the interval numbers the columns: of each square the first, and how much of it lies in the next.
         const auto seen_from = [&](float u) {

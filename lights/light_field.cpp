@@ -182,6 +182,7 @@ LightField::ColourCell LightField::colour_members(const Cell& cell) const {
     const int l[2] = {cell.q, cell.q - rig_.shift.y};
     const auto in = [](int i, int size) { return static_cast<unsigned>(i) < static_cast<unsigned>(size); };
     ColourCell c;
+    c.x.basis = c.z.basis = rig_.filter_basis;
     for (int i = 0; i < 2; ++i) {
         for (int j = 0; j < 2; ++j) {
             const int m = cell.n - 1 + i, n = cell.o - 1 + j;
@@ -266,6 +267,12 @@ float LightField::approximate_radiance(const V2d& on_s, const V2d& on_m) const {
     return sum;
 }
 
+float LightField::over_exact(Reconstruction reconstruction, const V2d& on_s, const V2d& on_m) const {
+    if (reconstruction == Reconstruction::exact) return 1;
+    const float exact = radiance(on_s, on_m);
+    return exact > 0 ? approximate_radiance(on_s, on_m) / exact : 0.0F;
+}
+
 float LightField::radiance(const V2d& on_s, const V2d& on_m) const {
     const float h = flux_density(on_s, on_m);
     if (!(h > 0)) return 0;  // also where g itself is 0: rays that pass M at infinity
@@ -299,6 +306,7 @@ void add_planes(WordHash& hash, const Rig& rig) {
         hash.add(rig.m_coordinate.c);
         hash.add(static_cast<int>(rig.basis));
     }
+    if (rig.filter_basis != FilterBasis::bell) hash.add(static_cast<int>(rig.filter_basis));
 }
 
 std::uint64_t content_hash(const LightField& field) {

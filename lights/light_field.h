@@ -11,10 +11,11 @@
 //
 //     h(u, v, s, t) = Σ E_mnkl Φ_m(u) Φ_n(v) χ_k(s) χ_l(t)              [Goesele 2003, 3.2]
 //
-// with the bell Φ (bell.h) on S and the basis χ of one pixel on M: its box, as a camera measures, or its hat,
-// which is 1 in the pixel's middle and 0 in its neighbours', so that h has no steps. Radiance is h over the
-// geometric term of the two points. Coefficients may be negative near sharp edges and from noise, and stay so
-// in memory and on disk; only what a reconstruction shows is clamped at 0, pixel by pixel of M.
+// with the bell Φ (bell.h) on S, or the hat of a field of point samples [Heidrich 1998], and the basis χ of
+// one pixel on M: its box, as a camera measures, or its hat, which is 1 in the pixel's middle and 0 in its
+// neighbours', so that h has no steps. Radiance is h over the geometric term of the two points. Coefficients
+// may be negative near sharp edges and from noise, and stay so in memory and on disk; only what a
+// reconstruction shows is clamped at 0, pixel by pixel of M.
 //
 // Measuring rigs have filters and pixels evenly on their planes. A field made of rays may have them even in a
 // coordinate that is finer in the middle (PlaneCoordinate): directions are then even, not places on M, and
@@ -81,6 +82,11 @@ struct PlaneCoordinate {
 // What one pixel of M stands for along each axis.
 enum class PixelBasis : std::uint8_t { box, hat };
 
+// How radiance follows from the coefficients: exactly, h over the geometric term of the very ray; or by the
+// shift-invariant approximation, the geometric term taken once per filter and pixel [Goesele 2003, appendix
+// A].
+enum class Reconstruction : std::uint8_t { exact, approximate };
+
 // The geometry: everything but the numbers measured. Axis 0 is u and s, axis 1 is v and t. Lengths in metres.
 struct Rig {
     V2i views{1, 1};      // filter positions W_S, H_S
@@ -91,7 +97,8 @@ struct Rig {
     V2i shift{0, 0};      // σ, τ: pixels by which the sensor moves from one view to the next (0: Setup B)
     V3d centre{0, 0, 0};  // of S, in the frame of the lamp's file
     PlaneCoordinate s_coordinate, m_coordinate;  // in which filters and pixels are even. Not with a shift
-    PixelBasis basis = PixelBasis::box;          // a hat not with a shift
+    FilterBasis filter_basis = FilterBasis::bell;
+    PixelBasis basis = PixelBasis::box;  // a hat not with a shift
 
     // Why this is no geometry, in words; empty if it is one.
     std::string fault() const;
@@ -232,6 +239,7 @@ class LightField {
         const int k[2] = {cell.p, cell.p - rig_.shift.x};
         const int l[2] = {cell.q, cell.q - rig_.shift.y};
         BellCell c;
+        c.basis = rig_.filter_basis;
         for (int i = 0; i < 2; ++i) {
             for (int j = 0; j < 2; ++j) c.e[i][j] = coefficient(cell.n - 1 + i, cell.o - 1 + j, k[i], l[j]);
         }
@@ -256,8 +264,10 @@ class LightField {
     // The same with g taken once per filter and pixel, between their centres, so that it does not depend on
     // where within them the ray passes [Goesele 2003, appendix A]. Its relative error is that of g: for a
     // filter of width W about W/D at most, at 45°, where only one filter is seen; an eighth of that where
-    // neighbours overlap. For comparison: nothing here emits by it.
+    // neighbours overlap.
     float approximate_radiance(const V2d& on_s, const V2d& on_m) const;
+    // What radiance() is multiplied by for a reconstruction; 0 where there is none.
+    float over_exact(Reconstruction reconstruction, const V2d& on_s, const V2d& on_m) const;
 
   private:
     // Where a ray passes: its interval of S, and the one or two pixels of M per axis whose basis holds it.

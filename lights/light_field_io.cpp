@@ -16,8 +16,10 @@
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <iterator>
 #include <new>
 
 #include "engine/base/error.h"
@@ -32,11 +34,23 @@ namespace {
 constexpr const char* kVersionName = "lightfieldVersion";
 // Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
 constexpr int kEvenBoxes = 1, kVersion = 2;
-constexpr const char* kBasis[] = {"piecewise quadratic bell on S, pixel box on M",
-                                  "piecewise quadratic bell on S, pixel hat on M"};
+struct NamedBasis {
+    FilterBasis filter;
+    PixelBasis pixel;
+    const char* name;
+};
+constexpr NamedBasis kBases[] = {
+    {FilterBasis::bell, PixelBasis::box, "piecewise quadratic bell on S, pixel box on M"},
+    {FilterBasis::bell, PixelBasis::hat, "piecewise quadratic bell on S, pixel hat on M"},
+    {FilterBasis::hat, PixelBasis::box, "hat on S, pixel box on M"},
+    {FilterBasis::hat, PixelBasis::hat, "hat on S, pixel hat on M"},
+};
 
-const char* name_of(PixelBasis basis) {
-    return kBasis[static_cast<std::size_t>(basis)];
+const char* basis_name(const Rig& rig) {
+    const auto* const found = std::find_if(std::begin(kBases), std::end(kBases), [&](const NamedBasis& b) {
+        return b.filter == rig.filter_basis && b.pixel == rig.basis;
+    });
+    return found->name;  // all pairs are there
 }
 bool is_even(const Rig& rig) {
     return rig.s_coordinate.c == 0 && rig.m_coordinate.c == 0;
@@ -81,7 +95,8 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     Imf::Header header(static_cast<int>(atlas.width()), static_cast<int>(atlas.height()));
     header.compression() = Imf::ZIP_COMPRESSION;
     header.channels().insert("Y", Imf::Channel(Imf::HALF));
-    const bool plain = is_even(rig) && rig.basis == PixelBasis::box && !field.coloured();
+    const bool plain = is_even(rig) && rig.filter_basis == FilterBasis::bell &&
+                       rig.basis == PixelBasis::box && !field.coloured();
     header.insert(kVersionName, Imf::IntAttribute(plain ? kEvenBoxes : kVersion));
     if (!plain) {
         header.insert("lightfieldCoordinateS", Imf::DoubleAttribute(rig.s_coordinate.c));
@@ -104,7 +119,7 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     header.insert("lightfieldFluxUnit", Imf::StringAttribute(std::string(flux_unit_name(info.unit))));
     header.insert("lightfieldScale", Imf::DoubleAttribute(scale.y));
     header.insert("lightfieldColour", Imf::V3fAttribute({info.colour.x, info.colour.y, info.colour.z}));
-    header.insert("lightfieldBasis", Imf::StringAttribute(name_of(rig.basis)));
+    header.insert("lightfieldBasis", Imf::StringAttribute(basis_name(rig)));
     header.insert("lightfieldProvenance", Imf::StringAttribute(info.provenance));
     header.insert("lightfieldCapturedFlux", Imf::DoubleAttribute(info.captured));
     header.insert("lightfieldMissedFlux", Imf::DoubleAttribute(info.missed));
@@ -122,18 +137,23 @@ auto required(const Imf::Header& header, const char* name) {
     return found->value();
 }
 
-PixelBasis read_basis(const Imf::Header& header) {
+void read_basis(const Imf::Header& header, Rig& rig) {
     const auto name = required<Imf::StringAttribute>(header, "lightfieldBasis");
-    for (const PixelBasis basis : {PixelBasis::box, PixelBasis::hat}) {
-        if (name == name_of(basis)) return basis;
+    std::string accepted;
+    for (const NamedBasis& basis : kBases) {
+        if (name == basis.name) {
+            rig.filter_basis = basis.filter;
+            rig.basis = basis.pixel;
+            return;
+        }
+        accepted += fmt::format("{}\"{}\"", accepted.empty() ? "" : ", ", basis.name);
     }
-    throw InputError(
-        fmt::format("basis \"{}\"; \"{}\" and \"{}\" are accepted", one_line(name), kBasis[0], kBasis[1]));
+    throw InputError(fmt::format("basis \"{}\"; {} are accepted", one_line(name), accepted));
 }
 
 Rig read_rig(const Imf::Header& header, int version) {
     Rig rig;
-    rig.basis = read_basis(header);
+    read_basis(header, rig);
     if (version > kEvenBoxes) {
         rig.s_coordinate.c = required<Imf::DoubleAttribute>(header, "lightfieldCoordinateS");
         rig.m_coordinate.c = required<Imf::DoubleAttribute>(header, "lightfieldCoordinateM");

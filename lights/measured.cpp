@@ -27,6 +27,7 @@ class MeasuredLight final : public Light {
           extent_(static_cast<float>(
               std::sqrt(placement_.scale2()) * 2 *
               std::max(-field_.rig().interval_edge(0, 0), -field_.rig().interval_edge(1, 0)))),
+          reconstruction_(settings.reconstruction),
           shape_(std::move(shape)),
           emission_(field_, colour_, table_, placement_, {settings.mode, flux_, gain_, extent_}) {
         if (flux_ > 0) pyramid_.emplace(field_, table_, kPartsAcross, workers);
@@ -48,6 +49,7 @@ class MeasuredLight final : public Light {
             return;
         }
         emission_.sample_Le_many(u, out);
+        if (reconstruction_ != Reconstruction::exact) reconstruct(out);
         if (shape_) lift(out);
     }
 
@@ -230,6 +232,18 @@ class MeasuredLight final : public Light {
         return std::max(0x1p-126, distance - double{surface_error(x, extent_)});
     }
 
+    // Particles of the exact reconstruction become those of the other one.
+    void reconstruct(std::span<std::optional<LeSample>> particles) const {
+        for (auto& particle : particles) {
+            if (!particle) continue;
+            const V3d p = placement_.to_local_point(V3d(particle->from.p));
+            const V3d d = placement_.to_local_vector(V3d(particle->d));
+            const Line line{{p.x, p.y}, d, 0, 0};
+            if (!(d.z > 0)) continue;  // rounded: a line along S
+            particle->weight *= field_.over_exact(reconstruction_, line.on_s, on_m(line));
+        }
+    }
+
     // Particles start where their lines last cross the shape.
     void lift(std::span<std::optional<LeSample>> particles) const {
         for (auto& particle : particles) {
@@ -255,7 +269,9 @@ class MeasuredLight final : public Light {
         if (line.way.z == 0) return {};  // a point of S: no line
         const V2d at_m = on_m(line);
         if (!field_.coloured()) {
-            const double radiance = double{field_.radiance(line.on_s, at_m)};
+            const double radiance = double{reconstruction_ == Reconstruction::approximate
+                                               ? field_.approximate_radiance(line.on_s, at_m)
+                                               : field_.radiance(line.on_s, at_m)};
             return {gain_ * radiance / placement_.scale2(), colour_.mean()};
         }
         Rgb h(0);
@@ -266,7 +282,9 @@ class MeasuredLight final : public Light {
             h += weight * w * colour_.of(w, colour.x.value(x, y), colour.z.value(x, y));
         });
         if (!(luminance(h) > 0)) return {};  // also where g itself is 0: rays that pass M at infinity
-        return {gain_ / (field_.rig().geometric_term(line.on_s, at_m) * placement_.scale2()), h};
+        const double approximation = double{field_.over_exact(reconstruction_, line.on_s, at_m)};
+        return {approximation * gain_ / (field_.rig().geometric_term(line.on_s, at_m) * placement_.scale2()),
+                h};
     }
     // At the far end of the way [light frame]: pdf_a R² / cosθ; scale² cancels between area and R².
     PartPdf per_solid_angle(const Line& line, const FieldPyramid::Density& density) const {
@@ -291,10 +309,11 @@ class MeasuredLight final : public Light {
     FieldColour colour_;
     CellTable table_;
     Placement placement_;
-    double flux_;                             // of all that leaves [field's unit]
-    double gain_;                             // flux_ over the clamped field's
-    float extent_;                            // the larger side of S, scene units
-    std::optional<FieldPyramid> pyramid_;     // none of a lamp that is dark
+    double flux_;                          // of all that leaves [field's unit]
+    double gain_;                          // flux_ over the clamped field's
+    float extent_;                         // the larger side of S, scene units
+    std::optional<FieldPyramid> pyramid_;  // none of a lamp that is dark
+    Reconstruction reconstruction_;
     std::unique_ptr<const LampShape> shape_;  // may be null
     CellEmission emission_;
 };
@@ -311,6 +330,8 @@ std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
     if (!std::isfinite(settings.power) || settings.power < 0) {
         input_error(at, "power {}; finite and not negative (0: as measured)", settings.power);
     }
+    if (settings.reconstruction != Reconstruction::exact && settings.mode != EmissionMode::exact)
+        throw InputError(at, "reconstruction \"approximate\" is accepted with emission \"exact\" alone");
     assert(table.field_hash() == content_hash(field));
     const double measured = field.flux();
     double flux = settings.power > 0 ? double{settings.power} : measured * double{settings.power_scale};

@@ -53,6 +53,8 @@ void print_rig(std::ostream& out, const Rig& rig) {
     fmt::print(out, "measurement plane M  {} x {} pixels of {} x {}{}, {} from S; {}\n", rig.pixels.x,
                rig.pixels.y, length_text(rig.pixel.x), length_text(rig.pixel.y), evenness(rig.m_coordinate),
                length_text(rig.distance), rig.basis == PixelBasis::hat ? "linear between them" : "each even");
+    if (rig.filter_basis == FilterBasis::hat)
+        fmt::print(out, "between views        linear: measured without an optical filter\n");
     // D > 0 in every rig that a light field accepts. As seen from the middle of S: without the sensor's
     // travel.
     const auto angle = [&rig](int axis) {

@@ -30,11 +30,16 @@ constexpr const char* kAcquireFooter =
 docs/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
 as cos^N, and the planes are laid to suit it.
 
+With --filter none the lamp is measured without the optical filter, through a pinhole at each filter
+position, and the field is interpolated linearly: a canned light source [Heidrich 1998]. What is finer than
+the spacing is then aliased, where the filter blurs it.
+
 Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
 
 Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
+  lucerna light acquire scenes/lamps/projector/rig.toml --filter none -o canned.exr
   lucerna light acquire -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
@@ -59,6 +64,7 @@ struct AcquireCommand {
     QuickLamp quick;
     std::string photographs;  // a folder; empty: none are wanted
     bool strict = false;      // of the scene that the rig names
+    bool filter = true;
     LampOutput lamp;
 };
 
@@ -268,6 +274,28 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
         files.writes_into(command.photographs, "--photographs", is_photographs_name);
 }
 
+// Through pinholes.
+LightField acquire_canned(const RigDescription& description, const AcquireCommand& command,
+                          Monitor& monitor) {
+    const NamedEmitter emitter = emitter_of(description);
+    EmitterModel model = emitter.model;
+    model.info.provenance += "; without an optical filter";
+    return acquire_without_filter(model, description.rig, command.lamp.workers, monitor, description.quality);
+}
+
+void check_filter(const RigDescription& description, const AcquireCommand& command) {
+    if (command.filter) return;
+    if (description.emitter.kind == EmitterDescription::Kind::scene) {
+        throw InputError({"--filter"},
+                         "none is accepted for a disc, a rectangle or a projector; the light of a scene is "
+                         "counted behind a filter");
+    }
+    if (!command.photographs.empty() || description.camera) {
+        throw InputError({"--filter"},
+                         "none is accepted without a camera and --photographs, which see filters");
+    }
+}
+
 // Of no effect without a scene, and that is a mistake.
 void refuse_strict_without_scene(const AcquireCommand& command, const RigDescription& description) {
     if (!command.strict || description.emitter.kind == EmitterDescription::Kind::scene) return;
@@ -279,10 +307,11 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
     refuse_strict_without_scene(command, description);
+    check_filter(description, command);
     const std::filesystem::path part_file = command.lamp.file + ".part";
     CommandFiles files;
     declare_files(command, description, files);
-    files.writes_beside(part_file, "-o");
+    if (command.filter) files.writes_beside(part_file, "-o");
     if (!command.photographs.empty())
         check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
@@ -293,6 +322,8 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
                          listening.emplace(context.around);
                      }};
     if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.around);
+    if (!command.filter)
+        return finish_lamp(acquire_canned(description, command, monitor), command.lamp, monitor, context);
     FilterImages seen = acquire_images(description, work, monitor);
     giving_up_part(part_file, [&] {
         const FilterImages images = through_camera(std::move(seen), description, command, monitor);
@@ -334,7 +365,8 @@ void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
         if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--photographs" ||
-            name == "--strict" || name == "--threads" || name == "--quiet" || name == "--help")
+            name == "--strict" || name == "--filter" || name == "--threads" || name == "--quiet" ||
+            name == "--help")
             continue;
         input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
     }
@@ -352,6 +384,12 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
         ->type_name("FOLDER");
     app.add_flag("--strict", command->strict,
                  "refuse what is not traced as the rig's scene says, instead of a warning");
+    add_word(app, "--filter", "FILTER", "before the sampling plane: bell (default), or none",
+             [command](const std::string& word) {
+                 if (word != "bell" && word != "none")
+                     input_error({"--filter"}, "\"{}\" is not accepted; bell or none is", word);
+                 command->filter = word == "bell";
+             });
     QuickLamp& quick = command->quick;
     add_quick_lamp(app, quick);
     add_planes(app, quick.views, quick.pixels, quick.distance);

@@ -30,6 +30,7 @@ each at the exposure that suits it.
 Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
   lucerna light project lamp.exr --distance 5mm,20mm,80mm,320mm -o beam.exr --png
+  lucerna light project lamp.exr --distance 1m --reconstruction approximate -o approximate.exr
   lucerna light project lamp.tm25ray --distance 1m --size 4mx4m --pixels 100x100 -o counted.exr)";
 
 struct ProjectCommand {
@@ -38,6 +39,7 @@ struct ProjectCommand {
     bool heights = false;           // the distances are places in the frame of the lamp's file
     std::optional<V2d> size, centre;
     V2i pixels{512, 512};
+    Reconstruction reconstruction = Reconstruction::exact;
     bool has_pixels = false, png = false, quiet = false;
     Workers workers;
 };
@@ -88,13 +90,14 @@ RaySet channel_of(const RaySet& set, int channel) {
     return of;
 }
 
-ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, const Workers& workers,
+ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, const ProjectCommand& command,
                                Monitor& monitor) {
     if (const auto* field = std::get_if<LightField>(&lamp)) {
-        const auto of = [&](int channel) {
-            return project(field->channel(channel), patch, workers, monitor);
+        const auto project_one = [&](const LightField& one) {
+            return project(one, patch, command.workers, monitor, command.reconstruction);
         };
-        if (!field->coloured()) return {project(*field, patch, workers, monitor), {}, {}};
+        const auto of = [&](int channel) { return project_one(field->channel(channel)); };
+        if (!field->coloured()) return {project_one(*field), {}, {}};
         return {of(1), of(0), of(2)};
     }
     const RaySet& set = std::get<RaySet>(lamp);
@@ -125,7 +128,7 @@ ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, do
         patch.size = *command.size;
     }
     if (command.centre) patch.centre = *command.centre - V2d(origin.x, origin.y);
-    return project_channels(lamp, patch, command.workers, monitor);
+    return project_channels(lamp, patch, command, monitor);
 }
 
 // Rows from the top; values below 0, which noise makes, stay in the file.
@@ -209,6 +212,10 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, true, context.around.stop, {}});
     const LampFile lamp = read_lamp_file(command.lamp, monitor);
+    if (command.reconstruction != Reconstruction::exact && !std::holds_alternative<LightField>(lamp)) {
+        throw InputError({"--reconstruction"},
+                         "approximate is accepted for a light field; rays are counted as they are");
+    }
     std::vector<Image> images;
     for (const double distance : command.distances) {
         const ColouredPlane plane =
@@ -266,6 +273,14 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
              });
     add_word(app, "--pixels", "WxH", "of the image (default 512x512)",
              [command](const std::string& word) { command->pixels = parse_size({"--pixels"}, word, 16384); });
+    add_word(
+        app, "--reconstruction", "KIND",
+        "exact (default), or approximate: the geometric term once per filter and pixel",
+        [command](const std::string& word) {
+            if (word != "exact" && word != "approximate")
+                input_error({"--reconstruction"}, "\"{}\" is not accepted; exact or approximate is", word);
+            command->reconstruction = word == "exact" ? Reconstruction::exact : Reconstruction::approximate;
+        });
     app.add_flag("--png", command->png, "write a picture beside it: one of the whole series");
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");

@@ -192,6 +192,14 @@ EmissionMode read_emission(Params& params) {
          shown(name));
 }
 
+Reconstruction read_reconstruction(Params& params) {
+    const std::string name = params.string("reconstruction", "exact");
+    if (name == "exact") return Reconstruction::exact;
+    if (name == "approximate") return Reconstruction::approximate;
+    fail(params.place_of("reconstruction"),
+         "reconstruction \"{}\" is unknown; exact and approximate are accepted", shown(name));
+}
+
 // What both kinds state alike: file, place, "scale" and "power".
 template <typename Settings>
 Settings read_lamp(Reading& reading, Params& params) {
@@ -219,6 +227,11 @@ Settings read_lamp(Reading& reading, Params& params) {
 void read_light_field(Reading& reading, Params& params) {
     auto lamp = read_lamp<MeasuredSettings>(reading, params);
     lamp.mode = read_emission(params);
+    lamp.reconstruction = read_reconstruction(params);
+    if (lamp.reconstruction != Reconstruction::exact && lamp.mode != EmissionMode::exact) {
+        fail(params.place_of("emission"),
+             "reconstruction \"approximate\" is accepted with emission \"exact\" alone");
+    }
     reading.draft.caches.push_back(cell_table_file(lamp.file));
     reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});
 }

@@ -143,7 +143,62 @@ LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& w
     return field_of(acquire_filters(emitter, rig, workers, monitor, options));
 }
 
-namespace {}  // namespace
+namespace {
+
+// Radiance towards M of the ray through a point of S, from the emitter behind it.
+double radiance_through(const EmitterModel& emitter, const Rig& rig, const V2d& on_s, const V2d& on_m) {
+    const V2d on_emitter = on_s - (on_m - on_s) * (emitter.setback / rig.distance);          // distance > 0
+    const V2d part(on_emitter.x / emitter.half_size.x, on_emitter.y / emitter.half_size.y);  // > 0
+    const bool inside = emitter.outline == EmitterModel::Outline::disc
+                            ? part.length2() <= 1
+                            : std::max(std::fabs(part.x), std::fabs(part.y)) <= 1;
+    if (!inside) return 0;
+    return emitter.radiance(on_emitter, V3d(on_m.x - on_s.x, on_m.y - on_s.y, rig.distance).normalized());
+}
+
+}  // namespace
+
+LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filtered, const Workers& workers,
+                                  Monitor& monitor, const AcquireOptions& options) {
+    Rig rig = filtered;
+    rig.filter_basis = FilterBasis::hat;
+    if (rig.shift == V2i(0, 0)) rig.basis = PixelBasis::hat;
+    if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
+    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(float)),
+                   fmt::format("a light field of {} coefficients", rig.coefficients()),
+                   "fewer views or pixels are accepted");
+    std::vector<float> coefficients(rig.coefficients());
+    Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(rig.views.x));
+    parallel_chunks(workers, rig.views.x, [&](std::int64_t chunk) {
+        if (monitor.stopped()) throw Stopped("virtual acquisition: stopped");
+        const int m = static_cast<int>(chunk);
+        for (int n = 0; n < rig.views.y; ++n) {
+            const V2d on_s(rig.filter(0, m), rig.filter(1, n));
+            for (int k = 0; k < rig.pixels.x; ++k) {
+                for (int l = 0; l < rig.pixels.y; ++l) {
+                    double mean = 0;
+                    for (const GaussNode& gx : gauss_rule(options.m_nodes)) {
+                        for (const GaussNode& gy : gauss_rule(options.m_nodes)) {
+                            // Pixel k of a view is column k of the interval above its filter.
+                            const V2d on_m(rig.column_edge(0, m + 1, k) + gx.x * rig.pixel.x,
+                                           rig.column_edge(1, n + 1, l) + gy.x * rig.pixel.y);
+                            mean += gx.weight * gy.weight * rig.geometric_term(on_s, on_m) *
+                                    radiance_through(emitter, rig, on_s, on_m);
+                        }
+                    }
+                    coefficients[rig.index(m, n, k, l)] = static_cast<float>(mean);
+                }
+            }
+        }
+        phase.advance(1);
+    });
+    double sum = 0;
+    for (const float e : coefficients) sum += double{e};
+    LightFieldInfo info = emitter.info;
+    info.captured = sum * rig.cell_volume();
+    info.missed = emitter.flux - info.captured;
+    return {rig, std::move(coefficients), std::move(info)};
+}
 
 EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size, double flux, double exponent,
                             std::function<double(const V2d&)> pattern) {

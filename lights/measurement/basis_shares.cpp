@@ -58,33 +58,71 @@ std::vector<double> knots(const Rig& rig, int axis, double offset, double factor
     return at;
 }
 
+// The bases over a place of interval `interval` of S, x intervals from the first one's edge, and over s.
+BasisNode node_at(const Rig& rig, int axis, int interval, double x, double s) {
+    BasisNode node{};
+    node.on_m = s;
+    node.filter = interval - 1;
+    for (const int f : {0, 1}) node.under[f] = basis_value(rig.filter_basis, x - interval - f);
+    const double column =
+        std::clamp(rig.columns_to(axis, interval, s) - rig.overhang(), -2.0, rig.columns(axis) + 1.0);
+    const double floor = std::floor(column);
+    const bool hat = rig.basis == PixelBasis::hat;
+    node.across[0] = hat ? 1 - (column - floor) : 1;
+    node.across[1] = hat ? column - floor : 0;
+    for (const int f : {0, 1}) node.pixel[f] = static_cast<int>(floor) - f * rig.shift[axis];
+    return node;
+}
+
 }  // namespace
 
-std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor) {
-    ShareTable table(rig, axis);
+std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count) {
+    std::vector<BasisNode> nodes;
     const std::vector<double> at = knots(rig, axis, offset, factor);
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const double width = at[i + 1] - at[i];
         if (!(width > 0)) continue;
-        for (const GaussNode& node : gauss_rule(kShareNodes)) {
-            const double x = at[i] + node.x * width;
+        for (const GaussNode& gauss : gauss_rule(count)) {
+            const double x = at[i] + gauss.x * width;
             const int interval = std::min(static_cast<int>(x), rig.intervals(axis) - 1);
             const double u = rig.s_coordinate.on_plane(rig.interval_edge_x(axis, 0) + x * rig.spacing[axis]);
-            const double s = offset + factor * u;
-            const double column =
-                std::clamp(rig.columns_to(axis, interval, s) - rig.overhang(), -2.0, rig.columns(axis) + 1.0);
-            const double floor = std::floor(column);
-            const double weight = node.weight * width * rig.spacing[axis] * rig.m_coordinate.slope(s);
-            for (int f = 0; f < 2; ++f) {
-                const int filter = interval - 1 + f, pixel = static_cast<int>(floor) - f * rig.shift[axis];
-                const double under = weight * bell(x - interval - f);
-                if (rig.basis == PixelBasis::hat) {
-                    table.add(filter, pixel, under * (1 - (column - floor)));
-                    table.add(filter, pixel + 1, under * (column - floor));
-                } else {
-                    table.add(filter, pixel, under);
-                }
-            }
+            BasisNode node = node_at(rig, axis, interval, x, offset + factor * u);
+            node.on_s = u;
+            node.weight = gauss.weight * width * rig.spacing[axis] / rig.s_coordinate.slope(u);
+            nodes.push_back(node);
+        }
+    }
+    return nodes;
+}
+
+std::vector<BasisNode> basis_nodes_at(const Rig& rig, int axis, double on_s, int count) {
+    std::vector<BasisNode> nodes;
+    const double x = rig.intervals_to(axis, on_s);
+    if (!(x >= 0 && x < rig.intervals(axis))) return nodes;
+    const int interval = static_cast<int>(x);
+    const int pieces = rig.columns(axis) + (rig.basis == PixelBasis::hat ? 1 : 0);
+    for (int k = 0; k < pieces; ++k) {
+        for (const GaussNode& gauss : gauss_rule(count)) {
+            const double y =
+                rig.column_edge_x(axis, interval, 0) + (k + gauss.x - rig.overhang()) * rig.pixel[axis];
+            const double s = rig.m_coordinate.on_plane(y);
+            BasisNode node = node_at(rig, axis, interval, x, s);
+            node.on_s = on_s;
+            node.weight = gauss.weight * rig.pixel[axis] / rig.m_coordinate.slope(s);
+            nodes.push_back(node);
+        }
+    }
+    return nodes;
+}
+
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor) {
+    ShareTable table(rig, axis);
+    for (const BasisNode& node : basis_nodes(rig, axis, offset, factor, kShareNodes)) {
+        const double weight =
+            node.weight * rig.s_coordinate.slope(node.on_s) * rig.m_coordinate.slope(node.on_m);
+        for (int f = 0; f < 2; ++f) {
+            for (int k = 0; k < 2; ++k)
+                table.add(node.filter + f, node.pixel[f] + k, weight * node.under[f] * node.across[k]);
         }
     }
     return table.shares();
@@ -97,7 +135,7 @@ std::vector<BasisShare> basis_shares_at(const Rig& rig, int axis, double on_s) {
     const int below = static_cast<int>(std::floor(x));
     const double width = rig.pixel[axis] * rig.s_coordinate.slope(on_s);
     for (int filter = below; filter <= below + 1; ++filter) {
-        const double weight = bell(x - filter) * width;
+        const double weight = basis_value(rig.filter_basis, x - filter) * width;
         for (int pixel = 0; pixel < rig.pixels[axis]; ++pixel) table.add(filter, pixel, weight);
     }
     return table.shares();

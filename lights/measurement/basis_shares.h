@@ -15,6 +15,20 @@
 
 namespace lucerna {
 
+// A place along such a line of rays, and what of the bases lies there.
+struct BasisNode {
+    double on_s, on_m;  // metres
+    double weight;      // of an integral over the places on S, or on M if S's is fixed [m]
+    int filter;         // the lower of two; some may be none of the rig's
+    int pixel[2];       // of each of the two filters, the lower of two
+    double under[2];    // the filters' bases
+    double across[2];   // the pixels'
+};
+// `count` Gauss nodes between every two knots.
+std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count);
+// Of the rays through one point of S: nodes on M.
+std::vector<BasisNode> basis_nodes_at(const Rig& rig, int axis, double on_s, int count);
+
 struct BasisShare {
     int filter, pixel;
     double weight;  // metres; > 0

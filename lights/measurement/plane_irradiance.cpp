@@ -132,11 +132,116 @@ double PlaneIrradiance::peak() const {
     return *std::max_element(values.begin(), values.end());  // a patch has at least one pixel
 }
 
+namespace {
+
+// Irradiance by the approximate reconstruction.
+class ApproximatePlane {
+  public:
+    ApproximatePlane(const LightField& field, const Workers& workers)
+        : rig_(field.rig()), radiance_(rig_.coefficients()) {
+        parallel_chunks(workers, rig_.views.x, [&](std::int64_t chunk) {
+            const int m = static_cast<int>(chunk);
+            for (int n = 0; n < rig_.views.y; ++n) {
+                for (int k = 0; k < rig_.pixels.x; ++k) {
+                    for (int l = 0; l < rig_.pixels.y; ++l) {
+                        const std::size_t i = rig_.index(m, n, k, l);
+                        radiance_[i] =
+                            static_cast<float>(double{field.coefficients()[i]} * per_term(m, n, k, l));
+                    }
+                }
+            }
+        });
+    }
+
+    // At a height z; what lies across one axis, for both to be combined.
+    std::vector<BasisNode> nodes(int axis, double z, double x) const {
+        constexpr int kNodes = 3;  // between knots
+        const double ratio = z > 0 ? rig_.distance / z : 1.0;
+        return z == 0 ? basis_nodes_at(rig_, axis, x, kNodes)
+                      : basis_nodes(rig_, axis, x * ratio, 1 - ratio, kNodes);
+    }
+    double at(const std::vector<BasisNode>& across, const std::vector<BasisNode>& down, double z) const {
+        const double ratio = z > 0 ? rig_.distance / z : 1.0;
+        double sum = 0;
+        for (const BasisNode& v : down) {
+            for (const BasisNode& u : across) {
+                const double g = rig_.geometric_term({u.on_s, v.on_s}, {u.on_m, v.on_m});
+                sum += u.weight * v.weight * g * radiance(u, v);
+            }
+        }
+        return sum * ratio * ratio;
+    }
+
+  private:
+    // What turns a coefficient into radiance, between the centres of its filter and its pixel.
+    double per_term(int m, int n, int k, int l) const {
+        const auto middle = [&](int axis, int filter, int pixel) {
+            const double edge = rig_.column_edge_x(axis, filter + 1, pixel);
+            return rig_.m_coordinate.on_plane(edge + 0.5 * rig_.pixel[axis]);
+        };
+        const V2d filter(rig_.filter(0, m), rig_.filter(1, n)), pixel(middle(0, m, k), middle(1, n, l));
+        return rig_.slope(filter, pixel) / rig_.geometric_term(filter, pixel);  // > 0: at finite places
+    }
+    double radiance(const BasisNode& u, const BasisNode& v) const {
+        const auto in = [](int i, int size) { return i >= 0 && i < size; };
+        double sum = 0;
+        for (int i = 0; i < 2; ++i) {
+            for (int a = 0; a < 2; ++a) {
+                const double across = u.under[i] * u.across[a];
+                const int m = u.filter + i, k = u.pixel[i] + a;
+                if (!(across > 0) || !in(m, rig_.views.x) || !in(k, rig_.pixels.x)) continue;
+                for (int j = 0; j < 2; ++j) {
+                    for (int b = 0; b < 2; ++b) {
+                        const double down = v.under[j] * v.across[b];
+                        const int n = v.filter + j, l = v.pixel[j] + b;
+                        if (!(down > 0) || !in(n, rig_.views.y) || !in(l, rig_.pixels.y)) continue;
+                        sum += across * down * double{radiance_[rig_.index(m, n, k, l)]};
+                    }
+                }
+            }
+        }
+        return sum;
+    }
+
+    const Rig& rig_;
+    std::vector<float> radiance_;  // of each coefficient
+};
+
+PlaneIrradiance project_approximately(const LightField& field, const PlanePatch& patch,
+                                      const Workers& workers, Monitor& monitor) {
+    const ApproximatePlane plane(field, workers);
+    const auto across = [&](int axis, std::int64_t i) {
+        const int from = static_cast<int>(i);
+        return plane.nodes(axis, patch.distance,
+                           0.5 * (edge(patch, axis, from) + edge(patch, axis, from + 1)));
+    };
+    std::vector<std::vector<BasisNode>> columns(static_cast<std::size_t>(patch.pixels.x));
+    parallel_chunks(workers, patch.pixels.x,
+                    [&](std::int64_t x) { columns[static_cast<std::size_t>(x)] = across(0, x); });
+    PlaneIrradiance result{patch, {}};
+    result.values.resize(columns.size() * static_cast<std::size_t>(patch.pixels.y));
+    Phase phase(monitor, "projection", static_cast<std::uint64_t>(patch.pixels.y));
+    parallel_chunks(workers, patch.pixels.y, [&](std::int64_t y) {
+        if (monitor.stopped()) throw Stopped("projection: stopped");
+        const std::vector<BasisNode> down = across(1, y);
+        for (std::size_t x = 0; x < columns.size(); ++x) {
+            result.values[static_cast<std::size_t>(y) * columns.size() + x] =
+                plane.at(columns[x], down, patch.distance);
+        }
+        phase.advance(1);
+    });
+    return result;
+}
+
+}  // namespace
+
 PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const Workers& workers,
-                        Monitor& monitor) {
+                        Monitor& monitor, Reconstruction reconstruction) {
     require(patch);
     if (!(patch.distance >= 0))
         throw InputError(fmt::format("plane: {:g} m before S; 0 or more is accepted", patch.distance));
+    if (reconstruction == Reconstruction::approximate)
+        return project_approximately(field, patch, workers, monitor);
     const Rig& rig = field.rig();
     const auto across = [&](int axis, std::int64_t i) {
         return shares(rig, axis, patch.distance, edge(patch, axis, static_cast<int>(i)),
@@ -162,9 +267,13 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
     return result;
 }
 
-double irradiance(const LightField& field, const V3d& point) {
+double irradiance(const LightField& field, const V3d& point, Reconstruction reconstruction) {
     if (!(point.z >= 0) || !std::isfinite(point.x + point.y + point.z))
         throw InputError(fmt::format("a point {:g} m before S; 0 or more, and finite, is accepted", point.z));
+    if (reconstruction == Reconstruction::approximate) {
+        const ApproximatePlane plane(field, {});
+        return plane.at(plane.nodes(0, point.z, point.x), plane.nodes(1, point.z, point.y), point.z);
+    }
     const Rig& rig = field.rig();
     std::vector<double> rest(rest_size(rig));
     contract(field, shares(rig, 0, point.z, point.x, point.x), rest);

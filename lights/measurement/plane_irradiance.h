@@ -51,11 +51,13 @@ struct PlaneIrradiance {
     double peak() const;
 };
 
-// In the field's frame: S is z = 0, its centre on the axis. distance >= 0; 0 is S itself.
+// In the field's frame: S is z = 0, its centre on the axis. distance >= 0; 0 is S itself. By the approximate
+// reconstruction the geometric terms do not cancel: a quadrature over S, at the middle of each pixel.
 PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const Workers& workers,
-                        Monitor& monitor);
+                        Monitor& monitor, Reconstruction reconstruction = Reconstruction::exact);
 // The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
-double irradiance(const LightField& field, const V3d& point);
+double irradiance(const LightField& field, const V3d& point,
+                  Reconstruction reconstruction = Reconstruction::exact);
 
 // Rays counted into the pixels, in the frame of the rays. As in a light field they are whole lines: one that
 // starts beyond the plane counts where its line passes it. Those that do not go towards +z are left out.

@@ -107,8 +107,9 @@ TEST(GaussRule, Powers_UpToItsDegree_AreExact) {
     }
 }
 
-BellCell cell_of(float a, float b, float c, float d) {
+BellCell cell_of(float a, float b, float c, float d, FilterBasis basis = FilterBasis::bell) {
     BellCell cell;
+    cell.basis = basis;
     cell.e[0][0] = a, cell.e[0][1] = b, cell.e[1][0] = c, cell.e[1][1] = d;
     return cell;
 }
@@ -118,8 +119,38 @@ const BellCell kCells[] = {cell_of(1, 2, 3, 4),      cell_of(1, 0, 0, 0),    cel
                            cell_of(2, 1, -1, -2),    cell_of(1, -9, -9, -9), cell_of(-1, 3, 0.5F, 2),
                            cell_of(-5, -4, -3, 0.5F)};
 
+// The same of bells and of hats.
+std::vector<BellCell> all_cells() {
+    std::vector<BellCell> cells;
+    for (const FilterBasis basis : {FilterBasis::bell, FilterBasis::hat}) {
+        for (BellCell cell : kCells) {
+            cell.basis = basis;
+            cells.push_back(cell);
+        }
+    }
+    return cells;
+}
+
+TEST(HatCell, Value_AnyPlace_IsBilinearInterpolation) {
+    const BellCell cell = cell_of(1, -2, 3, 0.5F, FilterBasis::hat);
+    for (int i = 0; i <= 100; ++i) {
+        const float x = static_cast<float>(i % 11) / 10, y = static_cast<float>(i / 11) / 10;
+        EXPECT_NEAR(cell.value(x, y), (1 - x) * ((1 - y) * 1 + y * -2) + x * ((1 - y) * 3 + y * 0.5F), 1e-6F);
+    }
+}
+
+TEST(HatBasis, Integral_AgainstItsDefinition_AgreesAndInverts) {
+    for (int i = 0; i <= 1000; ++i) {
+        const double x = i / 1000.0;
+        EXPECT_NEAR(HatBasis::integral(x), 0.5 * (1 - sqr(1 - x)), 1e-15);
+        EXPECT_NEAR(HatBasis::inverse(HatBasis::value(x)), x, 1e-15);
+        const float y = 0.5F * static_cast<float>(x);
+        EXPECT_NEAR(HatBasis::integral(double{HatBasis::inverse_integral(y)}), double{y}, 1e-7);
+    }
+}
+
 TEST(BellCell, ClampedMean_AgainstFineGrid_Agrees) {
-    for (const BellCell& cell : kCells) {
+    for (const BellCell& cell : all_cells()) {
         constexpr int kSide = 1000;
         double sum = 0;
         for (int i = 0; i < kSide * kSide; ++i) {
@@ -175,13 +206,13 @@ testing::ChiSquare test_draws(const BellCell& cell, const BellCell& truth, bool 
 }
 
 TEST(BellCell, Draw_AnySigns_FollowsTheClampedDensity) {
-    for (const BellCell& cell : kCells) {
+    for (const BellCell& cell : all_cells()) {
         EXPECT_TRUE(test_draws(cell, cell, false, 100000).accepted()) << cell.e[0][0] << " " << cell.e[0][1];
     }
 }
 
 TEST(BellCell, DrawByInversion_AnySigns_FollowsTheSameDensity) {
-    for (const BellCell& cell : kCells) {
+    for (const BellCell& cell : all_cells()) {
         EXPECT_TRUE(test_draws(cell, cell, true, 10000).accepted()) << cell.e[0][0] << " " << cell.e[0][1];
     }
 }
@@ -189,6 +220,8 @@ TEST(BellCell, DrawByInversion_AnySigns_FollowsTheSameDensity) {
 TEST(BellCell, DrawTest_OfAnotherCell_IsRejected) {
     EXPECT_FALSE(test_draws(kCells[0], cell_of(1, 2, 3, 5), false, 100000).accepted());
     EXPECT_FALSE(test_draws(kCells[4], cell_of(1, -1, -1, -0.7F), false, 100000).accepted());
+    // Of bells where hats were asked for.
+    EXPECT_FALSE(test_draws(kCells[0], cell_of(1, 2, 3, 4, FilterBasis::hat), false, 100000).accepted());
 }
 
 TEST(Bell, InverseIntegral_InSinglePrecision_IsThatInDouble) {

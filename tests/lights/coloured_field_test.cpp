@@ -15,6 +15,7 @@
 namespace lucerna {
 namespace coloured_field_test {
 
+using testing::all_rigs;
 using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
@@ -56,7 +57,7 @@ LeSampleU numbers(std::uint64_t seed, int i) {
 }
 
 TEST(ColouredField, Channels_AreKeptToAHalf) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const Channels c = random_channels(rig, -0.2F, 1, 3);
         const LightField field(rig, c.x, c.y, c.z);
         ASSERT_TRUE(field.coloured());
@@ -74,7 +75,7 @@ TEST(ColouredField, Channels_AreKeptToAHalf) {
 
 TEST(ColouredField, File_KeepsEveryChannel) {
     const testing::TemporaryFolder folder;
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_coloured(rig, -0.2F, 1, 4);
         write_light_field(folder / "lamp.exr", field);
         const LightField back = read_light_field(folder / "lamp.exr");
@@ -172,7 +173,7 @@ TEST(ColouredField, EmissionOfOneColour_IsRefusedByTheSameTest) {
 
 // Negative coefficients take light away somewhere; the flux of every channel is what was measured.
 TEST(ColouredField, SignedChannels_KeepTheirFlux) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_coloured(rig, -0.5F, 1, 8);
         const auto light = make(field);
         RunningStats stats[3];

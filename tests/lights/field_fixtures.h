@@ -47,6 +47,23 @@ inline Rig rig_c() {  // hats on M, both planes finer in the middle
     return rig;
 }
 
+inline Rig rig_d() {  // canned, pixels stand still: hats on both planes
+    Rig rig = rig_b();
+    rig.filter_basis = FilterBasis::hat;
+    rig.basis = PixelBasis::hat;
+    return rig;
+}
+
+inline Rig rig_e() {  // canned, the sensor travels: hats on S
+    Rig rig = rig_a();
+    rig.filter_basis = FilterBasis::hat;
+    return rig;
+}
+
+inline std::vector<Rig> all_rigs() {
+    return {rig_a(), rig_b(), rig_c(), rig_d(), rig_e()};
+}
+
 // Coefficients in [low, high].
 inline LightField random_field(const Rig& rig, float low, float high, std::uint64_t seed,
                                LightFieldInfo info = {}) {
@@ -114,6 +131,9 @@ inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, co
         if (rig.basis == PixelBasis::hat) return std::max(0.0, 1 - std::fabs(pixels));
         return pixels >= -0.5 && pixels < 0.5 ? 1.0 : 0.0;
     };
+    const auto phi_or_hat = [&](double x) {
+        return rig.filter_basis == FilterBasis::hat ? std::max(0.0, 1 - std::fabs(x)) : phi(x);
+    };
     const V2i global(rig.pixels.x + rig.shift.x * rig.views.x, rig.pixels.y + rig.shift.y * rig.views.y);
     const V2d first(rig.shift.x > 0 ? -0.5 * (rig.views.x - 1) * rig.spacing.x : 0.0,
                     rig.shift.y > 0 ? -0.5 * (rig.views.y - 1) * rig.spacing.y : 0.0);
@@ -128,8 +148,8 @@ inline double brute_h_of_coordinates(const LightField& field, const V2d& x_s, co
                 for (int n = 0; n < rig.views.y; ++n) {
                     const int own_k = k - m * rig.shift.x, own_l = l - n * rig.shift.y;
                     if (own_k < 0 || own_l < 0 || own_k >= rig.pixels.x || own_l >= rig.pixels.y) continue;
-                    h += phi(x_s.x / rig.spacing.x - (m - (rig.views.x - 1) / 2.0)) *
-                         phi(x_s.y / rig.spacing.y - (n - (rig.views.y - 1) / 2.0)) *
+                    h += phi_or_hat(x_s.x / rig.spacing.x - (m - (rig.views.x - 1) / 2.0)) *
+                         phi_or_hat(x_s.y / rig.spacing.y - (n - (rig.views.y - 1) / 2.0)) *
                          double{field.coefficients()[rig.index(m, n, own_k, own_l)]};
                 }
             }
@@ -151,6 +171,75 @@ inline double brute_h(const LightField& field, const V2d& on_s, const V2d& on_m,
     }
     return density * brute_h_of_coordinates(field, x_s, x_m, clamped);
 }
+
+// Radiance by the approximate reconstruction: each coefficient over the geometric term of its filter's and
+// its pixel's centres, in the planes' coordinates. Of rigs whose sensor stands still; nothing is clamped.
+class ApproximateRadiance {
+  public:
+    explicit ApproximateRadiance(const LightField& field) : field_(field) {
+        const Rig& rig = field.rig();
+        for (int a = 0; a < 2; ++a) {
+            for (int m = 0; m < rig.views[a]; ++m)
+                filters_[a].push_back(
+                    centre(rig.s_coordinate, (m - 0.5 * (rig.views[a] - 1)) * rig.spacing[a]));
+            for (int k = 0; k < rig.pixels[a]; ++k)
+                pixels_[a].push_back(
+                    centre(rig.m_coordinate, (k + 0.5 - 0.5 * rig.pixels[a]) * rig.pixel[a]));
+        }
+    }
+    double operator()(const V2d& on_s, const V2d& on_m) const {
+        const Rig& rig = field_.rig();
+        std::vector<double> under[2], across[2];
+        for (int a = 0; a < 2; ++a) {
+            const double x = coordinate_of(rig.s_coordinate, on_s[a]);
+            const double y = coordinate_of(rig.m_coordinate, on_m[a]);
+            for (const Centre& c : filters_[a]) {
+                const double at = (x - c.x) / rig.spacing[a];
+                under[a].push_back(rig.filter_basis == FilterBasis::hat ? hat(at) : phi(at));
+            }
+            for (const Centre& c : pixels_[a]) {
+                const double at = (y - c.x) / rig.pixel[a];
+                across[a].push_back(rig.basis == PixelBasis::hat ? hat(at)
+                                    : at >= -0.5 && at < 0.5     ? 1.0
+                                                                 : 0.0);
+            }
+        }
+        double sum = 0;
+        for (std::size_t m = 0; m < under[0].size(); ++m) {
+            for (std::size_t k = 0; k < across[0].size(); ++k) {
+                if (under[0][m] * across[0][k] == 0) continue;
+                for (std::size_t n = 0; n < under[1].size(); ++n) {
+                    for (std::size_t l = 0; l < across[1].size(); ++l) {
+                        const double basis = under[0][m] * across[0][k] * under[1][n] * across[1][l];
+                        if (basis == 0) continue;
+                        const Centre &u = filters_[0][m], &v = filters_[1][n], &s = pixels_[0][k],
+                                     &t = pixels_[1][l];
+                        const double r2 = sqr(s.place - u.place) + sqr(t.place - v.place) + sqr(rig.distance);
+                        sum +=
+                            basis * u.slope * v.slope * s.slope * t.slope * sqr(r2 / rig.distance) *
+                            double{
+                                field_.coefficients()[rig.index(static_cast<int>(m), static_cast<int>(n),
+                                                                static_cast<int>(k), static_cast<int>(l))]};
+                    }
+                }
+            }
+        }
+        return sum;
+    }
+
+  private:
+    struct Centre {
+        double x, place, slope;
+    };
+    static Centre centre(const PlaneCoordinate& coordinate, double x) {
+        const double place = place_of(coordinate, x);
+        return {x, place, slope_of(coordinate, place)};
+    }
+    static double hat(double x) { return std::max(0.0, 1 - std::fabs(x)); }
+
+    const LightField& field_;
+    std::vector<Centre> filters_[2], pixels_[2];
+};
 
 // ∫∫∫∫ f h, clamped, by the midpoint rule in the planes' coordinates, `s` points per interval and axis on S
 // and `m` per pixel on M.

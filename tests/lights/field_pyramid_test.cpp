@@ -14,6 +14,8 @@ using testing::random_field;
 using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
+using testing::rig_d;
+using testing::rig_e;
 
 CellTable table_of(const LightField& field) {
     Monitor silent;
@@ -69,6 +71,8 @@ std::vector<Case> cases() {
     all.push_back({"Setup A, negative coefficients", random_field(rig_a(), -1, 2, 51)});
     all.push_back({"Setup B, negative coefficients", random_field(rig_b(), -1, 2, 52)});
     all.push_back({"hats on planes finer in the middle", random_field(rig_c(), -1, 2, 53)});
+    all.push_back({"hats on both planes", random_field(rig_d(), -1, 2, 54)});
+    all.push_back({"hats on S, Setup A", random_field(rig_e(), -1, 2, 55)});
     all.push_back({"Setup A, many views", random_field(many_views(true), -1, 1.5F, 53)});
     all.push_back({"Setup B, many views", random_field(many_views(false), -1, 1.5F, 54)});
     Rig one = rig_b();

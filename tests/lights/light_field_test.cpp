@@ -15,6 +15,7 @@
 namespace lucerna {
 namespace light_field_test {
 
+using testing::all_rigs;
 using ::testing::HasSubstr;
 using testing::rig_a;
 using testing::rig_b;
@@ -30,7 +31,7 @@ std::string message_of(const std::function<void()>& action) {
 }
 
 TEST(LightField, FluxDensity_BothSetups_IsTheSumOverTheBasis) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = testing::random_field(rig, -1, 2, 3);
         Sampler sampler(4, Purpose::test, 0, 0);
         int bright = 0;
@@ -62,7 +63,7 @@ TEST(LightField, Radiance_IsFluxDensityOverTheGeometricTerm) {
 }
 
 TEST(LightField, Flux_OfPositiveField_IsTheIntegralOfTheDensity) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = testing::random_field(rig, 0, 1, 5);
         const double quadrature =
             testing::integrate(field, 16, 1, [](const V2d&, const V2d&) { return 1.0; });
@@ -72,7 +73,7 @@ TEST(LightField, Flux_OfPositiveField_IsTheIntegralOfTheDensity) {
 }
 
 TEST(LightField, ClampedFlux_OfSignedField_IsTheIntegralOfTheClampedDensity) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = testing::random_field(rig, -1, 1, 6);
         const double quadrature =
             testing::integrate(field, 24, 1, [](const V2d&, const V2d&) { return 1.0; });
@@ -115,7 +116,7 @@ TEST(LightFieldFile, RoundTrip_KeepsEverythingToAHalf) {
     info.unit = FluxUnit::lumen;
     info.provenance = "a test, größer als ASCII";
     info.captured = 12.5, info.missed = -0.25;
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         for (const float scale : {1e-6F, 1.0F, 3e9F}) {
             const LightField field = testing::random_field(rig, -scale, 2 * scale, 8, info);
             write_light_field(folder / "lamp.exr", field);

@@ -113,6 +113,61 @@ TEST(Acquire, Coefficients_DiscAndRectangle_AreTheIntegrals) {
     }
 }
 
+TEST(AcquireWithoutFilter, Coefficients_AreTheFluxDensityAtTheFiltersCentres) {
+    Rig travelling = bench();
+    travelling.pixel = {0.002, 0.0025};
+    travelling.shift = {2, 2};
+    Monitor silent;
+    EmitterModel emitter = cosine_emitter(Outline::rectangle, {0.02, 0.02}, 2, 3,
+                                          [](const V2d& p) { return 1 + 0.5 * p.x - 0.3 * p.y * p.y; });
+    emitter.setback = 0.01;
+    for (const Rig& rig : {bench(), travelling}) {
+        const LightField field = acquire_without_filter(emitter, rig, {}, silent);
+        EXPECT_EQ(field.rig().filter_basis, FilterBasis::hat);
+        EXPECT_EQ(field.rig().basis, rig.shift.x == 0 ? PixelBasis::hat : PixelBasis::box);
+        for (const V2i& view : {V2i(4, 3), V2i(2, 3), V2i(6, 5)}) {
+            for (const V2i& pixel : {V2i(5, 6), V2i(3, 8)}) {
+                // The pixel's mean by many midpoints.
+                constexpr int kSide = 40;
+                const V2d at(rig.filter(0, view.x), rig.filter(1, view.y));
+                const V2d sensor = rig.shift.x > 0 ? at : V2d(0);
+                double truth = 0;
+                for (int i = 0; i < kSide * kSide; ++i) {
+                    const V2d on_m =
+                        sensor +
+                        V2d((pixel.x - 0.5 * rig.pixels.x + (i % kSide + 0.5) / kSide) * rig.pixel.x,
+                            (pixel.y - 0.5 * rig.pixels.y + (static_cast<double>(i / kSide) + 0.5) / kSide) *
+                                rig.pixel.y);
+                    const V2d from = at - (on_m - at) * (emitter.setback / rig.distance);
+                    if (std::max(std::fabs(from.x), std::fabs(from.y)) > 0.02) continue;
+                    truth +=
+                        emitter.radiance(from, V3d(on_m.x - at.x, on_m.y - at.y, rig.distance).normalized()) *
+                        rig.geometric_term(at, on_m) / (kSide * kSide);
+                }
+                EXPECT_NEAR(double{field.coefficient(view.x, view.y, pixel.x, pixel.y)}, truth,
+                            2e-3 * std::fabs(truth));
+            }
+        }
+    }
+}
+
+// A grating of the filters' own period: the pinholes see its maxima alone, the filter its mean.
+TEST(AcquireWithoutFilter, AGratingAsFineAsTheSpacing_IsAliased) {
+    Rig rig = bench();
+    rig.views = {9, 9};
+    rig.spacing = {0.002, 0.002};
+    Monitor silent;
+    const EmitterModel emitter = cosine_emitter(Outline::rectangle, {0.006, 0.006}, 2, 1, [&](const V2d& p) {
+        return 1 + std::cos(2 * M_PI * p.x * 0.006 / rig.spacing.x);
+    });
+    const LightField filtered = acquire(emitter, rig, {}, silent, {5, 3});
+    const LightField canned = acquire_without_filter(emitter, rig, {}, silent);
+    const double passing = filtered.flux();
+    EXPECT_LT(passing, emitter.flux);
+    // Pinholes at the edge of the emitter count half of a spacing beyond it: 7/6 each way.
+    EXPECT_NEAR(canned.flux() / passing, 2 * sqr(7.0 / 6), 0.05);
+}
+
 TEST(Acquire, Nodes_Doubled_ChangeNothingAtTheStatedAccuracy) {
     Monitor silent;
     const EmitterModel emitter = cosine_emitter(Outline::disc, {0.009, 0}, 2, 1);

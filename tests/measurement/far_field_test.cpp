@@ -15,6 +15,7 @@
 namespace lucerna {
 namespace far_field_test {
 
+using testing::all_rigs;
 using testing::error_of;
 using ::testing::HasSubstr;
 using testing::random_field;
@@ -39,7 +40,7 @@ double brute_intensity(const LightField& field, const V2d& slope) {
 }
 
 TEST(FarField, Intensity_IsTheIntegralOfTheFluxDensity) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -0.2F, 1, 9);
         const double typical = brute_intensity(field, {0, 0});
         for (const V2d& slope : {V2d(0, 0), V2d(0.05, -0.11), V2d(-0.31, 0.2), V2d(0.02, 0.3)})
@@ -99,7 +100,7 @@ TEST(FarField, WideLampInCoarsePixels_HasNoTeeth) {
 
 TEST(FarField, OfAField_HasItsFluxToTheLastDigit) {
     Monitor silent;
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, 0, 1, 21);
         for (const FarFieldGrid steps : {FarFieldGrid{5, 15}, FarFieldGrid{1, 10}}) {
             const PhotometricWeb web = far_field(field, steps, Workers{2}, silent);

@@ -10,6 +10,7 @@
 namespace lucerna {
 namespace plane_irradiance_test {
 
+using testing::all_rigs;
 using testing::brute_h;
 using testing::error_of;
 using ::testing::HasSubstr;
@@ -19,9 +20,9 @@ using testing::rig_a;
 using testing::rig_b;
 using testing::rig_c;
 
-// ∫ L cosθ cosθ' / r² over S by the midpoint rule, with L = h / g and no use of what cancels.
-double brute_irradiance(const LightField& field, const V3d& point) {
-    constexpr int kSide = 900;
+// ∫ L cosθ cosθ' / r² over S by the midpoint rule, with no use of what cancels.
+double brute_irradiance(const LightField& field, const V3d& point, int kSide,
+                        const std::function<double(const V2d&, const V2d&)>& radiance) {
     const Rig& rig = field.rig();
     const V2d low(rig.interval_edge(0, 0), rig.interval_edge(1, 0));
     const V2d size = -2.0 * low;
@@ -32,13 +33,42 @@ double brute_irradiance(const LightField& field, const V3d& point) {
         const V3d way = point - V3d(on_s.x, on_s.y, 0);
         const V2d on_m = on_s + V2d(way.x, way.y) * (rig.distance / way.z);
         const double r2 = way.length2(), cos2 = way.z * way.z / r2;
-        sum += brute_h(field, on_s, on_m) / rig.geometric_term(on_s, on_m) * cos2 / r2;
+        sum += radiance(on_s, on_m) * cos2 / r2;
     }
     return sum * size.x * size.y / (kSide * kSide);
 }
 
+// With L = h / g.
+double brute_irradiance(const LightField& field, const V3d& point) {
+    return brute_irradiance(field, point, 900, [&](const V2d& on_s, const V2d& on_m) {
+        return brute_h(field, on_s, on_m) / field.rig().geometric_term(on_s, on_m);
+    });
+}
+
+TEST(PlaneIrradiance, ApproximateReconstruction_IsTheIntegralOfItsRadiance) {
+    for (const Rig& rig : {rig_b(), rig_c(), testing::rig_d()}) {
+        const LightField field = random_field(rig, -0.3F, 1.0F, 12);
+        const testing::ApproximateRadiance radiance(field);
+        for (const V3d& point : {V3d(0.003, -0.004, 0.02), V3d(0.004, 0.013, 0.08), V3d(0.05, -0.06, 0.3)}) {
+            const double expected = brute_irradiance(field, point, 300, radiance);
+            const double found = irradiance(field, point, Reconstruction::approximate);
+            EXPECT_NEAR(found, expected, 1e-2 * std::fabs(expected)) << "at z = " << point.z;
+            // Nothing that the exact one would pass for.
+            EXPECT_GT(std::fabs(found / irradiance(field, point) - 1), 0.015) << "at z = " << point.z;
+            ListeningMonitor monitor;
+            const PlaneIrradiance plane = project(field, {point.z, {point.x, point.y}, {1e-3, 1e-3}, {3, 1}},
+                                                  Workers{2}, monitor, Reconstruction::approximate);
+            EXPECT_NEAR(plane.at(1, 0), found, 1e-12 * std::fabs(found));
+        }
+        // On S itself: radiance over the solid angle of M, as close by as float64 allows.
+        const double on_s = irradiance(field, {0.002, 0.003, 0}, Reconstruction::approximate);
+        const double near = irradiance(field, {0.002, 0.003, 1e-7}, Reconstruction::approximate);
+        EXPECT_NEAR(on_s, near, 1e-2 * std::fabs(near));
+    }
+}
+
 TEST(PlaneIrradiance, Point_RandomFieldsOfBothSetups_IsTheIntegralOfTheirRadiance) {
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -0.3F, 1.0F, 11);
         for (const V3d& point : {V3d(0.003, -0.004, 0.02), V3d(-0.01, 0.012, 0.05), V3d(0.004, 0.01, 0.08),
                                  V3d(0.05, -0.06, 0.3)}) {
@@ -53,7 +83,7 @@ TEST(PlaneIrradiance, Point_RandomFieldsOfBothSetups_IsTheIntegralOfTheirRadianc
 
 TEST(PlaneIrradiance, Flux_AtAnyDistance_IsTheFields) {
     ListeningMonitor monitor;
-    for (const Rig& rig : {rig_a(), rig_b(), rig_c()}) {
+    for (const Rig& rig : all_rigs()) {
         const LightField field = random_field(rig, -0.2F, 1.0F, 5);
         for (const double z : {0.0, 1e-6, 0.01, 0.08, 0.08 * (1 + 1e-14), 1.0}) {
             // Wide enough for every ray: S and M lie within 0.2 m of the axis.
