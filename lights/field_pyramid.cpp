@@ -1,6 +1,10 @@
 #include "lights/field_pyramid.h"
 
-#include <immintrin.h>
+#define HWY_COMPILE_ONLY_STATIC 1  // for the build's own instruction set
+#if !defined(__AES__)  // which x86-64-v3 has not, and Highway takes for a part of AVX2
+#define HWY_DISABLE_PCLMUL_AES 1
+#endif
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <bit>
@@ -12,6 +16,31 @@
 
 namespace lucerna {
 namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+// Four lanes: the lower and upper half or edge along u, then along v. Eight: a row of the grid's squares.
+using D4 = hn::FixedTag<float, 4>;
+using D8 = hn::FixedTag<float, 8>;
+using I4 = hn::RebindToSigned<D4>;
+using I8 = hn::RebindToSigned<D8>;
+using F4 = hn::Vec<D4>;
+using F8 = hn::Vec<D8>;
+constexpr D4 d4;
+constexpr D8 d8;
+constexpr I4 i4;
+constexpr I8 i8;
+
+F4 four(float a, float b, float c, float d) {
+    alignas(16) const float lanes[4] = {a, b, c, d};
+    return hn::Load(d4, lanes);
+}
+F4 all4(float x) {
+    return hn::Set(d4, x);
+}
+F8 all8(float x) {
+    return hn::Set(d8, x);
+}
 
 constexpr float kBelowOne = 0x1.fffffep-1F;
 constexpr int kTaps = 4;          // texels looked at, each way
@@ -40,20 +69,18 @@ float unpacked(std::uint16_t x) {
 }
 
 // One of kGrid in proportion to weights above 0; leaves u uniform again.
-std::size_t choose_of(const __m256& weights, float total, float& u) {
-    // Running sums.
-    __m256 upto = weights;
-    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 4));
-    upto = upto + _mm256_castsi256_ps(_mm256_slli_si256(_mm256_castps_si256(upto), 8));
-    const __m128 lower = _mm256_castps256_ps128(upto);
-    upto = upto + _mm256_set_m128(_mm_permute_ps(lower, 0xff), _mm_setzero_ps());
+std::size_t choose_of(F8 weights, float total, float& u) {
+    // Running sums: of the four lanes of each half, then over both.
+    F8 upto = weights;
+    upto = upto + hn::ShiftLeftLanes<1>(d8, upto);
+    upto = upto + hn::ShiftLeftLanes<2>(d8, upto);
+    upto = upto + hn::Combine(d8, hn::Broadcast<3>(hn::LowerHalf(upto)), hn::Zero(d4));
     alignas(32) float weight[kGrid];
     alignas(32) float sums[kGrid + 8] = {};
-    _mm256_store_ps(weight, weights);
-    _mm256_store_ps(sums + 8, upto);
+    hn::Store(weights, d8, weight);
+    hn::Store(upto, d8, sums + 8);
     const float at = u * total;
-    const int below = _mm256_movemask_ps(upto <= _mm256_set1_ps(at)) & ((1 << (kGrid - 1)) - 1);
-    const auto i = static_cast<std::size_t>(std::popcount(static_cast<unsigned>(below)));
+    const std::size_t i = hn::CountTrue(d8, hn::And(upto <= all8(at), hn::FirstN(d8, kGrid - 1)));
     u = std::clamp((at - sums[7 + i]) / weight[i], 0.0F, kBelowOne);
     return i;
 }
@@ -88,27 +115,27 @@ int towards(const V2d& on_s, const float* middle) {
 
 // A place x, as seen through S: the point u of S is on a line through x that passes M at x_seen + u rest.
 struct FieldPyramid::Seeing {
-    __m128 x_seen, rest;      // of u, u, v, v: x D / z; 1 - D / z, or with the sensor -D / z
-    __m128 first, per_metre;  // where columns begin, and how many [M's coordinate]
-    __m128 per_c;             // PlaneCoordinate::c of M; 0: even
+    F4 x_seen, rest;      // of u, u, v, v: x D / z; 1 - D / z, or with the sensor -D / z
+    F4 first, per_metre;  // where columns begin, and how many [M's coordinate]
+    F4 per_c;             // PlaneCoordinate::c of M; 0: even
 
     // The column of M that an edge of S sees. PlaneCoordinate::of, which is s itself for 1/c = 0.
-    __m128 column_at(const __m128& edge) const {
-        const __m128 s = x_seen + edge * rest, t = s * per_c, one = _mm_set1_ps(1);
-        return ((s + s) / (one + _mm_sqrt_ps(one + t * t)) - first) * per_metre;
+    F4 column_at(F4 edge) const {
+        const F4 s = x_seen + edge * rest, t = s * per_c, one = all4(1);
+        return ((s + s) / (one + hn::Sqrt(one + t * t)) - first) * per_metre;
     }
     // How much denser M's coordinate is there than in the middle: PlaneCoordinate::slope.
-    __m128 slope_at(const __m128& column) const {
-        const __m128 one = _mm_set1_ps(1);
-        const __m128 half = _mm_set1_ps(0.5F) * per_c * (first + column / per_metre);
-        const __m128 tau2 = _mm_min_ps(half * half, one), rest_of_one = one - tau2;
+    F4 slope_at(F4 column) const {
+        const F4 one = all4(1);
+        const F4 half = all4(0.5F) * per_c * (first + column / per_metre);
+        const F4 tau2 = hn::Min(half * half, one), rest_of_one = one - tau2;
         return rest_of_one * rest_of_one / (one + tau2);
     }
 };
 // Two halves of a block along u, and two along v.
 struct FieldPyramid::Halves {
-    __m128 low, high;  // columns of M that they see
-    __m128 length;     // in S's coordinate [m], times M's slope; 0: there is none
+    F4 low, high;  // columns of M that they see
+    F4 length;     // in S's coordinate [m], times M's slope; 0: there is none
 };
 
 // h at the middles of the squares of a block within an interval; and the sums of its columns, along v.
@@ -117,9 +144,10 @@ struct FieldPyramid::Grid {
     alignas(32) float column[kGrid];
     float total;
 
-    __m256 along_u(std::size_t c) const {
-        return _mm256_setr_ps(value[0][c], value[1][c], value[2][c], value[3][c], value[4][c], value[5][c],
-                              value[6][c], value[7][c]);
+    F8 along_u(std::size_t c) const {
+        alignas(32) const float lanes[kGrid] = {value[0][c], value[1][c], value[2][c], value[3][c],
+                                                value[4][c], value[5][c], value[6][c], value[7][c]};
+        return hn::Load(d8, lanes);
     }
 };
 
@@ -321,79 +349,82 @@ FieldPyramid::Halves FieldPyramid::halves_of_block(const Seeing& seeing, int lev
     // Of the four halves, u, u, v, v: what a table says of the interval or edge `ahead` of their first.
     const auto of = [&](const std::vector<float>& u_table, const std::vector<float>& v_table,
                         std::size_t ahead) {
-        return _mm_setr_ps(u_table[u + ahead], u_table[u + size + ahead], v_table[v + ahead],
-                           v_table[v + size + ahead]);
+        return four(u_table[u + ahead], u_table[u + size + ahead], v_table[v + ahead],
+                    v_table[v + size + ahead]);
     };
     const auto edges = [&](std::size_t ahead) { return of(axes_[0].edge, axes_[1].edge, ahead); };
-    const __m128 lower = edges(0), upper = edges(size);
-    const __m128 one = seeing.column_at(lower), other = seeing.column_at(upper);
-    const __m128 reach = _mm_set1_ps(kReach);
-    const __m128 length =
-        of(axes_[0].edge_x, axes_[1].edge_x, size) - of(axes_[0].edge_x, axes_[1].edge_x, 0);
-    return {_mm_min_ps(one, other) - reach, _mm_max_ps(one, other) + reach,
-            length * seeing.slope_at(_mm_set1_ps(0.5F) * (one + other))};
+    const F4 lower = edges(0), upper = edges(size);
+    const F4 one = seeing.column_at(lower), other = seeing.column_at(upper);
+    const F4 reach = all4(kReach);
+    const F4 length = of(axes_[0].edge_x, axes_[1].edge_x, size) - of(axes_[0].edge_x, axes_[1].edge_x, 0);
+    return {hn::Min(one, other) - reach, hn::Max(one, other) + reach,
+            length * seeing.slope_at(all4(0.5F) * (one + other))};
 }
 
 // Mean density over each quarter and the rectangle it sees, times its area.
 FieldPyramid::Quarters FieldPyramid::light_of(const std::array<const std::uint16_t*, 4>& images,
                                               const Halves& halves) const {
-    const __m128 none = _mm_setzero_ps();
-    const __m128 last = _mm_setr_ps(columns_[0], columns_[0], columns_[1], columns_[1]);
-    const __m128 from = _mm_min_ps(_mm_max_ps(halves.low, none), last);
-    const __m128 to = _mm_min_ps(_mm_max_ps(halves.high, none), last);
+    const F4 none = hn::Zero(d4);
+    const F4 last = four(columns_[0], columns_[0], columns_[1], columns_[1]);
+    const F4 from = hn::Min(hn::Max(halves.low, none), last);
+    const F4 to = hn::Min(hn::Max(halves.high, none), last);
     // Times the length: what is missing weighs nothing.
-    const __m128 per_width = halves.length / (halves.high - halves.low);
+    const F4 per_width = halves.length / (halves.high - halves.low);
 
     // The level of M.
-    __m128 width = to - from;
-    width = _mm_max_ps(width, _mm_movehl_ps(width, width));
-    width = _mm_max_ss(width, _mm_movehdup_ps(width));
-    const float widest = std::max(_mm_cvtss_f32(width), 1.0F);
+    const float widest = std::max(hn::GetLane(hn::MaxOfLanes(d4, to - from)), 1.0F);
     const int wanted = static_cast<int>(std::bit_cast<std::uint32_t>(widest * (1 / kTexels)) >> 23) - 126;
     const auto l = static_cast<std::size_t>(std::clamp(wanted, 0, static_cast<int>(of_m_.size()) - 1));
     const Level& level = of_m_[l];
-    const __m128 scale = _mm_set1_ps(std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23));
+    const F4 scale = all4(std::bit_cast<float>(static_cast<std::uint32_t>(127 - l) << 23));
 
     // Four texels from the first that is seen, and the share of each.
-    const __m128i ends =
-        _mm_setr_epi32(level.size[0] - 1, level.size[0] - 1, level.size[1] - 1, level.size[1] - 1);
-    const __m128i first = _mm_min_epi32(_mm_cvttps_epi32(from * scale), ends);
-    const __m128 base = _mm_cvtepi32_ps(first);
-    const __m128 begin = from * scale - base, end = to * scale - base;
-    __m128 share[kTaps];  // of one texel, for each half; times the length over the width
-    const __m128 factor = per_width / scale;
-    for (int t = 0; t < kTaps; ++t) {
-        const __m128 at = _mm_set1_ps(static_cast<float>(t)), next = _mm_set1_ps(static_cast<float>(t + 1));
-        share[t] = _mm_max_ps(none, _mm_min_ps(end, next) - _mm_max_ps(begin, at)) * factor;
-    }
-    _MM_TRANSPOSE4_PS(share[0], share[1], share[2], share[3]);  // of one half, for each texel
+    alignas(16) const std::int32_t ends[4] = {level.size[0] - 1, level.size[0] - 1, level.size[1] - 1,
+                                              level.size[1] - 1};
+    const hn::Vec<I4> first = hn::Min(hn::ConvertTo(i4, from * scale), hn::Load(i4, ends));
+    const F4 base = hn::ConvertTo(d4, first);
+    const F4 begin = from * scale - base, end = to * scale - base;
+    const F4 factor = per_width / scale;
+    // Of one texel, for each half; times the length over the width.
+    const auto share = [&](float texel) {
+        return hn::Max(none, hn::Min(end, all4(texel + 1)) - hn::Max(begin, all4(texel))) * factor;
+    };
+    const F4 shares[kTaps] = {share(0), share(1), share(2), share(3)};
+    // Of one half, for each texel.
+    const F4 lower01 = hn::InterleaveLower(d4, shares[0], shares[1]);
+    const F4 lower23 = hn::InterleaveLower(d4, shares[2], shares[3]);
+    const F4 upper01 = hn::InterleaveUpper(d4, shares[0], shares[1]);
+    const F4 upper23 = hn::InterleaveUpper(d4, shares[2], shares[3]);
     alignas(16) float of_row[2][kTaps];
-    _mm_store_ps(of_row[0], share[0]);
-    _mm_store_ps(of_row[1], share[1]);
-    const __m256 of_column = _mm256_set_m128(share[3], share[2]);
+    hn::Store(hn::ConcatLowerLower(d4, lower23, lower01), d4, of_row[0]);
+    hn::Store(hn::ConcatUpperUpper(d4, lower23, lower01), d4, of_row[1]);
+    const F8 of_column = hn::Combine(d8, hn::ConcatUpperUpper(d4, upper23, upper01),
+                                     hn::ConcatLowerLower(d4, upper23, upper01));
     alignas(16) std::int32_t start[4];
-    _mm_store_si128(reinterpret_cast<__m128i*>(start), first);
+    hn::Store(first, i4, start);
 
     // Four rows of four texels, of two quarters side by side.
+    const hn::FixedTag<std::uint16_t, 4> texel_lanes;
+    const hn::FixedTag<std::uint16_t, 8> pair_lanes;
+    const hn::FixedTag<std::uint32_t, 8> wide_lanes;
     Quarters light;
     for (std::size_t a = 0; a < 2; ++a) {
         const std::uint16_t* const lower = images[2 * a] + level.begin + start[2];
         const std::uint16_t* const upper = images[2 * a + 1] + level.begin + start[3];
-        __m256 sum = _mm256_setzero_ps();
+        F8 sum = hn::Zero(d8);
         for (int r = 0; r < kTaps; ++r) {
             const int row = std::min(start[a] + r, level.size[0] - 1);
             const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(row) * level.size[1];
-            const __m128i texels =
-                _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(lower + offset)),
-                                   _mm_loadl_epi64(reinterpret_cast<const __m128i*>(upper + offset)));
-            const __m256 values = _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_cvtepu16_epi32(texels), 16));
-            sum = sum + values * _mm256_set1_ps(of_row[a][r]);
+            const auto texels = hn::Combine(pair_lanes, hn::LoadU(texel_lanes, upper + offset),
+                                            hn::LoadU(texel_lanes, lower + offset));
+            const F8 values = hn::BitCast(d8, hn::ShiftLeft<16>(hn::PromoteTo(wide_lanes, texels)));
+            sum = sum + values * all8(of_row[a][r]);
         }
         sum = sum * of_column;
-        sum = _mm256_hadd_ps(sum, sum);
-        sum = _mm256_hadd_ps(sum, sum);
-        light[2 * a] = _mm256_cvtss_f32(sum);
-        light[2 * a + 1] = _mm_cvtss_f32(_mm256_extractf128_ps(sum, 1));
+        sum = sum + hn::Shuffle2301(sum);
+        sum = sum + hn::Shuffle1032(sum);
+        light[2 * a] = hn::GetLane(sum);
+        light[2 * a + 1] = hn::GetLane(hn::UpperHalf(d4, sum));
     }
     return light;
 }
@@ -430,11 +461,11 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const auto rest = [&](std::size_t a) {
         return static_cast<float>((axes_[a].margin > 0 ? 0 : 1) - stretch);
     };
-    const auto twice = [](float u, float v) { return _mm_setr_ps(u, u, v, v); };
+    const auto twice = [](float u, float v) { return four(u, u, v, v); };
     const Seeing seeing{twice(seen(x.x), seen(x.y)), twice(rest(0), rest(1)),
                         twice(static_cast<float>(first_column_[0]), static_cast<float>(first_column_[1])),
-                        twice(per_metre_[0], per_metre_[1]), _mm_set1_ps(per_c_)};
-    const __m128 reach = _mm_set1_ps(kReach);
+                        twice(per_metre_[0], per_metre_[1]), all4(per_c_)};
+    const F4 reach = all4(kReach);
     Path path;
     int i = 0, o = 0;
     const auto follow = [&](const Quarters& light, int chosen, int level) {
@@ -466,27 +497,27 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
     const std::size_t n[2] = {static_cast<std::size_t>(i), static_cast<std::size_t>(o)};
     const auto& u_edge = axes_[0].edge;
     const auto& v_edge = axes_[1].edge;
-    __m128 edges = _mm_setr_ps(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
+    F4 edges = four(u_edge[n[0]], u_edge[n[0] + 1], v_edge[n[1]], v_edge[n[1] + 1]);
     const std::uint16_t* const image = texels_.data() + node(0, i, o) * image_;
     for (int k = levels_within(stretch); k > 0; --k) {
-        const __m128 middles = _mm_set1_ps(0.5F) * (edges + _mm_permute_ps(edges, 0b10110001));
-        const __m128 at_edges = seeing.column_at(edges);
-        const __m128 at_middles = seeing.column_at(middles);
+        const F4 middles = all4(0.5F) * (edges + hn::Shuffle2301(edges));
+        const F4 at_edges = seeing.column_at(edges);
+        const F4 at_middles = seeing.column_at(middles);
         Quarters light =
             light_of({image, image, image, image},
-                     {_mm_min_ps(at_edges, at_middles) - reach, _mm_max_ps(at_edges, at_middles) + reach,
-                      seeing.slope_at(_mm_set1_ps(0.5F) * (at_edges + at_middles))});
+                     {hn::Min(at_edges, at_middles) - reach, hn::Max(at_edges, at_middles) + reach,
+                      seeing.slope_at(all4(0.5F) * (at_edges + at_middles))});
         if (!(total_of(light) > 0)) light = {1, 1, 1, 1};
         alignas(16) float middle[4];
-        _mm_store_ps(middle, middles);
+        hn::Store(middles, d4, middle);
         const int chosen = choose(light, -1, middle);
         follow(light, chosen, -1);
         // The middle becomes the lower edge of an upper half.
-        const __m128i upper =
-            _mm_setr_epi32(-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1), (chosen & 1) - 1);
-        edges = _mm_blendv_ps(edges, middles, _mm_castsi128_ps(upper));
+        alignas(16) const std::int32_t upper[4] = {-(chosen >> 1), (chosen >> 1) - 1, -(chosen & 1),
+                                                   (chosen & 1) - 1};
+        edges = hn::IfThenElse(hn::MaskFromVec(hn::BitCast(d4, hn::Load(i4, upper))), middles, edges);
     }
-    _mm_store_ps(path.edge, edges);
+    hn::Store(edges, d4, path.edge);
     return path;
 }
 
@@ -502,13 +533,13 @@ std::pair<std::size_t, std::size_t> FieldPyramid::square_of(const Path& path, co
 FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     const Rig& rig = field_->rig();
     const double stretch = distance_ / x.z;
-    const __m256 lanes = _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7);
-    const __m256 one = _mm256_set1_ps(1), half = _mm256_set1_ps(0.5F), none = _mm256_setzero_ps();
+    const F8 lanes = hn::Iota(d8, 0.0F);
+    const F8 one = all8(1), half = all8(0.5F), none = hn::Zero(d8);
     const int interval[2] = {path.n, path.o};
     struct Seen {
-        __m256 weight[2][2];  // of each view's two pixels; 0 for what it does not see
-        __m256i pixel[2][2];
-        __m256 way2;  // squared, from the middles to x
+        F8 weight[2][2];  // of each view's two pixels; 0 for what it does not see
+        hn::Vec<I8> pixel[2][2];
+        F8 way2;  // squared, from the middles to x
         int view[2];
     } seen[2];
     for (std::size_t a = 0; a < 2; ++a) {
@@ -518,70 +549,66 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
         const float per_length = 1 / (axes_[a].edge[static_cast<std::size_t>(n) + 1] - edge);
         // At the squares' lower edges and at their middles.
         const auto edges = [&](float from, float to) {
-            return _mm256_set1_ps(from) + lanes * _mm256_set1_ps((to - from) * (1.0F / kGrid));
+            return all8(from) + lanes * all8((to - from) * (1.0F / kGrid));
         };
         const auto middles = [&](float from, float to) {
             const float step = (to - from) * (1.0F / kGrid);
-            return _mm256_set1_ps(from + 0.5F * step) + lanes * _mm256_set1_ps(step);
+            return all8(from + 0.5F * step) + lanes * all8(step);
         };
         const double x_of_axis = axis == 0 ? x.x : x.y;
         const auto x_a = static_cast<float>(x_of_axis);
         const float low = path.edge[2 * a], high = path.edge[2 * a + 1];
-        const __m256 way = middles(low - x_a, high - x_a);
+        const F8 way = middles(low - x_a, high - x_a);
         seen[a].way2 = way * way;
         // Where they lie within the interval, in S's coordinate, and the coordinate's slope there.
         const float c_s = static_cast<float>(rig.s_coordinate.c), per_c_s = c_s > 0 ? 1 / c_s : 0.0F;
-        const __m256 u_middle = middles(low, high), u_per_c = u_middle * _mm256_set1_ps(per_c_s);
-        const __m256 to_x = _mm256_set1_ps(2) / (one + _mm256_sqrt_ps(one + u_per_c * u_per_c));
+        const F8 u_middle = middles(low, high), u_per_c = u_middle * all8(per_c_s);
+        const F8 to_x = all8(2) / (one + hn::Sqrt(one + u_per_c * u_per_c));
         const float edge_x = axes_[a].edge_x[static_cast<std::size_t>(n)];
         const float per_spacing = static_cast<float>(1 / rig.spacing[axis]);
         // Even planes keep their own numbers, which lose nothing by cancellation.
-        const __m256 f = c_s > 0 ? (u_middle * to_x - _mm256_set1_ps(edge_x)) * _mm256_set1_ps(per_spacing)
-                                 : middles((low - edge) * per_length, (high - edge) * per_length);
-        const auto slope_of = [&](const __m256& tau) {
-            const __m256 tau2 = _mm256_min_ps(tau * tau, one), rest_of_one = one - tau2;
+        const F8 f = c_s > 0 ? (u_middle * to_x - all8(edge_x)) * all8(per_spacing)
+                             : middles((low - edge) * per_length, (high - edge) * per_length);
+        const auto slope_of = [&](F8 tau) {
+            const F8 tau2 = hn::Min(tau * tau, one), rest_of_one = one - tau2;
             return rest_of_one * rest_of_one / (one + tau2);
         };
         // The basis of the lower view, which falls from 1 to 0.
-        const __m256 rest = one - f;
-        const __m256 bell = rig.filter_basis == FilterBasis::hat
-                                ? rest
-                                : _mm256_blendv_ps((rest + rest) * rest, one - (f + f) * f, f <= half);
-        const __m256 bells[2] = {bell, one - bell};
+        const F8 rest = one - f;
+        const F8 bell = rig.filter_basis == FilterBasis::hat
+                            ? rest
+                            : hn::IfThenElse(f <= half, one - (f + f) * f, (rest + rest) * rest);
+        const F8 bells[2] = {bell, one - bell};
         // As the interval numbers the columns: of each square the first, and how much of it lies in the next.
         const auto seen_from = [&](float u) {
             return static_cast<float>(rig.columns_to(axis, n, double{u} + (x_of_axis - double{u}) * stretch));
         };
         const float begin = seen_from(low), end = seen_from(high);
         const float width = std::fabs(end - begin) * (1.0F / kGrid);
-        const __m256 column = edges(begin, end) - _mm256_set1_ps(end < begin ? width : 0.0F);
-        const __m256 last = _mm256_set1_ps(static_cast<float>(rig.columns(axis)));
+        const F8 column = edges(begin, end) - all8(end < begin ? width : 0.0F);
+        const F8 last = all8(static_cast<float>(rig.columns(axis)));
         // Of a hat, the place under it; of a box, the part of the square in the next one.
         const bool hat = rig.basis == PixelBasis::hat;
-        const __m256 centre = column + _mm256_set1_ps(0.5F * width);
-        const __m256 whole = _mm256_floor_ps(hat ? centre - half : column);
-        const __m256 beyond =
-            hat ? centre - half - whole
-                : (column - whole + _mm256_set1_ps(width) - one) * _mm256_set1_ps(1 / std::max(width, 1e-6F));
-        const __m256 next = _mm256_min_ps(_mm256_max_ps(beyond, none), one);
+        const F8 centre = column + all8(0.5F * width);
+        const F8 whole = hn::Floor(hat ? centre - half : column);
+        const F8 beyond = hat ? centre - half - whole
+                              : (column - whole + all8(width) - one) * all8(1 / std::max(width, 1e-6F));
+        const F8 next = hn::Min(hn::Max(beyond, none), one);
         // What even steps in the coordinates are on the planes.
-        const __m256 on_m = _mm256_set1_ps(static_cast<float>(rig.column_edge_x(axis, n, 0))) +
-                            centre * _mm256_set1_ps(static_cast<float>(rig.pixel[axis]));
-        const __m256 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * _mm256_set1_ps(per_c_));
-        const __m256 shares[2] = {slope * (one - next), slope * next};
-        const __m256i p = _mm256_cvttps_epi32(_mm256_min_ps(_mm256_max_ps(whole, _mm256_set1_ps(-2)), last));
-        const __m256i pixels = _mm256_set1_epi32(rig.pixels[axis]), unit = _mm256_set1_epi32(1);
+        const F8 on_m = all8(static_cast<float>(rig.column_edge_x(axis, n, 0))) +
+                        centre * all8(static_cast<float>(rig.pixel[axis]));
+        const F8 slope = slope_of(half * u_per_c * to_x) * slope_of(half * on_m * all8(per_c_));
+        const F8 shares[2] = {slope * (one - next), slope * next};
+        const hn::Vec<I8> p = hn::ConvertTo(i8, hn::Min(hn::Max(whole, all8(-2)), last));
+        const hn::Vec<I8> pixels = hn::Set(i8, rig.pixels[axis]), unit = hn::Set(i8, 1), zero = hn::Zero(i8);
         for (int v = 0; v < 2; ++v) {
             const bool there = v == 0 ? n > 0 : n < rig.views[axis];
             seen[a].view[v] = std::clamp(n - 1 + v, 0, rig.views[axis] - 1);
-            __m256i k = v == 0 ? p : _mm256_sub_epi32(p, _mm256_set1_epi32(rig.shift[axis]));
-            for (int t = 0; t < 2; ++t, k = _mm256_add_epi32(k, unit)) {
-                const __m256i inside = _mm256_andnot_si256(_mm256_cmpgt_epi32(_mm256_setzero_si256(), k),
-                                                           _mm256_cmpgt_epi32(pixels, k));
-                seen[a].weight[v][t] =
-                    there ? _mm256_and_ps(bells[v] * shares[t], _mm256_castsi256_ps(inside)) : none;
-                seen[a].pixel[v][t] = _mm256_max_epi32(_mm256_min_epi32(k, _mm256_sub_epi32(pixels, unit)),
-                                                       _mm256_setzero_si256());
+            hn::Vec<I8> k = v == 0 ? p : p - hn::Set(i8, rig.shift[axis]);
+            for (int t = 0; t < 2; ++t, k = k + unit) {
+                const auto inside = hn::RebindMask(d8, hn::AndNot(k < zero, k < pixels));
+                seen[a].weight[v][t] = there ? hn::IfThenElseZero(inside, bells[v] * shares[t]) : none;
+                seen[a].pixel[v][t] = hn::Max(hn::Min(k, pixels - unit), zero);
             }
         }
     }
@@ -590,38 +617,38 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
     // own.
     const float* const coefficients = field_->coefficients().data();
     std::int32_t window[2];
-    __m256i lane[2][2], there[2];
+    // Which lane of the read each square takes; which of them there are.
+    hn::Vec<I8> lane[2][2];
+    hn::Mask<D8> there[2];
     for (std::size_t v = 0; v < 2; ++v) {
         alignas(32) std::int32_t pixel[kGrid];
-        _mm256_store_si256(reinterpret_cast<__m256i*>(pixel), seen[1].pixel[v][0]);
+        hn::Store(seen[1].pixel[v][0], i8, pixel);
         window[v] = std::min(pixel[0], pixel[kGrid - 1]);
-        for (std::size_t t = 0; t < 2; ++t)
-            lane[v][t] = _mm256_sub_epi32(seen[1].pixel[v][t], _mm256_set1_epi32(window[v]));
-        there[v] = _mm256_cmpgt_epi32(_mm256_set1_epi32(rig.pixels.y - window[v]),
-                                      _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+        for (std::size_t t = 0; t < 2; ++t) lane[v][t] = seen[1].pixel[v][t] - hn::Set(i8, window[v]);
+        there[v] = hn::FirstN(d8, static_cast<std::size_t>(rig.pixels.y - window[v]));
     }
     alignas(32) std::int32_t pixel[2][2][kGrid];
     alignas(32) float weight[2][2][kGrid];
     alignas(32) float way2[kGrid];
     for (std::size_t i = 0; i < 2; ++i) {
         for (std::size_t t = 0; t < 2; ++t) {
-            _mm256_store_si256(reinterpret_cast<__m256i*>(pixel[i][t]), seen[0].pixel[i][t]);
-            _mm256_store_ps(weight[i][t], seen[0].weight[i][t]);
+            hn::Store(seen[0].pixel[i][t], i8, pixel[i][t]);
+            hn::Store(seen[0].weight[i][t], d8, weight[i][t]);
         }
     }
-    _mm256_store_ps(way2, seen[0].way2);
-    const __m256 way2_column = seen[1].way2 + _mm256_set1_ps(static_cast<float>(sqr(x.z)));
+    hn::Store(seen[0].way2, d8, way2);
+    const F8 way2_column = seen[1].way2 + all8(static_cast<float>(sqr(x.z)));
     Grid grid;
-    __m256 value[kGrid];
-    __m256 sums = none;
+    F8 value[kGrid];
+    F8 sums = none;
     // Of a view's row of pixels, both views along v: h, and what it would be without its negative
     // coefficients.
     struct Row {
         std::int32_t pixel = -1;
-        __m256 h, positive;
+        F8 h, positive;
     } rows[2][2];
     for (std::size_t r = 0; r < kGrid; ++r) {
-        __m256 h = none, bound = none;
+        F8 h = none, bound = none;
         for (std::size_t i = 0; i < 2; ++i) {
             for (std::size_t t = 0; t < 2; ++t) {
                 if (!(weight[i][t][r] > 0)) continue;
@@ -629,37 +656,40 @@ FieldPyramid::Grid FieldPyramid::grid_of(const Path& path, const V3d& x) const {
                 if (row.pixel != pixel[i][t][r]) {
                     row = {pixel[i][t][r], none, none};
                     for (std::size_t j = 0; j < 2; ++j) {
-                        const __m256 e = _mm256_maskload_ps(
-                            coefficients + rig.index(seen[0].view[i], seen[1].view[j], row.pixel, window[j]),
-                            there[j]);
-                        const __m256 positive = _mm256_max_ps(e, none);
+                        const F8 e = hn::MaskedLoad(
+                            there[j], d8,
+                            coefficients + rig.index(seen[0].view[i], seen[1].view[j], row.pixel, window[j]));
+                        const F8 positive = hn::Max(e, none);
                         for (std::size_t s = 0; s < 2; ++s) {
-                            row.h = row.h + seen[1].weight[j][s] * _mm256_permutevar8x32_ps(e, lane[j][s]);
-                            row.positive = row.positive + seen[1].weight[j][s] *
-                                                              _mm256_permutevar8x32_ps(positive, lane[j][s]);
+                            row.h = row.h + seen[1].weight[j][s] *
+                                                hn::TableLookupLanes(e, hn::IndicesFromVec(d8, lane[j][s]));
+                            row.positive =
+                                row.positive +
+                                seen[1].weight[j][s] *
+                                    hn::TableLookupLanes(positive, hn::IndicesFromVec(d8, lane[j][s]));
                         }
                     }
                 }
-                const __m256 share = _mm256_set1_ps(weight[i][t][r]);
+                const F8 share = all8(weight[i][t][r]);
                 h = h + share * row.h;
                 bound = bound + share * row.positive;
             }
         }
-        h = _mm256_max_ps(h, none);
-        const __m256 way = _mm256_sqrt_ps(way2_column + _mm256_set1_ps(way2[r]));
-        value[r] = (h + _mm256_set1_ps(kPositive) * _mm256_max_ps(bound, none)) * way;
+        h = hn::Max(h, none);
+        const F8 way = hn::Sqrt(way2_column + all8(way2[r]));
+        value[r] = (h + all8(kPositive) * hn::Max(bound, none)) * way;
         sums = sums + value[r];
     }
-    const auto total_of = [](const __m256& v) {
-        __m128 sum = _mm256_castps256_ps128(v) + _mm256_extractf128_ps(v, 1);
-        sum = sum + _mm_movehl_ps(sum, sum);
-        return _mm_cvtss_f32(sum) + _mm_cvtss_f32(_mm_movehdup_ps(sum));
+    const auto total_of = [](F8 v) {
+        F4 sum = hn::LowerHalf(v) + hn::UpperHalf(d4, v);
+        sum = sum + hn::Shuffle1032(sum);
+        return hn::GetLane(sum + hn::Shuffle2301(sum));
     };
     const float sum = total_of(sums);
     const float least = sum > 0 ? sum * (kUneven / (kGrid * kGrid)) : 1.0F;
-    sums = sums + _mm256_set1_ps(kGrid * least);
-    for (std::size_t r = 0; r < kGrid; ++r) _mm256_store_ps(grid.value[r], value[r] + _mm256_set1_ps(least));
-    _mm256_store_ps(grid.column, sums);
+    sums = sums + all8(kGrid * least);
+    for (std::size_t r = 0; r < kGrid; ++r) hn::Store(value[r] + all8(least), d8, grid.value[r]);
+    hn::Store(sums, d8, grid.column);
     grid.total = total_of(sums);
     return grid;
 }
@@ -720,7 +750,7 @@ std::optional<FieldPyramid::Draw> FieldPyramid::draw(const V3d& x, const V2f& u,
     if (by_flux) {
         std::tie(row, column) = square_of(path, draw.on_s);
     } else {
-        column = choose_of(_mm256_load_ps(grid.column), grid.total, rest.y);
+        column = choose_of(hn::Load(d8, grid.column), grid.total, rest.y);
         row = choose_of(grid.along_u(column), grid.column[column], rest.x);
         const V2d low = path.low(), step = path.size() / double{kGrid};
         draw.on_s = {low.x + (static_cast<double>(row) + double{rest.x}) * step.x,

@@ -50,6 +50,7 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<dlfcn.h>", {"engine/base/pictures.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/scene/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp", "engine/base/png_guard.cpp"}},
+    {"<hwy/", {"lights/field_pyramid.cpp"}},
     {"<Random123/", {"engine/base/sampler.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/base/toml.cpp"}},

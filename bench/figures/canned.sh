@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Light fields with and without the optical filter: docs/images/canned-error.png, docs/images/canned-aliasing.png and the
+# tables of docs/lamps.md. A few minutes.
+# usage: bench/figures/canned.sh
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+csv=$(mktemp)
+trap 'rm -f "$csv"' EXIT
+cmake --build build/release --target figure_canned >/dev/null
+build/release/bench/figure_canned >"$csv"
+mkdir -p docs/images
+/usr/bin/python3 bench/figures/canned.py "$csv" docs/images/canned-error.png docs/images/canned-aliasing.png
