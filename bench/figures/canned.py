@@ -51,6 +51,8 @@ def curves(errors, picture):
             ax.set_xlabel("views across")
             ax.set_xticks(views, [str(v) for v in views])
             ax.minorticks_off()
+            ax.set_ylim(0.1, 120)
+            ax.set_yticks([0.1, 0.3, 1, 3, 10, 30, 100], ["0.1", "0.3", "1", "3", "10", "30", "100"])
             ax.grid(alpha=0.3)
         row[0].set_ylabel("error of irradiance, RMS, %")
         row[0].legend(fontsize=8)

@@ -103,6 +103,19 @@ TEST_F(RunAcquire, OptionsBesideARigFile_AreRefused) {
     expect_refused({"light", "acquire", "bad.toml", "-o", "lamp.exr"}, {"bad.toml:15:", "focuss"});
 }
 
+TEST_F(RunAcquire, WithoutAFilter_ItSaysHowItIsToBeReconstructed) {
+    const Outcome outcome =
+        lucerna_run({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--filter", "none"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("without an optical filter"));
+    EXPECT_EQ(read_light_field("lamp.exr").rig().filter_basis, FilterBasis::hat);
+    expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--filter", "box"},
+                   {"--filter", "box", "bell or none"});
+    expect_refused(
+        {"light", "acquire", "rig.toml", "-o", "lamp.exr", "--filter", "none", "--photographs", "p"},
+        {"--filter", "--photographs"});
+}
+
 constexpr const char* kLuminaire =
     "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
     "AreaLightSource \"diffuse\" Shape \"disk\" \"float radius\" 0.006\n";
@@ -128,6 +141,8 @@ TEST_F(RunAcquire, StrictWithADepartureInTheScene_IsRefused) {
     EXPECT_EQ(warned.code, 0) << warned.err;
     EXPECT_THAT(warned.err, HasSubstr("velvet"));
     expect_refused(strict, {"lamp.pbrt:3:", "velvet"});
+    expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--filter", "none"},
+                   {"--filter", "disc, a rectangle or a projector"});
 }
 
 TEST_F(RunAcquire, StrictWithoutAScene_IsRefused) {

@@ -79,6 +79,22 @@ TEST_F(LightTools, Project_AtAHeight_CountsFromTheLampsOwnOrigin) {
                 HasSubstr("behind the lamp's sampling plane"));
 }
 
+TEST_F(LightTools, Project_ByTheApproximateReconstruction_IsAnotherPicture) {
+    const std::vector<std::string> words = {"light",  "project",   "lamp.exr", "--distance", "100mm",
+                                            "--size", "60mmx80mm", "--pixels", "6x8"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), words.begin(), words.end());
+        return lucerna_run(more);
+    };
+    ASSERT_EQ(with({"-o", "exact.exr"}).code, 0);
+    ASSERT_EQ(with({"-o", "approximate.exr", "--reconstruction", "approximate"}).code, 0);
+    // The lit pixel is lit by one filter, off the axis by 53 mm: the middle of both is where nothing changes.
+    const float exact = read_exr("exact.exr").value(5, 1, 1);
+    const float approximate = read_exr("approximate.exr").value(5, 1, 1);
+    EXPECT_NE(exact, approximate);
+    EXPECT_NEAR(approximate, exact, 0.02F * exact);
+}
+
 TEST_F(LightTools, View_OfALightField_ShowsEveryViewWhereItsFilterStood) {
     const Outcome done = lucerna_run({"light", "view", "lamp.exr", "-o", "sheet.png"});
     ASSERT_EQ(done.code, 0) << done.err;
@@ -110,6 +126,8 @@ TEST_F(LightTools, WrongInputs_AreRefusedInOneLineAndNothingIsWritten) {
     refused({"project", "lamp.exr", "--distance", "-1m", "-o", "a.exr"}, "behind the lamp's sampling plane");
     refused({"project", "garbage.exr", "--distance", "1m", "-o", "a.exr"}, "garbage.exr");
     refused({"project", "missing.exr", "--distance", "1m", "-o", "a.exr"}, "missing.exr");
+    refused({"project", "lamp.exr", "--distance", "1m", "--reconstruction", "rough", "-o", "a.exr"},
+            "exact or approximate is");
     refused({"view", "garbage.exr", "-o", "a.png"}, "garbage.exr");
     refused({"view", "lamp.exr", "-o", "a.jpg"}, "a.jpg");
     std::filesystem::remove("garbage.exr");

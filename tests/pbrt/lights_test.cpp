@@ -199,6 +199,11 @@ TEST(Lights, LightField_TakesFileScalePowerAndMode) {
     EXPECT_THAT(refusal_of_world("LightSource \"lightfield\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refusal_of_world(with + "\"string emission\" \"exakt\""),
                 HasSubstr("emission \"exakt\" is unknown; constant, exact and weighted are accepted"));
+    EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"rough\""),
+                HasSubstr("reconstruction \"rough\" is unknown; exact and approximate are accepted"));
+    EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"approximate\" \"string emission\" "
+                                        "\"constant\""),
+                HasSubstr("with emission \"exact\" alone"));
     EXPECT_THAT(refusal_of_world("Scale 1 1 2 " + with), HasSubstr("stretched"));
     EXPECT_THAT(refusal_of_world("Scale -1 1 1 " + with), HasSubstr("mirrored"));
     EXPECT_THAT(refusal_of_world(with + "\"float scale\" -1"), HasSubstr("-1 is not accepted"));
