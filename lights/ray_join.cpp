@@ -80,6 +80,17 @@ double stated(const std::vector<DrivenRays>& parts, double RaySet::*header) {
 
 }  // namespace
 
+void RayTints::add(const RayTints& more) {
+    if (more.rays == 0) return;
+    if (rays == 0) first = more.first;
+    if (!several() && (more.several() || !like(more.first))) each.assign(rays, first);
+    if (several() || more.several()) {
+        each.reserve(rays + more.rays);
+        for (std::size_t i = 0; i < more.rays; ++i) each.push_back(more.of(i));
+    }
+    rays += more.rays;
+}
+
 RaySet join_rays(std::vector<DrivenRays> parts) {
     check_parts(parts);
     std::erase_if(parts, [](const DrivenRays& part) { return !(part.drive > 0); });

@@ -4,6 +4,8 @@
 // emitted as it is, or projected onto a light field (ray_projection.h).
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -21,6 +23,31 @@ struct LampRay {
     V3f o;       // where the ray starts, metres in the lamp's frame
     V3f d;       // unit
     float flux;  // >= 0, in the set's unit
+};
+
+// The colours of rays that come one by one: CIE XYZ per unit of flux. They are kept one by one only once
+// there is a second one; what differs by rounding alone is one.
+struct RayTints {
+    V3f first{0.0F};        // of all rays, unless there are several; 0 before there are any
+    std::vector<V3f> each;  // of every ray, if there are several
+    std::size_t rays = 0;
+
+    bool several() const { return !each.empty(); }
+    V3f of(std::size_t i) const { return several() ? each[i] : first; }
+    // Whether these are one colour with another's first.
+    bool like(const V3f& other) const {
+        constexpr float kRounding = 1e-5F;  // of many scatterings
+        const V3f off = other - first;
+        return std::max({std::fabs(off.x), std::fabs(off.y), std::fabs(off.z)}) <=
+               kRounding * std::max({first.x, first.y, first.z});
+    }
+    void add(const V3f& tint) {
+        if (rays == 0) first = tint;
+        if (!several() && !like(tint)) each.assign(rays, first);
+        if (several()) each.push_back(tint);
+        ++rays;
+    }
+    void add(const RayTints& more);
 };
 
 struct RaySet {
