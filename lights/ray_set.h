@@ -93,9 +93,19 @@ struct DrivenRays {
 };
 // The lamps of several ray files, all in one frame, as one lamp. Rays keep their colours, those of a set of
 // one colour the set's; a set of drive 0 adds nothing. In watts the sets' luminous efficacies say how bright
-// each is beside the others; if none is known, a watt of each is as bright as of any other. Throws InputError
-// naming the file: another unit than the first's, an efficacy known of some only; and if nothing is left.
+// each is beside the others; if none is known, a watt of each is as bright as of any other. Sets in watts
+// beside sets in lumens are turned into lumens by their efficacy. Throws InputError naming the file: an
+// efficacy that is needed and not known, or known of some only; and if nothing is left.
 RaySet join_rays(std::vector<DrivenRays> parts);
+
+// Flux in lumens; each ray's by its own brightness. The efficacy of a set in watts must be known.
+void turn_into_lumens(RaySet& set);
+
+// Sets what a file does not say, or says wrongly. Of all rays one colour, CIE XYZ per watt as cie_xyz() and
+// spectra have it, its Y > 0; with it the efficacy of a set in watts. Colours of single rays go.
+void state_colour(RaySet& set, const V3d& xyz_per_watt);
+// Of a set in watts; in (0, kMostLumensPerWatt]. Colours stay.
+void state_efficacy(RaySet& set, double lumens_per_watt);
 
 // Rays as files that optics programs read: IES TM-25, Zemax binary, LightTools binary.
 //

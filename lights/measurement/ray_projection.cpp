@@ -126,6 +126,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     info.colour = set.colour();
     info.unit = set.unit;
     info.provenance = set.provenance;
+    if (set.unit == FluxUnit::watt) info.lumens_per_watt = std::min(set.lumens_per_watt, kMostLumensPerWatt);
     LightField bare = channels == 3 ? LightField(rig, coefficients[0], coefficients[1], coefficients[2])
                                     : LightField(rig, coefficients[0]);
     if (bare.coloured()) info.colour = bare.info().colour;
