@@ -31,7 +31,7 @@ each at the exposure that suits it.
 
 With --chromaticity each image has another one beside it, NAME-chromaticity.exr: u' in its red channel, v' in
 green, and in blue delta u'v', the distance from the colour of all the light on the screen; 0 where there is
-less than a hundredth of the brightest light. With --png a picture of that distance, white at 0.05.
+less than a hundredth of the brightest light. With --png a picture of that distance: pale at 0.05, black at 0.
 
 Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
@@ -209,12 +209,11 @@ void write_chromaticity(const std::filesystem::path& file, const Image& image, b
     const Image map = chromaticity_of(image);
     write_exr(beside(file, ".exr"), map);
     if (!picture) return;
-    constexpr double kWhite = 0.05;  // Δu'v'
-    Image shown = Image::rgb(map.width, map.height);
+    constexpr double kPale = 0.05;  // Δu'v'
+    Image off(map.width, map.height, {"Y"});
     for (int y = 0; y < map.height; ++y)
-        for (int x = 0; x < map.width; ++x)
-            shown.set_rgb(x, y, magma_colour(std::min(1.0, double{map.rgb_at(x, y).z} / kWhite)));
-    write_png(beside(file, ".png"), shown, 1);
+        for (int x = 0; x < map.width; ++x) off.at(x, y, 0) = map.rgb_at(x, y).z;
+    write_png_display(beside(file, ".png"), magma_picture(off, kPale));
 }
 
 void write_series_picture(const ProjectCommand& command, const std::vector<Image>& images) {
