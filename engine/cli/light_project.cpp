@@ -212,7 +212,7 @@ void write_chromaticity(const std::filesystem::path& file, const Image& image, b
     constexpr double kPale = 0.05;  // Δu'v'
     Image off(map.width, map.height, {"Y"});
     for (int y = 0; y < map.height; ++y)
-        for (int x = 0; x < map.width; ++x) off.at(x, y, 0) = map.rgb_at(x, y).z;
+        for (int x = 0; x < map.width; ++x) off.value(x, y, 0) = map.rgb_at(x, y).z;
     write_png_display(beside(file, ".png"), magma_picture(off, kPale));
 }
 

@@ -110,7 +110,7 @@ TEST(JoinRays, WattsBesideLumens_BecomeLumens) {
     parts[1].set = of_wavelength(530, FluxUnit::lumen, 3, 2);
     const RaySet joined = join_rays(parts);
     EXPECT_EQ(joined.unit, FluxUnit::lumen);
-    const V3d red = 683 * cie_xyz(620), green = cie_xyz(530) / cie_xyz(530).y, blue = 683 * cie_xyz(455);
+    const V3d red = 683.0 * cie_xyz(620), green = cie_xyz(530) / cie_xyz(530).y, blue = 683.0 * cie_xyz(455);
     const V3d sum = 2.0 * red + 1.5 * green + 8.0 * blue;
     EXPECT_NEAR(joined.flux / sum.y, 1, 1e-6);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(joined.xyz[c], sum[c] / sum.y, 1e-5 * sum[c] / sum.y);
