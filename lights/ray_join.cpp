@@ -11,8 +11,9 @@ namespace {
 void check_parts(const std::vector<DrivenRays>& parts) {
     if (parts.empty()) throw InputError("no ray files to join");
     const DrivenRays& first = parts.front();
-    const bool any_lumens = std::any_of(
+    const auto in_lumens = std::find_if(
         parts.begin(), parts.end(), [](const DrivenRays& part) { return part.set.unit == FluxUnit::lumen; });
+    const bool any_lumens = in_lumens != parts.end();
     const auto known = [](const DrivenRays& part) { return part.set.lumens_per_watt > 0; };
     for (const DrivenRays& part : parts) {
         const Location at{part.name};
@@ -20,9 +21,10 @@ void check_parts(const std::vector<DrivenRays>& parts) {
             input_error(at, "drive {}; finite and not negative", part.drive);
         if (part.set.unit == FluxUnit::watt && any_lumens && !known(part)) {
             input_error(at,
-                        "its flux is in W and that of others in lm, and nothing in it says how bright its "
-                        "watts are (wavelengths, spectra, or lumens beside watts); an efficacy in lm/W or a "
-                        "wavelength that is stated (--efficacy, --colours) is accepted");
+                        "its flux is in W, that of {} in lm, and nothing in it says how bright its watts "
+                        "are (wavelengths, spectra, or lumens beside watts); an efficacy in lm/W or a "
+                        "wavelength that is stated (--efficacy, --colours) is accepted",
+                        in_lumens->name);
         }
         if (!any_lumens && known(part) != known(first)) {
             input_error(known(part) ? Location{first.name} : at,

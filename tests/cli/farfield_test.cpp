@@ -93,19 +93,19 @@ void write_two_chips() {
 TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
     write_two_chips();
     std::vector<std::string> import{"light",     "import",  "green.ray", "blue.ray", "-o",
-                                    "chips.exr", "--views", "8x8",       "--pixels", "12x12"};
+                                    "chips.exr", "--views", "16x16",     "--pixels", "12x12"};
     const Outcome refused = lucerna_run(import);
     EXPECT_EQ(refused.code, 1);
     EXPECT_THAT(refused.err, HasSubstr("blue.ray: its flux is in W"));
     EXPECT_THAT(refused.err, HasSubstr("--colours"));
-    import.insert(import.end(), {"--colours", "528nm,457nm"});
+    import.insert(import.end(), {"--colours", "528nm,457nm", "--drive", "30,1"});
     const Outcome done = lucerna_run(import);
     ASSERT_EQ(done.code, 0) << done.err;
     EXPECT_THAT(done.out, HasSubstr("of each place and direction"));
-    // 3 lm of 528 nm and 3 W of 457 nm.
+    // 90 lm of 528 nm and 3 W of 457 nm.
     const LightField field = read_light_field("chips.exr");
     const V3d green = cie_xyz(528), blue = cie_xyz(457);
-    const V3d sum = 3.0 / green.y * green + 3.0 * 683 * blue;
+    const V3d sum = 90.0 / green.y * green + 3.0 * 683 * blue;
     EXPECT_EQ(field.info().unit, FluxUnit::lumen);
     EXPECT_NEAR((field.info().captured + field.info().missed) / sum.y, 1, 1e-3);
     EXPECT_NEAR(field.xyz().z / (sum.z / sum.y), 1, 0.02);
@@ -115,8 +115,9 @@ TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
     ASSERT_EQ(colours.code, 0) << colours.err;
     EXPECT_THAT(colours.out, HasSubstr("colour over angle"));
     EXPECT_THAT(content("chips.csv"), HasSubstr("delta_uv_mean"));
-    const Outcome shown = lucerna_run({"light", "project", "chips.exr", "--distance", "1mm", "-o", "near.exr",
-                                       "--pixels", "32x32", "--chromaticity", "--png"});
+    const Outcome shown =
+        lucerna_run({"light", "project", "chips.exr", "--distance", "0", "-o", "near.exr", "--size",
+                     "4mmx4mm", "--centre", "1.5mm,0.5mm", "--pixels", "32x32", "--chromaticity", "--png"});
     ASSERT_EQ(shown.code, 0) << shown.err;
     const Image map = read_exr("near-chromaticity.exr");
     const Chromaticity left = chromaticity(green), right = chromaticity(blue);

@@ -8,6 +8,7 @@
 #include "engine/base/chromaticity.h"
 #include "engine/base/sampler.h"
 #include "engine/base/spectrum.h"
+#include "lights/measurement/emit_rays.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/measurement/ray_projection.h"
 #include "tests/support/statistics.h"
@@ -198,6 +199,70 @@ TEST(ColouredRays, WhiteLed_CastsWhatTheHeldOutHalfOfItsRaysCarry) {
         info.colour = half.colour();
         const LightField grey = LightField(field.channel(1)).with(info);
         EXPECT_FALSE(against_rays(grey.channel(2), 2, counted, wall).accepted());
+    }
+}
+
+// Particles as a render's photon maps get them, by the lines on which they leave the lamp.
+RaySet particles_of(const LightField& field, std::uint64_t count) {
+    Monitor silent;
+    const LampEmission lamp(field, "white LED", EmissionMode::exact, 3, {}, silent);
+    RayBlock block = lamp.draw(0, count);
+    double sum = 0;
+    for (const LampRay& ray : block.rays) sum += double{ray.flux};
+    for (LampRay& ray : block.rays) ray.flux *= static_cast<float>(field.flux() / sum);
+    RaySet set;
+    set.rays = std::move(block.rays);
+    set.tristimulus = std::move(block.tristimulus);
+    return set;
+}
+
+// Both are samples of the lamp's light; and the field that the first are drawn from is made of as many rays.
+testing::ChiSquare against_particles(const CountedPlane& particles, const CountedPlane& counted, int c) {
+    constexpr int kFewest = 25;
+    testing::ChiSquare result;
+    for (std::size_t b = 0; b < counted.rays.size(); ++b) {
+        if (counted.rays[b] < kFewest) continue;
+        result.statistic += sqr(particles.sum[b][c] - counted.sum[b][c]) /
+                            (2 * counted.squares[b][c] + particles.squares[b][c]);
+        ++result.degrees;
+    }
+    result.p_value = testing::chi_square_tail(result.statistic, result.degrees);
+    return result;
+}
+
+TEST(ColouredRays, WhiteLed_SendsParticlesOfTheColoursOfItsRays) {
+    Monitor silent;
+    constexpr int kHalf = 100'000;
+    const RaySet half = made_led(kHalf, 13), held_out = made_led(kHalf, 14);
+    const LightField field = fit_light_field(half, {}, {}, silent).field;
+    const RaySet particles = particles_of(field, kHalf);
+    for (const PlanePatch& wall : two_walls()) {
+        const CountedPlane rendered = count_rays(particles, wall), counted = count_rays(held_out, wall);
+        double off = 0, of_one_colour = 0, weight = 0;
+        for (std::size_t b = 0; b < counted.rays.size(); ++b) {
+            if (counted.rays[b] < 400) continue;
+            const double y = counted.sum[b].y;
+            off += y * sqr(off_in_colour(rendered.sum[b], counted.sum[b]));
+            of_one_colour += y * sqr(off_in_colour(half.xyz, counted.sum[b]));
+            weight += y;
+        }
+        std::cout << "at " << wall.distance << " m: du'v' " << std::sqrt(off / weight) << ", of one colour "
+                  << std::sqrt(of_one_colour / weight) << "\n";
+        for (int c = 0; c < 3; ++c) {
+            const testing::ChiSquare right = against_particles(rendered, counted, c);
+            std::cout << "  channel " << c << ": chi-square " << right.statistic << " of " << right.degrees
+                      << ", p " << right.p_value << "\n";
+            EXPECT_TRUE(right.accepted()) << wall.distance << " " << c;
+            if (c == 1) continue;
+            CountedPlane swapped = rendered;
+            for (std::vector<V3d>* values : {&swapped.sum, &swapped.squares}) {
+                for (V3d& value : *values) std::swap(value.x, value.z);
+            }
+            EXPECT_FALSE(against_particles(swapped, counted, c).accepted()) << "X and Z swapped";
+        }
+        // Chromaticities of single pixels are as noisy as that.
+        EXPECT_LT(std::sqrt(off / weight), 0.01);
+        EXPECT_GT(std::sqrt(of_one_colour / weight), 0.015) << "what this test is to refuse";
     }
 }
 
