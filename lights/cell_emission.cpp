@@ -118,6 +118,10 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     const Rig& rig = field_.rig();
     const float* const first = field_.coefficients().data();
     std::array<Column<const float*>, 4> at;
+    // Beside each member lie its X and Z: both are on their way before either is read.
+    const ColourChannels& channels = field_.colour_channels();
+    const ColourChannels::Pair* const first_pair = channels.pairs.data();
+    const bool coloured = field_.coloured();
     const CellTable::Block& c = lanes.cells;
     // A word, not a bool: combined without branches.
     const auto outside = [](int i, int count) {
@@ -132,6 +136,7 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
                                       outside(k, rig.pixels.x) | outside(l, rig.pixels.y);
                 const float* const member = none != 0 ? &kNone : first + rig.index(m, n, k, l);
                 __builtin_prefetch(member);
+                if (coloured) __builtin_prefetch(none != 0 ? first_pair : first_pair + (member - first));
                 at[static_cast<std::size_t>(2 * i + j)][lane] = member;
             }
         }
@@ -139,16 +144,8 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     for (std::size_t k = 0; k < 4; ++k) {
         for (std::size_t lane = 0; lane < size; ++lane) lanes.e[k][lane] = *at[k][lane];
     }
-    if (!field_.coloured()) return;
-    // Beside each member lie its X and Z.
-    const ColourChannels& channels = field_.colour_channels();
-    const ColourChannels::Pair* const first_pair = channels.pairs.data();
+    if (!coloured) return;
     const auto scale_x = static_cast<float>(channels.scale_x), scale_z = static_cast<float>(channels.scale_z);
-    for (std::size_t k = 0; k < 4; ++k) {
-        for (std::size_t lane = 0; lane < size; ++lane) {
-            if (at[k][lane] != &kNone) __builtin_prefetch(first_pair + (at[k][lane] - first));
-        }
-    }
     for (std::size_t k = 0; k < 4; ++k) {
         for (std::size_t lane = 0; lane < size; ++lane) {
             static constexpr ColourChannels::Pair kNoPair{};
@@ -161,16 +158,24 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
 }
 
 void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
-    const FilterBasis basis = field_.rig().filter_basis;
-    for (std::size_t i = 0; i < size; ++i) {
-        const float x = lanes.x[i], y = lanes.y[i];
-        // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
-        const float w = lanes.members(i, basis).value(x, y);
-        const BellCell cx{{{lanes.cx[0][i], lanes.cx[1][i]}, {lanes.cx[2][i], lanes.cx[3][i]}}, basis};
-        const BellCell cz{{{lanes.cz[0][i], lanes.cz[1][i]}, {lanes.cz[2][i], lanes.cz[3][i]}}, basis};
-        const Rgb colour = w > 0 ? colour_.of(w, cx.value(x, y), cz.value(x, y)) : colour_.mean();
-        for (int c = 0; c < 3; ++c) lanes.colour[static_cast<std::size_t>(c)][i] = colour[c];
-    }
+    const Rgb mean = colour_.mean();
+    const FieldColour colour = colour_;  // by value: no store below may change it
+    with_basis(field_.rig().filter_basis, [&](auto of) {
+        using Basis = decltype(of);
+        // Without a branch, so that it becomes vector instructions.
+        for (std::size_t i = 0; i < size; ++i) {
+            const float a = Basis::value(lanes.x[i]), b = Basis::value(lanes.y[i]);
+            const auto value = [&](const std::array<Column<float>, 4>& e) {  // as BellCell's
+                return a * (e[0][i] * b + e[1][i] * (1 - b)) + (1 - a) * (e[2][i] * b + e[3][i] * (1 - b));
+            };
+            const float w = value(lanes.e), x = value(lanes.cx), z = value(lanes.cz);
+            const Rgb here = colour.of(w > 0 ? w : 1.0F, x, z);
+            // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
+            lanes.colour[0][i] = w > 0 ? here.x : mean.x;
+            lanes.colour[1][i] = w > 0 ? here.y : mean.y;
+            lanes.colour[2][i] = w > 0 ? here.z : mean.z;
+        }
+    });
 }
 
 void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const {

@@ -12,4 +12,7 @@ inline std::string_view flux_unit_name(FluxUnit unit) {
     return unit == FluxUnit::watt ? "W" : "lm";
 }
 
+// Of light of 555 nm, by the definition of the lumen; no other light has more.
+inline constexpr double kMostLumensPerWatt = 683.002;
+
 }  // namespace lucerna

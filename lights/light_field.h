@@ -186,8 +186,9 @@ struct LightFieldInfo {
     Rgb colour{1.0F};  // of all its light, luminance 1, none negative; the coefficients are luminance
     FluxUnit unit = FluxUnit::watt;
     std::string provenance;
-    double captured = 0;  // flux that the field holds, in its unit: flux() when it was made
-    double missed = 0;    // flux of the lamp that it does not hold
+    double captured = 0;         // flux that the field holds, in its unit: flux() when it was made
+    double missed = 0;           // flux of the lamp that it does not hold
+    double lumens_per_watt = 0;  // luminous efficacy of the radiation of a field in watts; 0: not known
 };
 
 class LightField {

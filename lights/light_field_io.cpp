@@ -123,6 +123,8 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     header.insert("lightfieldProvenance", Imf::StringAttribute(info.provenance));
     header.insert("lightfieldCapturedFlux", Imf::DoubleAttribute(info.captured));
     header.insert("lightfieldMissedFlux", Imf::DoubleAttribute(info.missed));
+    if (info.lumens_per_watt > 0)
+        header.insert("lightfieldLumensPerWatt", Imf::DoubleAttribute(info.lumens_per_watt));
     return header;
 }
 
@@ -189,6 +191,13 @@ LightFieldInfo read_info(const Imf::Header& header) {
     info.provenance = one_line(required<Imf::StringAttribute>(header, "lightfieldProvenance"));
     info.captured = required<Imf::DoubleAttribute>(header, "lightfieldCapturedFlux");
     info.missed = required<Imf::DoubleAttribute>(header, "lightfieldMissedFlux");
+    if (const auto* efficacy = header.findTypedAttribute<Imf::DoubleAttribute>("lightfieldLumensPerWatt")) {
+        info.lumens_per_watt = efficacy->value();
+        if (!(info.lumens_per_watt > 0 && info.lumens_per_watt <= kMostLumensPerWatt)) {
+            throw InputError(fmt::format("{} lumens per watt; more than 0 and at most {} are accepted",
+                                         info.lumens_per_watt, kMostLumensPerWatt));
+        }
+    }
     return info;
 }
 

@@ -11,19 +11,26 @@ namespace {
 void check_parts(const std::vector<DrivenRays>& parts) {
     if (parts.empty()) throw InputError("no ray files to join");
     const DrivenRays& first = parts.front();
+    const auto in_lumens = std::find_if(
+        parts.begin(), parts.end(), [](const DrivenRays& part) { return part.set.unit == FluxUnit::lumen; });
+    const bool any_lumens = in_lumens != parts.end();
     const auto known = [](const DrivenRays& part) { return part.set.lumens_per_watt > 0; };
     for (const DrivenRays& part : parts) {
         const Location at{part.name};
         if (!std::isfinite(part.drive) || part.drive < 0)
             input_error(at, "drive {}; finite and not negative", part.drive);
-        if (part.set.unit != first.set.unit) {
-            input_error(at, "its flux is in {}, that of {} in {}; one unit is accepted",
-                        flux_unit_name(part.set.unit), first.name, flux_unit_name(first.set.unit));
+        if (part.set.unit == FluxUnit::watt && any_lumens && !known(part)) {
+            input_error(at,
+                        "its flux is in W, that of {} in lm, and nothing in it says how bright its watts "
+                        "are (wavelengths, spectra, or lumens beside watts); an efficacy in lm/W or a "
+                        "wavelength that is stated (--efficacy, --colours) is accepted",
+                        in_lumens->name);
         }
-        if (part.set.unit == FluxUnit::watt && known(part) != known(first)) {
+        if (!any_lumens && known(part) != known(first)) {
             input_error(known(part) ? Location{first.name} : at,
                         "nothing in it says how bright its watts are (wavelengths, spectra, or lumens beside "
-                        "watts), but {} does; all files or none are accepted",
+                        "watts), but {} does; all files or none are accepted, and an efficacy in lm/W or a "
+                        "wavelength that is stated (--efficacy, --colours)",
                         known(part) ? part.name : first.name);
         }
     }
@@ -80,9 +87,51 @@ double stated(const std::vector<DrivenRays>& parts, double RaySet::*header) {
 
 }  // namespace
 
+void turn_into_lumens(RaySet& set) {
+    if (set.unit == FluxUnit::lumen) return;
+    const double efficacy = set.lumens_per_watt;  // known, so > 0
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        // Y of single rays is beside the mean of all.
+        const double y = set.coloured() ? double{set.tristimulus[i].y} : 1.0;
+        set.rays[i].flux = static_cast<float>(efficacy * y * double{set.rays[i].flux});
+        if (set.coloured()) set.tristimulus[i] = y > 0 ? V3f(V3d(set.tristimulus[i]) / y) : V3f(0.0F);
+    }
+    set.flux *= efficacy;
+    set.skipped_flux *= efficacy;
+    set.unit = FluxUnit::lumen;
+    set.lumens_per_watt = 0;
+}
+
+void state_colour(RaySet& set, const V3d& xyz_per_watt) {
+    set.xyz = xyz_per_watt / xyz_per_watt.y;
+    set.tristimulus = {};
+    if (set.unit == FluxUnit::watt) state_efficacy(set, std::min(kMostLumensPerWatt, 683 * xyz_per_watt.y));
+}
+
+void state_efficacy(RaySet& set, double lumens_per_watt) {
+    set.lumens_per_watt = lumens_per_watt;
+}
+
+void RayTints::add(const RayTints& more) {
+    if (more.rays == 0) return;
+    if (rays == 0) first = more.first;
+    if (!several() && (more.several() || !like(more.first))) each.assign(rays, first);
+    if (several() || more.several()) {
+        each.reserve(rays + more.rays);
+        for (std::size_t i = 0; i < more.rays; ++i) each.push_back(more.of(i));
+    }
+    rays += more.rays;
+}
+
 RaySet join_rays(std::vector<DrivenRays> parts) {
     check_parts(parts);
     std::erase_if(parts, [](const DrivenRays& part) { return !(part.drive > 0); });
+    const bool one_unit = std::all_of(parts.begin(), parts.end(), [&](const DrivenRays& part) {
+        return part.set.unit == parts.front().set.unit;
+    });
+    if (!one_unit) {
+        for (DrivenRays& part : parts) turn_into_lumens(part.set);
+    }
     RaySet joined;
     joined.unit = parts.front().set.unit;
     const bool coloured = !alike(parts);

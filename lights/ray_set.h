@@ -4,6 +4,8 @@
 // emitted as it is, or projected onto a light field (ray_projection.h).
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -21,6 +23,31 @@ struct LampRay {
     V3f o;       // where the ray starts, metres in the lamp's frame
     V3f d;       // unit
     float flux;  // >= 0, in the set's unit
+};
+
+// The colours of rays that come one by one: CIE XYZ per unit of flux. They are kept one by one only once
+// there is a second one; what differs by rounding alone is one.
+struct RayTints {
+    V3f first{0.0F};        // of all rays, unless there are several; 0 before there are any
+    std::vector<V3f> each;  // of every ray, if there are several
+    std::size_t rays = 0;
+
+    bool several() const { return !each.empty(); }
+    V3f of(std::size_t i) const { return several() ? each[i] : first; }
+    // Whether these are one colour with another's first.
+    bool like(const V3f& other) const {
+        constexpr float kRounding = 1e-5F;  // of many scatterings
+        const V3f off = other - first;
+        return std::max({std::fabs(off.x), std::fabs(off.y), std::fabs(off.z)}) <=
+               kRounding * std::max({first.x, first.y, first.z});
+    }
+    void add(const V3f& tint) {
+        if (rays == 0) first = tint;
+        if (!several() && !like(tint)) each.assign(rays, first);
+        if (several()) each.push_back(tint);
+        ++rays;
+    }
+    void add(const RayTints& more);
 };
 
 struct RaySet {
@@ -66,9 +93,19 @@ struct DrivenRays {
 };
 // The lamps of several ray files, all in one frame, as one lamp. Rays keep their colours, those of a set of
 // one colour the set's; a set of drive 0 adds nothing. In watts the sets' luminous efficacies say how bright
-// each is beside the others; if none is known, a watt of each is as bright as of any other. Throws InputError
-// naming the file: another unit than the first's, an efficacy known of some only; and if nothing is left.
+// each is beside the others; if none is known, a watt of each is as bright as of any other. Sets in watts
+// beside sets in lumens are turned into lumens by their efficacy. Throws InputError naming the file: an
+// efficacy that is needed and not known, or known of some only; and if nothing is left.
 RaySet join_rays(std::vector<DrivenRays> parts);
+
+// Flux in lumens; each ray's by its own brightness. The efficacy of a set in watts must be known.
+void turn_into_lumens(RaySet& set);
+
+// Sets what a file does not say, or says wrongly. Of all rays one colour, CIE XYZ per watt as cie_xyz() and
+// spectra have it, its Y > 0; with it the efficacy of a set in watts. Colours of single rays go.
+void state_colour(RaySet& set, const V3d& xyz_per_watt);
+// Of a set in watts; in (0, kMostLumensPerWatt]. Colours stay.
+void state_efficacy(RaySet& set, double lumens_per_watt);
 
 // Rays as files that optics programs read: IES TM-25, Zemax binary, LightTools binary.
 //

@@ -20,7 +20,10 @@ struct EscapedRays : LightPathVisitor {
             return;
         }
         block.flux.forward += V3d(at.power);
-        block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, luminance(at.power)});
+        const float flux = luminance(at.power);
+        // Power of no luminance has no colour.
+        block.tints.add(flux > 0 ? V3f(rgb_to_xyz(at.power / flux)) : block.tints.first);
+        block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, flux});
     }
 };
 
@@ -72,6 +75,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
     for (EscapedRays& chunk : chunks) {
         chunk.block.flux.ledger = chunk.ledger;
         block.rays.insert(block.rays.end(), chunk.block.rays.begin(), chunk.block.rays.end());
+        block.tints.add(chunk.block.tints);
         block.flux.add(chunk.block.flux);
     }
     return block;
@@ -83,11 +87,13 @@ RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, Flu
     RaySet set;
     set.unit = unit;
     LuminaireFlux flux;
+    RayTints tints;
     Phase phase(monitor, "light paths", static_cast<std::uint64_t>(parameters.paths));
     for (std::int64_t index = 0; index < parameters.blocks(); ++index) {
         if (monitor.stopped()) throw Stopped("stopped before all light paths were traced");
         const LuminaireBlock block = trace_luminaire(scene, parameters, index, workers);
         set.rays.insert(set.rays.end(), block.rays.begin(), block.rays.end());
+        tints.add(block.tints);
         flux.add(block.flux);
         phase.advance(block.flux.ledger.paths);
     }
@@ -98,6 +104,7 @@ RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, Flu
     set.skipped_flux = double{luminance(Rgb(V3f(flux.backward)))};
     if (!(luminance(forward) > 0)) throw InputError("no light leaves the luminaire towards +z");
     set.xyz = rgb_to_xyz(forward / luminance(forward));
+    set.tristimulus = std::move(tints.each);
     for (LampRay& ray : set.rays) ray.flux *= static_cast<float>(share);
     return set;
 }

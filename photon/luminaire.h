@@ -51,6 +51,7 @@ struct LuminaireFlux {
 struct LuminaireBlock {
     std::vector<LampRay>
         rays;  // metres, in the world's frame; flux is the luminance of the path's power, not yet / paths
+    RayTints tints;      // of each ray, or of all
     LuminaireFlux flux;  // of these paths
 };
 
@@ -65,7 +66,7 @@ void check_luminaire(const Scene& scene, const LuminaireParameters& parameters);
 LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& parameters, std::int64_t index,
                                const Workers& workers);
 
-// All blocks in one set, for luminaires of few rays: their flux is the lamp's, and colour that of the rays.
+// All blocks in one set, for luminaires of few rays: their flux is the lamp's, and colours those of the rays.
 // Throws InputError as check_luminaire() does, when no ray leaves, and when the user stops it.
 RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, FluxUnit unit,
                   const Workers& workers, Monitor& monitor);

@@ -65,6 +65,7 @@ void check_size(const std::filesystem::path& file, const PictureHeader& header) 
 struct Channels {
     ChannelRange read;
     bool luminance;  // of three
+    int given = 1;
 };
 
 Channels channels_of(const std::filesystem::path& file, const PictureHeader& header,
@@ -72,6 +73,11 @@ Channels channels_of(const std::filesystem::path& file, const PictureHeader& hea
     if (wanted == kLuminanceChannel) {
         const bool colour = header.channels >= 3;
         return {{0, colour ? 3 : 1}, colour};
+    }
+    if (wanted == kColourChannels) {
+        if (header.channels >= 3) return {{0, 3}, false, 3};
+        throw InputError({file.string()}, fmt::format("{} channels where \"{}\" is wanted; 3 are accepted",
+                                                      header.channels, kColourChannels));
     }
     const std::vector<std::string>& names = header.channel_names;
     for (int c = 0; c < static_cast<int>(names.size()); ++c) {
@@ -81,34 +87,38 @@ Channels channels_of(const std::filesystem::path& file, const PictureHeader& hea
     const std::vector<std::string_view> known(names.begin(),
                                               names.begin() + static_cast<std::ptrdiff_t>(shown));
     throw InputError({file.string()},
-                     one_line(fmt::format("no channel \"{}\"; accepted are {} and {}", wanted,
-                                          kLuminanceChannel, fmt::join(known, ", "))));
+                     one_line(fmt::format("no channel \"{}\"; accepted are {}, {} and {}", wanted,
+                                          kLuminanceChannel, kColourChannels, fmt::join(known, ", "))));
 }
 
 void require_finite(const std::filesystem::path& file, const Photograph& photograph) {
     for (std::size_t i = 0; i < photograph.counts.size(); ++i) {
         if (std::isfinite(photograph.counts[i])) continue;
         const auto width = static_cast<std::size_t>(photograph.size.x);
+        const std::size_t pixel = i % photograph.pixels();
         throw InputError({file.string()}, fmt::format("pixel ({}, {}) holds {}; finite numbers are accepted",
-                                                      i % width, i / width, photograph.counts[i]));
+                                                      pixel % width, pixel / width, photograph.counts[i]));
     }
 }
 
-// Every stored number as `Stored`, one channel or the luminance of three.
+// Every stored number as `Stored`: one channel, the luminance of three, or three.
 template <typename Stored>
 void read_counts(PictureReader& in, const Channels& channels, const std::filesystem::path& file,
                  std::vector<float>& counts) {
     const auto count = static_cast<std::size_t>(channels.read.end - channels.read.first);
-    std::vector<Stored> values(counts.size() * count);
+    const std::size_t pixels = counts.size() / static_cast<std::size_t>(channels.given);
+    std::vector<Stored> values(pixels * count);
     try {
         in.read(channels.read, std::span(values));
     } catch (const std::runtime_error& error) {
         unreadable(file, error.what());
     }
-    for (std::size_t i = 0; i < counts.size(); ++i) {
+    for (std::size_t i = 0; i < pixels; ++i) {
         const Stored* v = &values[i * count];
         const auto number = [&](std::size_t c) { return static_cast<float>(v[c]); };
         counts[i] = channels.luminance ? luminance(Rgb(number(0), number(1), number(2))) : number(0);
+        for (std::size_t c = 1; c < static_cast<std::size_t>(channels.given); ++c)
+            counts[c * pixels + i] = number(c);
     }
 }
 
@@ -123,12 +133,20 @@ PictureFormat format_of(const std::filesystem::path& file, bool whole) {
 }
 
 template <typename Stored>
-void write_values(const std::filesystem::path& file, PictureFormat format, const V2i& size,
-                  const std::vector<Stored>& values) {
+void write_values(const std::filesystem::path& file, PictureFormat format, const Photograph& photograph,
+                  std::vector<Stored> values) {
+    const V2i& size = photograph.size;
+    if (photograph.channels == 3) {  // side by side
+        std::vector<Stored> mixed(values.size());
+        const std::size_t pixels = photograph.pixels();
+        for (std::size_t c = 0; c < 3; ++c)
+            for (std::size_t i = 0; i < pixels; ++i) mixed[3 * i + c] = values[c * pixels + i];
+        values = std::move(mixed);
+    }
     const Pictures& formats = pictures(file);
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        formats.write(temporary,
-                      {format, PictureUse::measurement, size.x, size.y, 1, std::span<const Stored>(values)});
+        formats.write(temporary, {format, PictureUse::measurement, size.x, size.y, photograph.channels,
+                                  std::span<const Stored>(values)});
     });
 }
 
@@ -155,10 +173,11 @@ Photograph read_photograph(const std::filesystem::path& file, std::string_view c
     photograph.size = {header.width, header.height};
     const auto read = static_cast<std::uint64_t>(channels.read.end - channels.read.first);
     require_memory(
-        pixels_of(header) * (1 + read) * sizeof(float),
+        pixels_of(header) * (static_cast<std::uint64_t>(channels.given) + read) * sizeof(float),
         fmt::format("{}: a photograph of {} x {} pixels", file.string(), header.width, header.height),
         "fewer pixels are accepted");
-    photograph.counts.resize(pixels_of(header));
+    photograph.channels = channels.given;
+    photograph.counts.resize(pixels_of(header) * static_cast<std::size_t>(channels.given));
     if (photograph.most == 0) {
         read_counts<float>(*in, channels, file, photograph.counts);
     } else if (photograph.most == 255) {
@@ -173,11 +192,11 @@ Photograph read_photograph(const std::filesystem::path& file, std::string_view c
 void write_photograph(const std::filesystem::path& file, const Photograph& photograph) {
     const PictureFormat format = format_of(file, photograph.most > 0);
     if (photograph.most == 0) {
-        write_values(file, format, photograph.size, photograph.counts);
+        write_values(file, format, photograph, photograph.counts);
     } else if (photograph.most <= 255) {
-        write_values(file, format, photograph.size, rounded<std::uint8_t>(photograph));
+        write_values(file, format, photograph, rounded<std::uint8_t>(photograph));
     } else {
-        write_values(file, format, photograph.size, rounded<std::uint16_t>(photograph));
+        write_values(file, format, photograph, rounded<std::uint16_t>(photograph));
     }
 }
 

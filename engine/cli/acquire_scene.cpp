@@ -28,8 +28,12 @@ std::uint64_t key_of(const SceneEmitter& emitter, const Rig& rig, const Scene& s
     for (const char c : read_text(emitter.file)) key.add(static_cast<std::uint64_t>(c));
     LuminaireParameters first = parameters;
     first.block = std::min<std::int64_t>(parameters.paths, 1 << 16);
-    for (const LampRay& ray : trace_luminaire(scene, first, 0, workers).rays) {
-        for (const float number : {ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.flux})
+    const LuminaireBlock block = trace_luminaire(scene, first, 0, workers);
+    for (std::size_t i = 0; i < block.rays.size(); ++i) {
+        const LampRay& ray = block.rays[i];
+        const V3f tint = block.tints.of(i);
+        for (const float number :
+             {ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.flux, tint.x, tint.y, tint.z})
             key.add(double{number});
     }
     return key.value();
@@ -58,7 +62,7 @@ void measure_blocks(const Scene& scene, const LuminaireParameters& parameters,
             since_save = Stopwatch();
         }
         const LuminaireBlock block = trace_luminaire(scene, parameters, state.blocks, workers);
-        add_rays(state.sums, block.rays, workers);
+        add_rays(state.sums, block.rays, workers, block.tints);
         state.flux.add(block.flux);
         phase.advance(block.flux.ledger.paths);
     }
@@ -86,7 +90,7 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
     for (double* flux : {&made.account.beside_s, &made.account.beside_m, &made.account.not_in_basis})
         *flux *= share;
     const LightField field = field_of(made.images);
-    made.account.captured = field.flux();
+    made.account.captured = field.info().captured;
     made.emitted = share * luminance_of(state.flux.ledger.emitted);
     made.absorbed = share * luminance_of(state.flux.ledger.absorbed);
     made.noise = sampling_noise(state.sums, share, field);

@@ -136,6 +136,8 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     print_chromaticity(out, field.xyz());
     fmt::print(out, "colours              {}\n",
                field.coloured() ? "of each place and direction" : "one for all its light");
+    if (info.lumens_per_watt > 0)
+        fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", info.lumens_per_watt);
     const double bytes = sizeof(float) + (field.coloured() ? sizeof(ColourChannels::Pair) : 0);
     fmt::print(out,
                "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",

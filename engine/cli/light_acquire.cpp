@@ -142,6 +142,7 @@ EmitterModel flat_emitter(const EmitterDescription& from) {
              : fmt::format("virtual acquisition of a rectangle of {} x {}", length_text(2 * from.half_size.x),
                            length_text(2 * from.half_size.y));
     model.info.provenance += fmt::format(", cos^{:g}", from.exponent);
+    set_colours(model, {from.colour, from.rim_colour, from.grazing_colour});
     return model;
 }
 
@@ -154,6 +155,7 @@ Projector projector_of(const EmitterDescription& from) {
     projector.slide_size = from.slide_size;
     projector.inverted = from.inverted;
     projector.flux = from.flux;
+    projector.colour = from.colour;
     return projector;
 }
 
@@ -174,7 +176,6 @@ NamedEmitter emitter_of(const RigDescription& description) {
     key.add(program_version());
     key.add(arithmetic());
     emitter.key = key.value();
-    emitter.model.info.colour = from.colour;
     emitter.model.info.unit = from.unit;
     emitter.model.info.provenance +=
         fmt::format(", {:g} {}; lucerna {}", from.flux, flux_unit_name(from.unit), program_version());

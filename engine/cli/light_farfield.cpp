@@ -6,13 +6,16 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "engine/base/chromaticity.h"
 #include "engine/base/files.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/lamp_text.h"
 #include "engine/cli/light_commands.h"
+#include "lights/measurement/colour_over_angle.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric.h"
 #include "lights/photometric_files.h"
@@ -182,14 +185,21 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 constexpr const char* kLightFarfieldFooter =
     R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than
 some five times its size (docs/photometry.md measures that). -o NAME.svg draws the polar diagram of the planes
-C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute. Both may be given.
+C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
+angle: chromaticity, its distance from that of the axis and of all light (delta u'v'), colour temperature and
+Duv, for each direction. Several may be given.
 A lamp in W needs --efficacy for a photometric file: how many lm each of its W is.
 
 Examples:
   lucerna light farfield lamp.exr -o lamp.svg
   lucerna light farfield lamp.tm25ray -o lamp.ies -o lamp.svg --step 2.5
+  lucerna light farfield white-led.exr -o colour.csv --plane-step 90
   lucerna light farfield street.ldt -o street.ies
   lucerna light farfield lamp-in-watts.exr -o lamp.ies --efficacy 320)";
+
+bool is_colour_table(const std::string& output) {
+    return suffix_of(output) == ".csv";
+}
 
 struct FarFieldOptions {
     std::string lamp;
@@ -203,16 +213,53 @@ struct FarFieldOptions {
 struct Lamp {
     PhotometricWeb web;
     FluxUnit unit;
+    std::optional<AngularColours> colours;  // where they are several, or wanted in a file
 };
 
 Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
-    if (is_photometric(options.lamp)) return {read_photometric(options.lamp, monitor), FluxUnit::lumen};
+    const bool wanted = std::any_of(options.outputs.begin(), options.outputs.end(), is_colour_table);
+    if (is_photometric(options.lamp)) {
+        if (wanted)
+            throw InputError(
+                {options.lamp},
+                "a photometric file has no colours; a light field or rays are accepted for a .csv");
+        return {read_photometric(options.lamp, monitor), FluxUnit::lumen, {}};
+    }
+    std::optional<AngularColours> colours;
     if (suffix_of(options.lamp) == ".exr") {
         const LightField field = read_light_field(options.lamp);
-        return {far_field(field, options.grid, options.workers, monitor), field.info().unit};
+        if (wanted || field.coloured())
+            colours = colours_over_angle(field, options.grid, options.workers, monitor);
+        return {far_field(field, options.grid, options.workers, monitor), field.info().unit, colours};
     }
     const RaySet rays = read_rays(options.lamp, monitor);
-    return {far_field(rays, options.grid), rays.unit};
+    if (wanted || rays.coloured()) colours = colours_over_angle(rays, options.grid);
+    return {far_field(rays, options.grid), rays.unit, colours};
+}
+
+// Of rings of directions, every ten degrees as far as there is light to speak of.
+void print_colours(std::ostream& out, const AngularColours& colours) {
+    constexpr double kShown = 0.01, kStated = 0.1;  // of the peak
+    fmt::print(
+        out,
+        "colour over angle    largest delta u'v' {:.4f} from the mean of all light, where there is at least "
+        "a tenth of the peak\n",
+        colours.largest_delta(kStated));
+    fmt::print(out, "  angle  of the peak  from axis  from mean    CCT      Duv\n");
+    const double peak = colours.peak();
+    double next = 0;
+    for (std::size_t i = 0; i < colours.polar.size(); ++i) {
+        if (colours.polar[i] < next - 1e-6) continue;
+        next = colours.polar[i] + 10;
+        const V3d xyz = colours.over_planes(i);
+        if (!(xyz.y > kShown * peak)) continue;
+        const auto temperature = colour_temperature(xyz);
+        fmt::print(out, "  {:>5g}  {:>10.3f}   {:>8.4f}  {:>9.4f}  {}\n", colours.polar[i], xyz.y / peak,
+                   colours.on_axis().y > 0 ? delta_uv(xyz, colours.on_axis()) : NAN,
+                   delta_uv(xyz, colours.mean),
+                   temperature ? fmt::format("{:>6.0f} {:>8.4f}", temperature->kelvin, temperature->duv)
+                               : std::string("  none"));
+    }
 }
 
 void declare_files(const FarFieldOptions& options) {
@@ -220,10 +267,19 @@ void declare_files(const FarFieldOptions& options) {
     files.reads(options.lamp);
     for (const std::string& output : options.outputs) {
         const std::string suffix = suffix_of(output);
-        if (suffix != ".svg" && suffix != ".ies")
-            throw InputError({output}, fmt::format("\"{}\" cannot be written; .svg and .ies can", suffix));
+        if (suffix != ".svg" && suffix != ".ies" && suffix != ".csv")
+            throw InputError({output},
+                             fmt::format("\"{}\" cannot be written; .svg, .ies and .csv can", suffix));
         files.writes(output, suffix, "-o");
     }
+}
+
+Lamp in_lumens(Lamp lamp, double efficacy) {
+    if (lamp.colours) {
+        for (V3d& xyz : lamp.colours->xyz) xyz *= efficacy;
+        lamp.colours->mean *= efficacy;
+    }
+    return {scaled(lamp.web, efficacy), FluxUnit::lumen, std::move(lamp.colours)};
 }
 
 void act(const FarFieldOptions& options, const CommandContext& context) {
@@ -233,7 +289,7 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
                            {context.around.terminal, options.quiet, context.around.stop, {}});
     Lamp lamp = naming(options.lamp, [&] { return read_lamp(options, monitor); });
     if (lamp.unit == FluxUnit::watt && options.efficacy > 0)
-        lamp = {scaled(lamp.web, options.efficacy), FluxUnit::lumen};
+        lamp = in_lumens(std::move(lamp), options.efficacy);
     const bool photometric = lamp.unit == FluxUnit::lumen;
     const auto is_file = [](const std::string& output) { return suffix_of(output) == ".ies"; };
     if (!photometric && std::any_of(options.outputs.begin(), options.outputs.end(), is_file)) {
@@ -242,14 +298,18 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
     }
     const std::string title = std::filesystem::path(options.lamp).stem().string();
     for (const std::string& output : options.outputs) {
-        if (suffix_of(output) == ".svg") {
+        if (is_colour_table(output)) {
+            write_text(output, colours_csv(*lamp.colours, title, photometric ? "cd" : "w_per_sr"));
+        } else if (suffix_of(output) == ".svg") {
             write_text(output, polar_plot_svg(lamp.web, title, photometric ? "cd" : "W/sr",
                                               flux_unit_name(lamp.unit)));
         } else {
             write_ies(output, lamp.web, title);
         }
     }
-    if (!options.quiet) print_photometric(context.out, lamp.web, lamp.unit);
+    if (options.quiet) return;
+    print_photometric(context.out, lamp.web, lamp.unit);
+    if (lamp.colours) print_colours(context.out, *lamp.colours);
 }
 
 }  // namespace
@@ -262,7 +322,8 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
     app.add_option("LAMP", options->lamp,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
         ->required();
-    app.add_option("-o,--output", options->outputs, "polar diagram (.svg), photometric file (.ies)")
+    app.add_option("-o,--output", options->outputs,
+                   "polar diagram (.svg), photometric file (.ies), colours (.csv)")
         ->type_name("FILE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/spectrum.h"
 #include "engine/base/units.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/lamp_text.h"
@@ -27,19 +28,24 @@ that it casts is off, on planes from contact to the far field. The resolution an
 error are taken; the errors that the whole file's field is expected to have are printed.
 
 Several ray files in one frame, as an LED package's red, green and blue, make one lamp; --drive says how
-much of each file's flux shines. They must count their flux in one unit. The light field has one colour,
-that of all rays together.
+much of each file's flux shines. A field of rays of several colours has several. Files in watts beside files
+in lumens become lumens by what they say of their light: a spectrum, wavelengths, or lumens beside watts.
+Where a file does not say it, or not the truth, --colours states the light of each (528nm, a single
+wavelength; light.spd, a spectrum in a file; file, what the file says), or --efficacy its lumens per watt.
 
 Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna light import red.tm25ray green.tm25ray blue.tm25ray --drive 1,0.8,1.2 -o lamp.exr
+  lucerna light import green.dat blue.dat --colours 528nm,457nm -o lamp.exr
   lucerna light import lamp.tm25ray -o lamp.exr --capture 99%
   lucerna light import lamp.tm25ray -o lamp.exr --views 16x16 --pixels 96x96
   lucerna light import lamp.dat -o lamp.exr --distance 40mm --height 0.5mm)";
 
 struct ImportOptions {
     std::vector<std::string> rays;
-    std::vector<double> drives;  // one for each file; none: 1 each
+    std::vector<double> drives;        // one for each file; none: 1 each
+    std::vector<std::string> colours;  // one for each file, as 528nm, light.spd or file; none: as they say
+    std::vector<double> efficacies;    // one for each file, lm/W; 0: as it says. None: as they say
     FitOptions fit;
     LampOutput lamp;
 };
@@ -57,35 +63,95 @@ void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
     }
 }
 
-// "1,0.8,1.2"
-std::vector<double> parse_drives(const std::string& word) {
-    constexpr double kMost = 1e6;
-    std::vector<double> drives;
+std::vector<std::string> split_list(const std::string& word) {
+    std::vector<std::string> parts;
     for (std::size_t begin = 0; begin <= word.size();) {
         const std::size_t end = std::min(word.find(',', begin), word.size());
-        drives.push_back(parse_number({"--drive"}, word.substr(begin, end - begin), 0, kMost));
+        parts.push_back(word.substr(begin, end - begin));
         begin = end + 1;
     }
-    return drives;
+    return parts;
+}
+
+// "1,0.8,1.2"
+std::vector<double> parse_numbers(const char* option, const std::string& word, double most) {
+    std::vector<double> numbers;
+    for (const std::string& part : split_list(word)) numbers.push_back(parse_number({option}, part, 0, most));
+    return numbers;
+}
+
+constexpr std::string_view kAsTheFileSays = "file";
+
+bool is_wavelength(const std::string& word) {
+    return word.ends_with("nm") && !word.ends_with(".nm") && word.find('/') == word.npos;
+}
+bool is_spectrum_file(const std::string& word) {
+    return !is_wavelength(word) && word != kAsTheFileSays;
+}
+
+// CIE XYZ per watt of "528nm" or of a spectrum's file.
+V3d parse_light(const std::string& word) {
+    const Location at{"--colours"};
+    if (is_wavelength(word)) {
+        const V3d xyz =
+            cie_xyz(parse_number(at, word.substr(0, word.size() - 2), kFirstVisible, kLastVisible));
+        if (!(xyz.y > 0)) input_error(at, "\"{}\" is of no visible light", word);
+        return xyz;
+    }
+    if (suffix_of(word) != ".spd")
+        input_error(at,
+                    "\"{}\" is not accepted; a wavelength as 528nm, a spectrum as light.spd and \"{}\" are",
+                    word, kAsTheFileSays);
+    const Spectrum spectrum = read_spd(word);
+    double watts = 0;
+    for (std::size_t i = 1; i < spectrum.size(); ++i) {
+        watts += 0.5 * (spectrum[i].nanometres - spectrum[i - 1].nanometres) *
+                 (spectrum[i].weight + spectrum[i - 1].weight);
+    }
+    const V3d sum = spectrum_to_xyz(spectrum);
+    if (spectrum.size() < 2 || !(watts > 0) || !(sum.y > 0))
+        throw InputError({word}, "a spectrum without visible light; two samples or more are accepted");
+    return sum / watts;
+}
+
+// What the options say of a file's light.
+void state_light(const ImportOptions& options, std::size_t i, RaySet& set) {
+    if (!options.colours.empty() && options.colours[i] != kAsTheFileSays)
+        state_colour(set, parse_light(options.colours[i]));
+    if (options.efficacies.empty() || !(options.efficacies[i] > 0)) return;
+    if (set.unit != FluxUnit::watt) {
+        input_error({"--efficacy"}, "{} has its flux in lumens; 0 is accepted for it", options.rays[i]);
+    }
+    state_efficacy(set, options.efficacies[i]);
 }
 
 // One file as it is, or all as one lamp.
 RaySet read_lamp_rays(const ImportOptions& options, Monitor& monitor) {
-    if (options.rays.size() == 1 && options.drives.empty()) return read_rays(options.rays[0], monitor);
     std::vector<DrivenRays> parts;
     for (std::size_t i = 0; i < options.rays.size(); ++i) {
         parts.push_back({read_rays(options.rays[i], monitor), options.rays[i],
                          options.drives.empty() ? 1 : options.drives[i]});
+        state_light(options, i, parts.back().set);
     }
+    if (parts.size() == 1 && options.drives.empty()) return std::move(parts[0].set);
     return join_rays(std::move(parts));
 }
 
 void act_import(const ImportOptions& options, const CommandContext& context) {
-    if (!options.drives.empty() && options.drives.size() != options.rays.size()) {
-        input_error({"--drive"}, "{} of them for {} ray files; one for each is accepted",
-                    options.drives.size(), options.rays.size());
-    }
+    const auto require_each = [&](const char* option, std::size_t count) {
+        if (count == 0 || count == options.rays.size()) return;
+        input_error({option}, "{} of them for {} ray files; one for each is accepted", count,
+                    options.rays.size());
+    };
+    require_each("--drive", options.drives.size());
+    require_each("--colours", options.colours.size());
+    require_each("--efficacy", options.efficacies.size());
     CommandFiles files;
+    for (const std::string& word : options.colours) {
+        if (word == kAsTheFileSays) continue;
+        parse_light(word);  // before the rays are read
+        if (is_spectrum_file(word)) files.reads(word);
+    }
     for (const std::string& file : options.rays) {
         require_readable(file);
         files.reads(file);
@@ -114,7 +180,15 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
         ->required();
     add_word(app, "--drive", "NUMBERS",
              "what each file's flux is multiplied by, as 1,0.8,1.2 (default 1 each)",
-             [options](const std::string& word) { options->drives = parse_drives(word); });
+             [options](const std::string& word) { options->drives = parse_numbers("--drive", word, 1e6); });
+    add_word(app, "--colours", "WORDS",
+             "the light of each file: a wavelength as 528nm, a spectrum as light.spd, or \"file\" (default)",
+             [options](const std::string& word) { options->colours = split_list(word); });
+    add_word(app, "--efficacy", "NUMBERS",
+             "of each file in watts, lumens per watt of radiation; 0: as the file says (default)",
+             [options](const std::string& word) {
+                 options->efficacies = parse_numbers("--efficacy", word, kMostLumensPerWatt);
+             });
     add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
              [options](const std::string& word) { options->fit.capture = parse_share({"--capture"}, word); });

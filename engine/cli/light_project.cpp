@@ -7,12 +7,14 @@
 #include <memory>
 #include <optional>
 
+#include "engine/base/chromaticity.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/spectrum.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
+#include "lights/measurement/colour_over_angle.h"
 #include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {
@@ -27,6 +29,10 @@ A light field's screen is at a distance from its sampling plane S, a ray file's 
 light in each direction. Several distances make a series: one image each, and with --png one picture of all,
 each at the exposure that suits it.
 
+With --chromaticity each image has another one beside it, NAME-chromaticity.exr: u' in its red channel, v' in
+green, and in blue delta u'v', the distance from the colour of all the light on the screen; 0 where there is
+less than a hundredth of the brightest light. With --png a picture of that distance: pale at 0.05, black at 0.
+
 Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
   lucerna light project lamp.exr --distance 5mm,20mm,80mm,320mm -o beam.exr --png
@@ -40,7 +46,7 @@ struct ProjectCommand {
     std::optional<V2d> size, centre;
     V2i pixels{512, 512};
     Reconstruction reconstruction = Reconstruction::exact;
-    bool has_pixels = false, png = false, quiet = false;
+    bool has_pixels = false, png = false, chromaticity = false, quiet = false;
     Workers workers;
 };
 
@@ -75,6 +81,12 @@ std::filesystem::path name_of(const ProjectCommand& command, double distance) {
 
 std::filesystem::path sheet_of(const ProjectCommand& command) {
     return std::filesystem::path(command.output).replace_extension(".png");
+}
+
+// "beam-20mm.exr" -> "beam-20mm-chromaticity.exr"
+std::filesystem::path beside(const std::filesystem::path& file, std::string_view suffix) {
+    std::filesystem::path other = file;
+    return other.replace_filename(fmt::format("{}-chromaticity{}", file.stem().string(), suffix));
 }
 
 // Irradiance; of a lamp of several colours, also of X and Z beside it, which is Y.
@@ -165,6 +177,48 @@ void paint_exposed(const Image& image, Image& sheet, int left, int top) {
     }
 }
 
+// Of an image of irradiance: u', v' and Δu'v' from the mean.
+Image chromaticity_of(const Image& image) {
+    constexpr float kLeast = 0.01F;  // of the brightest
+    V3d sum(0, 0, 0);
+    float brightest = 0;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            sum += rgb_to_xyz(image.rgb_at(x, y));
+            brightest = std::max(brightest, luminance(image.rgb_at(x, y)));
+        }
+    }
+    Image map = Image::rgb(image.width, image.height);
+    map.attributes["lucerna.channels"] = "u', v' and delta u'v' of CIE 1976";
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            const Rgb rgb = image.rgb_at(x, y);
+            const V3d xyz = rgb_to_xyz(rgb);
+            const bool seen = luminance(rgb) > kLeast * brightest && xyz.x + xyz.y + xyz.z > 0;
+            if (!seen) {
+                map.set_rgb(x, y, Rgb(0.0F));
+                continue;
+            }
+            const Chromaticity at = chromaticity(xyz);
+            const double off = sum.y > 0 ? delta_uv(xyz, sum) : 0;
+            map.set_rgb(x, y,
+                        Rgb(static_cast<float>(at.u), static_cast<float>(at.v), static_cast<float>(off)));
+        }
+    }
+    return map;
+}
+
+void write_chromaticity(const std::filesystem::path& file, const Image& image, bool picture) {
+    const Image map = chromaticity_of(image);
+    write_exr(beside(file, ".exr"), map);
+    if (!picture) return;
+    constexpr double kPale = 0.05;  // Δu'v'
+    Image off(map.width, map.height, {"Y"});
+    for (int y = 0; y < map.height; ++y)
+        for (int x = 0; x < map.width; ++x) off.value(x, y, 0) = map.rgb_at(x, y).z;
+    write_png_display(beside(file, ".png"), magma_picture(off, kPale));
+}
+
 void write_series_picture(const ProjectCommand& command, const std::vector<Image>& images) {
     constexpr int kWidest = 2400, kPerRow = 3, kGap = 4;
     const int count = static_cast<int>(images.size());
@@ -207,7 +261,12 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     require_readable(command.lamp);
     CommandFiles files;
     files.reads(command.lamp);
-    for (const double distance : command.distances) files.writes(name_of(command, distance), ".exr", "-o");
+    for (const double distance : command.distances) {
+        files.writes(name_of(command, distance), ".exr", "-o");
+        if (!command.chromaticity) continue;
+        files.writes(beside(name_of(command, distance), ".exr"), ".exr", "--chromaticity");
+        if (command.png) files.writes(beside(name_of(command, distance), ".png"), ".png", "--chromaticity");
+    }
     if (command.png) files.writes(sheet_of(command), ".png", "--png");
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, true, context.around.stop, {}});
@@ -222,6 +281,7 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
             naming(command.lamp, [&] { return project_at(command, lamp, distance, monitor); });
         images.push_back(image_of(plane, lamp));
         write_exr(name_of(command, distance), images.back());
+        if (command.chromaticity) write_chromaticity(name_of(command, distance), images.back(), command.png);
         if (!command.quiet) print_plane(context.out, command, distance, plane.luminance, lamp);
     }
     if (command.png) write_series_picture(command, images);
@@ -281,6 +341,8 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
                 input_error({"--reconstruction"}, "\"{}\" is not accepted; exact or approximate is", word);
             command->reconstruction = word == "exact" ? Reconstruction::exact : Reconstruction::approximate;
         });
+    app.add_flag("--chromaticity", command->chromaticity,
+                 "write an image of u', v' and delta u'v' beside each, NAME-chromaticity.exr");
     app.add_flag("--png", command->png, "write a picture beside it: one of the whole series");
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");

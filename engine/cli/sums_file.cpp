@@ -12,13 +12,13 @@
 namespace lucerna {
 namespace {
 
-constexpr char kMagic[8] = {'L', 'U', 'C', 'S', 'U', 'M', 'S', '1'};
+constexpr char kMagic[8] = {'L', 'U', 'C', 'S', 'U', 'M', 'S', '2'};
 constexpr std::uint64_t kByteOrder = 0x0102030405060708;
 
-constexpr std::size_t kNumbers = 7 * 3 + 5;
-constexpr std::size_t kCounts = 3;
+constexpr std::size_t kNumbers = 7 * 3 + 5 + 3;
+constexpr std::size_t kCounts = 4;
 
-// All of a state but the two arrays.
+// All of a state but the arrays: two, or six of several colours.
 struct Head {
     char magic[8];
     std::uint64_t byte_order;
@@ -45,16 +45,31 @@ void for_each_entry(AcquisitionState& state, Number&& number, Count&& count) {
                           &state.sums.squares}) {
         number(*entry);
     }
+    for (int c = 0; c < 3; ++c) {
+        auto component = double{state.sums.tint[c]};
+        number(component);
+        state.sums.tint[c] = static_cast<float>(component);
+    }
     for (std::uint64_t* entry : {&ledger.paths, &ledger.not_emitted, &ledger.hits}) count(*entry);
+    std::uint64_t coloured = state.sums.coloured() ? 1 : 0;
+    count(coloured);
+    if (coloured == 1) state.sums.separate_colours();
 }
 
-std::uint64_t check_of(const Head& head, const FilterSums& sums) {
+std::vector<std::vector<double>*> arrays_of(FilterSums& sums) {
+    std::vector<std::vector<double>*> arrays{&sums.positive, &sums.negative};
+    if (sums.coloured())
+        arrays.insert(arrays.end(), {&sums.x.positive, &sums.x.negative, &sums.z.positive, &sums.z.negative});
+    return arrays;
+}
+
+std::uint64_t check_of(const Head& head, FilterSums& sums) {
     WordHash check;
     check.add(static_cast<std::uint64_t>(head.blocks));
     for (const double number : head.numbers) check.add(number);
     for (const std::uint64_t count : head.counts) check.add(count);
-    for (const double sum : sums.positive) check.add(sum);
-    for (const double sum : sums.negative) check.add(sum);
+    for (const std::vector<double>* array : arrays_of(sums))
+        for (const double sum : *array) check.add(sum);
     return check.value();
 }
 
@@ -74,13 +89,14 @@ void save_state(const std::filesystem::path& file, const AcquisitionState& state
     head.coefficients = state.sums.positive.size();
     std::size_t number = 0;
     std::size_t count = 0;
+    auto& read = const_cast<AcquisitionState&>(state);  // only read
     for_each_entry(
-        const_cast<AcquisitionState&>(state) /* only read */, [&](double& x) { head.numbers[number++] = x; },
+        read, [&](double& x) { head.numbers[number++] = x; },
         [&](std::uint64_t& x) { head.counts[count++] = x; });
-    head.check = check_of(head, state.sums);
-    const std::span<const std::byte> parts[] = {std::as_bytes(std::span(&head, 1)),
-                                                std::as_bytes(std::span(state.sums.positive)),
-                                                std::as_bytes(std::span(state.sums.negative))};
+    head.check = check_of(head, read.sums);
+    std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(&head, 1))};
+    for (const std::vector<double>* array : arrays_of(read.sums))
+        parts.push_back(std::as_bytes(std::span(*array)));
     replace_file(file, parts);
 }
 
@@ -108,7 +124,7 @@ std::optional<AcquisitionState> load_state(const std::filesystem::path& file, st
     for_each_entry(
         state, [&](double& x) { x = head.numbers[number++]; },
         [&](std::uint64_t& x) { x = head.counts[count++]; });
-    for (std::vector<double>* array : {&state.sums.positive, &state.sums.negative}) {
+    for (std::vector<double>* array : arrays_of(state.sums)) {
         in.read(reinterpret_cast<char*>(array->data()),
                 static_cast<std::streamsize>(array->size() * sizeof(double)));
     }

@@ -2,6 +2,7 @@
 #include "lights/measurement/acquire.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/base/spectrum.h"
 #include "engine/base/units.h"
 #include "lights/gauss.h"
 #include "lights/measurement/point_integral.h"
@@ -49,12 +51,19 @@ void acquire_pixel(const Rig& rig, const V2i& column, int rule, PointIntegral& i
     }
     const double plus = 1 / filter_scale(rig, FilterSign::positive);  // scales are > 0
     const double minus = 1 / filter_scale(rig, FilterSign::negative);
-    for (int m = m0; m <= m1; ++m) {
-        for (int n = n0; n <= n1; ++n) {
-            const std::size_t at = rig.index(m, n, column.x - m * rig.shift.x, column.y - n * rig.shift.y);
-            images.positive[at] = static_cast<float>(integral.positive(m, n) * plus);
-            images.negative[at] = static_cast<float>(integral.negative(m, n) * minus);
+    std::size_t place = 0;  // of the channel among the integral's
+    for (const int c : images.channels()) {
+        std::vector<float>& positive = images.of(FilterSign::positive, c);
+        std::vector<float>& negative = images.of(FilterSign::negative, c);
+        for (int m = m0; m <= m1; ++m) {
+            for (int n = n0; n <= n1; ++n) {
+                const std::size_t at =
+                    rig.index(m, n, column.x - m * rig.shift.x, column.y - n * rig.shift.y);
+                positive[at] = static_cast<float>(integral.positive(m, n, place) * plus);
+                negative[at] = static_cast<float>(integral.negative(m, n, place) * minus);
+            }
         }
+        ++place;
     }
 }
 
@@ -67,13 +76,13 @@ void for_rows_of_column(const Rig& rig, int column, Visit&& visit) {
         for (int n = 0; n < rig.views.y; ++n) visit(rig.index(m, n, column - m * rig.shift.x, 0));
 }
 
-// Both signs of a column as one list, for the file of unfinished work.
+// Both signs of a column, of every channel, as one list, for the file of unfinished work.
 class ColumnValues {
   public:
     ColumnValues(FilterImages& images, int column) : images_(images), column_(column) {
         std::size_t rows = 0;
         for_rows_of_column(images.rig, column, [&](std::size_t /*first*/) { ++rows; });
-        values_.resize(2 * rows * length());
+        values_.resize(2 * images.channels().size() * rows * length());
     }
     bool taken_from(AcquirePart& part) {
         if (values_.empty() || !part.take(column_, values_)) return false;
@@ -97,10 +106,12 @@ class ColumnValues {
     std::size_t length() const { return static_cast<std::size_t>(images_.rig.pixels.y); }
     template <typename Visit>
     void each_row(Visit&& visit) {
-        for (const FilterSign sign : kFilterSigns) {
-            for_rows_of_column(images_.rig, column_, [&](std::size_t first) {
-                visit(images_.of(sign), static_cast<std::ptrdiff_t>(first));
-            });
+        for (const int c : images_.channels()) {
+            for (const FilterSign sign : kFilterSigns) {
+                for_rows_of_column(images_.rig, column_, [&](std::size_t first) {
+                    visit(images_.of(sign, c), static_cast<std::ptrdiff_t>(first));
+                });
+            }
         }
     }
     FilterImages& images_;
@@ -116,11 +127,11 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
     if (!(emitter.setback >= 0) || !std::isfinite(emitter.setback)) {
         throw InputError(fmt::format("emitter: {} m behind the plane S; 0 or more", emitter.setback));
     }
-    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(float)),
-                   fmt::format("filter images of {} coefficients", rig.coefficients()),
-                   "fewer views or pixels are accepted");
-    FilterImages images{rig, std::vector<float>(rig.coefficients()), std::vector<float>(rig.coefficients()),
-                        emitter.info, emitter.flux};
+    FilterImages images;
+    images.rig = rig;
+    images.info = emitter.info;
+    images.flux = emitter.flux;
+    images.allocate(bool(emitter.xyz));
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
     // Each global pixel writes coefficients of its own, so columns may be done in any order.
@@ -145,15 +156,18 @@ LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& w
 
 namespace {
 
-// Radiance towards M of the ray through a point of S, from the emitter behind it.
-double radiance_through(const EmitterModel& emitter, const Rig& rig, const V2d& on_s, const V2d& on_m) {
+// CIE XYZ of the radiance towards M of the ray through a point of S, from the emitter behind it; of an
+// emitter of one colour, Y alone.
+V3d radiance_through(const EmitterModel& emitter, const Rig& rig, const V2d& on_s, const V2d& on_m) {
     const V2d on_emitter = on_s - (on_m - on_s) * (emitter.setback / rig.distance);          // distance > 0
     const V2d part(on_emitter.x / emitter.half_size.x, on_emitter.y / emitter.half_size.y);  // > 0
     const bool inside = emitter.outline == EmitterModel::Outline::disc
                             ? part.length2() <= 1
                             : std::max(std::fabs(part.x), std::fabs(part.y)) <= 1;
-    if (!inside) return 0;
-    return emitter.radiance(on_emitter, V3d(on_m.x - on_s.x, on_m.y - on_s.y, rig.distance).normalized());
+    if (!inside) return V3d(0);
+    const V3d direction = V3d(on_m.x - on_s.x, on_m.y - on_s.y, rig.distance).normalized();
+    return emitter.xyz ? emitter.xyz(on_emitter, direction)
+                       : V3d(0, emitter.radiance(on_emitter, direction), 0);
 }
 
 }  // namespace
@@ -164,10 +178,13 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
     rig.filter_basis = FilterBasis::hat;
     if (rig.shift == V2i(0, 0)) rig.basis = PixelBasis::hat;
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
-    require_memory(bytes_of(rig.coefficients(), 2 * sizeof(float)),
+    const bool coloured = bool(emitter.xyz);
+    require_memory(bytes_of(rig.coefficients(), (coloured ? 6 : 2) * sizeof(float)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
                    "fewer views or pixels are accepted");
-    std::vector<float> coefficients(rig.coefficients());
+    std::array<std::vector<float>, 3> e;  // X, Y, Z
+    for (const std::size_t c : {0U, 1U, 2U})
+        if (coloured || c == 1) e[c].resize(rig.coefficients());
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(rig.views.x));
     parallel_chunks(workers, rig.views.x, [&](std::int64_t chunk) {
         if (monitor.stopped()) throw Stopped("virtual acquisition: stopped");
@@ -176,28 +193,32 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
             const V2d on_s(rig.filter(0, m), rig.filter(1, n));
             for (int k = 0; k < rig.pixels.x; ++k) {
                 for (int l = 0; l < rig.pixels.y; ++l) {
-                    double mean = 0;
+                    V3d mean(0);
                     for (const GaussNode& gx : gauss_rule(options.m_nodes)) {
                         for (const GaussNode& gy : gauss_rule(options.m_nodes)) {
                             // Pixel k of a view is column k of the interval above its filter.
                             const V2d on_m(rig.column_edge(0, m + 1, k) + gx.x * rig.pixel.x,
                                            rig.column_edge(1, n + 1, l) + gy.x * rig.pixel.y);
-                            mean += gx.weight * gy.weight * rig.geometric_term(on_s, on_m) *
-                                    radiance_through(emitter, rig, on_s, on_m);
+                            mean += radiance_through(emitter, rig, on_s, on_m) *
+                                    (gx.weight * gy.weight * rig.geometric_term(on_s, on_m));
                         }
                     }
-                    coefficients[rig.index(m, n, k, l)] = static_cast<float>(mean);
+                    for (int c = 0; c < 3; ++c) {
+                        std::vector<float>& channel = e[static_cast<std::size_t>(c)];
+                        if (!channel.empty()) channel[rig.index(m, n, k, l)] = static_cast<float>(mean[c]);
+                    }
                 }
             }
         }
         phase.advance(1);
     });
     double sum = 0;
-    for (const float e : coefficients) sum += double{e};
+    for (const float y : e[1]) sum += double{y};
     LightFieldInfo info = emitter.info;
     info.captured = sum * rig.cell_volume();
     info.missed = emitter.flux - info.captured;
-    return {rig, std::move(coefficients), std::move(info)};
+    if (!coloured) return {rig, std::move(e[1]), std::move(info)};
+    return {rig, std::move(e[0]), std::move(e[1]), std::move(e[2]), std::move(info)};
 }
 
 EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size, double flux, double exponent,
@@ -246,26 +267,37 @@ EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size,
     return emitter;
 }
 
+void set_colours(EmitterModel& emitter, const ColourCourse& colours) {
+    emitter.info.colour = colours.middle;
+    emitter.xyz = {};
+    if (!colours.varies()) return;
+    const V3d middle = rgb_to_xyz(colours.middle), rim = rgb_to_xyz(colours.rim.value_or(colours.middle));
+    const auto grazing = colours.grazing ? std::optional(rgb_to_xyz(*colours.grazing)) : std::nullopt;
+    const double corner = emitter.outline == EmitterModel::Outline::disc ? 1 : 2;
+    emitter.info.colour = Rgb(1.0F);
+    emitter.xyz = [=, radiance = emitter.radiance, half = emitter.half_size](const V2d& p, const V3d& d) {
+        // Quadrature touches the rim from outside by a rounding.
+        const double to_rim = std::min(1.0, (sqr(p.x / half.x) + sqr(p.y / half.y)) / corner);
+        const V3d here = middle + to_rim * (rim - middle);
+        return radiance(p, d) * (grazing ? here + (1 - d.z) * (*grazing - here) : here);
+    };
+}
+
 namespace {
 
-// The slide with a dark frame one texel wide, so that four neighbours always exist. Rows run down.
+// What a slide lets through of one channel, with a dark frame one texel wide, so that four neighbours always
+// exist. Rows run down.
 class ProjectedSlide {
   public:
-    ProjectedSlide(const Image& picture, bool inverted)
+    // `value` of each of the picture's pixels.
+    template <typename Value>
+    ProjectedSlide(const Image& picture, Value&& value)
         : width_(picture.width),
           height_(picture.height),
           stride_(static_cast<std::size_t>(picture.width) + 2),
           texels_(stride_ * (static_cast<std::size_t>(picture.height) + 2)) {
-        for (int y = 0; y < height_; ++y) {
-            for (int x = 0; x < width_; ++x) {
-                const float value = luminance(picture.rgb_at(x, y));
-                if (!(value >= 0 && value <= 1.0001F)) {
-                    throw InputError(fmt::format(
-                        "slide: a value of {} in column {}, row {}; 0 to 1 are accepted", value, x, y));
-                }
-                texels_[at(x, y)] = inverted ? std::max(0.0F, 1 - value) : value;
-            }
-        }
+        for (int y = 0; y < height_; ++y)
+            for (int x = 0; x < width_; ++x) texels_[at(x, y)] = value(picture.rgb_at(x, y), x, y);
     }
     int width() const { return width_; }
     int height() const { return height_; }
@@ -293,6 +325,41 @@ class ProjectedSlide {
     std::vector<float> texels_;
 };
 
+float let_through(float value, bool inverted, int x, int y) {
+    if (!(value >= 0 && value <= 1.0001F)) {
+        throw InputError(
+            fmt::format("slide: a value of {} in column {}, row {}; 0 to 1 are accepted", value, x, y));
+    }
+    return inverted ? std::max(0.0F, 1 - value) : value;
+}
+
+// No colours but those of rounding.
+bool is_grey(const Image& picture) {
+    constexpr float kRounding = 1e-5F;
+    for (int y = 0; y < picture.height; ++y) {
+        for (int x = 0; x < picture.width; ++x) {
+            const Rgb c = picture.rgb_at(x, y);
+            if (!(std::max({c.x, c.y, c.z}) - std::min({c.x, c.y, c.z}) <= kRounding)) return false;
+        }
+    }
+    return true;
+}
+
+// X, Y and Z of the light behind a slide in colours.
+std::shared_ptr<const std::array<ProjectedSlide, 3>> slide_in_colours(const Projector& projector,
+                                                                      const Image& picture) {
+    const auto channel = [&](int c) {
+        return ProjectedSlide(picture, [&](const Rgb& value, int x, int y) {
+            Rgb light;
+            for (int k = 0; k < 3; ++k)
+                light[k] = projector.colour[k] * let_through(value[k], projector.inverted, x, y);
+            return static_cast<float>(rgb_to_xyz(light)[c]);
+        });
+    };
+    return std::make_shared<const std::array<ProjectedSlide, 3>>(
+        std::array<ProjectedSlide, 3>{channel(0), channel(1), channel(2)});
+}
+
 void check(const Projector& projector, const Image& picture) {
     const auto length = [](double x) { return std::isfinite(x) && x > 0; };
     if (!length(projector.aperture) || !length(projector.focal_length) || !length(projector.focus) ||
@@ -319,7 +386,16 @@ double lens_seen_from(const Projector& projector, double off2) {
 
 EmitterModel projector_emitter(const Projector& projector, const Image& picture) {
     check(projector, picture);
-    const auto slide = std::make_shared<const ProjectedSlide>(picture, projector.inverted);
+    std::shared_ptr<const std::array<ProjectedSlide, 3>> colours;
+    std::shared_ptr<const ProjectedSlide> slide;  // of luminance
+    if (is_grey(picture)) {
+        slide = std::make_shared<const ProjectedSlide>(picture, [&](const Rgb& value, int x, int y) {
+            return let_through(luminance(value), projector.inverted, x, y);
+        });
+    } else {
+        colours = slide_in_colours(projector, picture);
+        slide = {colours, &(*colours)[1]};
+    }
     // Texels per metre on the sharp plane, and a texel's area there.
     const V2d per_metre(slide->width() / (projector.slide_size.x * projector.magnification()),
                         slide->height() / (projector.slide_size.y * projector.magnification()));
@@ -339,11 +415,24 @@ EmitterModel projector_emitter(const Projector& projector, const Image& picture)
     emitter.half_size = {projector.aperture, projector.aperture};
     emitter.setback = projector.setback;
     emitter.flux = projector.flux;
+    emitter.info.colour = projector.colour;
     emitter.radiance = [=, clear = projector.flux / flux, b = projector.focus](const V2d& p, const V3d& d) {
         const double way = b / d.z;  // d.z > 0
         return clear * slide->value(middle.x + (p.x + d.x * way) * per_metre.x,
                                     middle.y - (p.y + d.y * way) * per_metre.y);
     };
+    if (colours) {
+        emitter.info.colour = Rgb(1.0F);
+        emitter.xyz = [=, clear = projector.flux / flux, b = projector.focus](const V2d& p, const V3d& d) {
+            const double way = b / d.z;  // d.z > 0
+            const V2d at(middle.x + (p.x + d.x * way) * per_metre.x,
+                         middle.y - (p.y + d.y * way) * per_metre.y);
+            V3d xyz;
+            for (std::size_t c = 0; c < 3; ++c)
+                xyz[static_cast<int>(c)] = clear * (*colours)[c].value(at.x, at.y);
+            return xyz;
+        };
+    }
     emitter.info.provenance =
         fmt::format("virtual acquisition of a slide projector: aperture {}, focal length {}, sharp at {}",
                     length_text(2 * projector.aperture), length_text(projector.focal_length),

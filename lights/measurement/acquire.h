@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct EmitterModel {
     // direction with d.z > 0. Should be smooth within the outline: edges are integrated over only where the
     // outline has them. Safe to call from many threads.
     std::function<double(const V2d& position, const V3d& direction)> radiance;
+    // Of an emitter of several colours: CIE XYZ of the radiance, whose Y is what `radiance` says. Empty: all
+    // light has the colour of `info`.
+    std::function<V3d(const V2d& position, const V3d& direction)> xyz;
     double flux = 0;      // in total, flux unit
     LightFieldInfo info;  // colour, unit and provenance to pass on
 };
@@ -44,6 +48,18 @@ struct EmitterModel {
 // range.
 EmitterModel cosine_emitter(EmitterModel::Outline outline, const V2d& half_size, double flux,
                             double exponent = 1, std::function<double(const V2d&)> pattern = {});
+
+// Colours over place and direction, linear sRGB of luminance 1: that of the emitter's middle goes over to
+// `rim`'s with ρ², the mean of (x / half width)² and (y / half height)² (of a disc their sum), and that to
+// `grazing`'s with 1 - cos θ. What is absent is as the rest.
+struct ColourCourse {
+    Rgb middle{1.0F};
+    std::optional<Rgb> rim, grazing;
+
+    bool varies() const { return (rim && *rim != middle) || (grazing && *grazing != middle); }
+};
+// The emitter in these colours: luminances stay.
+void set_colours(EmitterModel& emitter, const ColourCourse& colours);
 
 class AcquirePart;
 
@@ -86,15 +102,17 @@ struct Projector {
     double focus = 0;         // b, from the lens to the sharp plane, metres; > focal_length
     double setback = 0;       // of the lens behind S, metres
     V2d slide_size{0, 0};     // metres
-    bool inverted = false;    // the slide lets through 1 - its picture's value
+    bool inverted = false;    // the slide lets through 1 - its picture's value, of each colour
+    Rgb colour{1.0F};         // of the light behind the slide, linear sRGB, luminance 1
     double flux = 0;          // that leaves the lens, in the unit of the emitter's info
 
     double slide_distance() const { return 1 / (1 / focal_length - 1 / focus); }  // a
     double magnification() const { return focus / slide_distance(); }             // b / a
 };
 
-// `picture` holds what the slide lets through, luminances in [0, 1], top row first; what lies beside the
-// slide is dark. Throws InputError for lengths that are none, a picture out of range, or one without light.
+// `picture` holds what the slide lets through of red, green and blue, in [0, 1], top row first; what lies
+// beside the slide is dark. A grey picture makes an emitter of one colour. Throws InputError for lengths that
+// are none, a picture out of range, or one without light.
 EmitterModel projector_emitter(const Projector& projector, const Image& picture);
 
 // What an acquisition that was stopped has done, kept in a file from which the next one goes on.

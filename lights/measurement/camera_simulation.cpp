@@ -136,7 +136,7 @@ class Photographer {
           view_(checked_view(images.rig, camera)),
           to_photograph_(plane_to_photograph(images.rig.pixels, view_.size, view_.corners)) {
         sensitivity_ = camera.sensitivity > 0 ? camera.sensitivity : sensitivity_for_brightest();
-        dark_current_.resize(pixels());
+        dark_current_.resize(pixels() * channels());
         for (std::size_t i = 0; i < dark_current_.size(); ++i) {
             Sampler sampler(camera.seed, Purpose::acquisition, kHotPixels, i);
             const bool hot = double{sampler.next()} < camera.hot_pixels;
@@ -148,8 +148,10 @@ class Photographer {
         return static_cast<std::size_t>(view_.size.x) * static_cast<std::size_t>(view_.size.y);
     }
 
+    std::size_t channels() const { return images_.channels().size(); }
+
     Photograph dark(int number) const {
-        const std::vector<float> nothing(pixels());
+        const std::vector<float> nothing(pixels() * channels());
         const auto exposure =
             static_cast<std::size_t>(number / camera_.darks);  // there are some if there is a number
         return take(nothing, camera_.exposures[exposure],
@@ -160,9 +162,13 @@ class Photographer {
     Photograph view(const ShotId& which) const {
         const Rig& rig = images_.rig;
         const auto plane = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
-        std::vector<float> seen(pixels());
-        to_photograph_.means({images_.of(which.sign).data() + rig.index(which.m, which.n, 0, 0), plane},
-                             seen);
+        std::vector<float> seen(pixels() * channels());
+        std::size_t place = 0;
+        for (const int c : images_.channels()) {
+            to_photograph_.means(
+                {images_.of(which.sign, c).data() + rig.index(which.m, which.n, 0, 0), plane},
+                std::span(seen).subspan(pixels() * place++, pixels()));
+        }
         const int film = (which.m * rig.views.y + which.n) * 2 + (which.sign == FilterSign::positive ? 0 : 1);
         const auto exposures = static_cast<std::uint32_t>(camera_.exposures.size());
         const auto exposure = static_cast<std::uint32_t>(which.number);
@@ -176,7 +182,8 @@ class Photographer {
         manifest_.rig = images_.rig;
         manifest_.info = images_.info;
         manifest_.flux = images_.flux;
-        manifest_.channel = std::string(kLuminanceChannel);
+        manifest_.channel = std::string(images_.coloured() ? kColourChannels : kLuminanceChannel);
+        if (images_.coloured()) manifest_.camera.to_xyz = Imath::M33d();
         manifest_.corners = view_.corners;
         manifest_.folder = folder_;
         manifest_.name = ShotName(manifest_.place, "view_{m:03}_{n:03}_{sign}_{exposure}" + suffix());
@@ -205,8 +212,9 @@ class Photographer {
     }
     double sensitivity_for_brightest() const {
         float most = 0;
-        for (const FilterSign sign : kFilterSigns) {
-            for (const float x : images_.of(sign)) most = std::max(most, x);
+        for (const int c : images_.channels()) {
+            for (const FilterSign sign : kFilterSigns)
+                for (const float x : images_.of(sign, c)) most = std::max(most, x);
         }
         const double filled = camera_.fill * camera_.full_well / camera_.exposures.front();
         return most > 0 ? filled / double{most} : filled;  // of darkness any will do
@@ -217,7 +225,8 @@ class Photographer {
     }
 
     Photograph take(std::span<const float> irradiance, double seconds, std::uint32_t number) const {
-        Photograph photograph{view_.size, std::vector<float>(pixels()), scale_.most};
+        Photograph photograph{view_.size, std::vector<float>(irradiance.size()), scale_.most,
+                              static_cast<int>(channels())};
         for (std::size_t i = 0; i < photograph.counts.size(); ++i) {
             Sampler sampler(camera_.seed, Purpose::acquisition, number, i);
             const double electrons =

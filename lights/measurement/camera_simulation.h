@@ -3,6 +3,10 @@
 // In Setup A the sensor lies in M. In Setup B M is a diffuse screen, a Lambertian transmitter, so its
 // radiance is its irradiance times a constant from wherever a camera looks; the camera is a pinhole, and a
 // pixel counts the mean over its own area of the photograph (calibrated: lens falloff divided out).
+//
+// A lamp of several colours is photographed in three channels, behind filters that see X, Y and Z as an
+// imaging colorimeter's do: what each collects is light, never negative. A file has them as R, G and B, and
+// the manifest says so by `to_xyz`.
 #pragma once
 
 #include <cstdint>

@@ -54,6 +54,7 @@ void LampEmission::take(LightField field, CellTable table, const std::string& na
     coloured_ = field.coloured();
     info_.unit = field.info().unit;
     info_.xyz = field.xyz();
+    info_.lumens_per_watt = field.info().lumens_per_watt;
     info_.colour_per_ray = coloured_;
     info_.text = fmt::format("lucerna light field {}; {}", shown, field.info().provenance);
     light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode_), monitor,
@@ -129,7 +130,9 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
     info.flux = flux_;
     if (!keeps_colour(file, info)) {
         monitor.warn(fmt::format(
-            "{}: the lamp's colour is not kept; of these formats only TM-25 in lumens can", file.string()));
+            "{}: the lamp's colour is not kept; of these formats only TM-25 can, in lumens or where "
+            "the efficacy of its watts is known",
+            file.string()));
     }
     // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
     const bool unequal = mode_ == EmissionMode::weighted || coloured_;

@@ -177,6 +177,7 @@ double far_intensity(const LightField& field, const V2d& slope) {
 
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, const Workers& workers,
                          Monitor& monitor) {
+    if (field.coloured()) return far_field(field.channel(1), steps, workers, monitor);
     const double measured = field.flux();
     if (!(measured > 0))
         throw InputError(
@@ -219,11 +220,13 @@ PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
         std::any_of(rays.rays.begin(), rays.rays.end(), [](const LampRay& r) { return r.d.z < 0; });
     HatGrid grid(backward ? 180 : 90, steps);
     double sum = 0;
-    for (const LampRay& ray : rays.rays) {
+    for (std::size_t i = 0; i < rays.rays.size(); ++i) {
+        const LampRay& ray = rays.rays[i];
         const V3d d(ray.d);
         const double theta = std::atan2(std::hypot(d.x, d.y), d.z), phi = std::atan2(-d.y, d.x);
-        grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, double{ray.flux});
-        sum += double{ray.flux};
+        const double flux = double{ray.flux} * (rays.coloured() ? double{rays.tristimulus[i].y} : 1.0);
+        grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
+        sum += flux;
     }
     if (!(sum > 0)) throw InputError("the rays carry no flux");
     PhotometricInfo info;

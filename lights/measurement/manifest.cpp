@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/files.h"
+#include "engine/base/photograph.h"
 #include "engine/base/units.h"
 #include "lights/measurement/rig_file.h"
 
@@ -121,6 +122,20 @@ CameraCalibration read_calibration(const TomlTable& table) {
     camera.read_noise = table.number("read_noise", 0, kMostCount, 0);
     if (table.has("saturated")) camera.saturated = table.number("saturated", 1e-12, kMostCount);
     if (table.has("black")) camera.black = table.number("black", -kMostCount, kMostCount);
+    if (table.has("to_xyz")) {
+        const std::vector<double> rows = table.numbers("to_xyz", -1e6, 1e6);
+        if (rows.size() != 9) {
+            input_error(table.place_of("to_xyz"),
+                        "\"to_xyz\" has {} values; the 9 of X, Y and Z by R, G and B are accepted",
+                        rows.size());
+        }
+        Imath::M33d m;
+        for (std::size_t i = 0; i < 9; ++i) m[static_cast<int>(i / 3)][static_cast<int>(i % 3)] = rows[i];
+        if (!(std::fabs(m.determinant()) > 1e-12))
+            throw InputError(table.place_of("to_xyz"),
+                             "\"to_xyz\" makes no three colours of three; a regular matrix is accepted");
+        camera.to_xyz = m;
+    }
     if (camera.saturated && camera.black && !(*camera.saturated > *camera.black)) {
         input_error(table.place_of("saturated"), "\"saturated\" at {:g} is not above \"black\" at {:g}",
                     *camera.saturated, *camera.black);
@@ -277,7 +292,13 @@ Manifest read_manifest(const TomlTable& table) {
     manifest.channel = photographs.text("channel", "luminance");
     read_place_of_m(photographs, manifest);
     photographs.done();
-    manifest.camera = read_calibration(table.table("camera"));
+    const TomlTable camera = table.table("camera");
+    manifest.camera = read_calibration(camera);
+    if (manifest.camera.to_xyz && manifest.channel != kColourChannels) {
+        input_error(camera.place_of("to_xyz"),
+                    "\"to_xyz\" is of photographs in colour; channel = \"{}\" is not",
+                    one_line(manifest.channel));
+    }
     for (const TomlTable& dark : table.tables("dark")) {
         manifest.darks.push_back({dark.number("seconds", kLeastTime, kMostTime), dark.path("file")});
         dark.done();

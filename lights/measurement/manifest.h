@@ -62,6 +62,9 @@ struct CameraCalibration {
     std::optional<double>
         saturated;                // counts; absent: the most of a format of whole numbers, none for floats
     std::optional<double> black;  // counts; absent: 0 for whole numbers, none for floats
+    // Of photographs in colour: column vector (X, Y, Z) on the scale of Y over that of (R, G, B),
+    // [row][column] of the matrix that is multiplied from the left. Absent: linear sRGB.
+    std::optional<Imath::M33d> to_xyz;
 };
 
 struct Manifest {

@@ -53,6 +53,11 @@ std::string camera_text(const CameraCalibration& camera) {
     }
     if (camera.saturated) text += fmt::format("saturated = {}  # counts\n", *camera.saturated);
     if (camera.black) text += fmt::format("black = {}  # counts\n", *camera.black);
+    if (camera.to_xyz) {
+        const Imath::M33d& m = *camera.to_xyz;
+        text += fmt::format("to_xyz = [{}, {}, {}, {}, {}, {}, {}, {}, {}]  # of R, G and B: X, then Y, Z\n",
+                            m[0][0], m[0][1], m[0][2], m[1][0], m[1][1], m[1][2], m[2][0], m[2][1], m[2][2]);
+    }
     return text;
 }
 

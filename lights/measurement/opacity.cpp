@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/memory.h"
 #include "lights/bell.h"
 #include "lights/gauss.h"
 
@@ -32,26 +33,47 @@ double filter_opacity(const Rig& rig, FilterSign sign, const V2d& from_centre) {
     return std::clamp(part / largest_product(sign), 0.0, 1.0);
 }
 
-LightField field_of(const FilterImages& images) {
+std::span<const int> FilterImages::channels() const {
+    static constexpr std::array<int, 3> kAll{0, 1, 2};
+    return coloured() ? std::span<const int>(kAll) : std::span<const int>(kAll).subspan(1, 1);
+}
+
+void FilterImages::allocate(bool several_colours) {
+    const std::size_t count = rig.coefficients();
+    require_memory(bytes_of(count, (several_colours ? 6 : 2) * sizeof(float)),
+                   fmt::format("filter images of {} coefficients", count),
+                   "fewer views or pixels are accepted");
+    for (std::vector<float>* image : {&positive, &negative}) image->assign(count, 0.0F);
+    for (std::vector<float>* image : {&x.positive, &x.negative, &z.positive, &z.negative})
+        image->assign(several_colours ? count : 0, 0.0F);
+}
+
+std::vector<float> coefficients_of(const FilterImages& images, int channel) {
     const Rig& rig = images.rig;
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
-    if (images.positive.size() != rig.coefficients() || images.negative.size() != rig.coefficients()) {
-        throw InputError(fmt::format("filter images: {} and {} pixels where the rig has {}",
-                                     images.positive.size(), images.negative.size(), rig.coefficients()));
+    const std::vector<float>& positive = images.of(FilterSign::positive, channel);
+    const std::vector<float>& negative = images.of(FilterSign::negative, channel);
+    if (positive.size() != rig.coefficients() || negative.size() != rig.coefficients()) {
+        throw InputError(fmt::format("filter images: {} and {} pixels where the rig has {}", positive.size(),
+                                     negative.size(), rig.coefficients()));
     }
     const double plus = filter_scale(rig, FilterSign::positive);
     const double minus = filter_scale(rig, FilterSign::negative);
     std::vector<float> coefficients(rig.coefficients());
+    for (std::size_t i = 0; i < coefficients.size(); ++i)
+        coefficients[i] = static_cast<float>(plus * double{positive[i]} - minus * double{negative[i]});
+    return coefficients;
+}
+
+LightField field_of(const FilterImages& images) {
+    const std::vector<float> y = coefficients_of(images, 1);
     double sum = 0;
-    for (std::size_t i = 0; i < coefficients.size(); ++i) {
-        coefficients[i] =
-            static_cast<float>(plus * double{images.positive[i]} - minus * double{images.negative[i]});
-        sum += double{coefficients[i]};
-    }
+    for (const float e : y) sum += double{e};
     LightFieldInfo info = images.info;
-    info.captured = sum * rig.cell_volume();
+    info.captured = sum * images.rig.cell_volume();
     info.missed = images.flux > 0 ? images.flux - info.captured : 0;
-    return {rig, std::move(coefficients), std::move(info)};
+    if (!images.coloured()) return {images.rig, y, std::move(info)};
+    return {images.rig, coefficients_of(images, 0), y, coefficients_of(images, 2), std::move(info)};
 }
 
 namespace {

@@ -11,6 +11,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "lights/light_field.h"
@@ -34,15 +36,36 @@ struct FilterImages {
     std::vector<float> positive, negative;
     LightFieldInfo info;  // to pass on; captured and missed are not known yet
     double flux = 0;      // of the whole lamp, flux unit; 0 if nobody knows
+    // Of a lamp of several colours the above are of Y, and these of X and Z, CIE 1931 on Y's scale; else
+    // empty.
+    struct Signed {
+        std::vector<float> positive, negative;
+    };
+    Signed x, z;
 
-    std::vector<float>& of(FilterSign sign) { return sign == FilterSign::positive ? positive : negative; }
-    const std::vector<float>& of(FilterSign sign) const {
-        return sign == FilterSign::positive ? positive : negative;
+    bool coloured() const { return !x.positive.empty(); }
+    // The channels that there are, by the numbers X 0, Y 1, Z 2.
+    std::span<const int> channels() const;
+    std::vector<float>& of(FilterSign sign, int channel = 1) {
+        return const_cast<std::vector<float>&>(std::as_const(*this).of(sign, channel));
     }
+    const std::vector<float>& of(FilterSign sign, int channel = 1) const {
+        const bool plus = sign == FilterSign::positive;
+        if (channel == 1) return plus ? positive : negative;
+        const Signed& other = channel == 0 ? x : z;
+        return plus ? other.positive : other.negative;
+    }
+    // Makes all images of a lamp of one colour, or of several, black. Throws InputError if they are more than
+    // the memory holds.
+    void allocate(bool several_colours);
 };
 
-// E = scale⁺ I⁺ - scale⁻ I⁻. Captured is the field's flux, missed what is left of the lamp's (0 if that is
-// not known). Throws InputError if the images are not of the rig or hold a number that is not finite.
+// E = scale⁺ I⁺ - scale⁻ I⁻ of one of images.channels(). Throws InputError if the images are not of the rig.
+std::vector<float> coefficients_of(const FilterImages& images, int channel);
+
+// The field of these coefficients, of one colour or several as the images are. Captured is the flux of Y,
+// missed what is left of the lamp's (0 if that is not known). Throws InputError as above, if the images hold
+// a number that is not finite, and if those of several colours hold no light.
 LightField field_of(const FilterImages& images);
 
 // Quadrature along one axis of S, with the four filters over every node weighed exactly.

@@ -10,6 +10,7 @@
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/base/spectrum.h"
 #include "lights/measurement/exposure.h"
 
 namespace lucerna {
@@ -77,6 +78,7 @@ class Bench {
     }
 
     const V2i& size() const { return first_.size; }
+    int channels() const { return first_.channels; }
     const CountNoise& noise() const { return noise_; }
 
     AreaMap to_plane() const {
@@ -101,7 +103,8 @@ class Bench {
     // Photographs must be of one size and kind.
     Photograph read(const Shot& shot, const ShotId& which) const {
         Photograph photograph = reader_(shot, which);
-        if (photograph.size != first_.size || photograph.most != first_.most) {
+        if (photograph.size != first_.size || photograph.most != first_.most ||
+            photograph.channels != first_.channels) {
             const auto kind = [](const Photograph& p) {
                 return fmt::format("{} x {} pixels of {}", p.size.x, p.size.y,
                                    p.most == 0     ? "floats"
@@ -115,13 +118,14 @@ class Bench {
         return photograph;
     }
 
-    const DarkFrame& dark(const Shot& shot) const {
+    // Of one of the channels of such a photograph.
+    const DarkFrame& dark(const Shot& shot, int channel) const {
         if (darks_.empty()) return flat_;
-        for (const auto& [seconds, frame] : darks_) {
-            if (same(seconds, shot.seconds)) return frame;
+        for (const auto& [seconds, frames] : darks_) {
+            if (same(seconds, shot.seconds)) return frames[static_cast<std::size_t>(channel)];
         }
         std::vector<std::string> times;
-        for (const auto& [seconds, frame] : darks_) times.push_back(seconds_text(seconds));
+        for (const auto& [seconds, frames] : darks_) times.push_back(seconds_text(seconds));
         throw InputError({shot.file.string()},
                          fmt::format("no dark frame of {}; there are those of {}", seconds_text(shot.seconds),
                                      fmt::join(times, ", ")));
@@ -129,7 +133,8 @@ class Bench {
 
     std::uint64_t hot_pixels() const {
         std::uint64_t count = 0;
-        for (const auto& [seconds, frame] : darks_) count += frame.hot.size();
+        for (const auto& [seconds, frames] : darks_)
+            for (const DarkFrame& frame : frames) count += frame.hot.size();
         return count;
     }
 
@@ -147,14 +152,22 @@ class Bench {
             const bool done = std::any_of(darks_.begin(), darks_.end(),
                                           [&](const auto& dark) { return same(dark.first, shot.seconds); });
             if (done) continue;
-            std::vector<std::vector<float>> frames;
+            std::vector<Photograph> taken;
             for (std::size_t i = 0; i < manifest_.darks.size(); ++i) {
                 const Shot& other = manifest_.darks[i];
                 if (same(other.seconds, shot.seconds))
-                    frames.push_back(read(other, {true, static_cast<int>(i)}).counts);
+                    taken.push_back(read(other, {true, static_cast<int>(i)}));
             }
-            darks_.emplace_back(shot.seconds,
-                                dark_frame(frames, first_.size, noise_, manifest_.camera.pedestal, workers));
+            std::vector<DarkFrame> dark;
+            for (int c = 0; c < channels(); ++c) {
+                std::vector<std::vector<float>> frames;
+                for (const Photograph& photograph : taken) {
+                    const std::span<const float> counts = photograph.channel(c);
+                    frames.emplace_back(counts.begin(), counts.end());
+                }
+                dark.push_back(dark_frame(frames, first_.size, noise_, manifest_.camera.pedestal, workers));
+            }
+            darks_.emplace_back(shot.seconds, std::move(dark));
         }
     }
 
@@ -162,9 +175,21 @@ class Bench {
     const PhotographReader& reader_;
     Photograph first_;
     CountNoise noise_;
-    std::vector<std::pair<double, DarkFrame>> darks_;
+    std::vector<std::pair<double, std::vector<DarkFrame>>> darks_;  // by time, of each channel
     DarkFrame flat_;
 };
+
+// [row][column] of X, Y and Z by R, G and B.
+Imath::M33d srgb_to_xyz() {
+    Imath::M33d m;
+    for (int c = 0; c < 3; ++c) {
+        Rgb one(0.0F);
+        one[c] = 1;
+        const V3d xyz = rgb_to_xyz(one);
+        for (int row = 0; row < 3; ++row) m[row][c] = xyz[row];
+    }
+    return m;
+}
 
 // What a column of views found, joined in order.
 struct Findings {
@@ -176,31 +201,42 @@ struct Findings {
 class Assembler {
   public:
     Assembler(const Manifest& manifest, const Bench& bench, const AreaMap& to_plane, Assembly& assembly)
-        : manifest_(manifest), bench_(bench), to_plane_(to_plane), assembly_(assembly) {}
+        : manifest_(manifest),
+          bench_(bench),
+          to_plane_(to_plane),
+          to_xyz_(manifest.camera.to_xyz.value_or(srgb_to_xyz())),
+          assembly_(assembly) {}
 
     // One view behind one film.
     void add(int m, int n, FilterSign sign, Findings& findings) {
         const std::vector<Shot> shots = manifest_.shots(m, n, sign);
-        std::vector<std::vector<float>> counts;
-        std::vector<Exposure> exposures;
-        counts.reserve(shots.size());
-        for (const Shot& shot : shots) {
-            const DarkFrame& dark = bench_.dark(shot);
-            counts.push_back(bench_.read(shot, {false, static_cast<int>(counts.size()), m, n, sign}).counts);
-            exposures.push_back(
-                {shot.seconds, counts.back(), dark.level, dark.variance, manifest_.camera.pedestal});
-        }
-        MergedExposures merged = merge_exposures(exposures, bench_.noise());
+        std::vector<Photograph> taken;
+        taken.reserve(shots.size());
+        for (const Shot& shot : shots)
+            taken.push_back(bench_.read(shot, {false, static_cast<int>(taken.size()), m, n, sign}));
         findings.photographs += shots.size();
-        mend_hot(bench_.dark(shots.front()).hot, merged);
-        for (const std::uint32_t pixel : merged.saturated) {
-            if (!to_plane_.uses(pixel)) continue;
-            if (findings.saturated++ == 0) findings.first_saturated = view_text(m, n, sign);
+        for (int c = 0; c < bench_.channels(); ++c) {
+            std::vector<Exposure> exposures;
+            for (std::size_t i = 0; i < shots.size(); ++i) {
+                const DarkFrame& dark = bench_.dark(shots[i], c);
+                exposures.push_back({shots[i].seconds, taken[i].channel(c), dark.level, dark.variance,
+                                     manifest_.camera.pedestal});
+            }
+            MergedExposures merged = merge_exposures(exposures, bench_.noise());
+            mend_hot(bench_.dark(shots.front(), c).hot, merged);
+            for (const std::uint32_t pixel : merged.saturated) {
+                if (!to_plane_.uses(pixel)) continue;
+                if (findings.saturated++ == 0) findings.first_saturated = view_text(m, n, sign);
+            }
+            store({m, n, sign}, c, merged, findings);
         }
-        store(m, n, sign, merged, findings);
     }
 
   private:
+    struct Film {
+        int m, n;
+        FilterSign sign;
+    };
     // What dark current alone has filled in the shortest exposure has seen nothing.
     void mend_hot(std::span<const std::uint32_t> hot, MergedExposures& merged) const {
         std::vector<std::uint32_t> blind, full;
@@ -214,20 +250,32 @@ class Assembler {
         merged.saturated = std::move(full);
     }
 
-    // Rectifies rates to irradiance on M, and carries their variance to the coefficients.
-    void store(int m, int n, FilterSign sign, const MergedExposures& merged, Findings& findings) {
+    // Rectifies a channel's rates to irradiance on M, and carries their variance to the coefficients.
+    void store(const Film& film, int channel, const MergedExposures& merged, Findings& findings) {
         const Rig& rig = manifest_.rig;
         const auto pixels = static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
-        const std::size_t start = rig.index(m, n, 0, 0);
-        const double film = manifest_.camera.transmission[sign == FilterSign::positive ? 0 : 1];  // > 0
-        const double scale = manifest_.camera.scale / film;
-        const std::span<float> out(assembly_.images.of(sign).data() + start, pixels);
-        to_plane_.means(merged.rate, out);
-        for (float& value : out) value = static_cast<float>(double{value} * scale);
+        const std::size_t start = rig.index(film.m, film.n, 0, 0);
+        const bool positive = film.sign == FilterSign::positive;
+        double scale = manifest_.camera.scale / manifest_.camera.transmission[positive ? 0 : 1];  // > 0
+        if (assembly_.images.coloured()) {
+            plane_.resize(pixels);
+            to_plane_.means(merged.rate, plane_);
+            const Imath::M33d& to_xyz = to_xyz_;
+            for (const int c : assembly_.images.channels()) {
+                float* out = assembly_.images.of(film.sign, c).data() + start;
+                for (std::size_t i = 0; i < pixels; ++i)
+                    out[i] += static_cast<float>(double{plane_[i]} * scale * to_xyz[c][channel]);
+            }
+            scale *= to_xyz[1][channel];  // noise is that of Y
+        } else {
+            const std::span<float> out(assembly_.images.of(film.sign).data() + start, pixels);
+            to_plane_.means(merged.rate, out);
+            for (float& value : out) value = static_cast<float>(double{value} * scale);
+        }
         if (!manifest_.camera.noise_known && assembly_.deviations.empty()) return;
         plane_.resize(pixels);
         to_plane_.variances(merged.variance, plane_);
-        const double factor = scale * filter_scale(rig, sign);
+        const double factor = scale * filter_scale(rig, film.sign);
         for (std::size_t i = 0; i < pixels; ++i) {
             const double variance = double{plane_[i]} * factor * factor;
             findings.variance += variance;
@@ -240,6 +288,7 @@ class Assembler {
     const Manifest& manifest_;
     const Bench& bench_;
     const AreaMap& to_plane_;
+    Imath::M33d to_xyz_;
     Assembly& assembly_;
     std::vector<float> plane_;
 };
@@ -299,11 +348,12 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
     assembly.images.rig = rig;
     assembly.images.info = manifest.info;
     assembly.images.flux = manifest.flux;
-    require_memory(bytes_of(rig.coefficients(), (options.deviations ? 3 : 2) * sizeof(float)),
+    const bool coloured = bench.channels() == 3;
+    const std::size_t arrays = (coloured ? 6U : 2U) + (options.deviations ? 1U : 0U);
+    require_memory(bytes_of(rig.coefficients(), arrays * sizeof(float)),
                    fmt::format("filter images of {} coefficients", rig.coefficients()),
                    "fewer views or pixels are accepted");
-    assembly.images.positive.resize(rig.coefficients());
-    assembly.images.negative.resize(rig.coefficients());
+    assembly.images.allocate(coloured);
     if (options.deviations) assembly.deviations.resize(rig.coefficients());
     assembly.size = bench.size();
     assembly.hot = bench.hot_pixels();

@@ -1,5 +1,8 @@
 // Photographs behind the filters, assembled into a light field.
 //
+// Photographs in colour (manifest.channel "rgb") make one of several colours: each channel is merged and
+// rectified as it is, and X, Y and Z are sums of the three (CameraCalibration::to_xyz).
+//
 // View by view and film by film: the dark level is subtracted, the exposures are merged, the rate is scaled
 // to irradiance and rectified to the pixels of M; then the films are subtracted [Goesele 2003, 4, 6.2]. Noise
 // is carried along by error propagation, so that a field knows how good it is. Two views at most per thread
@@ -37,7 +40,8 @@ struct AssembleOptions {
 
 struct Assembly {
     FilterImages images;  // field_of(images) is the light field
-    // Standard deviation of every coefficient [flux unit / m⁴], as Rig::index says; empty unless asked for.
+    // Standard deviation of every coefficient of Y [flux unit / m⁴], as Rig::index says; empty unless asked
+    // for.
     std::vector<float> deviations;
 
     std::uint64_t photographs = 0;

@@ -99,11 +99,11 @@ double far_intensity(const LightField& field, const V2d& slope);
 
 // The web of the whole field; of its measured flux (scaled to it, after what is negative was cut off). Angles
 // γ from 0 to 90. In the field's unit per sr: candela if it is in lm. Throws InputError for steps that do not
-// divide, for a field without flux, and when the user stops it.
+// divide, for a field without flux, and when the user stops it. Of a field of several colours that of Y.
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 
-// The web of a ray file, backward rays included; of the flux of all its rays.
+// The web of a ray file, backward rays included; of the flux of all its rays, of several colours that of Y.
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& grid);
 
 }  // namespace lucerna

@@ -1,6 +1,7 @@
 #include "lights/measurement/point_integral.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "lights/gauss.h"
@@ -18,16 +19,18 @@ PointIntegral::PointIntegral(const EmitterModel& emitter, const Rig& rig, int ru
       rig_(rig),
       rule_(rule),
       axis_{{rig.filter(0, 0), rig.spacing.x, rule}, {rig.filter(1, 0), rig.spacing.y, rule}},
+      channels_(emitter.xyz ? 3 : 1),
       share_(emitter.setback / (rig.distance + emitter.setback)) {}  // distance > 0
 
 void PointIntegral::begin(const V2i& first, const V2i& last) {
     origin_ = first - V2i(kIntegralMargin, kIntegralMargin);
     const V2i size = last - first + V2i(1 + 2 * kIntegralMargin, 1 + 2 * kIntegralMargin);
     width_ = static_cast<std::size_t>(size.x);
-    positive_.assign(width_ * static_cast<std::size_t>(size.y), 0.0);
+    block_ = width_ * static_cast<std::size_t>(size.y);
+    positive_.assign(channels_ * block_, 0.0);
     negative_.assign(positive_.size(), 0.0);
-    row_positive_.resize(width_);
-    row_negative_.resize(width_);
+    row_positive_.resize(channels_ * width_);
+    row_negative_.resize(channels_ * width_);
     for (int a = 0; a < 2; ++a) {
         reach_[a] = {rig_.filter(a, first[a]) - 2 * rig_.spacing[a],
                      rig_.filter(a, last[a]) + 2 * rig_.spacing[a]};
@@ -135,6 +138,15 @@ void PointIntegral::add_cut(const Range& v, const Chord& chord) {
 }
 
 void PointIntegral::add_row(const FilterNode& v) {
+    if (channels_ == 1) {
+        add_row_of<1>(v);
+    } else {
+        add_row_of<3>(v);
+    }
+}
+
+template <std::size_t kChannels>
+void PointIntegral::add_row_of(const FilterNode& v) {
     std::fill(row_positive_.begin(), row_positive_.end(), 0.0);
     std::fill(row_negative_.begin(), row_negative_.end(), 0.0);
     const double d2 = rig_.distance * rig_.distance;
@@ -145,23 +157,35 @@ void PointIntegral::add_row(const FilterNode& v) {
         const double dx = on_m_.x - u.x;
         const double r2 = dx * dx + dy * dy + d2;  // > 0: so is the distance
         const double per_r = 1 / std::sqrt(r2);
-        const double value = emitter_.radiance({(u.x - share_ * on_m_.x) * emitter_scale, emitter_y},
-                                               {dx * per_r, dy * per_r, rig_.distance * per_r}) *
-                             d2 * (per_r * per_r) * (per_r * per_r);
-        const auto at = static_cast<std::size_t>(u.first - origin_.x);
-        for (std::size_t i = 0; i < 4; ++i) {
-            row_positive_[at + i] += u.positive[i] * value;
-            row_negative_[at + i] += u.negative[i] * value;
+        const V2d position((u.x - share_ * on_m_.x) * emitter_scale, emitter_y);
+        const V3d direction(dx * per_r, dy * per_r, rig_.distance * per_r);
+        std::array<double, kChannels> radiance;
+        if constexpr (kChannels == 1) {
+            radiance[0] = emitter_.radiance(position, direction);
+        } else {
+            const V3d xyz = emitter_.xyz(position, direction);
+            radiance = {xyz.x, xyz.y, xyz.z};
+        }
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const double value = radiance[c] * d2 * (per_r * per_r) * (per_r * per_r);
+            const std::size_t at = c * width_ + static_cast<std::size_t>(u.first - origin_.x);
+            for (std::size_t i = 0; i < 4; ++i) {
+                row_positive_[at + i] += u.positive[i] * value;
+                row_negative_[at + i] += u.negative[i] * value;
+            }
         }
     }
     // A product is positive where its factors agree.
     for (std::size_t i = 0; i < 4; ++i) {
         const double same = weight_ * v.positive[i], other = weight_ * v.negative[i];
-        double* plus = &positive_[slot(origin_.x, v.first + static_cast<int>(i))];
-        double* minus = &negative_[slot(origin_.x, v.first + static_cast<int>(i))];
-        for (std::size_t m = 0; m < width_; ++m) {
-            plus[m] += same * row_positive_[m] + other * row_negative_[m];
-            minus[m] += same * row_negative_[m] + other * row_positive_[m];
+        for (std::size_t c = 0; c < kChannels; ++c) {
+            const std::size_t first = c * block_ + slot(origin_.x, v.first + static_cast<int>(i));
+            double *plus = &positive_[first], *minus = &negative_[first];
+            const double *row_plus = &row_positive_[c * width_], *row_minus = &row_negative_[c * width_];
+            for (std::size_t m = 0; m < width_; ++m) {
+                plus[m] += same * row_plus[m] + other * row_minus[m];
+                minus[m] += same * row_minus[m] + other * row_plus[m];
+            }
         }
     }
 }

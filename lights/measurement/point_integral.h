@@ -18,9 +18,13 @@ class PointIntegral {
     void begin(const V2i& first, const V2i& last);
     // Adds the integrals at a point of M, times `weight`.
     void add(const V2d& on_m, double weight);
-    // Of filters in the block.
-    double positive(int m, int n) const { return positive_[slot(m, n)]; }
-    double negative(int m, int n) const { return negative_[slot(m, n)]; }
+    // Of filters in the block; of an emitter of several colours X, Y and Z are the channels 0, 1 and 2.
+    double positive(int m, int n, std::size_t channel = 0) const {
+        return positive_[channel * block_ + slot(m, n)];
+    }
+    double negative(int m, int n, std::size_t channel = 0) const {
+        return negative_[channel * block_ + slot(m, n)];
+    }
 
   private:
     struct Range {
@@ -41,13 +45,17 @@ class PointIntegral {
     void add_cut(const Range& v, const Chord& chord);
     // One row of S: the light of `u_` at height v, weighed by the node's filters.
     void add_row(const FilterNode& v);
+    template <std::size_t kChannels>
+    void add_row_of(const FilterNode& v);
 
     const EmitterModel& emitter_;
     const Rig& rig_;
     int rule_;
     FilterAxis axis_[2];
-    V2i origin_{0, 0};       // the filter of slot 0; a margin lies around the block
+    V2i origin_{0, 0};  // the filter of slot 0; a margin lies around the block
+    std::size_t channels_ = 1;
     std::size_t width_ = 0;  // slots per row of filters
+    std::size_t block_ = 0;  // slots of one channel
     Range reach_[2]{};       // of the block's filters on S
     V2d on_m_{0, 0};
     double weight_ = 0;
@@ -55,8 +63,8 @@ class PointIntegral {
     V2d centre_{0, 0}, half_{0, 0};  // the emitter's outline, seen from the point and drawn on S
     std::vector<FilterNode> u_, v_;
     std::vector<double> cuts_;
-    std::vector<double> row_positive_, row_negative_;  // of one row of S, per filter along u
-    std::vector<double> positive_, negative_;
+    std::vector<double> row_positive_, row_negative_;  // of one row of S, per channel and filter along u
+    std::vector<double> positive_, negative_;          // per channel and slot
 };
 
 }  // namespace lucerna

@@ -126,6 +126,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     info.colour = set.colour();
     info.unit = set.unit;
     info.provenance = set.provenance;
+    if (set.unit == FluxUnit::watt) info.lumens_per_watt = std::min(set.lumens_per_watt, kMostLumensPerWatt);
     LightField bare = channels == 3 ? LightField(rig, coefficients[0], coefficients[1], coefficients[2])
                                     : LightField(rig, coefficients[0]);
     if (bare.coloured()) info.colour = bare.info().colour;
@@ -175,8 +176,10 @@ Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_
     return sorted;
 }
 
-// Adds a ray to the filters in row n; returns the sum of the squares of what it adds.
-double add_to_row(const LampRay& ray, int n, FilterSums& sums) {
+// Adds a ray to the filters in row n; returns the sum of the squares of what it adds. Its tint is of sums of
+// several colours.
+template <bool kColoured>
+double add_to_row(const LampRay& ray, const V3f& tint, int n, FilterSums& sums) {
     const Rig& rig = sums.rig;
     const Passage at(ray, rig);
     double squares = 0;
@@ -188,8 +191,16 @@ double add_to_row(const LampRay& ray, int n, FilterSums& sums) {
             const std::size_t slot = rig.index(at.base[0] - 1 + i, n, k, l);
             if (weighed > 0) {
                 sums.positive[slot] += weighed;
+                if constexpr (kColoured) {
+                    sums.x.positive[slot] += weighed * double{tint.x};
+                    sums.z.positive[slot] += weighed * double{tint.z};
+                }
             } else {
                 sums.negative[slot] -= weighed;
+                if constexpr (kColoured) {
+                    sums.x.negative[slot] -= weighed * double{tint.x};
+                    sums.z.negative[slot] -= weighed * double{tint.z};
+                }
             }
             squares += weighed * weighed;
         });
@@ -208,7 +219,26 @@ FilterSums::FilterSums(const Rig& of) : rig(of) {
     negative.resize(rig.coefficients());
 }
 
-void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers) {
+void FilterSums::separate_colours() {
+    if (coloured()) return;
+    require_memory(bytes_of(rig.coefficients(), 4 * sizeof(double)),
+                   fmt::format("sums of {} coefficients in two more channels", rig.coefficients()),
+                   "fewer views or pixels are accepted");
+    const auto times = [](const std::vector<double>& of, float factor) {
+        std::vector<double> to(of.size());
+        std::transform(of.begin(), of.end(), to.begin(), [&](double y) { return y * double{factor}; });
+        return to;
+    };
+    z = {times(positive, tint.z), times(negative, tint.z)};
+    x = {times(positive, tint.x), times(negative, tint.x)};
+}
+
+void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
+              const RayTints& tints) {
+    if (tints.rays > 0) {
+        if (sums.tint == V3f(0.0F)) sums.tint = tints.first;
+        if (tints.several() || !tints.like(sums.tint)) sums.separate_colours();
+    }
     const auto count = static_cast<std::int64_t>(rays.size());
     std::vector<Sorted> chunks(static_cast<std::size_t>((count + kRaysPerChunk - 1) / kRaysPerChunk));
     parallel_ranges(workers, count, kRaysPerChunk,
@@ -222,8 +252,10 @@ void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
         double sum = 0;
         for (int base = n - 2; base <= n + 1; ++base) {
             for (const Sorted& chunk : chunks) {
-                for (const std::uint32_t r : chunk.by_base[static_cast<std::size_t>(base + 2)])
-                    sum += add_to_row(rays[r], n, sums);
+                for (const std::uint32_t r : chunk.by_base[static_cast<std::size_t>(base + 2)]) {
+                    sum += sums.coloured() ? add_to_row<true>(rays[r], tints.of(r), n, sums)
+                                           : add_to_row<false>(rays[r], {}, n, sums);
+                }
             }
         }
         squares[static_cast<std::size_t>(row)] = sum;
@@ -246,6 +278,13 @@ FilterImages images_of(const FilterSums& sums, double share, const LightFieldInf
     };
     record(sums.positive, FilterSign::positive, images.positive);
     record(sums.negative, FilterSign::negative, images.negative);
+    if (sums.coloured()) {
+        for (const auto& [from, to] : {std::pair(&sums.x, &images.x), std::pair(&sums.z, &images.z)}) {
+            record(from->positive, FilterSign::positive, to->positive);
+            record(from->negative, FilterSign::negative, to->negative);
+        }
+        images.info.colour = Rgb(1.0F);
+    }
     return images;
 }
 
@@ -253,7 +292,14 @@ SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightFi
     const double to_e = share / sums.rig.cell_volume();
     const double variance = to_e * to_e * sums.squares;  // of all coefficients together
     double power = 0;
-    for (const float e : field.coefficients()) power += double{e} * double{e};
+    const auto add_power = [&](std::span<const float> luminances) {
+        for (const float e : luminances) power += double{e} * double{e};
+    };
+    if (field.coloured()) {
+        add_power(field.channel(1).coefficients());
+    } else {
+        add_power(field.coefficients());
+    }
     SamplingNoise noise;
     noise.rms = std::sqrt(variance / static_cast<double>(sums.rig.coefficients()));  // at least one
     // A field that is all noise has no relative one.

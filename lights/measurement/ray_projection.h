@@ -126,7 +126,17 @@ struct FilterSums {
     // Σ φ max(0, ±Φ̃⊗Φ̃) of every pixel of every view, Φ̃ in units of the filter spacing; laid out as
     // Rig::index. In double: thousands of millions of terms are added.
     std::vector<double> positive, negative;
-    double squares = 0;   // Σ (φ Φ̃⊗Φ̃)² over all rays and pixels: the noise
+    double squares = 0;  // Σ (φ Φ̃⊗Φ̃)² over all rays and pixels: the noise
+    // Rays of one colour, CIE XYZ per unit of flux, have no more than that; once there is another the sums
+    // above are of Y = 1, and these of X and Z.
+    V3f tint{0.0F};
+    struct Signed {
+        std::vector<double> positive, negative;
+    };
+    Signed x, z;
+    bool coloured() const { return !x.positive.empty(); }
+    // Makes sums of X and Z of those that there are.
+    void separate_colours();
     FluxAccount account;  // of the rays: backward, beside_s, beside_m, not_in_basis
 
     // Nothing yet. Throws InputError for a rig that is none.
@@ -134,7 +144,10 @@ struct FilterSums {
 };
 
 // Rays in the lamp's frame, as the rig's centre is. Those that do not go towards +z are booked and left out.
-void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers);
+// Each has Y = 1 per unit of flux; `tints`, if there are any, are theirs. Throws InputError if sums of
+// several colours do not fit into memory.
+void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
+              const RayTints& tints = {});
 
 // The images as the rig records them: irradiance, each ray's flux times `share` (1 / number of light paths).
 FilterImages images_of(const FilterSums& sums, double share, const LightFieldInfo& info);

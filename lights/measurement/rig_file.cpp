@@ -56,15 +56,21 @@ void derive_shift(const TomlTable& table, Rig& rig) {
     }
 }
 
+void read_course(const TomlTable& table, EmitterDescription& emitter) {
+    emitter.exponent = table.number("exponent", 1, 1000, 1.0);
+    if (table.has("rim_colour")) emitter.rim_colour = read_colour(table, "rim_colour");
+    if (table.has("grazing_colour")) emitter.grazing_colour = read_colour(table, "grazing_colour");
+}
+
 void read_disc(const TomlTable& table, EmitterDescription& emitter) {
     const double radius = table.length("radius");
     emitter.half_size = {radius, radius};
-    emitter.exponent = table.number("exponent", 1, 1000, 1.0);
+    read_course(table, emitter);
 }
 
 void read_rectangle(const TomlTable& table, EmitterDescription& emitter) {
     emitter.half_size = table.lengths("size") * 0.5;
-    emitter.exponent = table.number("exponent", 1, 1000, 1.0);
+    read_course(table, emitter);
 }
 
 void read_projector(const TomlTable& table, EmitterDescription& emitter) {
@@ -143,17 +149,17 @@ Rig read_planes(const TomlTable& table) {
     return rig;
 }
 
-Rgb read_colour(const TomlTable& table) {
-    if (!table.has("colour")) return Rgb(1.0F);
-    const std::vector<double> parts = table.numbers("colour", 0, 1e6);
+Rgb read_colour(const TomlTable& table, std::string_view key) {
+    if (!table.has(key)) return Rgb(1.0F);
+    const std::vector<double> parts = table.numbers(key, 0, 1e6);
     if (parts.size() != 3) {
-        input_error(table.place_of("colour"), "\"colour\" has {} values; red, green and blue are accepted",
+        input_error(table.place_of(key), "\"{}\" has {} values; red, green and blue are accepted", key,
                     parts.size());
     }
     const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
                      static_cast<float>(parts[2]));
     if (!(luminance(colour) > 1e-6F))
-        throw InputError(table.place_of("colour"), "\"colour\" is black; one with light in it is accepted");
+        input_error(table.place_of(key), "\"{}\" is black; one with light in it is accepted", key);
     return colour / luminance(colour);  // above 1e-6
 }
 
@@ -186,6 +192,13 @@ std::uint64_t description_key(const RigDescription& description) {
         key.add(emitter.slide_size[axis]);
     }
     for (int c = 0; c < 3; ++c) key.add(emitter.colour[c]);
+    const auto add_colour = [&key](int number, const std::optional<Rgb>& colour) {
+        if (!colour) return;
+        key.add(number);
+        for (int c = 0; c < 3; ++c) key.add((*colour)[c]);
+    };
+    add_colour(1, emitter.rim_colour);
+    add_colour(2, emitter.grazing_colour);
     for (const double x :
          {emitter.setback, emitter.flux, emitter.exponent, emitter.focal_length, emitter.focus})
         key.add(x);

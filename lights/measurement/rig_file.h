@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/files.h"
@@ -61,11 +62,12 @@ struct EmitterDescription {
     double setback = 0;  // of its plane behind S; of a scene's z = 0
     double flux = 1;     // of all its light, in `unit`; of a scene 0: as its lights have it
     FluxUnit unit = FluxUnit::lumen;
-    Rgb colour{1.0F};  // luminance 1
+    Rgb colour{1.0F};  // luminance 1; of a projector, of the light behind its slide
 
     // Disc and rectangle: intensity ∝ cos^exponent θ.
     V2d half_size{0, 0};  // of a disc, both are the radius; of a projector, the lens's
     double exponent = 1;
+    std::optional<Rgb> rim_colour, grazing_colour;  // luminance 1: ColourCourse
 
     // Projector.
     double focal_length = 0;
@@ -94,7 +96,7 @@ RigDescription read_rig(const TomlTable& table);
 // Parts of it, for other descriptions of measurements: the table [rig], and the key "colour" (white if there
 // is none).
 Rig read_planes(const TomlTable& table);
-Rgb read_colour(const TomlTable& table);
+Rgb read_colour(const TomlTable& table, std::string_view key = "colour");
 
 // Adds all numbers of a rig.
 void add(WordHash& hash, const Rig& rig);

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "engine/base/files.h"
+#include "engine/base/spectrum.h"
 #include "engine/cli/sums_file.h"
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/plane_irradiance.h"
@@ -164,6 +165,77 @@ TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
     EXPECT_EQ(whole.account.beside_m, resumed.account.beside_m);
     EXPECT_EQ(whole.noise.rms, resumed.noise.rms);
     EXPECT_EQ(whole.images.info.colour, resumed.images.info.colour);
+}
+
+// A red disc below S's middle, a blue one beside it: each matt, of its own flux.
+constexpr const char* kRedDisc =
+    "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [3 0.5 0.2] \"float power\" 5\n"
+    "Shape \"disk\" \"float radius\" 0.006 AttributeEnd\n";
+constexpr const char* kBlueDisc =
+    "AttributeBegin Translate 0.013 0.004 0 AreaLightSource \"diffuse\" \"rgb L\" [0.2 0.4 3] \"float "
+    "power\" "
+    "3\nShape \"disk\" \"float radius\" 0.005 AttributeEnd\n";
+
+TEST_P(AcquireSceneOf, TwoColours_AreEachWhatTheirLampAloneIs) {
+    const Rig rig = bench(GetParam());
+    Monitor silent;
+    const auto acquired = [&](const std::string& world) {
+        const Lamp lamp(world);
+        return acquire_scene(lamp.emitter(300'000), rig, {}, Workers{2}, silent);
+    };
+    const SceneAcquisition both = acquired(std::string(kRedDisc) + kBlueDisc);
+    const SceneAcquisition red = acquired(kRedDisc), blue = acquired(kBlueDisc);
+    ASSERT_TRUE(both.images.coloured());
+    EXPECT_FALSE(red.images.coloured());
+    EXPECT_FALSE(blue.images.coloured());
+    const V3d red_xyz = rgb_to_xyz(red.images.info.colour), blue_xyz = rgb_to_xyz(blue.images.info.colour);
+    const std::vector<float> of_red = coefficients_of(red.images, 1),
+                             of_blue = coefficients_of(blue.images, 1);
+    for (int c = 0; c < 3; ++c) {
+        const std::vector<float> e = coefficients_of(both.images, c);
+        double right = 0, swapped = 0, power = 0, flux = 0, expected_flux = 0;
+        for (std::size_t i = 0; i < e.size(); ++i) {
+            const double r = double{of_red[i]}, b = double{of_blue[i]};
+            const double expected = r * red_xyz[c] + b * blue_xyz[c];
+            right += sqr(double{e[i]} - expected);
+            swapped += sqr(double{e[i]} - r * red_xyz[2 - c] - b * blue_xyz[2 - c]);
+            power += sqr(expected);
+            flux += double{e[i]}, expected_flux += expected;
+        }
+        EXPECT_LT(std::sqrt(right / power), 0.3) << c << ": noise of both, a fourth of the light each";
+        if (c != 1) {
+            EXPECT_GT(swapped, 4 * right) << c;
+        }
+        EXPECT_NEAR(flux / expected_flux, 1, 0.01) << "flux of channel " << c;
+    }
+    EXPECT_NEAR(both.account.explained(), both.account.missed(), 1e-4);
+}
+
+TEST(AcquireScene, InColourStoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
+    const Lamp lamp(std::string(kRedDisc) + kBlueDisc);
+    Monitor silent;
+    const SceneEmitter emitter = in_small_blocks(lamp);
+    const SceneAcquisition whole = acquire_scene(emitter, bench(true), {}, Workers{1}, silent);
+    ASSERT_TRUE(whole.images.coloured());
+    Impatient user(40'000);
+    EXPECT_THAT(
+        testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); }),
+        HasSubstr("goes on from"));
+    const SceneAcquisition resumed = acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, silent);
+    for (int c = 0; c < 3; ++c) {
+        for (const FilterSign sign : kFilterSigns)
+            EXPECT_EQ(whole.images.of(sign, c), resumed.images.of(sign, c)) << c;
+    }
+    // A lamp that differs by its colours alone is another.
+    Impatient again(20'000);
+    std::filesystem::remove(lamp.part());
+    testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, again); });
+    std::string other = std::string(kRedDisc) + kBlueDisc;
+    other.replace(other.find("3 0.5 0.2"), 9, "2 0.5 0.9");
+    lamp.write(other);
+    EXPECT_THAT(
+        testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, silent); }),
+        HasSubstr("belongs to another"));
 }
 
 TEST(AcquireScene, SumsOfOtherWorkOrDamaged_AreRefused) {

@@ -1,8 +1,14 @@
 // lucerna light farfield, and what the other commands say of photometric files.
 #include <fstream>
 
+#include "engine/base/chromaticity.h"
+#include "engine/base/image.h"
+#include "engine/base/sampler.h"
+#include "engine/base/spectrum.h"
+#include "engine/base/warp.h"
 #include "lights/light_field.h"
 #include "lights/photometric_files.h"
+#include "lights/ray_set.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {
@@ -65,6 +71,92 @@ TEST_F(FarFieldCommand, FieldInWatts_NeedsAnEfficacyForAPhotometricFile) {
     EXPECT_EQ(diagram.code, 0);
 }
 
+// A green and a blue lamp as ray files; the second in watts, without a word about its light.
+void write_two_chips() {
+    const auto chip = [](float place, FluxUnit unit) {
+        RaySet set;
+        set.unit = unit;
+        for (int i = 0; i < 3000; ++i) {
+            Sampler sampler(7, Purpose::test, 0, static_cast<std::uint64_t>(i));
+            const V2f at = sampler.next2();
+            set.rays.push_back({{place + 0.001F * at.x, 0.001F * at.y, 0},
+                                square_to_cosine_hemisphere(sampler.next2()),
+                                1e-3F});
+        }
+        set.flux = 3;
+        return set;
+    };
+    write_rays("green.ray", chip(0, FluxUnit::lumen));
+    write_rays("blue.ray", chip(0.002F, FluxUnit::watt));
+}
+
+TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
+    write_two_chips();
+    std::vector<std::string> import{"light",     "import",  "green.ray", "blue.ray", "-o",
+                                    "chips.exr", "--views", "16x16",     "--pixels", "12x12"};
+    const Outcome refused = lucerna_run(import);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("blue.ray: its flux is in W"));
+    EXPECT_THAT(refused.err, HasSubstr("--colours"));
+    import.insert(import.end(), {"--colours", "528nm,457nm", "--drive", "30,1"});
+    const Outcome done = lucerna_run(import);
+    ASSERT_EQ(done.code, 0) << done.err;
+    EXPECT_THAT(done.out, HasSubstr("of each place and direction"));
+    // 90 lm of 528 nm and 3 W of 457 nm.
+    const LightField field = read_light_field("chips.exr");
+    const V3d green = cie_xyz(528), blue = cie_xyz(457);
+    const V3d sum = 90.0 / green.y * green + 3.0 * 683 * blue;
+    EXPECT_EQ(field.info().unit, FluxUnit::lumen);
+    EXPECT_NEAR((field.info().captured + field.info().missed) / sum.y, 1, 1e-3);
+    EXPECT_NEAR(field.xyz().z / (sum.z / sum.y), 1, 0.02);
+
+    const Outcome colours = lucerna_run(
+        {"light", "farfield", "chips.exr", "-o", "chips.csv", "--step", "15", "--plane-step", "90"});
+    ASSERT_EQ(colours.code, 0) << colours.err;
+    EXPECT_THAT(colours.out, HasSubstr("colour over angle"));
+    EXPECT_THAT(content("chips.csv"), HasSubstr("delta_uv_mean"));
+    const Outcome shown =
+        lucerna_run({"light", "project", "chips.exr", "--distance", "0", "-o", "near.exr", "--size",
+                     "4mmx4mm", "--centre", "1.5mm,0.5mm", "--pixels", "32x32", "--chromaticity", "--png"});
+    ASSERT_EQ(shown.code, 0) << shown.err;
+    const Image map = read_exr("near-chromaticity.exr");
+    const Chromaticity left = chromaticity(green), right = chromaticity(blue);
+    // On the screen's left it is green, on its right blue.
+    EXPECT_GT(left.v, right.v);
+    EXPECT_GT(map.rgb_at(8, 16).y, map.rgb_at(23, 16).y + 0.1F);
+    EXPECT_TRUE(std::filesystem::exists("near-chromaticity.png"));
+    const Outcome none = lucerna_run({"light", "farfield", "lamp.ies", "-o", "lamp.csv"});
+    EXPECT_EQ(none.code, 1);
+    EXPECT_THAT(none.err, HasSubstr("has no colours"));
+}
+
+TEST_F(FarFieldCommand, FieldInWattsOfKnownEfficacy_IsEmittedInItsColours) {
+    write_two_chips();
+    for (const std::string& wanted : {std::string("528nm,457nm"), std::string("457nm")}) {
+        std::vector<std::string> import{"light", "import", "blue.ray", "-o", "watts-of-chips.exr"};
+        const bool both = wanted.size() > 6;
+        if (both) {
+            std::filesystem::copy_file("blue.ray", "other.ray");
+            import.insert(import.begin() + 2, "other.ray");
+        }
+        import.insert(import.end(), {"--colours", wanted, "--views", "6x6", "--pixels", "8x8"});
+        const Outcome done = lucerna_run(import);
+        ASSERT_EQ(done.code, 0) << done.err;
+        const LightField field = read_light_field("watts-of-chips.exr");
+        const double expected = both ? 683 * (cie_xyz(528).y + cie_xyz(457).y) / 2 : 683 * cie_xyz(457).y;
+        EXPECT_NEAR(field.info().lumens_per_watt / expected, 1, 1e-4);
+        const Outcome emitted =
+            lucerna_run({"light", "emit", "watts-of-chips.exr", "--rays", "2000", "-o", "watts.tm25ray"});
+        ASSERT_EQ(emitted.code, 0) << emitted.err;
+        EXPECT_THAT(emitted.err, ::testing::Not(HasSubstr("colour is not kept")));
+        Monitor silent;
+        const RaySet rays = read_rays("watts.tm25ray", silent);
+        EXPECT_EQ(rays.unit, FluxUnit::watt);
+        EXPECT_NEAR(rays.lumens_per_watt / expected, 1, 1e-3);
+        EXPECT_EQ(rays.coloured(), both);
+    }
+}
+
 TEST_F(FarFieldCommand, BadWords_AreNamed) {
     const auto refusal = [](std::vector<std::string> words) {
         words.insert(words.begin(), {"light", "farfield"});
@@ -72,7 +164,7 @@ TEST_F(FarFieldCommand, BadWords_AreNamed) {
         EXPECT_EQ(done.code, 1);
         return done.err;
     };
-    EXPECT_THAT(refusal({"lamp.ies", "-o", "lamp.txt"}), HasSubstr(".svg and .ies can"));
+    EXPECT_THAT(refusal({"lamp.ies", "-o", "lamp.txt"}), HasSubstr(".svg, .ies and .csv can"));
     EXPECT_THAT(refusal({"none.ies", "-o", "lamp.svg"}), HasSubstr("none.ies: no such file"));
     EXPECT_THAT(refusal({"watts.exr", "-o", "lamp.svg", "--step", "7"}), HasSubstr("a step of 7 degrees"));
     EXPECT_THAT(refusal({"lamp.ies", "-o", "none/lamp.svg"}), HasSubstr("none"));

@@ -2,7 +2,11 @@
 // [tests/support/closed_forms.h].
 #include <gtest/gtest.h>
 
+#include "engine/base/sampler.h"
+#include "engine/base/spectrum.h"
 #include "engine/render/render.h"
+#include "lights/field_colour.h"
+#include "lights/measured.h"
 #include "photon/build_maps.h"
 #include "tests/support/scenes.h"
 
@@ -88,6 +92,48 @@ TEST(Energy, IntegratingSphere_MapsHoldItsFluxes) {
         EXPECT_EQ(flux(maps, MapKind::caustic), 0);
         EXPECT_LT(maps.ledger.imbalance(), 1e-5);
         EXPECT_EQ(maps.ledger.escaped, V3d(0.0));
+    }
+}
+
+// A lamp whose colours differ by place and direction, red, green and blue each by their own part of it, in a
+// room of colours.
+TEST(Energy, LampOfSeveralColours_ClosesInEveryChannel) {
+    Rig rig;
+    rig.views = {4, 4};
+    rig.spacing = {0.02, 0.02};
+    rig.pixels = {8, 8};
+    rig.pixel = {0.03, 0.03};
+    rig.distance = 0.1;
+    Sampler sampler(5, Purpose::test, 0, 0);
+    std::vector<float> x, y, z;
+    for (std::size_t i = 0; i < rig.coefficients(); ++i) {
+        const V3d xyz = rgb_to_xyz(Rgb(2 * sampler.next(), sampler.next(), 3 * sampler.next()));
+        x.push_back(static_cast<float>(xyz.x)), y.push_back(static_cast<float>(xyz.y)),
+            z.push_back(static_cast<float>(xyz.z));
+    }
+    const LightField field(rig, x, y, z);
+    const double flux = field.flux();
+    const Rgb colour = FieldColour(field, {}).mean();
+    Monitor silent;
+    CellTable table(field, {}, silent);
+    SceneMaker make;
+    make.sphere(V3f(0.0F), 1.0F, make.diffuse(Rgb(0.7F, 0.5F, 0.2F)));
+    make.sphere({0.2F, 0.1F, 0.5F}, 0.2F, make.material(DielectricMaterial{}));
+    make.light(make_measured_light(field, std::move(table), {}, silent));
+    constexpr int kPaths = 100'000;
+    const PhotonMaps maps = build(make.build(), kPaths, kEvery);
+    const Ledger& ledger = maps.ledger;
+    EXPECT_LT(ledger.imbalance(), 1e-5) << "the worst of red, green and blue";
+    // The same in X, Y and Z.
+    const auto xyz_of = [](const V3d& rgb) { return rgb_to_xyz(Rgb(V3f(rgb))); };
+    const V3d ends =
+        ledger.absorbed + ledger.media + ledger.escaped + ledger.not_followed + ledger.cut + ledger.roulette;
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(xyz_of(ends)[c] / xyz_of(ledger.emitted)[c], 1, 1e-5) << c;
+        // What leaves is the lamp's flux in its mean colour, but for the noise of the colours drawn.
+        EXPECT_NEAR(ledger.emitted[c] / (flux * double{colour[c]}), 1, 5 / std::sqrt(kPaths)) << c;
+        EXPECT_GT(std::fabs(ledger.emitted[c] / (flux * double{colour[(c + 1) % 3]}) - 1), 0.1)
+            << "another channel's is told apart";
     }
 }
 

@@ -105,6 +105,38 @@ TEST(JoinRays, WattsOfUnknownBrightness_CountAlike) {
     expect_sum(joined, xyz_of(0) + xyz_of(1) + xyz_of(2), 11.5);
 }
 
+TEST(JoinRays, WattsBesideLumens_BecomeLumens) {
+    std::vector<DrivenRays> parts = three(FluxUnit::watt);
+    parts[1].set = of_wavelength(530, FluxUnit::lumen, 3, 2);
+    const RaySet joined = join_rays(parts);
+    EXPECT_EQ(joined.unit, FluxUnit::lumen);
+    const V3d red = 683.0 * cie_xyz(620), green = cie_xyz(530) / cie_xyz(530).y, blue = 683.0 * cie_xyz(455);
+    const V3d sum = 2.0 * red + 1.5 * green + 8.0 * blue;
+    EXPECT_NEAR(joined.flux / sum.y, 1, 1e-6);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(joined.xyz[c], sum[c] / sum.y, 1e-5 * sum[c] / sum.y);
+    // Each ray's lumens are those of its own watts: in a set of several colours by its own Y.
+    RaySet pair = join_rays({{of_wavelength(530, FluxUnit::watt, 3, 2), "green", 1},
+                             {of_wavelength(455, FluxUnit::watt, 4, 3), "blue", 1}});
+    turn_into_lumens(pair);
+    for (std::size_t i = 0; i < pair.rays.size(); ++i) {
+        const double watts = (i % 2 == 0 ? 0.25 : 0.75) * (i < 2 ? 3 : 4);
+        const double lumens = 683 * watts * cie_xyz(i < 2 ? 530 : 455).y;
+        EXPECT_NEAR(double{pair.rays[i].flux} / lumens, 1, 1e-5);
+        EXPECT_NEAR(double{pair.tristimulus[i].y}, 1, 1e-5);
+    }
+    EXPECT_NEAR(pair.flux, 683 * (3 * cie_xyz(530).y + 4 * cie_xyz(455).y), 1e-2);
+}
+
+TEST(JoinRays, LightThatIsStated_IsThatOfTheFile) {
+    RaySet set = of_wavelength(620, FluxUnit::watt, 2, 1);
+    const RaySet truth = of_wavelength(455, FluxUnit::watt, 2, 1);
+    state_colour(set, cie_xyz(455));
+    EXPECT_NEAR((set.xyz - truth.xyz).length(), 0, 1e-9);
+    EXPECT_NEAR(set.lumens_per_watt, truth.lumens_per_watt, 1e-6);
+    state_efficacy(set, 30);
+    EXPECT_EQ(set.lumens_per_watt, 30);
+}
+
 TEST(JoinRays, WhatDoesNotJoin_IsRefusedByName) {
     const auto refusal = [](const auto& spoil) {
         std::vector<DrivenRays> parts = three(FluxUnit::watt);
@@ -112,8 +144,8 @@ TEST(JoinRays, WhatDoesNotJoin_IsRefusedByName) {
         return testing::error_of([&] { join_rays(parts); });
     };
     using Parts = std::vector<DrivenRays>;
-    EXPECT_THAT(refusal([](Parts& p) { p[1].set.unit = FluxUnit::lumen; }),
-                AllOf(HasSubstr("green.ray: its flux is in lm"), HasSubstr("red.ray in W")));
+    EXPECT_THAT(refusal([](Parts& p) { p[1].set.unit = FluxUnit::lumen, p[0].set.lumens_per_watt = 0; }),
+                AllOf(HasSubstr("red.ray: its flux is in W"), HasSubstr("--efficacy")));
     EXPECT_THAT(refusal([](Parts& p) { p[2].set.lumens_per_watt = 0; }),
                 HasSubstr("blue.ray: nothing in it"));
     EXPECT_THAT(refusal([](Parts& p) { p[0].set.lumens_per_watt = 0; }), HasSubstr("red.ray: nothing in it"));

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/spectrum.h"
 #include "tests/support/error_of.h"
 #include "tests/support/media.h"
 #include "tests/support/scenes.h"
@@ -178,6 +179,30 @@ TEST(Luminaire, AsARaySet_CarriesItsFluxAndColour) {
     EXPECT_EQ(set.unit, FluxUnit::lumen);
     EXPECT_NEAR(set.colour().x / set.colour().z, 4, 1e-3);
     EXPECT_NEAR(luminance(set.colour()), 1, 1e-5);
+    EXPECT_FALSE(set.coloured()) << "all rays have one";
+}
+
+TEST(Luminaire, OfTwoColours_HasRaysInBoth) {
+    SceneMaker make;
+    make.quad_light({0, 0, 0}, {0.01F, 0, 0}, {0, 0.01F, 0}, make.diffuse(Rgb(0.0F)), Rgb(2, 1, 0.5F));
+    make.quad_light({0.02F, 0, 0}, {0.01F, 0, 0}, {0, 0.01F, 0}, make.diffuse(Rgb(0.0F)), Rgb(0.1F, 1, 2));
+    Monitor silent;
+    const Scene scene = make.build();
+    const RaySet set = trace_rays(scene, parameters(10'000, 1 << 12), FluxUnit::lumen, Workers{2}, silent);
+    ASSERT_EQ(set.tristimulus.size(), set.rays.size());
+    V3d sum(0, 0, 0);
+    double flux = 0;
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        const Rgb expected = set.rays[i].o.x < 0.015F ? Rgb(2, 1, 0.5F) : Rgb(0.1F, 1, 2);
+        const V3d xyz = rgb_to_xyz(expected / luminance(expected));
+        EXPECT_LT((V3d(set.tristimulus[i]) - xyz).length(), 1e-4);
+        sum += double{set.rays[i].flux} * V3d(set.tristimulus[i]);
+        flux += double{set.rays[i].flux};
+    }
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / flux, set.xyz[c], 1e-4);
+    EXPECT_EQ(trace_rays(scene, parameters(10'000), FluxUnit::lumen, Workers{1}, silent).tristimulus,
+              set.tristimulus)
+        << "in any blocks";
 }
 
 TEST(Luminaire, OfAPlaceFarFromTheWorldsOrigin_StaysThere) {
