@@ -97,7 +97,7 @@ RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, Flu
     set.flux = double{luminance(Rgb(V3f(flux.forward + flux.backward)))};
     set.skipped_flux = double{luminance(Rgb(V3f(flux.backward)))};
     if (!(luminance(forward) > 0)) throw InputError("no light leaves the luminaire towards +z");
-    set.xyz = rgb_to_xyz(forward / luminance(forward));
+    set.xyz = parameters.colours.light_to_xyz(forward / luminance(forward));
     for (LampRay& ray : set.rays) ray.flux *= static_cast<float>(share);
     return set;
 }
