@@ -107,12 +107,14 @@ float DirectionalImage::pdf_w(const V3f& w) const {
     return static_cast<float>(cdf_.probability(texel.x, texel.y) / solid_angle(texel.y));
 }
 
-double DirectionalImage::illuminance() const {
+double DirectionalImage::illuminance(const V3f& weights) const {
     double sum = 0;
     for (int y = 0; y < image_->height; ++y) {
         for (int x = 0; x < image_->width; ++x) {
             const double cosine = std::max(0.0, direction(x + 0.5, y + 0.5).z);
-            sum += static_cast<double>(luminance(image_->rgb_at(x, y))) * cosine * solid_angle(y);
+            const Rgb value = image_->rgb_at(x, y);
+            const float y_value = weights.x * value.x + weights.y * value.y + weights.z * value.z;
+            sum += static_cast<double>(y_value) * cosine * solid_angle(y);
         }
     }
     return sum;

@@ -49,8 +49,9 @@ class DirectionalImage {
 
     // ∫ value dω over the sphere.
     Rgb integral() const { return integral_; }
-    // Luminance of the irradiance on a plane that faces +z, by texel centres.
-    double illuminance() const;
+    // Luminance of the irradiance on a plane that faces +z, by texel centres. `weights` are the luminances of
+    // the channels.
+    double illuminance(const V3f& weights) const;
 
   private:
     struct Texel {

@@ -1,5 +1,6 @@
 #include "lights/field_colour.h"
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -17,7 +18,15 @@ struct Sums {
 
 }  // namespace
 
-FieldColour::FieldColour(const LightField& field, const Workers& workers) : mean_(field.info().colour) {
+FieldColour::FieldColour(const LightField& field, const Workers& workers, const WorkingSpace& colours)
+    : mean_(field.info().colour) {
+    const float least = std::min({mean_.x, mean_.y, mean_.z});
+    if (!colours.is_srgb() || least < 0) mean_ = light_of_luminance_one(colours, field.xyz());
+    const RgbMatrix matrix = colours.light_from_xyz();
+    for (std::size_t c = 0; c < 3; ++c) {
+        const V3d& row = matrix.rows[c];
+        rows_[c] = V3f(V3d(row.x, -row.y, row.z));
+    }
     if (!field.coloured()) return;
     const V3d& weight = field.colour_channels().weight;
     weight_ = V3f(weight);

@@ -183,7 +183,9 @@ struct ColourChannels {
 };
 
 struct LightFieldInfo {
-    Rgb colour{1.0F};  // of all its light, luminance 1, none negative; the coefficients are luminance
+    // Of all its light: linear sRGB of luminance 1, with negative components outside its gamut; the coefficients
+    // are luminance.
+    Rgb colour{1.0F};
     FluxUnit unit = FluxUnit::watt;
     std::string provenance;
     double captured = 0;         // flux that the field holds, in its unit: flux() when it was made

@@ -183,10 +183,13 @@ LightFieldInfo read_info(const Imf::Header& header) {
     info.unit = unit == "W" ? FluxUnit::watt : FluxUnit::lumen;
     const auto colour = required<Imf::V3fAttribute>(header, "lightfieldColour");
     info.colour = {colour.x, colour.y, colour.z};
-    if (!is_finite(info.colour) || !(std::fabs(luminance(info.colour) - 1) < 1e-3F) ||
-        std::fmin(colour.x, std::fmin(colour.y, colour.z)) < 0) {
-        throw InputError(fmt::format("colour {} {} {}; it must have luminance 1 and no negative component",
-                                     colour.x, colour.y, colour.z));
+    // The sRGB components of the blue at the visible range's end are some thousands per luminance.
+    constexpr float kMost = 1e5F;
+    const Rgb& c = info.colour;
+    if (!is_finite(c) || std::max({std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)}) > kMost ||
+        !(std::fabs(luminance(c) - 1) < 1e-3F * std::max(1.0F, max_component(c)))) {
+        throw InputError(fmt::format("colour {} {} {}; luminance 1 is accepted, and components up to {:g}",
+                                     colour.x, colour.y, colour.z, kMost));
     }
     info.provenance = one_line(required<Imf::StringAttribute>(header, "lightfieldProvenance"));
     info.captured = required<Imf::DoubleAttribute>(header, "lightfieldCapturedFlux");

@@ -18,7 +18,7 @@ class MeasuredLight final : public Light {
     MeasuredLight(LightField field, CellTable table, const MeasuredSettings& settings, double flux,
                   std::unique_ptr<const LampShape> shape, const Workers& workers)
         : field_(std::move(field)),
-          colour_(field_, workers),
+          colour_(field_, workers, settings.colours),
           table_(std::move(table)),
           placement_(settings.world_from_light, field_.rig().centre, {settings.file.string()}),
           flux_(flux),

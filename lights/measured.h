@@ -9,6 +9,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "engine/base/working_space.h"
 #include "lights/cell_emission.h"
 #include "lights/cell_table.h"
 #include "lights/light.h"
@@ -25,6 +26,7 @@ struct MeasuredSettings {
     float power = 0;        // if > 0: the flux the lamp is set to, in the file's flux unit
     EmissionMode mode = EmissionMode::exact;
     Reconstruction reconstruction = Reconstruction::exact;  // approximate: with EmissionMode::exact alone
+    WorkingSpace colours = {};
 };
 
 // Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale;
@@ -61,6 +63,7 @@ struct RayLightSettings {
                             // rays are in metres; their flux does not change with the scale
     float power_scale = 1;  // multiplies the flux
     float power = 0;        // if > 0: the flux the rays are set to, in the file's flux unit
+    WorkingSpace colours = {};
 };
 
 // Reads the rays. Throws InputError naming file and cause.

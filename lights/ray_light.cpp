@@ -13,25 +13,26 @@ float mean_of_channels(const Rgb& c) {
     return (c.x + c.y + c.z) / 3;
 }
 
-// What the rays of a set emit: flux · Y each, and its colour in linear sRGB without negative components, as
-// particles need it.
+// What the rays of a set emit: flux · Y each, and its colour in the working space without negative
+// components, as particles need it.
 //
-// Spectral colours lie outside sRGB's gamut, and what they add up to, a white LED's light, inside. Mixing
-// each of them with grey would give the lamp another colour: the deep blue of an LED has so little luminance
-// that no blue of sRGB can be as blue. So negative components are left out, and each channel is scaled down
-// to what all rays together have of it: the lamp keeps its flux and its colour, places in its light that are
-// lit by one spectral colour get another luminance. Where the lamp's own colour is outside the gamut and was
-// mixed with grey, the same grey is added to each ray.
+// Spectral colours lie outside a gamut, those of an LED outside sRGB's, and what they add up to, a white
+// LED's light, inside. Mixing each of them with grey would give the lamp another colour: the deep blue of an
+// LED has so little luminance that no blue of sRGB can be as blue. So negative components are left out, and
+// each channel is scaled down to what all rays together have of it: the lamp keeps its flux and its colour,
+// places in its light that are lit by one spectral colour get another luminance. Where the lamp's own colour
+// is outside the gamut and was mixed with grey, the same grey is added to each ray.
 class EmittedColours {
   public:
-    explicit EmittedColours(const RaySet& set) : mean_(set.colour()) {
+    EmittedColours(const RaySet& set, const WorkingSpace& colours)
+        : mean_(light_of_luminance_one(colours, set.xyz)) {
         for (std::size_t i = 0; i < set.rays.size(); ++i) light_ += light_of(set, i);
         if (!set.coloured() || !(light_ > 0)) return;
         each_.reserve(set.rays.size());
         V3d sum(0, 0, 0);
         for (std::size_t i = 0; i < set.rays.size(); ++i) {
             const V3d xyz = set.xyz_of(i);
-            const Rgb colour = xyz.y > 0 ? xyz_to_rgb(xyz / xyz.y) : Rgb(0);
+            const Rgb colour = xyz.y > 0 ? colours.open_light_of_xyz(xyz / xyz.y) : Rgb(0);
             each_.push_back({std::max(0.0F, colour.x), std::max(0.0F, colour.y), std::max(0.0F, colour.z)});
             sum += light_of(set, i) * V3d(each_.back());
         }
@@ -107,7 +108,7 @@ class RayLight final : public Light {
   public:
     RayLight(RaySet set, const RayLightSettings& settings)
         : set_(std::move(set)),
-          colours_(set_),
+          colours_(set_, settings.colours),
           choice_(set_, colours_),
           placement_(settings.world_from_light, V3d(0, 0, 0), {settings.file.string()}),
           flux_(settings.power > 0 ? double{settings.power}

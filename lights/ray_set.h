@@ -72,6 +72,8 @@ struct RaySet {
     bool coloured() const { return !tristimulus.empty(); }
     // The colour of all rays in linear sRGB: luminance 1, all components >= 0.
     Rgb colour() const { return colour_of_luminance_one(xyz_to_rgb(xyz)); }
+    // The same with negative components where it is outside sRGB's gamut.
+    Rgb open_colour() const { return xyz_to_rgb(xyz); }
     // Of ray i: tristimulus, or the set's colour.
     V3d xyz_of(std::size_t i) const { return coloured() ? V3d(tristimulus[i]) : xyz; }
 };

@@ -12,6 +12,7 @@ namespace {
 // Collects the rays in which the light of one chunk of paths leaves.
 struct EscapedRays : LightPathVisitor {
     V3d origin{0, 0, 0};  // of the scene
+    WorkingSpace colours;
     LuminaireBlock block;
 
     void escape(const LightPathEscape& at) {
@@ -22,7 +23,7 @@ struct EscapedRays : LightPathVisitor {
         block.flux.forward += V3d(at.power);
         const float flux = luminance(at.power);
         // Power of no luminance has no colour.
-        block.tints.add(flux > 0 ? V3f(rgb_to_xyz(at.power / flux)) : block.tints.first);
+        block.tints.add(flux > 0 ? V3f(colours.light_to_xyz(at.power / flux)) : block.tints.first);
         block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, flux});
     }
 };
@@ -65,6 +66,7 @@ LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& pa
     trace_light_paths({scene, workers, silent}, paths, chunks, [&](std::int64_t n) {
         EscapedRays chunk;
         chunk.origin = scene.origin();
+        chunk.colours = parameters.colours;
         chunk.block.rays.reserve(static_cast<std::size_t>(n));  // each path leaves once at most
         return chunk;
     });
@@ -103,7 +105,7 @@ RaySet trace_rays(const Scene& scene, const LuminaireParameters& parameters, Flu
     set.flux = double{luminance(Rgb(V3f(flux.forward + flux.backward)))};
     set.skipped_flux = double{luminance(Rgb(V3f(flux.backward)))};
     if (!(luminance(forward) > 0)) throw InputError("no light leaves the luminaire towards +z");
-    set.xyz = rgb_to_xyz(forward / luminance(forward));
+    set.xyz = parameters.colours.light_to_xyz(forward / luminance(forward));
     set.tristimulus = std::move(tints.each);
     for (LampRay& ray : set.rays) ray.flux *= static_cast<float>(share);
     return set;

@@ -14,6 +14,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/working_space.h"
 #include "engine/scene/scene.h"
 #include "lights/ray_set.h"
 #include "photon/ledger.h"
@@ -25,6 +26,7 @@ struct LuminaireParameters {
     std::int64_t block = std::int64_t{1}
                          << 20;  // paths per block, >= 1; a power of two keeps blocks stratified
     std::uint64_t seed = 0;
+    WorkingSpace colours = {};  // of the scene
 
     std::int64_t blocks() const { return (paths + block - 1) / block; }
 };

@@ -1,6 +1,7 @@
 #include "engine/base/colour_space.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/spectrum.h"
 
@@ -8,7 +9,7 @@ namespace lucerna {
 namespace {
 
 struct Xy {
-    double x, y;
+    double x = 0, y = 0;
 };
 
 struct Definition {
@@ -50,14 +51,33 @@ V3d adapted(const V3d& xyz, const V3d& white) {
     return shares(columns, seen);
 }
 
+RgbMatrix inverse_of(const std::array<V3d, 3>& columns) {
+    std::array<V3d, 3> inverse;  // columns
+    for (int c = 0; c < 3; ++c) {
+        V3d one(0, 0, 0);
+        one[c] = 1;
+        inverse[static_cast<std::size_t>(c)] = shares(columns, one);
+    }
+    RgbMatrix matrix;
+    for (int r = 0; r < 3; ++r)
+        matrix.rows[static_cast<std::size_t>(r)] = {inverse[0][r], inverse[1][r], inverse[2][r]};
+    return matrix;
+}
+
 ColourSpace made(const Definition& d) {
     const std::array<V3d, 3> pure = {xyz_of(d.red), xyz_of(d.green), xyz_of(d.blue)};
     const V3d white = xyz_of(d.white);
     const V3d parts = shares(pure, white);
-    ColourSpace space{d.name, {}};
+    ColourSpace space{d.name, {}, {}, {}};
+    std::size_t at = 0;
+    for (const Xy& c : {d.red, d.green, d.blue, d.white}) {
+        space.chromaticities[at++] = static_cast<float>(c.x);
+        space.chromaticities[at++] = static_cast<float>(c.y);
+    }
     for (int c = 0; c < 3; ++c)
         space.primaries[static_cast<std::size_t>(c)] =
             adapted(parts[c] * pure[static_cast<std::size_t>(c)], white);
+    space.from_xyz_matrix = inverse_of(space.primaries);
     return space;
 }
 
@@ -67,10 +87,11 @@ std::span<const ColourSpace> colour_spaces() {
     static const std::array<ColourSpace, std::size(kDefinitions)> spaces = [] {
         std::array<ColourSpace, std::size(kDefinitions)> all;
         std::transform(std::begin(kDefinitions), std::end(kDefinitions), all.begin(), made);
-        // The one that rendering is in, to the last bit.
+        // As xyz_to_rgb() has it, to the last bit.
         for (int c = 0; c < 3; ++c)
             all[0].primaries[static_cast<std::size_t>(c)] =
                 rgb_to_xyz({c == 0 ? 1.0F : 0.0F, c == 1 ? 1.0F : 0.0F, c == 2 ? 1.0F : 0.0F});
+        all[0].from_xyz_matrix = inverse_of(all[0].primaries);
         return all;
     }();
     return spaces;
@@ -80,6 +101,51 @@ const ColourSpace* find_colour_space(std::string_view name) {
     const std::span<const ColourSpace> all = colour_spaces();
     const auto found = std::ranges::find(all, name, &ColourSpace::name);
     return found == all.end() ? nullptr : &*found;
+}
+
+std::optional<ColourSpace> colour_space_of(const Chromaticities& chromaticities) {
+    constexpr float kSame = 1e-3F;
+    for (const ColourSpace& known : colour_spaces()) {
+        bool same = true;
+        for (std::size_t i = 0; i < chromaticities.size(); ++i)
+            same = same && std::fabs(chromaticities[i] - known.chromaticities[i]) <= kSame;
+        if (same) return known;
+    }
+    Definition d{{}, {}, {}, {}, {}};
+    std::size_t at = 0;
+    for (Xy* c : {&d.red, &d.green, &d.blue, &d.white}) {
+        c->x = double{chromaticities[at++]};
+        c->y = double{chromaticities[at++]};
+        if (!std::isfinite(c->x) || !(std::fabs(c->y) > 1e-6)) return std::nullopt;
+    }
+    const V3d red = xyz_of(d.red), green = xyz_of(d.green), blue = xyz_of(d.blue);
+    const double all = red.dot(green.cross(blue));
+    if (!(std::fabs(all) > 1e-9 * red.length() * green.length() * blue.length())) return std::nullopt;
+    const V3d white = cones(xyz_of(d.white));
+    if (!(d.white.y > 0 && white.x > 0 && white.y > 0 && white.z > 0)) return std::nullopt;
+    const ColourSpace space = made(d);
+    for (const V3d& row : space.from_xyz_matrix.rows) {
+        if (!std::isfinite(row.length2())) return std::nullopt;
+    }
+    return space;
+}
+
+RgbMatrix conversion(const ColourSpace& from, const ColourSpace& to) {
+    RgbMatrix matrix;
+    for (std::size_t r = 0; r < 3; ++r) {
+        const V3d& row = to.from_xyz_matrix.rows[r];
+        matrix.rows[r] = {row.dot(from.primaries[0]), row.dot(from.primaries[1]), row.dot(from.primaries[2])};
+    }
+    return matrix;
+}
+
+V3d held_in_gamut(const V3d& rgb, const V3d& weights) {
+    const double y = weights.dot(rgb);
+    const double least = std::min({rgb.x, rgb.y, rgb.z});
+    if (least >= 0) return rgb;
+    if (!(y > 0)) return V3d(0);
+    const V3d held = V3d(y) + (rgb - V3d(y)) * (y / (y - least));  // least < 0 < y
+    return {std::max(0.0, held.x), std::max(0.0, held.y), std::max(0.0, held.z)};
 }
 
 }  // namespace lucerna

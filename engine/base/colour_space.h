@@ -1,8 +1,9 @@
-// The spaces that linear red, green and blue may be numbers of. Rendering is in linear sRGB (vec.h); what
-// comes in another space is brought there by way of CIE XYZ.
+// The spaces that linear red, green and blue may be numbers of, told by what they are in CIE XYZ. What
+// renders are in is a WorkingSpace (working_space.h), linear sRGB unless something else is asked for.
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -10,20 +11,46 @@
 
 namespace lucerna {
 
+// Linear: c goes to (rows[0]·c, rows[1]·c, rows[2]·c).
+struct RgbMatrix {
+    std::array<V3d, 3> rows{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};
+
+    V3d operator*(const V3d& c) const { return {rows[0].dot(c), rows[1].dot(c), rows[2].dot(c)}; }
+};
+
+// x and y of red, green, blue and white, in the order of OpenEXR's attribute "chromaticities".
+using Chromaticities = std::array<float, 8>;
+
 struct ColourSpace {
-    std::string_view name;
+    std::string_view name;  // empty: one that has no name here
+    Chromaticities chromaticities;
     // CIE XYZ of red, green and blue, each 1. White (1, 1, 1) is D65 of luminance 1 in every space: where a
     // space has another white, colours are adapted by the Bradford transform [Lam 1985].
     std::array<V3d, 3> primaries;
+    RgbMatrix from_xyz_matrix;
 
     V3d to_xyz(const V3d& rgb) const {
         return rgb.x * primaries[0] + rgb.y * primaries[1] + rgb.z * primaries[2];
     }
+    // Components are negative for colours outside the gamut.
+    V3d from_xyz(const V3d& xyz) const { return from_xyz_matrix * xyz; }
 };
 
-// "srgb", "rec2020", "dci-p3" (white D65), "acescg" and "aces2065-1".
+// "srgb", "rec2020", "dci-p3" (white D65), "acescg" and "aces2065-1". The first is linear sRGB.
 std::span<const ColourSpace> colour_spaces();
 // Null for another name.
 const ColourSpace* find_colour_space(std::string_view name);
+
+// The space of these chromaticities: the named one within 0.001 of each, otherwise one without a name. None
+// if they span no space (a primary or white without luminance, three primaries on a line, not finite).
+std::optional<ColourSpace> colour_space_of(const Chromaticities& chromaticities);
+
+// In one colour space, of colours in another.
+RgbMatrix conversion(const ColourSpace& from, const ColourSpace& to);
+
+// The same colour with no component below 0: one outside the gamut is mixed with grey of its luminance, as
+// far as it needs. `weights` are the luminances of the three components. Black if the luminance is not
+// positive.
+V3d held_in_gamut(const V3d& rgb, const V3d& weights);
 
 }  // namespace lucerna

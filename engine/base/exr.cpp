@@ -12,7 +12,9 @@
 #include <algorithm>
 #include <fstream>
 #include <new>
+#include <optional>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
@@ -33,6 +35,34 @@ int channel_rank(const std::string& name) {
 bool in_colour(const Image& image) {
     const auto has = [&image](const char* name) { return std::ranges::count(image.channels, name) > 0; };
     return has("R") && has("G") && has("B");
+}
+
+Imf::Chromaticities chromaticities_of(const ColourSpace* space) {
+    if (!space) return {};  // Rec. 709's
+    const Chromaticities& c = space->chromaticities;
+    return {{c[0], c[1]}, {c[2], c[3]}, {c[4], c[5]}, {c[6], c[7]}};
+}
+
+// What the header says of R, G and B; Rec. 709's, as OpenEXR means it, where it says nothing.
+ColourSpace space_of(const Imf::Header& header) {
+    if (!Imf::hasChromaticities(header)) return colour_spaces().front();
+    const Imf::Chromaticities& c = Imf::chromaticities(header);
+    const auto space =
+        colour_space_of({c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x, c.blue.y, c.white.x, c.white.y});
+    if (!space)
+        throw InputError(
+            fmt::format("its chromaticities, ({:g}, {:g}) ({:g}, {:g}) ({:g}, {:g}) and white "
+                        "({:g}, {:g}), span no colour space",
+                        c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x, c.blue.y, c.white.x, c.white.y));
+    return *space;
+}
+
+// Of another space than linear sRGB.
+Image brought_from(const ColourSpace& space, Image image) {
+    image.attributes["lucerna.broughtfrom"] =
+        space.name.empty() ? "a space of its own" : std::string(space.name);
+    image.space = &space;
+    return brought_to_srgb(std::move(image));
 }
 
 Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
@@ -81,7 +111,9 @@ Image read_exr(const std::filesystem::path& file) {
                 image.attributes[a.name()] = text->value();
             }
         }
-        return image;
+        if (!in_colour(image)) return image;
+        const ColourSpace space = space_of(in.header());
+        return space.name == colour_spaces().front().name ? image : brought_from(space, std::move(image));
     } catch (const std::bad_alloc&) {
         throw InputError({file.string()}, "not enough memory to read it; fewer pixels are accepted");
     } catch (const std::exception& error) {
@@ -97,7 +129,7 @@ void write_exr(const std::filesystem::path& file, const Image& image) {
         header.compression() = Imf::ZIP_COMPRESSION;
         for (const std::string& name : image.channels)
             header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-        if (in_colour(image)) Imf::addChromaticities(header, Imf::Chromaticities());  // Rec. 709's
+        if (in_colour(image)) Imf::addChromaticities(header, chromaticities_of(image.space));
         for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
         // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
         std::ofstream stream(temporary, std::ios::binary);

@@ -11,6 +11,8 @@
 
 namespace lucerna {
 
+struct ColourSpace;
+
 // Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() +
 // c].
 struct Image {
@@ -19,6 +21,7 @@ struct Image {
     std::vector<std::string> channels;
     std::vector<float> data;
     std::map<std::string, std::string> attributes;  // text carried in the file's header
+    const ColourSpace* space = nullptr;             // of R, G and B (colour_space.h); null: linear sRGB
 
     Image() = default;
     Image(int w, int h, std::vector<std::string> names)
@@ -47,15 +50,21 @@ struct Image {
     }
 };
 
-// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. Throws InputError naming file and
-// cause.
+// R, G and B brought to linear sRGB: below 0 outside its gamut or, `held`, mixed with grey of the same
+// luminance until none is. variance.R, .G and .B are left out where colours change, as nothing says how they
+// vary together.
+Image brought_to_srgb(Image image, bool held = false);
+
+// OpenEXR, 32-bit float, ZIP. R, G, B come first whatever the file's order. What the file states in other
+// chromaticities than Rec. 709's is brought to linear sRGB, so that all images read are in one space; the
+// attribute "lucerna.broughtfrom" then tells of it. Throws InputError naming file and cause.
 Image read_exr(const std::filesystem::path& file);
 // Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
-// An image with R, G and B states the chromaticities of Rec. 709: all colours are linear sRGB.
+// An image with R, G and B states the chromaticities of its space.
 void write_exr(const std::filesystem::path& file, const Image& image);
 
 // 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright
-// places.
+// places. What is outside sRGB's gamut is mixed with grey of its luminance.
 void write_png(const std::filesystem::path& file, const Image& image, float exposure);
 // The exposure at which the image's log-average luminance becomes middle grey. 1 for a black image.
 float auto_exposure(const Image& image);

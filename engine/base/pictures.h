@@ -7,10 +7,12 @@
 // door.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -39,6 +41,8 @@ struct PictureHeader {
     int bits = 0;      // of a whole number in the file; it may hold fewer than `numbers` has room for
     int channels = 0;  // may be 0 in a bad file
     std::vector<std::string> channel_names;
+    // x and y of red, green, blue and white that an OpenEXR file states.
+    std::optional<std::array<float, 8>> chromaticities = {};
 };
 
 // Before a file is opened: decoders of some formats make room for all that a header tells of. Throws

@@ -80,6 +80,7 @@ Rgb display_colour(const Rgb& exposed) {
 }
 
 void write_png(const std::filesystem::path& file, const Image& image, float exposure) {
+    if (image.space) return write_png(file, brought_to_srgb(image, true), exposure);
     write_bytes(file,
                 mapped(image, [&](const Rgb& radiance) { return display_colour(radiance * exposure); }));
 }
@@ -93,6 +94,7 @@ std::vector<unsigned char> png_bytes(const Image& image) {
 }
 
 float auto_exposure(const Image& image) {
+    if (image.space) return auto_exposure(brought_to_srgb(image, true));
     double log_sum = 0;
     std::size_t lit = 0;
     for (int y = 0; y < image.height; ++y) {

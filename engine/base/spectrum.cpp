@@ -88,8 +88,12 @@ Rgb xyz_colour(const V3d& xyz) {
     return y > 0 ? colour_of_luminance_one(rgb) * luminance(rgb) : Rgb(0.0F);
 }
 
+V3d emission_xyz(std::span<const SpectralSample> spectrum) {
+    return visible_xyz(spectrum) / equal_energy().y;
+}
+
 Rgb emission_rgb(std::span<const SpectralSample> spectrum) {
-    return xyz_colour(visible_xyz(spectrum) / equal_energy().y);
+    return xyz_colour(emission_xyz(spectrum));
 }
 
 Rgb equal_energy_rgb() {
@@ -143,18 +147,36 @@ std::span<const std::string_view> illuminant_names() {
     return kIlluminants;
 }
 
+namespace {
+
+// Not yet of luminance 1. Its index is below 3.
+Spectrum spectrum_of_illuminant(std::string_view name) {
+    // D50 and D65 are defined by a value of Planck's constant that has since changed: hence 1.4388/1.4380.
+    return name == "A" ? illuminant_a() : daylight_spectrum((name == "D50" ? 5000 : 6500) * 1.4388 / 1.4380);
+}
+
+V3d xyz_of_fluorescent(std::ptrdiff_t index) {
+    const double x = kFluorescent[index][0], y = kFluorescent[index][1];
+    return {x / y, 1, (1 - x - y) / y};
+}
+
+}  // namespace
+
+std::optional<V3d> illuminant_xyz(std::string_view name) {
+    const auto found = std::find(kIlluminants.begin(), kIlluminants.end(), name);
+    if (found == kIlluminants.end()) return std::nullopt;
+    const auto index = found - kIlluminants.begin();
+    if (index >= 3) return xyz_of_fluorescent(index - 3);
+    const V3d xyz = emission_xyz(spectrum_of_illuminant(name));
+    return xyz / xyz.y;
+}
+
 std::optional<Rgb> illuminant_rgb(std::string_view name) {
     const auto found = std::find(kIlluminants.begin(), kIlluminants.end(), name);
     if (found == kIlluminants.end()) return std::nullopt;
     const auto index = found - kIlluminants.begin();
-    if (index >= 3) {
-        const double x = kFluorescent[index - 3][0], y = kFluorescent[index - 3][1];
-        return xyz_colour({x / y, 1, (1 - x - y) / y});
-    }
-    // D50 and D65 are defined by a value of Planck's constant that has since changed: hence 1.4388/1.4380.
-    const Spectrum spectrum =
-        name == "A" ? illuminant_a() : daylight_spectrum((name == "D50" ? 5000 : 6500) * 1.4388 / 1.4380);
-    const Rgb rgb = emission_rgb(spectrum);
+    if (index >= 3) return xyz_colour(xyz_of_fluorescent(index - 3));
+    const Rgb rgb = emission_rgb(spectrum_of_illuminant(name));
     return rgb / luminance(rgb);
 }
 

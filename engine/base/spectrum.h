@@ -52,6 +52,8 @@ using Spectrum = std::vector<SpectralSample>;  // in rising order of wavelengths
 // The luminance is ∫ s ȳ dλ / ∫ ȳ dλ: a constant spectrum of value c has luminance c. Colours outside
 // the gamut are mixed with grey of the same luminance. Requires at least one sample.
 Rgb emission_rgb(std::span<const SpectralSample> spectrum);
+// The same before it becomes red, green and blue: CIE XYZ, Y the luminance as above.
+V3d emission_xyz(std::span<const SpectralSample> spectrum);
 // Channel by channel relative to a spectrum of 1. Not negative; within the bounds of the samples, which a
 // narrow spectrum's colour would leave.
 Rgb ratio_rgb(std::span<const SpectralSample> spectrum);
@@ -67,6 +69,7 @@ Spectrum blackbody_spectrum(double kelvin);
 // CIE standard illuminants: "A", "D50", "D65" by their published formulae, "F1" to "F12" by their published
 // chromaticities. Luminance 1. Nothing for another name.
 std::optional<Rgb> illuminant_rgb(std::string_view name);
+std::optional<V3d> illuminant_xyz(std::string_view name);
 std::span<const std::string_view> illuminant_names();
 // CIE daylight of a correlated colour temperature of 4000 to 25000 K, 100 at 560 nm.
 Spectrum daylight_spectrum(double kelvin);

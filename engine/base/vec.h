@@ -21,7 +21,7 @@ using M33f = Imath::M33f;
 using Box3f = Imath::Box3f;
 using Box3d = Imath::Box3d;
 
-// Linear colour on the Rec. 709 / sRGB primaries. The unit is said where it is used.
+// Linear colour, light or ratio of the working space (working_space.h). The unit is said where it is used.
 using Rgb = Imath::Color3<float>;
 
 inline constexpr float kPi = 3.14159265358979323846F;
@@ -29,7 +29,7 @@ inline constexpr double kPiD = 3.14159265358979323846;
 inline constexpr float kInvPi = 0.31830988618379067154F;
 inline constexpr double kRadiansPerDegree = kPiD / 180;
 
-// The measure by which photons are counted, lights chosen and roulette played: Rec. 709 luminance.
+// Of light in any working space; the measure by which photons are counted, lights chosen and roulette played.
 inline float luminance(const Rgb& c) {
     return 0.212671F * c.x + 0.715160F * c.y + 0.072169F * c.z;
 }

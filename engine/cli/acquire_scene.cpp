@@ -78,7 +78,12 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
     const double forward = luminance_of(state.flux.forward);
     LightFieldInfo info;
     // Nothing forwards: the field is black, and its colour of no matter.
-    if (forward > 0) info.colour = Rgb(V3f(state.flux.forward / forward));
+    if (forward > 0) {
+        const Rgb light(V3f(state.flux.forward / forward));
+        // A field's file has its colour in linear sRGB, outside the gamut too.
+        info.colour =
+            parameters.colours.is_srgb() ? light : xyz_to_rgb(parameters.colours.light_to_xyz(light));
+    }
     info.unit = emitter.unit;
     info.provenance = fmt::format("luminaire {} traced with {} light paths, seed {}",
                                   emitter.file.filename().string(), parameters.paths, parameters.seed);
@@ -110,6 +115,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     parameters.paths = emitter.rays;
     parameters.seed = emitter.seed;
     parameters.block = emitter.block;
+    parameters.colours = job.film.colours;
     try {
         check_luminaire(job.scene, parameters);
     } catch (const InputError& error) {

@@ -43,10 +43,12 @@ std::uint64_t hash_of_files(const std::vector<std::filesystem::path>& files) {
 
 std::string film_text(const FilmSettings& film) {
     const FilterSettings& f = film.filter;
-    return fmt::format("{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
-                       film.width, film.height, film.crop_begin.x, film.crop_begin.y, film.crop_end.x,
-                       film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x, f.radius.y, f.sigma,
-                       f.b, f.c, f.tau);
+    const std::string colours =
+        film.colours.is_srgb() ? "" : fmt::format("colours in {}, ", film.colours.name());
+    return fmt::format("{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
+                       colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y,
+                       film.crop_end.x, film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x,
+                       f.radius.y, f.sigma, f.b, f.c, f.tau);
 }
 
 }  // namespace

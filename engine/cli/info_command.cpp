@@ -49,7 +49,7 @@ std::string_view model_name(const Material& material) {
     return names[material.model.index()];
 }
 
-void print_lights(std::ostream& out, const Scene& scene) {
+void print_lights(std::ostream& out, const Scene& scene, const WorkingSpace& colours) {
     struct Kind {
         std::uint64_t count = 0;
         double power = 0;
@@ -68,7 +68,7 @@ void print_lights(std::ostream& out, const Scene& scene) {
     fmt::print(out, "unit         {}\n", unit_text(Quantity::radiance, common_unit(scene.lights())));
     if (scene.lights().size() < 2) return;
     for (std::size_t i = 0; i < std::min(scene.lights().size(), kMostListed); ++i) {
-        const Rgb flux = scene.lights()[i]->flux();
+        const Rgb flux = colours.light_to_rgb(scene.lights()[i]->flux());
         fmt::print(out, "  light {:<4} {:<11} {:.6g} ({:.4g} {:.4g} {:.4g})\n", i, scene.lights()[i]->kind(),
                    scene.lights()[i]->power(), flux.x, flux.y, flux.z);
     }
@@ -151,7 +151,7 @@ void print_descriptions(std::ostream& out, const Job& job) {
 // `ignored`: the warnings with which the scene was read.
 void print_scene(std::ostream& out, const Job& job, const std::vector<std::string>& ignored) {
     print_surfaces(out, job.scene);
-    print_lights(out, job.scene);
+    print_lights(out, job.scene, job.film.colours);
     print_materials(out, job.scene);
     print_camera(out, job);
     print_descriptions(out, job);

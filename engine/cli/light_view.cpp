@@ -8,6 +8,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/spectrum.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
@@ -53,14 +54,14 @@ Image sheet_of(const LightField& field, const ViewCommand& command) {
     }
     const double bright = level(std::move(values), kBrightest);
     const double gain = bright > 0 ? 0.75 * command.exposure / bright : 0.0;
+    const Rgb colour = colour_of_luminance_one(field.info().colour);
     const Rgb negative(0.1F, 0.3F, 1.0F);
     const auto view = [&](int m, int n) {
         Image image = Image::rgb(rig.pixels.x, rig.pixels.y);
         for (int k = 0; k < rig.pixels.x; ++k) {
             for (int l = 0; l < rig.pixels.y; ++l) {
                 const float shown = static_cast<float>(gain * double{field.coefficient(m, n, k, l)});
-                image.set_rgb(k, rig.pixels.y - 1 - l,
-                              shown >= 0 ? shown * field.info().colour : -shown * negative);
+                image.set_rgb(k, rig.pixels.y - 1 - l, shown >= 0 ? shown * colour : -shown * negative);
             }
         }
         return image;

@@ -47,6 +47,10 @@ A scene file may hold several frames, one WorldBegin and WorldEnd each. Every fr
 that its Film says; where that is taken, and under -o and for all other files, the second frame's names end in -2, and
 so on. Time and error are those of each frame.
 
+Colours are those of linear sRGB unless the scene ("ColorSpace" before Film) or --colour-space says rec2020 or acescg, which
+hold lamps that sRGB does not, as the chip of a green LED. The image states its chromaticities; pictures and displays are
+in sRGB.
+
 With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
 undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
 when the render is done, to go on to more samples one day; time then counts from the first start. If both options
@@ -63,7 +67,8 @@ Examples:
   lucerna render room.pbrt --spp 4096 --checkpoint room.checkpoint --resume room.checkpoint
   lucerna render room.pbrt --integrator progressive --time 5min --display localhost
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
-  lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2)";
+  lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2
+  lucerna render watch.pbrt --colour-space acescg --png)";
 
 // Often enough for an eye that waits.
 constexpr double kDisplayEvery = 1;  // seconds
@@ -94,6 +99,15 @@ std::filesystem::path png_beside(std::filesystem::path image) {
 void declare_image(const RenderCommand& command, const std::filesystem::path& image, CommandFiles& files) {
     files.writes(image, ".exr", "-o");
     if (command.png) files.writes(png_beside(image), ".png", "--png");
+}
+
+WorkingSpace parse_working_space(const std::string& word) {
+    const auto colours = WorkingSpace::named(word);
+    if (!colours) {
+        throw InputError({"--colour-space"}, fmt::format("\"{}\" is unknown; {} are accepted", word,
+                                                         fmt::join(WorkingSpace::names(), ", ")));
+    }
+    return *colours;
 }
 
 // Those that the command line names, before the scene names more.
@@ -365,6 +379,10 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
              });
+    add_word(app, "--colour-space", "NAME",
+             fmt::format("what is rendered in, and the image: {}, in the place of the scene's",
+                         fmt::join(WorkingSpace::names(), ", ")),
+             [&command](const std::string& word) { command.overrides.colours = parse_working_space(word); });
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
     app.add_flag("--strict", command.overrides.strict,

@@ -92,6 +92,7 @@ std::map<std::string, std::string> header_attributes(const RunFacts& facts, cons
         {"lucerna.spp", fmt::format("{}", report.samples_done)},
         {"lucerna.seconds", fmt::format("{:.3f}", facts.render_seconds)},
     };
+    if (!job.film.colours.is_srgb()) attributes["lucerna.colourspace"] = std::string(job.film.colours.name());
     if (!report.complete) attributes["lucerna.stopped"] = fmt::format("{} spp", report.samples_done);
     if (report.passes_done > 0) attributes["lucerna.passes"] = fmt::format("{}", report.passes_done);
     if (facts.choice) attributes["lucerna.tried"] = facts.choice->tried;

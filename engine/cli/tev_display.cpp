@@ -55,6 +55,7 @@ TevDisplay::TevDisplay(Endpoint to, std::string name, Monitor& monitor)
     : to_(std::move(to)), name_(std::move(name)), monitor_(monitor) {}
 
 void TevDisplay::show(const Image& image) {
+    if (image.space) return show(brought_to_srgb(image, true));  // what the viewer takes it for
     if (!connection_ && std::chrono::steady_clock::now() < next_try_) return;
     try {
         send(image);

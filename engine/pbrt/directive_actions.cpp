@@ -307,6 +307,21 @@ void DirectiveReader::color_space() {
             "colours are taken as sRGB's", "saturation");
     }
     reading_.state.colour_space = name == "srgb" ? nullptr : space;
+    const bool of_film = stage_ == Stage::options && std::ranges::count(seen_in_frame_, "Film") == 0;
+    if (of_film) choose_working_space(name);
+}
+
+// Before Film it is the film's space, and so that of the render where rendering knows it.
+void DirectiveReader::choose_working_space(std::string_view name) {
+    const std::optional<WorkingSpace> asked = WorkingSpace::named(name);
+    if (overrides_.colours || !asked || *asked == draft_.film.colours) return;
+    if (!draft_.media.empty()) {
+        fail(place_,
+             "ColorSpace \"{}\" chooses the colours of the render and stands behind a medium's; before "
+             "MakeNamedMedium it is accepted",
+             shown(std::string(name)));
+    }
+    draft_.film.colours = *asked;
 }
 
 void DirectiveReader::option() {

@@ -84,6 +84,7 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
                .folder = file.parent_path(),
                .skip_missing = overrides.skip_missing},
       overrides_(overrides) {
+    draft_.film.colours = overrides.colours.value_or(WorkingSpace());
     draft_.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
     files_.push_back({draft_.sources.front().get(), Tokens(*draft_.sources.front())});
     begin_frame();

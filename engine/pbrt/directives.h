@@ -103,6 +103,7 @@ class DirectiveReader {
     void transform_end();
     void attribute();
     void world_begin();
+    void choose_working_space(std::string_view name);
     void world_end();
     void include();
     void import();

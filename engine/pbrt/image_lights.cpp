@@ -33,7 +33,7 @@ NamedImage read_image(Reading& reading, Params& params) {
         return grey(0.5F);
     }
     try {
-        return {read_texture_image(file), version4};
+        return {read_texture_image(file, reading.colours()), version4};
     } catch (const InputError& error) {
         fail_always(params.place_of(parameter), "{}", printable(error.what()));
     }
@@ -97,8 +97,9 @@ bool names_an_image(const Params& params) {
 void read_image_infinite(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
     const Rgb factor = light_color(reading, params, "L");
-    const Rgb color =
-        with_illuminance(params, factor, image->illuminance() * static_cast<double>(luminance(factor)));
+    const double illuminance =
+        image->illuminance(reading.colours().weights()) * static_cast<double>(luminance(factor));
+    const Rgb color = with_illuminance(params, factor, illuminance);
     reading.draft.lights.push_back({params.place(), ImageInfiniteSpec{image, light_axes(reading, params),
                                                                       scaled_color(reading, params, color)}});
 }

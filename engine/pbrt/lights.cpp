@@ -16,7 +16,7 @@
 namespace lucerna {
 
 Rgb light_color(Reading& reading, Params& params, std::string_view name) {
-    return read_spectrum(reading, params, name, ColorUse::emission).value_or(Rgb(1.0F));
+    return read_spectrum(reading, params, name, ColorUse::emission).value_or(reading.colours().white());
 }
 
 Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
@@ -207,6 +207,7 @@ Settings read_lamp(Reading& reading, Params& params) {
     Settings lamp;
     lamp.file = reading.resolve(params.string("filename", ""));
     lamp.world_from_light = reading.state.ctm;
+    lamp.colours = reading.colours();
     lamp.power_scale = static_cast<float>(params.real_within("scale", 1, 0, 1e30));
     lamp.power = static_cast<float>(positive_or_none(params, "power"));
     if (!uniform_scale(lamp.world_from_light)) {

@@ -89,7 +89,9 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
     }
     const Rgb index = read_spectrum(reading, params, name, ColorUse::ratio).value_or(Rgb(1.5F));
     const bool grey = index.x == index.y && index.y == index.z;
-    const float eta = grey ? index.x : luminance(index);
+    const float shade =
+        reading.colours().is_srgb() ? luminance(index) : reading.colours().weights().dot(index);
+    const float eta = grey ? index.x : shade;
     if (!(eta >= static_cast<float>(kLeastEta) && eta <= static_cast<float>(kMostEta))) {
         params.depart(params.place_of(name),
                       fmt::format("\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),

@@ -132,7 +132,7 @@ std::int32_t index_of_medium(Reading& reading, const Place& at, const std::strin
 
 // Version 4's grids of colours: their sums' mean colour, as dense as the sums. Its clouds: what they hold on
 // average, in the whole box.
-void read_other_grid(const std::string& kind, Params& params, Medium& medium) {
+void read_other_grid(const Reading& reading, const std::string& kind, Params& params, Medium& medium) {
     if (kind == "cloud") {
         constexpr double kFilled = 0.5;  // of its noise, about
         const double density = kFilled * params.real_within("density", 1, 0, kLargestSigma);
@@ -168,7 +168,9 @@ void read_other_grid(const std::string& kind, Params& params, Medium& medium) {
                 density[i] += static_cast<float>(value);
             }
         }
-        if (grid->space) sums[which] = V3d(rgb_of_numbers(params, *grid, sums[which] / count)) * count;
+        if (grid->space || !reading.colours().is_srgb())
+            sums[which] =
+                V3d(rgb_of_numbers(reading, params, *grid, sums[which] / count, ColorUse::ratio)) * count;
     }
     const double all = sums[0].x + sums[0].y + sums[0].z + sums[1].x + sums[1].y + sums[1].z;
     if (!(all > 0)) fail(params.place(), "{} holds nothing", params.owner());
@@ -200,8 +202,8 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     // Version 4's grids begin with coefficients of 1.
     const bool ones = kind == "uniformgrid" || kind == "cloud";
     const MeasuredMedium& milk = *measured_medium("Wholemilk");  // what pbrt begins with
-    const Rgb sigma_a = ones ? Rgb(1) : milk.sigma_a;
-    const Rgb sigma_s = ones ? Rgb(1) : milk.sigma_s;
+    const Rgb sigma_a = ones ? Rgb(1) : reading.colours().ratio(milk.sigma_a);
+    const Rgb sigma_s = ones ? Rgb(1) : reading.colours().ratio(milk.sigma_s);
     const std::string preset = params.string("preset", "");
     const MeasuredMedium* found = measured_medium(preset);
     if (!preset.empty() && !found) {
@@ -213,8 +215,8 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     if (kind == "rgbgrid") {
         // Its coefficients are the grids.
     } else if (found) {
-        medium.sigma_a = found->sigma_a * static_cast<float>(scale);
-        medium.sigma_s = found->sigma_s * static_cast<float>(scale);
+        medium.sigma_a = reading.colours().ratio(found->sigma_a) * static_cast<float>(scale);
+        medium.sigma_s = reading.colours().ratio(found->sigma_s) * static_cast<float>(scale);
     } else {
         medium.sigma_a = coefficient(reading, params, "sigma_a", sigma_a, scale);
         medium.sigma_s = coefficient(reading, params, "sigma_s", sigma_s, scale);
@@ -232,7 +234,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
         medium.density = read_grid(params, *medium.box, DensityGrid::Border::zero);
     } else if (other) {
         medium.box = read_box(params);
-        read_other_grid(kind, params, medium);
+        read_other_grid(reading, kind, params, medium);
     }
     if (!inverse(reading.state.ctm)) {
         fail(params.place(), "{}: its transformation cannot be undone", params.owner());

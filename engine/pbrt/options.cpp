@@ -162,10 +162,12 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     } else if (!version3 && kind != "rgb") {
         refuse_kind(params.place(), "Film", kind, {"rgb", "image", "gbuffer", "spectral"}, {});
     }
-    if (const ColourSpace* space = reading.state.colour_space) {
-        reading.depart(params.place(),
-                       fmt::format("an image in ColorSpace \"{}\" is not supported", space->name),
-                       "it is in linear sRGB", "saturation");
+    const ColourSpace* space = reading.state.colour_space;
+    if (space && !WorkingSpace::named(space->name)) {
+        reading.depart(
+            params.place(), fmt::format("an image in ColorSpace \"{}\" is not supported", space->name),
+            film.colours.is_srgb() ? "it is in linear sRGB" : fmt::format("it is in {}", film.colours.name()),
+            "saturation");
     }
     // Each version's own default.
     film.width = read_side(params, "xresolution", version3 ? 640 : 1280);

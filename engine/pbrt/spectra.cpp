@@ -1,4 +1,4 @@
-// Colours of all spellings, brought to linear sRGB.
+// Colours of all spellings, brought to the working space.
 //
 // What emission means differs between pbrt's versions: version 4 scales a light's spectrum to luminance 1 and
 // takes its strength from "scale" or "power", versions 1 to 3 take the numbers as they stand. A list of
@@ -77,28 +77,39 @@ std::optional<Rgb> named_metal(std::string_view name) {
     return std::nullopt;
 }
 
-std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const std::string& name) {
+Rgb color_of(const WorkingSpace& colours, const V3d& xyz, ColorUse use) {
+    return use == ColorUse::ratio ? colours.ratio_of_xyz(xyz) : colours.light_of_xyz(xyz);
+}
+Rgb color_of(const WorkingSpace& colours, std::span<const SpectralSample> spectrum, ColorUse use) {
+    return use == ColorUse::ratio ? colours.ratio_of_spectrum(spectrum) : colours.light_of_spectrum(spectrum);
+}
+
+std::optional<Rgb> named_illuminant(const WorkingSpace& colours, std::string_view name, ColorUse use) {
+    if (colours.is_srgb()) return illuminant_rgb(name);
+    const auto xyz = illuminant_xyz(name);
+    return xyz ? std::optional<Rgb>(color_of(colours, *xyz, use)) : std::nullopt;
+}
+
+std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const std::string& name,
+                                  ColorUse use) {
     constexpr std::string_view kIlluminant = "stdillum-";
     if (name.starts_with(kIlluminant))
-        return illuminant_rgb(std::string_view(name).substr(kIlluminant.size()));
+        return named_illuminant(reading.colours(), std::string_view(name).substr(kIlluminant.size()), use);
     for (const Glass& glass : kGlasses) {
         if (name != glass.name) continue;
         reading.depart(param.place, fmt::format("{}: there is no dispersion", name),
                        fmt::format("{} at 587.6 nm is taken", glass.eta));
         return Rgb(glass.eta);
     }
-    return named_metal(name);
-}
-
-Rgb color_of(std::span<const SpectralSample> spectrum, ColorUse use) {
-    return use == ColorUse::ratio ? ratio_rgb(spectrum) : emission_rgb(spectrum);
+    const auto metal = named_metal(name);
+    return metal ? std::optional<Rgb>(reading.colours().ratio(*metal)) : std::nullopt;
 }
 
 // A name that pbrt knows, or else a file.
 Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
     const std::string name = param.strings.size() == 1 ? param.strings.front() : std::string();
     if (name.empty()) fail(param.place, "\"{}\": one name or file is accepted", shown(param.name));
-    if (const auto known = named_spectrum(reading, param, name)) return *known;
+    if (const auto known = named_spectrum(reading, param, name, use)) return *known;
     const std::filesystem::path file = reading.resolve(name);
     std::error_code status;
     if (!std::filesystem::exists(file, status) && file.extension().empty()) {
@@ -117,7 +128,7 @@ Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
                                              sample.weight, sample.nanometres));
             }
         }
-        return color_of(spectrum, use);
+        return color_of(reading.colours(), spectrum, use);
     } catch (const InputError& error) {
         fail_always(param.place, "{}", printable(error.what()));
     }
@@ -142,7 +153,8 @@ std::optional<Rgb> color_of_count(Params& params, const Param& param, std::strin
     return std::nullopt;
 }
 
-std::optional<Rgb> spectrum_of_samples(Params& params, const Param& param, ColorUse use) {
+std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, const Param& param,
+                                       ColorUse use) {
     const std::size_t count = param.numbers.size();
     constexpr std::string_view accepted = "pairs of wavelength (nm) and value are accepted";
     if (count < 2 || !param.strings.empty()) return color_of_count(params, param, accepted);
@@ -178,47 +190,56 @@ std::optional<Rgb> spectrum_of_samples(Params& params, const Param& param, Color
         };
         spectrum.erase(std::unique(spectrum.begin(), spectrum.end(), same), spectrum.end());
     }
-    return color_of(spectrum, use);
+    return color_of(reading.colours(), spectrum, use);
 }
 
-std::optional<Rgb> color_of_blackbody(Params& params, const Param& param, ColorUse use) {
+std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, const Param& param,
+                                      ColorUse use) {
     const std::size_t count = param.numbers.size();
     if (count < 1 || count > 2)
         return color_of_count(params, param, "kelvins are accepted, or kelvins and a scale");
-    const Rgb color = color_of(blackbody_spectrum(held(params, param, 0, 300, 1e6)), use);
+    const WorkingSpace& colours = reading.colours();
+    const Spectrum spectrum = blackbody_spectrum(held(params, param, 0, 300, 1e6));
+    const Rgb color = color_of(colours, spectrum, use);
     if (count == 2) return color * static_cast<float>(held(params, param, 1, 0, 1e30));
-    return colour_of_luminance_one(color);
+    if (colours.is_srgb()) return colour_of_luminance_one(color);
+    return color / static_cast<float>(emission_xyz(spectrum).y);  // > 0: it glows
 }
 
-std::optional<Rgb> color_of_xyz(Params& params, const Param& param) {
+std::optional<Rgb> color_of_xyz(const Reading& reading, Params& params, const Param& param, ColorUse use) {
     if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
-    return xyz_colour(
-        {held(params, param, 0, 0, 1e30), held(params, param, 1, 0, 1e30), held(params, param, 2, 0, 1e30)});
+    return color_of(reading.colours(),
+                    V3d(held(params, param, 0, 0, 1e30), held(params, param, 1, 0, 1e30),
+                        held(params, param, 2, 0, 1e30)),
+                    use);
 }
 
-std::optional<Rgb> color_of_rgb(Params& params, const Param& param) {
+std::optional<Rgb> color_of_rgb(const Reading& reading, Params& params, const Param& param, ColorUse use) {
     if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
     const double most = param.space ? 1e30 : 3.4e38;
-    return rgb_of_numbers(params, param,
+    return rgb_of_numbers(reading, params, param,
                           V3d(held(params, param, 0, 0, most), held(params, param, 1, 0, most),
-                              held(params, param, 2, 0, most)));
+                              held(params, param, 2, 0, most)),
+                          use);
 }
 
 }  // namespace
 
-Rgb rgb_of_numbers(const Params& params, const Param& param, const V3d& numbers) {
+Rgb rgb_of_numbers(const Reading& reading, const Params& params, const Param& param, const V3d& numbers,
+                   ColorUse use) {
+    const WorkingSpace& colours = reading.colours();
+    const Rgb factor = use == ColorUse::ratio ? Rgb(1) : colours.white();
     const bool grey = numbers.x == numbers.y && numbers.y == numbers.z;  // white is white in every space
-    if (!param.space || grey) return Rgb(numbers);
-    const V3d xyz = param.space->to_xyz(numbers);
-    const Rgb srgb = xyz_to_rgb(xyz);
-    constexpr float kRounding = 1e-5F;  // of what is inside
-    if (std::min({srgb.x, srgb.y, srgb.z}) < -kRounding * max_component(srgb)) {
+    const ColourSpace& space = param.space ? *param.space : colour_spaces().front();
+    if (grey || space.name == colours.name()) return Rgb(numbers) * factor;
+    const V3d xyz = space.to_xyz(numbers);
+    if (!colours.holds(xyz)) {
         params.depart(param.place,
-                      fmt::format("\"{}\": this {} colour is outside sRGB's gamut, in which rendering is",
-                                  shown(param.name), param.space->name),
+                      fmt::format("\"{}\": this {} colour is outside {}'s gamut, in which rendering is",
+                                  shown(param.name), space.name, colours.is_srgb() ? "sRGB" : colours.name()),
                       "it is mixed with grey of its luminance", "saturation");
     }
-    return xyz_colour(xyz);
+    return color_of(colours, xyz, use);
 }
 
 std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_view name, ColorUse use) {
@@ -226,14 +247,14 @@ std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_v
     if (!param) return std::nullopt;
     switch (param->type) {
         case Type::spectrum:
-            return param->strings.empty() ? spectrum_of_samples(params, *param, use)
+            return param->strings.empty() ? spectrum_of_samples(reading, params, *param, use)
                                           : spectrum_of_name(reading, *param, use);
         case Type::blackbody:
-            return color_of_blackbody(params, *param, use);
+            return color_of_blackbody(reading, params, *param, use);
         case Type::xyz:
-            return color_of_xyz(params, *param);
+            return color_of_xyz(reading, params, *param, use);
         default:
-            return color_of_rgb(params, *param);
+            return color_of_rgb(reading, params, *param, use);
     }
 }
 

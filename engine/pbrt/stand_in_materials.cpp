@@ -43,6 +43,7 @@ float color_of_hair(float sigma_a, float beta) {
 const Rgb kEumelanin(0.419F, 0.697F, 1.37F), kPheomelanin(0.187F, 0.4F, 1.05F);
 
 RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
+    const Rgb eumelanin_sigma = reading.colours().ratio(kEumelanin);
     const auto of_absorption = [beta](const Rgb& sigma_a) {
         return RgbTexture::constant(
             each_channel(sigma_a, [beta](float sigma) { return color_of_hair(sigma, beta); }));
@@ -51,8 +52,8 @@ RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
         if (params.has(name)) return read_color(reading, params, name, Rgb(0.5F));
     }
     if (params.has("sigma_a")) {
-        const auto sigma_a = read_index_spectrum(reading, params, "sigma_a", kEumelanin * 1.3F);
-        return of_absorption(sigma_a.constant_value().value_or(kEumelanin * 1.3F));
+        const auto sigma_a = read_index_spectrum(reading, params, "sigma_a", eumelanin_sigma * 1.3F);
+        return of_absorption(sigma_a.constant_value().value_or(eumelanin_sigma * 1.3F));
     }
     const bool given = params.has("eumelanin") || params.has("pheomelanin");
     const auto amount = [&](std::string_view name, double fallback) {
@@ -61,7 +62,7 @@ RgbTexture read_hair_color(Reading& reading, Params& params, float beta) {
             .value_or(static_cast<float>(fallback));
     };
     const float eumelanin = amount("eumelanin", given ? 0 : 1.3), pheomelanin = amount("pheomelanin", 0);
-    return of_absorption(kEumelanin * eumelanin + kPheomelanin * pheomelanin);
+    return of_absorption(eumelanin_sigma * eumelanin + reading.colours().ratio(kPheomelanin) * pheomelanin);
 }
 
 // Half of the light goes on through the fibre: behind thin hair there is light.
@@ -112,10 +113,11 @@ struct Volume {
 
 Volume read_volume_coefficients(Reading& reading, Params& params) {
     const MeasuredMedium& fallback = *measured_medium("Wholemilk");
-    Volume volume{fallback.sigma_a, fallback.sigma_s};
+    const WorkingSpace& colours = reading.colours();
+    Volume volume{colours.ratio(fallback.sigma_a), colours.ratio(fallback.sigma_s)};
     const std::string name = params.string("name", "");
     if (const MeasuredMedium* named = measured_medium(name)) {
-        volume = {named->sigma_a, named->sigma_s};
+        volume = {colours.ratio(named->sigma_a), colours.ratio(named->sigma_s)};
     } else if (!name.empty()) {
         params.depart(
             params.place_of("name"),
@@ -225,7 +227,7 @@ const NamedAppearance kAppearances[] = {
     {"purple", {0.25F, 0.08F, 0.35F}, kVarnish}, {"pink", {0.70F, 0.35F, 0.40F}, kVarnish},
     {"ceramic", {0.70F, 0.70F, 0.68F}, kVarnish}};
 
-MaterialModel appearance_of_name(const std::string& name) {
+MaterialModel appearance_of_name(const std::string& name, const WorkingSpace& colours) {
     constexpr float kAlpha = 0.2F;
     std::string lower = name;
     std::ranges::transform(lower, lower.begin(),
@@ -238,12 +240,12 @@ MaterialModel appearance_of_name(const std::string& name) {
     for (const NamedAppearance& appearance : kAppearances) {
         if (lower.find(appearance.word) == lower.npos) continue;
         if (appearance.gloss < 1) {
-            return SubstrateMaterial{RgbTexture::constant(appearance.color),
+            return SubstrateMaterial{RgbTexture::constant(colours.ratio(appearance.color)),
                                      RgbTexture::constant(Rgb(appearance.gloss)),
                                      Roughness::of_alpha(kAlpha)};
         }
         ConductorMaterial metal;
-        metal.reflectance = RgbTexture::constant(appearance.color);
+        metal.reflectance = RgbTexture::constant(colours.ratio(appearance.color));
         metal.roughness = Roughness::of_alpha(kAlpha);
         return metal;
     }
@@ -251,9 +253,10 @@ MaterialModel appearance_of_name(const std::string& name) {
                              Roughness::of_alpha(kAlpha)};
 }
 
-MaterialModel appearance_of_table(const TableFit& fit) {
+// The fit is in linear sRGB.
+MaterialModel appearance_of_table(const TableFit& fit, const WorkingSpace& colours) {
     const Roughness roughness = Roughness::of_alpha(fit.alpha);
-    const auto constant = [](const Rgb& c) { return RgbTexture::constant(c); };
+    const auto constant = [&](const Rgb& c) { return RgbTexture::constant(colours.ratio(c)); };
     MaterialModel front = SubstrateMaterial{constant(fit.diffuse), constant(fit.gloss), roughness};
     const float through = luminance(fit.transmitted), all = through + luminance(fit.diffuse + fit.gloss);
     if (!(through > 0.02F)) return front;
@@ -277,7 +280,9 @@ MaterialModel read_table(Reading& reading, const std::string& kind, Params& para
                       : fmt::format("diffuse and gloss by the name \"{}\" are taken",
                                     shown(std::filesystem::path(name).stem().string())),
                   "the table's detail");
-    return fit ? appearance_of_table(*fit) : appearance_of_name(std::filesystem::path(name).stem().string());
+    const WorkingSpace& colours = reading.colours();
+    return fit ? appearance_of_table(*fit, colours)
+               : appearance_of_name(std::filesystem::path(name).stem().string(), colours);
 }
 
 // ---- version 1's measured paints and cloths
@@ -295,7 +300,7 @@ const Paint kPaints[] = {{"bluepaint", {0.31F, 0.40F, 0.70F}, 0.04F, 0.25F},
                          {"primer", {0.13F, 0.13F, 0.14F}, 0.03F, 0.5F},
                          {"skin", {0.43F, 0.30F, 0.33F}, 0.028F, 0.4F}};
 
-std::optional<MaterialModel> read_paint(const std::string& kind, Params& params) {
+std::optional<MaterialModel> read_paint(const Reading& reading, const std::string& kind, Params& params) {
     std::optional<MaterialModel> model;
     if (kind == "brushedmetal") {
         ConductorMaterial metal;
@@ -305,8 +310,8 @@ std::optional<MaterialModel> read_paint(const std::string& kind, Params& params)
     }
     for (const Paint& paint : kPaints) {
         if (kind != paint.name) continue;
-        model = SubstrateMaterial{RgbTexture::constant(paint.diffuse), RgbTexture::constant(Rgb(paint.gloss)),
-                                  Roughness::of_alpha(paint.alpha)};
+        model = SubstrateMaterial{RgbTexture::constant(reading.colours().ratio(paint.diffuse)),
+                                  RgbTexture::constant(Rgb(paint.gloss)), Roughness::of_alpha(paint.alpha)};
     }
     if (model) {
         params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind),
@@ -336,7 +341,7 @@ std::optional<MaterialModel> read_stand_in(Reading& reading, const std::string& 
         return read_disney(reading, params);
     }
     if (kind == "fourier" || kind == "measured") return read_table(reading, kind, params);
-    return read_paint(kind, params);
+    return read_paint(reading, kind, params);
 }
 
 }  // namespace lucerna

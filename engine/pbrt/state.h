@@ -75,6 +75,8 @@ struct Reading {
     bool old_dialect = false;
     Place place = {};  // of the directive at hand
 
+    // The space that the render is in; colours are read as ratios and light of it.
+    const WorkingSpace& colours() const { return draft.film.colours; }
     // The file that the scene's text names. All of them come this way.
     std::filesystem::path resolve(const std::string& name);
     DraftShapes& shapes() const { return object ? object->shapes : draft; }
@@ -125,14 +127,16 @@ IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Pa
                                    const std::string& override_name);
 void apply_settings(IntegratorSettings& settings, const SceneOverrides& overrides);
 
-// What a colour stands for, which decides how a spectrum becomes linear sRGB.
+// What a colour stands for, which decides how a spectrum becomes red, green and blue, and whether these are a
+// ratio or light of the working space (working_space.h).
 enum class ColorUse : std::uint8_t {
     ratio,     // reflectance, eta, k, sigma: 1 at all wavelengths is (1, 1, 1)
     emission,  // of a light
 };
-// Three numbers of an rgb parameter, not negative, in linear sRGB whatever space they are in. A colour
+// Three numbers of an rgb parameter, not negative, in the working space whatever space they are in. A colour
 // outside its gamut is mixed with grey of its luminance, with a warning.
-Rgb rgb_of_numbers(const Params& params, const Param& param, const V3d& numbers);
+Rgb rgb_of_numbers(const Reading& reading, const Params& params, const Param& param, const V3d& numbers,
+                   ColorUse use);
 
 // One colour, however it is spelt: rgb, color, xyz, blackbody, spectrum (samples, a name, a .spd file).
 // Nothing if the parameter is absent; a texture is an error. Strength of emission: numbers as they stand (a

@@ -250,9 +250,21 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
         return Texture<Value>::constant(Value(0.5F));
     }
     try {
-        return image_texture<Value>(reading.images->open(file, encoding), lookup);
+        // Of a number's picture the luminance counts.
+        const WorkingSpace colours = std::is_same_v<Value, float> ? WorkingSpace() : reading.colours();
+        return image_texture<Value>(reading.images->open(file, encoding, colours), lookup);
     } catch (const InputError& error) {
         fail_always(params.place_of("filename"), "{}", printable(error.what()));
+    }
+}
+
+// A pattern that has colours of its own, in linear sRGB.
+template <typename Value>
+Texture<Value> from_color(const Reading& reading, const RgbTexture& texture) {
+    if constexpr (std::is_same_v<Value, float>) {
+        return luminance_texture(texture);
+    } else {
+        return ratio_texture(texture, reading.colours());
     }
 }
 
@@ -263,14 +275,6 @@ Texture<Value> from_number(const FloatTexture& texture) {
         return texture;
     } else {
         return grey_texture(texture);
-    }
-}
-template <typename Value>
-Texture<Value> from_color(const RgbTexture& texture) {
-    if constexpr (std::is_same_v<Value, float>) {
-        return luminance_texture(texture);
-    } else {
-        return texture;
     }
 }
 
@@ -308,8 +312,8 @@ Texture<Value> read_any(Reading& reading, const std::string& kind, Params& param
     if (kind == "checkerboard") return read_checkerboard<Value>(reading, params);
     if (kind == "bilerp") return read_bilerp<Value>(reading, params);
     if (kind == "dots") return read_dots<Value>(reading, params);
-    if (kind == "uv") return from_color<Value>(uv_texture(read_mapping(reading, params)));
-    if (kind == "marble") return from_color<Value>(read_marble(reading, params));
+    if (kind == "uv") return from_color<Value>(reading, uv_texture(read_mapping(reading, params)));
+    if (kind == "marble") return from_color<Value>(reading, read_marble(reading, params));
     if (kind == "ptex") return read_ptex<Value>(params);
     const bool noise = kind == "fbm" || kind == "wrinkled" || kind == "windy";
     if (!noise) refuse_texture(kind, params);

@@ -44,6 +44,9 @@ PictureHeader header_of(const OIIO::ImageSpec& spec) {
     header.bits = spec.get_int_attribute("oiio:BitsPerSample", static_cast<int>(8 * spec.format.basesize()));
     header.channels = spec.nchannels;
     header.channel_names = spec.channelnames;
+    const auto* stated = spec.find_attribute("chromaticities");
+    if (stated && stated->type() == OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8))
+        std::copy_n(static_cast<const float*>(stated->data()), 8, header.chromaticities.emplace().begin());
     return header;
 }
 

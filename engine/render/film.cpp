@@ -151,11 +151,13 @@ V3d Film::variance(std::size_t place) const {
     return variance;
 }
 
-Image Film::develop(float scale) const {
+Image Film::develop(float scale, const WorkingSpace& colours) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
+    if (!colours.is_srgb()) image.space = &colours.space();
+    const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-        const V3f mean = value(pixels_[i]) * scale;
-        const V3d scaled_variance = variance(i) * sqr(double{scale});
+        const V3f mean = value(pixels_[i]) * scales;
+        const V3d scaled_variance = variance(i) * V3d(scales) * V3d(scales);
         for (int c = 0; c < 3; ++c) {
             image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
             constexpr double kLargest = std::numeric_limits<float>::max();

@@ -44,7 +44,8 @@ class Film {
     //
     // A pixel is E[wL], and E[w] = 1. It is estimated as mean(L) + cov(w, L): as unbiased as mean(wL), and
     // exact where L does not vary, however the signs of the weights fall.
-    Image develop(float scale) const;
+    // The film holds light (working_space.h); the image has the components of that space.
+    Image develop(float scale, const WorkingSpace& colours = {}) const;
 
     // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
     // pixel's error of luminance over its luminance (plus a tenth of the image's mean, both squared, so that

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/working_space.h"
 #include "engine/integrators/settings.h"
 #include "engine/scene/camera.h"
 #include "engine/scene/render_context.h"
@@ -25,7 +26,8 @@ struct FilmSettings {
     int width = 640, height = 480;  // pixels
     std::filesystem::path filename = "lucerna.exr";
     FilterSettings filter;
-    float scale = 1;  // multiplies the stored radiance
+    float scale = 1;       // multiplies the stored radiance
+    WorkingSpace colours;  // of the render, and so of the image
     // The part that is rendered, pixels, `crop_end` exclusive; (0,0): the whole picture.
     V2i crop_begin{0, 0}, crop_end{0, 0};
 

@@ -300,7 +300,7 @@ class Run {
     }
 
     RenderResult result() const {
-        RenderResult result{film_.develop(job_.film.scale), report_};
+        RenderResult result{film_.develop(job_.film.scale, job_.film.colours), report_};
         RenderReport& report = result.report;
         report.samples_not_finite = tiles_.bad_samples();
         report.rays_invalid = invalid_rays();

@@ -1,5 +1,7 @@
 #include "engine/scene/texture_image.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,6 +26,7 @@ struct Header {
     int channels;  // that are read: 1 or 3
     bool whole_numbers;
     bool bytes;
+    std::optional<Chromaticities> stated = {};
     std::size_t values() const {
         return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
                static_cast<std::size_t>(channels);
@@ -36,8 +39,12 @@ Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
                          fmt::format("image size {} × {} is not credible", spec.width, spec.height));
     }
     if (spec.channels < 1) throw InputError({file.string()}, "the image has no channels");
-    return {spec.width, spec.height, spec.channels < 3 ? 1 : 3, are_whole(spec.numbers),
-            spec.numbers == PictureNumbers::bytes};
+    return {spec.width,
+            spec.height,
+            spec.channels < 3 ? 1 : 3,
+            are_whole(spec.numbers),
+            spec.numbers == PictureNumbers::bytes,
+            spec.chromaticities};
 }
 
 // What the library of picture formats reports becomes an error about the file.
@@ -251,6 +258,78 @@ class CachedTexels final : public Texels {
     ValueRange range_;
 };
 
+// From a file's colours to ratios of a working space.
+class Conversion {
+  public:
+    Conversion(const ColourSpace& from, const WorkingSpace& to)
+        : matrix_(conversion(from, to.space())), weights_(V3d(to.weights())) {
+        for (const V3d& row : matrix_.rows) {
+            inside_ = inside_ && row.x >= 0 && row.y >= 0 && row.z >= 0;
+            most_ = std::max(most_, std::max(0.0, row.x) + std::max(0.0, row.y) + std::max(0.0, row.z));
+        }
+    }
+    // None if there is nothing to do.
+    static std::optional<Conversion> of(const std::filesystem::path& file,
+                                        const std::optional<Chromaticities>& stated, const WorkingSpace& to) {
+        ColourSpace from = colour_spaces().front();
+        if (stated) {
+            const std::optional<ColourSpace> space = colour_space_of(*stated);
+            if (!space) {
+                throw InputError(
+                    {file.string()},
+                    fmt::format("its chromaticities ({:g}) span no colour space", fmt::join(*stated, " ")));
+            }
+            from = *space;
+        }
+        if (!from.name.empty() && from.name == to.name()) return std::nullopt;
+        return Conversion(from, to);
+    }
+
+    Rgb operator()(const Rgb& c) const {
+        if (c.x == c.y && c.y == c.z) return c;  // grey is grey in every space
+        return Rgb(held_in_gamut(matrix_ * V3d(c), weights_));
+    }
+    ValueRange operator()(const ValueRange& range) const {
+        if (inside_) return range;  // means of the channels
+        return {0, range.most * static_cast<float>(most_)};
+    }
+    // Means do not leave what they are taken of but by rounding.
+    Rgb within(const ValueRange& range, const Rgb& c) const {
+        const Rgb made = (*this)(c);
+        if (!inside_) return made;
+        return {std::clamp(made.x, range.least, range.most), std::clamp(made.y, range.least, range.most),
+                std::clamp(made.z, range.least, range.most)};
+    }
+
+  private:
+    RgbMatrix matrix_;
+    V3d weights_;
+    bool inside_ = true;  // the one gamut is within the other
+    double most_ = 1;     // of a component, of colours up to 1
+};
+
+// Converted whenever they are asked for: in sRGB files of bytes stay bytes.
+class ConvertedTexels final : public Texels {
+  public:
+    ConvertedTexels(std::shared_ptr<const Texels> of, const Conversion& conversion)
+        : of_(std::move(of)), conversion_(conversion), before_(of_->range()), range_(conversion(before_)) {}
+
+    int width() const override { return of_->width(); }
+    int height() const override { return of_->height(); }
+    ValueRange range() const override { return range_; }
+    std::array<Rgb, 4> square(const TexelSquare& at) const override {
+        std::array<Rgb, 4> texels = of_->square(at);
+        for (Rgb& texel : texels) texel = conversion_.within(before_, texel);
+        return texels;
+    }
+    void prefetch(const TexelSquare& at) const override { of_->prefetch(at); }
+
+  private:
+    std::shared_ptr<const Texels> of_;
+    Conversion conversion_;
+    ValueRange before_, range_;
+};
+
 }  // namespace
 
 float Encoding::decode(float x) const {
@@ -268,13 +347,24 @@ float Encoding::decode(float x) const {
 TextureImages::TextureImages(const TextureMemory& memory) : memory_(memory) {}
 TextureImages::~TextureImages() = default;
 
-std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& file,
+std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& file, const Encoding& encoding,
+                                                  const std::optional<WorkingSpace>& colours) {
+    const Opened numbers = open_numbers(file, encoding);
+    if (!colours) return numbers.texels;
+    const auto conversion = Conversion::of(file, numbers.stated, *colours);
+    if (!conversion) return numbers.texels;
+    return std::make_shared<ConvertedTexels>(numbers.texels, *conversion);
+}
+
+TextureImages::Opened TextureImages::open_numbers(const std::filesystem::path& file,
                                                   const Encoding& encoding) {
-    std::shared_ptr<const Texels>& known =
+    Opened& opened =
         opened_[fmt::format("{} {} {}", static_cast<int>(encoding.kind), encoding.exponent, file.string())];
-    if (known) return known;
+    std::shared_ptr<const Texels>& known = opened.texels;
+    if (known) return opened;
     auto in = open_input(file);
     const Header header = header_of(file, in->header());
+    if (header.channels == 3) opened.stated = header.stated;
     const std::size_t bytes = header.values() * (header.bytes ? 1 : sizeof(float));
     if (bytes > memory_.one || bytes > memory_.all - std::min(in_memory_, memory_.all)) {
         in.reset();
@@ -289,14 +379,15 @@ std::shared_ptr<const Texels> TextureImages::open(const std::filesystem::path& f
                                                       file);
         in_memory_ += bytes;
     }
-    return known;
+    return opened;
 }
 
 std::shared_ptr<const Texels> texels_of(std::shared_ptr<const Image> image) {
     return std::make_shared<ImageTexels>(std::move(image));
 }
 
-std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file) {
+std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file,
+                                                const WorkingSpace& colours) {
     const auto in = open_input(file);
     const Header header = header_of(file, in->header());
     const std::vector<float> stored = read_values<float>(*in, header, file, 2);  // its distribution
@@ -311,6 +402,11 @@ std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& fil
         } else {
             image->data[i] = value;
         }
+    }
+    const auto conversion = channels == 3 ? Conversion::of(file, header.stated, colours) : std::nullopt;
+    for (int y = 0; conversion && y < image->height; ++y) {
+        for (int x = 0; x < image->width; ++x)
+            image->set_rgb(x, y, conversion->within(finder.range(), image->rgb_at(x, y)));
     }
     return image;
 }

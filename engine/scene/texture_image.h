@@ -11,9 +11,11 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "engine/base/image.h"
+#include "engine/base/working_space.h"
 #include "engine/scene/texture.h"
 
 namespace lucerna {
@@ -65,17 +67,27 @@ class TextureImages {
     TextureImages(const TextureImages&) = delete;
     TextureImages& operator=(const TextureImages&) = delete;
 
-    // Any format that pictures.h reads. Grey files are grey, alpha is left out. Throws InputError naming file
-    // and cause: not readable, not credible in size, or a value that is negative or not finite.
-    std::shared_ptr<const Texels> open(const std::filesystem::path& file, const Encoding& encoding);
+    // Any format that pictures.h reads. Grey files are grey, alpha is left out. With `colours` texels are
+    // ratios of that space: files are in linear sRGB once decoded, OpenEXR's in the chromaticities that they
+    // state, and what is outside the space's gamut is mixed with grey. Without it numbers are no colours and
+    // stay as they are (normals). Throws InputError naming file and cause: not readable, not credible in
+    // size, chromaticities that span no space, or a value that is negative or not finite.
+    std::shared_ptr<const Texels> open(const std::filesystem::path& file, const Encoding& encoding,
+                                       const std::optional<WorkingSpace>& colours = {});
 
     std::size_t bytes_in_memory() const { return in_memory_; }
 
   private:
+    struct Opened {
+        std::shared_ptr<const Texels> texels;
+        std::optional<Chromaticities> stated;
+    };
+    Opened open_numbers(const std::filesystem::path& file, const Encoding& encoding);
+
     TextureMemory memory_;
     std::size_t in_memory_ = 0;
-    std::unique_ptr<const TileCache> cache_;                       // made when first needed
-    std::map<std::string, std::shared_ptr<const Texels>> opened_;  // by file and encoding
+    std::unique_ptr<const TileCache> cache_;  // made when first needed
+    std::map<std::string, Opened> opened_;    // by file and encoding
 };
 
 // What lies beyond the image: it again, its edge, or nothing.
@@ -92,8 +104,9 @@ struct ImageLookup {
 template <typename Value>
 Texture<Value> image_texture(std::shared_ptr<const Texels> texels, const ImageLookup& lookup);
 
-// The same formats as a whole image R, G, B, for lights. Whole-number formats (8 or 16 bits) are decoded from
-// sRGB. Throws as TextureImages::open does.
-std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file);
+// The same formats as a whole image R, G, B, for lights: ratios of `colours`, as TextureImages::open makes
+// them. Whole-number formats (8 or 16 bits) are decoded from sRGB. Throws as TextureImages::open does.
+std::shared_ptr<const Image> read_texture_image(const std::filesystem::path& file,
+                                                const WorkingSpace& colours = {});
 
 }  // namespace lucerna

@@ -306,6 +306,14 @@ FloatTexture luminance_texture(const RgbTexture& of) {
         of.range(), [of](const TexturePoint& p) { return luminance(of.at(p)); }, of);
 }
 
+RgbTexture ratio_texture(const RgbTexture& of, const WorkingSpace& colours) {
+    if (colours.is_srgb()) return of;
+    if (const auto value = of.constant_value()) return RgbTexture::constant(colours.ratio(*value));
+    // sRGB's gamut is within the others': ratios are means of the channels.
+    return pattern<Rgb>(
+        of.range(), [of, colours](const TexturePoint& p) { return colours.ratio(of.at(p)); }, of);
+}
+
 template <typename Value>
 Texture<Value> clamped_texture(const Texture<Value>& of, float least, float most) {
     assert(least <= most);

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "engine/base/vec.h"
+#include "engine/base/working_space.h"
 #include "engine/scene/texture.h"
 
 namespace lucerna {
@@ -79,6 +80,8 @@ RgbTexture marble_texture(const Marble& marble, const Mapping3& mapping);
 // Grey of a number, 0 where it is negative, and the luminance of a colour.
 RgbTexture grey_texture(const FloatTexture& of);
 FloatTexture luminance_texture(const RgbTexture& of);
+// Of linear sRGB, as ratios of a working space.
+RgbTexture ratio_texture(const RgbTexture& of, const WorkingSpace& colours);
 // Held to [least, most], channel by channel.
 template <typename Value>
 Texture<Value> clamped_texture(const Texture<Value>& of, float least, float most);

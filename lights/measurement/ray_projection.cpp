@@ -123,7 +123,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     }
     for (const double e : luminance) square += sqr(e * rig.cell_volume());
     LightFieldInfo info;
-    info.colour = set.colour();
+    info.colour = set.open_colour();
     info.unit = set.unit;
     info.provenance = set.provenance;
     if (set.unit == FluxUnit::watt) info.lumens_per_watt = std::min(set.lumens_per_watt, kMostLumensPerWatt);

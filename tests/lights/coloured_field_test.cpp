@@ -233,5 +233,40 @@ TEST(ColouredField, Irradiance_BySampleLeAndSampleLi_IsOne) {
     }
 }
 
+// A lamp that shines a yellow of sRGB and the green of a chip which sRGB does not hold: in the wide spaces
+// every place of it has the colour that was measured there, in sRGB it cannot.
+TEST(ColouredField, InAWideSpace_EveryPlaceHasItsOwnColour) {
+    const V3d green = find_colour_space("rec2020")->to_xyz({0, 1.4, 0.01}),
+              yellow = rgb_to_xyz(Rgb(1, 1, 0.1F));
+    const Rig rig = rig_a();
+    std::vector<float> x, y, z;
+    Sampler sampler(5, Purpose::test, 0, 0);
+    for (std::size_t i = 0; i < rig.coefficients(); ++i) {
+        const double t = double{sampler.next()};
+        const V3d xyz = (1 - t) * green + t * yellow;
+        x.push_back(static_cast<float>(xyz.x)), y.push_back(static_cast<float>(xyz.y));
+        z.push_back(static_cast<float>(xyz.z));
+    }
+    const LightField field(rig, x, y, z);
+    const V3d weight = field.colour_channels().weight;
+    for (const std::string_view name : WorkingSpace::names()) {
+        const WorkingSpace colours = WorkingSpace::named(name).value();
+        const FieldColour colour(field, {}, colours);
+        EXPECT_NEAR(luminance(colour.mean()), 1, 1e-5) << name;
+        double worst = 0;
+        for (int i = 0; i <= 4; ++i) {
+            const V3d xyz = (1 - i / 4.0) * green + i / 4.0 * yellow;
+            const double w = weight.dot(xyz);
+            const Rgb light =
+                colour.of(static_cast<float>(w), static_cast<float>(xyz.x), static_cast<float>(xyz.z));
+            worst = std::max(worst, (w * colours.light_to_xyz(light) - xyz).length() / xyz.length());
+        }
+        if (name == "srgb")
+            EXPECT_GT(worst, 0.1);
+        else
+            EXPECT_LT(worst, 2e-3) << name;  // channels are kept as halves
+    }
+}
+
 }  // namespace coloured_field_test
 }  // namespace lucerna
