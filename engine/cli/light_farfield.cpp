@@ -208,8 +208,8 @@ struct Lamp {
 Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
     if (is_photometric(options.lamp)) return {read_photometric(options.lamp, monitor), FluxUnit::lumen};
     if (suffix_of(options.lamp) == ".exr") {
-        const LightField field = read_light_field(options.lamp);
-        return {far_field(field, options.grid, options.workers, monitor), field.info().unit};
+        const Lumigraph lamp = read_lumigraph(options.lamp);
+        return {far_field(lamp, options.grid, options.workers, monitor), lamp.unit()};
     }
     const RaySet rays = read_rays(options.lamp, monitor);
     return {far_field(rays, options.grid), rays.unit};

@@ -44,18 +44,18 @@ struct ProjectCommand {
 
 // The lamp's frame: where its file's frame has the origin from which distances count.
 V3d origin_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->rig().centre : V3d(0);
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    return field ? field->slabs()[0].field.rig().centre : V3d(0);
 }
 
 Rgb colour_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->info().colour : std::get<RaySet>(lamp).colour();
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    return field ? field->colour() : std::get<RaySet>(lamp).colour();
 }
 
 FluxUnit unit_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->info().unit : std::get<RaySet>(lamp).unit;
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    return field ? field->unit() : std::get<RaySet>(lamp).unit;
 }
 
 std::string_view irradiance_unit(FluxUnit unit) {
@@ -90,7 +90,8 @@ RaySet channel_of(const RaySet& set, int channel) {
 
 ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, const Workers& workers,
                                Monitor& monitor) {
-    if (const auto* field = std::get_if<LightField>(&lamp)) {
+    if (const auto* whole = std::get_if<Lumigraph>(&lamp)) {
+        const LightField* field = &whole->slabs()[0].field;
         const auto of = [&](int channel) {
             return project(field->channel(channel), patch, workers, monitor);
         };
@@ -109,7 +110,8 @@ ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, do
     const V3d origin = origin_of(lamp);
     double z = command.heights ? distance - origin.z : distance;
     if (std::fabs(z) < kSamePlane) z = 0;
-    const auto* field = std::get_if<LightField>(&lamp);
+    const auto* whole = std::get_if<Lumigraph>(&lamp);
+    const LightField* field = whole ? &whole->slabs()[0].field : nullptr;
     if (field && z < 0) {
         input_error({command.heights ? "--height" : "--distance"},
                     "{} is not accepted: it lies behind the lamp's sampling plane, at height {}",

@@ -19,7 +19,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/photometric.h"
 #include "lights/ray_set.h"
 
@@ -99,6 +99,10 @@ double far_intensity(const LightField& field, const V2d& slope);
 // γ from 0 to 90. In the field's unit per sr: candela if it is in lm. Throws InputError for steps that do not
 // divide, for a field without flux, and when the user stops it.
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
+                         Monitor& monitor);
+
+// The same of a whole lamp, in its frame: angles to 180 if it has slabs that look to other sides than +z.
+PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 
 // The web of a ray file, backward rays included; of the flux of all its rays.
