@@ -455,6 +455,10 @@ void write_lumigraph(const std::filesystem::path& file, const Lumigraph& lamp) {
         header.setType(Imf::SCANLINEIMAGE);
         headers.push_back(header);
     }
+    // All parts of a file have one display window: that of the largest.
+    Imath::Box2i display;
+    for (const Imf::Header& header : headers) display.extendBy(header.dataWindow());
+    for (Imf::Header& header : headers) header.displayWindow() = display;
     write_exr_stream(file, [&](Imf::OStream& stream) {
         Imf::MultiPartOutputFile out(stream, headers.data(), static_cast<int>(headers.size()));
         for (std::size_t part = 0; part < headers.size(); ++part) {

@@ -199,7 +199,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
                                 const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
                                 const double cos2 = 1 / (1 + sqr(slope));
                                 flux[static_cast<std::size_t>(n)] =
-                                    node.solid * sqr(cos2) * far_intensity(shown, at);
+                                    node.solid * (boxes ? sqr(cos2) : 1.0) * far_intensity(shown, at);
                             }
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
@@ -241,7 +241,7 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
                                                                  std::cos(node.theta)});
                                 if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
                                 flux[static_cast<std::size_t>(n)] +=
-                                    node.solid * sqr(d.z) *
+                                    node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
                                     far_intensity(shown, {d.x / d.z, d.y / d.z});
                             }
                             phase.advance(static_cast<std::uint64_t>(end - begin));
