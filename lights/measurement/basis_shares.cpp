@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat
+constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat, and a cosine
 
 // Sums of shares, filter by filter.
 class ShareTable {
@@ -41,7 +41,8 @@ class ShareTable {
 };
 
 // Where the integrand has knots, in intervals of S, in rising order; the ends are those of S.
-std::vector<double> knots(const Rig& rig, int axis, double offset, double factor) {
+std::vector<double> knots(const Rig& rig, int axis, double offset, double factor,
+                          const std::optional<FacingWeight>& facing) {
     const int intervals = rig.intervals(axis);
     std::vector<double> at;
     for (int i = 0; i <= 2 * intervals; ++i) at.push_back(0.5 * i);  // the bell has one in its halves too
@@ -53,16 +54,21 @@ std::vector<double> knots(const Rig& rig, int axis, double offset, double factor
             const double x = rig.intervals_to(axis, (rig.m_coordinate.on_plane(y) - offset) / factor);
             if (x > 0 && x < intervals) at.push_back(x);
         }
-        std::sort(at.begin(), at.end());
     }
+    if (facing) {
+        const double x = rig.intervals_to(axis, facing->at);
+        if (x > 0 && x < intervals) at.push_back(x);
+    }
+    if (factor != 0 || facing) std::sort(at.begin(), at.end());
     return at;
 }
 
 }  // namespace
 
-std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor) {
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor,
+                                     const std::optional<FacingWeight>& facing) {
     ShareTable table(rig, axis);
-    const std::vector<double> at = knots(rig, axis, offset, factor);
+    const std::vector<double> at = knots(rig, axis, offset, factor, facing);
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const double width = at[i + 1] - at[i];
         if (!(width > 0)) continue;
@@ -74,7 +80,8 @@ std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, do
             const double column =
                 std::clamp(rig.columns_to(axis, interval, s) - rig.overhang(), -2.0, rig.columns(axis) + 1.0);
             const double floor = std::floor(column);
-            const double weight = node.weight * width * rig.spacing[axis] * rig.m_coordinate.slope(s);
+            double weight = node.weight * width * rig.spacing[axis] * rig.m_coordinate.slope(s);
+            if (facing) weight *= std::max(0.0, (facing->at - u) * facing->per);
             for (int f = 0; f < 2; ++f) {
                 const int filter = interval - 1 + f, pixel = static_cast<int>(floor) - f * rig.shift[axis];
                 const double under = weight * bell(x - interval - f);

@@ -9,6 +9,7 @@
 // where the coordinates are even, and as smooth where they are not.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "lights/light_field.h"
@@ -20,8 +21,14 @@ struct BasisShare {
     double weight;  // metres; > 0
 };
 
+// A weight of places u of S along the axis: max(0, (at - u) per).
+struct FacingWeight {
+    double at = 0, per = 0;
+};
+
 // By filter, then pixel.
-std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor);
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor,
+                                     const std::optional<FacingWeight>& facing = {});
 // Of the rays through one point of S: of all pixels, each weighed by its own width, and by dx/du.
 std::vector<BasisShare> basis_shares_at(const Rig& rig, int axis, double on_s);
 

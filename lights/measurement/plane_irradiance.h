@@ -57,6 +57,18 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
 // The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
 double irradiance(const LightField& field, const V3d& point);
 
+// What a whole lamp casts on a plane across the normal of `side`: patch.distance and patch.centre are along
+// its axes, in the lamp's frame. A slab that looks elsewhere sends light there too, at E times the cosine to
+// the side over that to S, which is linear along one axis of S. A plane that cuts the lamp's box, slabs that
+// do not look along the side's axes: InputError.
+PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const PlanePatch& patch,
+                        const Workers& workers, Monitor& monitor);
+// A square about its light there.
+PlanePatch frame_light(const Lumigraph& lamp, const SlabAxes& side, double distance, int pixels,
+                       const Workers& workers, Monitor& monitor);
+// The square about what is bright in a wide projection.
+PlanePatch frame_of(const PlaneIrradiance& wide, int pixels);
+
 // Rays counted into the pixels, in the frame of the rays. As in a light field they are whole lines: one that
 // starts beyond the plane counts where its line passes it. Those that do not go towards +z are left out.
 PlaneIrradiance project(const RaySet& rays, const PlanePatch& patch);
