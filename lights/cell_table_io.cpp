@@ -1,5 +1,5 @@
-// The cell table's file: a cache beside the lamp, made by us, for this machine's byte order, never trusted. Of
-// a lamp of several slabs it holds their tables one after the other.
+// The cell table's file: a cache beside the lamp, made by us, for this machine's byte order, never trusted.
+// Of a lamp of several slabs it holds their tables one after the other.
 #include <bit>
 #include <cstring>
 #include <fstream>

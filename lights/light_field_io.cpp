@@ -6,8 +6,8 @@
 // matters; coloured fields have the channels X and Z besides, each with a scale of its own. All else is in
 // attributes whose names begin with "lightfield".
 //
-// A lamp of several slabs is a multi-part file: each part is such an image, and says which way its slab looks,
-// how many slabs there are, and where the lamp's box is.
+// A lamp of several slabs is a multi-part file: each part is such an image, and says which way its slab
+// looks, how many slabs there are, and where the lamp's box is.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -402,8 +402,8 @@ struct Images {
     Imf::FrameBuffer buffer(std::size_t width) {
         Imf::FrameBuffer all;
         for (std::size_t c = 0; c < names.size(); ++c) {
-            all.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels[c].data()), sizeof(half),
-                                            sizeof(half) * width));
+            all.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels[c].data()),
+                                            sizeof(half), sizeof(half) * width));
         }
         return all;
     }

@@ -24,8 +24,8 @@ std::string SlabAxes::fault() const {
     const double off[] = {u.dot(u) - 1, v.dot(v) - 1, n.dot(n) - 1, u.dot(v), (u.cross(v) - n).length()};
     for (const double x : off) {
         if (!(std::fabs(x) <= kOrthonormal))  // also refuses NaN
-            return fmt::format("axes ({}, {}, {}), ({}, {}, {}), which are not orthonormal", u.x, u.y, u.z, v.x,
-                               v.y, v.z);
+            return fmt::format("axes ({}, {}, {}), ({}, {}, {}), which are not orthonormal", u.x, u.y, u.z,
+                               v.x, v.y, v.z);
     }
     return {};
 }
@@ -33,12 +33,18 @@ std::string SlabAxes::fault() const {
 SlabAxes SlabAxes::facing(int side) {
     // Turned by whole quarters: u stays horizontal, and looking at the lamp v is up (along the lamp's +z).
     switch (side) {
-        case 0: return {};
-        case 1: return {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
-        case 2: return {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
-        case 3: return {{0, -1, 0}, {0, 0, 1}, {-1, 0, 0}};
-        case 4: return {{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
-        default: return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}};
+        case 0:
+            return {};
+        case 1:
+            return {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
+        case 2:
+            return {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}};
+        case 3:
+            return {{0, -1, 0}, {0, 0, 1}, {-1, 0, 0}};
+        case 4:
+            return {{-1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+        default:
+            return {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}};
     }
 }
 

@@ -1,9 +1,9 @@
 // A whole lamp: light fields around it, each of the light that leaves towards one side.
 //
 // One pair of planes sees what leaves towards one side, and flat rays only far out. A lumigraph is several
-// such slabs, each with its own planes and its own orientation [Levoy and Hanrahan 1996; Gortler et al. 1996]:
-// a lamp that shines to all sides has six, along ±x, ±y and ±z. The radiance along a line is the sum of what
-// the slabs say of it.
+// such slabs, each with its own planes and its own orientation [Levoy and Hanrahan 1996; Gortler et al.
+// 1996]: a lamp that shines to all sides has six, along ±x, ±y and ±z. The radiance along a line is the sum
+// of what the slabs say of it.
 //
 // Where slabs overlap, a line's light is shared out among them by its direction d alone,
 //
@@ -84,7 +84,7 @@ class Lumigraph {
 
     FluxUnit unit() const { return slabs_[0].field.info().unit; }
     const std::string& provenance() const { return slabs_[0].field.info().provenance; }
-    double flux() const;  // Σ LightField::flux()
+    double flux() const;    // Σ LightField::flux()
     bool coloured() const;  // not all its light is of one colour
     // Of all its light: CIE XYZ with Y = 1, and linear sRGB of luminance 1.
     V3d xyz() const;

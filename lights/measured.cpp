@@ -75,9 +75,7 @@ class PlacedSlab {
     float extent() const { return extent_; }
 
     bool holds(CellId id) const { return id >= first_ && id - first_ < table_.cells(); }
-    std::optional<Cell> cell(CellId id) const {
-        return holds(id) ? table_.cell(id - first_) : std::nullopt;
-    }
+    std::optional<Cell> cell(CellId id) const { return holds(id) ? table_.cell(id - first_) : std::nullopt; }
     CellId first() const { return first_; }
 
     // Of the light along the line: its direction in the scene.
@@ -272,9 +270,9 @@ class MeasuredLight final : public Light {
             const M44d world_from_slab = slab.axes.straight()
                                              ? settings.world_from_light
                                              : matrix_of(slab.axes) * settings.world_from_light;
-            slabs_.push_back(std::make_unique<PlacedSlab>(std::move(slab.field), std::move(tables[i]),
-                                                          world_from_slab, at, PlacedSlab::Flux{flux_, shares[i]},
-                                                          settings.mode, first, workers));
+            slabs_.push_back(std::make_unique<PlacedSlab>(
+                std::move(slab.field), std::move(tables[i]), world_from_slab, at,
+                PlacedSlab::Flux{flux_, shares[i]}, settings.mode, first, workers));
             if (tables.size() > 1) slabs_.back()->name_by_middle_columns();
             normals_.push_back(slab.axes.n);
             first += cells;
@@ -350,9 +348,10 @@ class MeasuredLight final : public Light {
         const Line line{
             drawn->on_s, {local.x - drawn->on_s.x, local.y - drawn->on_s.y, local.z}, drawn->n, drawn->o};
         const V3d along = slab.direction_of(line);
-        const Found found = slabs_.size() == 1
-                                ? Found{slab.radiance_along(line), slab.per_solid_angle(line, drawn->density), 0}
-                                : found_along(V3d(x), along, shares, {{chosen, line, drawn->density}});
+        const Found found =
+            slabs_.size() == 1
+                ? Found{slab.radiance_along(line), slab.per_solid_angle(line, drawn->density), 0}
+                : found_along(V3d(x), along, shares, {{chosen, line, drawn->density}});
         if (!found.radiance.any()) return std::nullopt;
         if (from && found.slab != chosen) return std::nullopt;  // of another part
         const double distance = distance_to_origin(slab, line, x);
@@ -375,7 +374,8 @@ class MeasuredLight final : public Light {
         if (slabs_.size() > 1) {
             // A direction leads to one part, whichever of the slabs a particle came by.
             const auto [p, d] = slabs_[slab]->middle_of(*cell);
-            if (const auto best = nearest_slab(p, d)) return slabs_[best->slab]->name_of(best->line.n, best->line.o);
+            if (const auto best = nearest_slab(p, d))
+                return slabs_[best->slab]->name_of(best->line.n, best->line.o);
         }
         return slabs_[slab]->dark() ? kNoCell : slabs_[slab]->name_of(cell->n, cell->o);
     }

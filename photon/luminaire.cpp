@@ -12,15 +12,18 @@ namespace {
 // Collects the rays in which the light of one chunk of paths leaves.
 struct EscapedRays : LightPathVisitor {
     V3d origin{0, 0, 0};  // of the scene
+    SlabAxes side;
     LuminaireBlock block;
 
     void escape(const LightPathEscape& at) {
-        if (!(at.d.z > kLeastForward)) {
+        const V3f d = side.straight() ? at.d : V3f(side.to_slab(V3d(at.d)));
+        if (!(d.z > kLeastForward)) {
             block.flux.backward += V3d(at.power);
             return;
         }
         block.flux.forward += V3d(at.power);
-        block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, luminance(at.power)});
+        const V3d from = V3d(at.from.p) + origin;
+        block.rays.push_back({V3f(side.straight() ? from : side.to_slab(from)), d, luminance(at.power)});
     }
 };
 

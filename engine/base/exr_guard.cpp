@@ -33,7 +33,7 @@ struct Packing {
 };
 constexpr Packing kOfLightFields{32, 1 << 12}, kOfAny{256, 1 << 16};
 constexpr std::int64_t kSmallBlock = 1 << 20;
-constexpr int kMostParts = 32;        // of light fields
+constexpr int kMostParts = 32;                       // of light fields
 constexpr std::int64_t kWidestLightField = 1 << 24;  // pixels of the atlas, each way: as much as is written
 
 // The library reads as much as a type wants, not as much as the header says; with other sizes the two would

@@ -106,6 +106,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     parameters.paths = emitter.rays;
     parameters.seed = emitter.seed;
     parameters.block = emitter.block;
+    parameters.side = emitter.side;
     try {
         check_luminaire(job.scene, parameters);
     } catch (const InputError& error) {

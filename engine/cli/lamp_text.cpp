@@ -148,8 +148,8 @@ void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Wor
     fmt::print(out, "\nslab                 light towards {}; centre of S in the lamp's frame ({}, {}, {})\n",
                slab.axes.name(), length_text(centre.x), length_text(centre.y), length_text(centre.z));
     print_rig(out, slab.field.rig());
-    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative light adds {})\n", flux,
-               unit, percent(flux, lamp_flux), percent(clamped - flux, flux));
+    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative light adds {})\n",
+               flux, unit, percent(flux, lamp_flux), percent(clamped - flux, flux));
 }
 
 }  // namespace
@@ -172,8 +172,8 @@ void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& wo
                length_text(box.max.x), length_text(box.min.y), length_text(box.max.y), length_text(box.min.z),
                length_text(box.max.z));
     fmt::print(out, "flux                 {:.6g} {}\n", flux, unit);
-    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", lamp.captured(), unit,
-               percent(lamp.captured(), whole), lamp.missed(), unit, percent(lamp.missed(), whole));
+    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", lamp.captured(),
+               unit, percent(lamp.captured(), whole), lamp.missed(), unit, percent(lamp.missed(), whole));
     print_chromaticity(out, lamp.xyz());
     fmt::print(out, "colours              {}\n",
                lamp.coloured() ? "of each place and direction" : "one for all its light");

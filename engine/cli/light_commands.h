@@ -32,8 +32,8 @@ ConsoleSettings console_settings(const LampOutput& output, const CommandContext&
 // The three options that say how the planes are laid: --views, --pixels, --distance.
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
 
-// Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are drawn. What is said
-// and tabulated is the field as a reader of the file will find it, rounded to halves.
+// Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are
+// drawn. What is said and tabulated is the field as a reader of the file will find it, rounded to halves.
 void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
                  const CommandContext& context);
 

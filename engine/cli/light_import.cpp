@@ -130,7 +130,9 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     add_planes(app, options->lumigraph.fit.views, options->lumigraph.fit.pixels,
                options->lumigraph.fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
-             [options](const std::string& word) { options->lumigraph.fit.capture = parse_share({"--capture"}, word); });
+             [options](const std::string& word) {
+                 options->lumigraph.fit.capture = parse_share({"--capture"}, word);
+             });
     add_word(app, "--slabs", "N", "1 (+z), 2 (+z, -z) or 6 (default: as few as hold 99% of the light)",
              [options](const std::string& word) {
                  const auto slabs = parse_whole({"--slabs"}, word, 1, 6);
@@ -138,9 +140,10 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
                      input_error({"--slabs"}, "\"{}\" is not accepted; 1, 2 and 6 are", word);
                  options->lumigraph.slabs = static_cast<int>(slabs);
              });
-    add_word(app, "--height", "LENGTH",
-             "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
-             [options](const std::string& word) { options->lumigraph.fit.z = parse_place({"--height"}, word); });
+    add_word(
+        app, "--height", "LENGTH",
+        "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
+        [options](const std::string& word) { options->lumigraph.fit.z = parse_place({"--height"}, word); });
     add_lamp_output(app, options->lamp);
     app.callback([options, &context] { act_import(*options, context); });
 }

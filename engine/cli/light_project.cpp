@@ -13,6 +13,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
+#include "lights/measurement/join_sides.h"
 #include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {
@@ -33,7 +34,7 @@ each at the exposure that suits it.
 Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
   lucerna light project lamp.exr --distance 5mm,20mm,80mm,320mm -o beam.exr --png
-  lucerna light project bulb.exr --side -x --distance 1m --size 2mx2m -o left.exr --png
+  lucerna light project bulb.exr --side=-x --distance 1m --size 2mx2m -o left.exr --png
   lucerna light project lamp.tm25ray --distance 1m --size 4mx4m --pixels 100x100 -o counted.exr)";
 
 struct ProjectCommand {
@@ -135,7 +136,8 @@ ColouredPlane project_channels(const ProjectCommand& command, const LampFile& la
             return cast;
         };
         if (!whole->coloured()) return {at_side(*whole), {}, {}};
-        return {at_side(channel_of(*whole, 1)), at_side(channel_of(*whole, 0)), at_side(channel_of(*whole, 2))};
+        return {at_side(channel_of(*whole, 1)), at_side(channel_of(*whole, 0)),
+                at_side(channel_of(*whole, 2))};
     }
     const RaySet& set = std::get<RaySet>(lamp);
     if (!set.coloured()) return {project(set, patch), {}, {}};
@@ -163,7 +165,8 @@ ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, do
         if (field) {
             patch = frame_light(*field, z, command.pixels.x, command.workers, monitor);
         } else if (whole) {
-            patch = frame_light(*whole, command.side, z + origin.z, command.pixels.x, command.workers, monitor);
+            patch =
+                frame_light(*whole, command.side, z + origin.z, command.pixels.x, command.workers, monitor);
             patch.distance = z;
             patch.centre -= V2d(origin.x, origin.y);
         } else {
@@ -306,13 +309,7 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
              })
         ->excludes(distance);
     add_word(app, "--side", "AXIS", "of the lamp where the screen stands: +z (default), -z, +x, -x, +y or -y",
-             [command](const std::string& word) {
-                 for (int side = 0; side < SlabAxes::kSides; ++side) {
-                     command->side = SlabAxes::facing(side);
-                     if (command->side.name() == word) return;
-                 }
-                 input_error({"--side"}, "\"{}\" is not accepted; +z, -z, +x, -x, +y and -y are", word);
-             });
+             [command](const std::string& word) { command->side = parse_side("--side", word); });
     add_word(app, "--size", "LENGTHxLENGTH", "of the screen (default: about the light)",
              [command](const std::string& word) { command->size = parse_length_pair({"--size"}, word); });
     add_word(app, "--centre", "PLACE,PLACE", "of the screen, in the frame of the lamp's file",

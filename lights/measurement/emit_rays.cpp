@@ -57,8 +57,8 @@ void LampEmission::take(Lumigraph lamp, std::vector<CellTable> tables, const std
     info_.xyz = lamp.xyz();
     info_.colour_per_ray = coloured_;
     info_.text = fmt::format("lucerna light field {}; {}", shown, lamp.provenance());
-    light_ = make_measured_light(std::move(lamp), std::move(tables), settings_of(name, mode_), monitor, nullptr,
-                                 workers_);
+    light_ = make_measured_light(std::move(lamp), std::move(tables), settings_of(name, mode_), monitor,
+                                 nullptr, workers_);
     flux_ = light_->power();
     if (!(flux_ > 0)) throw InputError({name}, "the light field emits nothing");
 }

@@ -230,22 +230,21 @@ PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const
         const std::optional<LightField> even = boxes ? std::optional(evened(slab.field)) : std::nullopt;
         const LightField& shown = even ? *even : slab.field;
         constexpr std::int64_t kGrain = 256;
-        parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                            if (monitor.stopped()) throw Stopped("far field: stopped");
-                            for (std::int64_t n = begin; n < end; ++n) {
-                                const Node& node = nodes[static_cast<std::size_t>(n)];
-                                const double sine = std::sin(node.theta);
-                                const V3d d = slab.axes.to_slab({sine * std::cos(node.phi),
-                                                                 -sine * std::sin(node.phi),
-                                                                 std::cos(node.theta)});
-                                if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
-                                flux[static_cast<std::size_t>(n)] +=
-                                    node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
-                                    far_intensity(shown, {d.x / d.z, d.y / d.z});
-                            }
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
+        parallel_ranges(
+            workers, static_cast<std::int64_t>(nodes.size()), kGrain,
+            [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                if (monitor.stopped()) throw Stopped("far field: stopped");
+                for (std::int64_t n = begin; n < end; ++n) {
+                    const Node& node = nodes[static_cast<std::size_t>(n)];
+                    const double sine = std::sin(node.theta);
+                    const V3d d = slab.axes.to_slab(
+                        {sine * std::cos(node.phi), -sine * std::sin(node.phi), std::cos(node.theta)});
+                    if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
+                    flux[static_cast<std::size_t>(n)] += node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
+                                                         far_intensity(shown, {d.x / d.z, d.y / d.z});
+                }
+                phase.advance(static_cast<std::uint64_t>(end - begin));
+            });
     }
     for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
     PhotometricInfo info;

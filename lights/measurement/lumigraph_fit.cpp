@@ -10,9 +10,9 @@
 namespace lucerna {
 namespace {
 
-constexpr double kTail = 5e-4;       // of the flux, beyond each face of the lamp's box
-constexpr double kOneSlab = 0.993;   // FitOptions::capture as it is by itself
-constexpr double kOfSlab = 0.999;    // the same of one of six: their shares end before grazing angles
+constexpr double kTail = 5e-4;      // of the flux, beyond each face of the lamp's box
+constexpr double kOneSlab = 0.993;  // FitOptions::capture as it is by itself
+constexpr double kOfSlab = 0.999;   // the same of one of six: their shares end before grazing angles
 
 // What a ray counts for in the books.
 double light_of(const RaySet& set, std::size_t ray) {
@@ -38,7 +38,8 @@ std::vector<double> light_by_slab(const RaySet& set, const std::vector<SlabAxes>
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
         shares.of(V3d(set.rays[i].d), share);
         double held = 0;
-        for (std::size_t k = 0; k < axes.size(); ++k) light[k] += light_of(set, i) * share[k], held += share[k];
+        for (std::size_t k = 0; k < axes.size(); ++k)
+            light[k] += light_of(set, i) * share[k], held += share[k];
         if (held == 0) light.back() += light_of(set, i);
     }
     return light;
@@ -75,7 +76,8 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
         const LampRay& ray = set.rays[i];
         shares.of(V3d(ray.d), share);
         if (!(share[slab] > 0)) continue;
-        part.rays.push_back({turned(ray.o), turned(ray.d), static_cast<float>(double{ray.flux} * share[slab])});
+        part.rays.push_back(
+            {turned(ray.o), turned(ray.d), static_cast<float>(double{ray.flux} * share[slab])});
         if (set.coloured()) part.tristimulus.push_back(set.tristimulus[i]);
         part.flux += light_of(part, part.rays.size() - 1);
     }

@@ -10,7 +10,7 @@ namespace lucerna {
 namespace {
 
 constexpr double kSameAxis = 1e-6;
-constexpr int kSamples = 256;      // per axis of a plane, at least, over which pixels' means are taken
+constexpr int kSamples = 256;  // per axis of a plane, at least, over which pixels' means are taken
 constexpr int kMostPerPixel = 8;
 constexpr int kCoarse = 64;        // pixels per side from which a frame is found
 constexpr double kFrameSlope = 3;  // how far a frame reaches at most, over its distance
@@ -65,8 +65,9 @@ struct SideView {
         const auto height = static_cast<std::size_t>(rig().pixels[other()]);
         double sum = 0;
         for (const BasisShare& share : plain_shares(z, at)) {
-            sum += share.weight * rest[static_cast<std::size_t>(share.filter) * height +
-                                       static_cast<std::size_t>(share.pixel)];
+            sum +=
+                share.weight *
+                rest[static_cast<std::size_t>(share.filter) * height + static_cast<std::size_t>(share.pixel)];
         }
         return sum * (rig().distance / z) * (rig().distance / z);
     }
@@ -92,13 +93,15 @@ void add_side_view(const SideView& view, const PlanePatch& patch, const V3d& cen
             for (int column = 0; column < wide_pixels; ++column) {
                 double sum = 0;
                 for (int k = 0; k < wide_samples; ++k) {
-                    const double at = view.wide_sign * place(patch, view.wide, column + (k + 0.5) / wide_samples) -
-                                      (view.other() == 0 ? centre.x : centre.y);
+                    const double at =
+                        view.wide_sign * place(patch, view.wide, column + (k + 0.5) / wide_samples) -
+                        (view.other() == 0 ? centre.x : centre.y);
                     sum += view.irradiance(z, at, rest);
                 }
                 const auto x = static_cast<std::size_t>(view.deep == 0 ? row : column);
                 const auto y = static_cast<std::size_t>(view.deep == 0 ? column : row);
-                values[y * static_cast<std::size_t>(patch.pixels.x) + x] += sum / (deep_samples * wide_samples);
+                values[y * static_cast<std::size_t>(patch.pixels.x) + x] +=
+                    sum / (deep_samples * wide_samples);
             }
         }
     });
@@ -106,16 +109,23 @@ void add_side_view(const SideView& view, const PlanePatch& patch, const V3d& cen
 
 SideView side_view(const Slab& slab, const SlabAxes& side, double distance, bool before_s) {
     const V3d& centre = slab.field.rig().centre;
-    SideView view{slab.field, parallel(slab.axes.u, side.n) ? 0 : 1, 0, 0, parallel(slab.axes.n, side.u) ? 0 : 1,
-                  0, 0, 0, before_s};
+    SideView view{slab.field,
+                  parallel(slab.axes.u, side.n) ? 0 : 1,
+                  0,
+                  0,
+                  parallel(slab.axes.n, side.u) ? 0 : 1,
+                  0,
+                  0,
+                  0,
+                  before_s};
     view.wide = 1 - view.deep;
     const V3d& up = view.up == 0 ? slab.axes.u : slab.axes.v;
     const V3d& other = view.up == 0 ? slab.axes.v : slab.axes.u;
     const V3d& deep = view.deep == 0 ? side.u : side.v;
     const V3d& wide = view.deep == 0 ? side.v : side.u;
     if (!parallel(up, side.n) || !parallel(slab.axes.n, deep) || !parallel(other, wide)) {
-        throw InputError(fmt::format("plane: the slab towards {} does not look along its axes",
-                                     slab.axes.name()));
+        throw InputError(
+            fmt::format("plane: the slab towards {} does not look along its axes", slab.axes.name()));
     }
     view.normal_sign = std::copysign(1.0, along(up, side.n));
     view.at_up = view.normal_sign * distance - (view.up == 0 ? centre.x : centre.y);
@@ -146,8 +156,8 @@ PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const Plane
         if (cosine < -1 + kSameAxis) continue;  // it looks the other way
         if (cosine > 1 - kSameAxis) {
             if (!(along(slab.axes.u, side.u) > 1 - kSameAxis)) {
-                throw InputError(fmt::format("plane: the slab towards {} does not look along its axes",
-                                             slab.axes.name()));
+                throw InputError(
+                    fmt::format("plane: the slab towards {} does not look along its axes", slab.axes.name()));
             }
             PlanePatch moved = patch;
             moved.distance = std::max(0.0, patch.distance - centre.z);
