@@ -16,6 +16,7 @@
 #include <bit>
 #include <cstdint>
 #include <filesystem>
+#include <iosfwd>
 #include <optional>
 #include <span>
 #include <string>
@@ -194,9 +195,18 @@ class CellTable {
     // None, with the reason, unless the file holds a sound table of this very field.
     static std::optional<CellTable> load(const std::filesystem::path& file, const LightField& field,
                                          std::string& reason);
+    // The same of several tables in one file, as the slabs of a lamp have.
+    static void save_all(const std::filesystem::path& file, std::span<const CellTable> tables);
+    static std::optional<std::vector<CellTable>> load_all(const std::filesystem::path& file,
+                                                          std::span<const LightField* const> fields,
+                                                          std::string& reason);
 
   private:
     explicit CellTable(const LightField& field);  // sizes only
+    void append_bytes(std::vector<std::byte>& header_bytes,
+                      std::vector<std::span<const std::byte>>& parts) const;
+    static std::optional<CellTable> read_next(std::istream& in, const LightField& field,
+                                              std::uintmax_t& bytes_left, std::string& reason);
     void build(const LightField& field, const Workers& workers, Monitor& monitor);
 
     std::array<std::size_t, 4> size_{};
@@ -211,5 +221,9 @@ class CellTable {
 std::filesystem::path cell_table_file(const std::filesystem::path& lamp);
 CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
                                    const Workers& workers, Monitor& monitor);
+// The same of a lamp of several fields: one file, a table for each.
+std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& lamp,
+                                                 std::span<const LightField* const> fields,
+                                                 const Workers& workers, Monitor& monitor);
 
 }  // namespace lucerna

@@ -1,4 +1,5 @@
 // The cell table's file: a cache beside the lamp, made by us, for this machine's byte order, never trusted.
+// Of a lamp of several slabs it holds their tables one after the other.
 #include <bit>
 #include <cstring>
 #include <fstream>
@@ -49,7 +50,9 @@ bool is_cell_table(const std::filesystem::path& file) {
 
 }  // namespace
 
-void CellTable::save(const std::filesystem::path& file) const {
+// A table's bytes as they lie in the file: its header, which must live on, and its arrays.
+void CellTable::append_bytes(std::vector<std::byte>& header_bytes,
+                             std::vector<std::span<const std::byte>>& parts) const {
     CellTable& self = const_cast<CellTable&>(*this);  // only read; one list of arrays serves both ways
     ConditionalTables* const tables[] = {&self.u_, &self.v_, &self.s_, &self.t_};
     FileHeader header{};
@@ -63,25 +66,33 @@ void CellTable::save(const std::filesystem::path& file) const {
     check.add(header.flux);
     for_each_array(tables, [&](std::span<const std::byte> bytes) { check.add_bytes(bytes); });
     header.check = check.value();
-    std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(&header, 1))};
+    header_bytes.resize(sizeof header);
+    std::memcpy(header_bytes.data(), &header, sizeof header);
+    parts.push_back(header_bytes);
     for_each_array(tables, [&](std::span<const std::byte> bytes) { parts.push_back(bytes); });
+}
+
+void CellTable::save(const std::filesystem::path& file) const {
+    save_all(file, {this, 1});
+}
+
+void CellTable::save_all(const std::filesystem::path& file, std::span<const CellTable> tables) {
+    std::vector<std::vector<std::byte>> headers(tables.size());
+    std::vector<std::span<const std::byte>> parts;
+    for (std::size_t i = 0; i < tables.size(); ++i) tables[i].append_bytes(headers[i], parts);
     replace_file(file, parts);
 }
 
-std::optional<CellTable> CellTable::load(const std::filesystem::path& file, const LightField& field,
-                                         std::string& reason) {
+// The next table in a file. None, with the reason.
+std::optional<CellTable> CellTable::read_next(std::istream& in, const LightField& field,
+                                              std::uintmax_t& bytes_left, std::string& reason) {
     const auto refuse = [&reason](const char* why) {
         reason = why;
         return std::nullopt;
     };
-    std::error_code status;
-    if (!std::filesystem::exists(file, status)) return refuse("there is none");
-    const std::uintmax_t bytes_there = std::filesystem::file_size(file, status);
-    if (!is_cell_table(file)) return refuse("it is no cell table");
-    std::ifstream in = open_to_read(file);
     FileHeader header{};
     in.read(reinterpret_cast<char*>(&header), sizeof header);
-    if (!in) return refuse("it is no cell table");
+    if (!in || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return refuse("it is no cell table");
     if (header.version != kCellTableVersion || header.byte_order != kByteOrder)
         return refuse("it is of another version");
 
@@ -90,7 +101,9 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     for (std::size_t i = 0; i < 4; ++i) {
         if (header.size[i] != table.size_[i]) return refuse("it belongs to another light field");
     }
-    if (bytes_there != sizeof header + table.bytes()) return refuse("its length is wrong");
+    const std::uintmax_t wanted = sizeof header + table.bytes();
+    if (bytes_left < wanted) return refuse("its length is wrong");
+    bytes_left -= wanted;
     ConditionalTables* const tables[] = {&table.u_, &table.v_, &table.s_, &table.t_};
     WordHash check;
     check.add(header.flux);
@@ -107,6 +120,35 @@ std::optional<CellTable> CellTable::load(const std::filesystem::path& file, cons
     return table;
 }
 
+std::optional<std::vector<CellTable>> CellTable::load_all(const std::filesystem::path& file,
+                                                          std::span<const LightField* const> fields,
+                                                          std::string& reason) {
+    const auto refuse = [&reason](const char* why) {
+        reason = why;
+        return std::nullopt;
+    };
+    std::error_code status;
+    if (!std::filesystem::exists(file, status)) return refuse("there is none");
+    std::uintmax_t bytes_left = std::filesystem::file_size(file, status);
+    if (!is_cell_table(file)) return refuse("it is no cell table");
+    std::ifstream in = open_to_read(file);
+    std::vector<CellTable> tables;
+    for (const LightField* field : fields) {
+        std::optional<CellTable> table = read_next(in, *field, bytes_left, reason);
+        if (!table) return std::nullopt;
+        tables.push_back(std::move(*table));
+    }
+    if (bytes_left != 0) return refuse("its length is wrong");
+    return tables;
+}
+
+std::optional<CellTable> CellTable::load(const std::filesystem::path& file, const LightField& field,
+                                         std::string& reason) {
+    const LightField* const fields[] = {&field};
+    auto tables = load_all(file, fields, reason);
+    return tables ? std::optional(std::move(tables->front())) : std::nullopt;
+}
+
 std::filesystem::path cell_table_file(const std::filesystem::path& lamp) {
     std::filesystem::path file = lamp;
     return file.replace_extension(".cells");
@@ -114,23 +156,31 @@ std::filesystem::path cell_table_file(const std::filesystem::path& lamp) {
 
 CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
                                    const Workers& workers, Monitor& monitor) {
+    const LightField* const fields[] = {&field};
+    return std::move(load_or_build_cell_tables(lamp, fields, workers, monitor).front());
+}
+
+std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& lamp,
+                                                 std::span<const LightField* const> fields,
+                                                 const Workers& workers, Monitor& monitor) {
     const std::filesystem::path file = cell_table_file(lamp);
     std::string reason;
-    if (auto table = CellTable::load(file, field, reason)) return std::move(*table);
+    if (auto tables = CellTable::load_all(file, fields, reason)) return std::move(*tables);
     monitor.info(fmt::format("{}: building the cell table ({})", file.string(), reason));
-    CellTable table(field, workers, monitor);
+    std::vector<CellTable> tables;
+    for (const LightField* field : fields) tables.emplace_back(*field, workers, monitor);
     std::error_code status;
     if (std::filesystem::exists(std::filesystem::symlink_status(file, status)) && !is_cell_table(file)) {
         monitor.warn(
             fmt::format("{}: is no cell table; it stays, and the lamp's is not kept", file.string()));
-        return table;
+        return tables;
     }
     try {
-        table.save(file);
+        CellTable::save_all(file, tables);
     } catch (const InputError& error) {
         monitor.warn(fmt::format("the cell table is not kept: {}", error.what()));
     }
-    return table;
+    return tables;
 }
 
 }  // namespace lucerna

@@ -5,13 +5,21 @@
 // of 2 that puts the largest magnitude in (512, 1024], so that a half's 11 bits hold every coefficient that
 // matters; coloured fields have the channels X and Z besides, each with a scale of its own. All else is in
 // attributes whose names begin with "lightfield".
+//
+// A lamp of several slabs is a multi-part file: each part is such an image, and says which way its slab
+// looks, how many slabs there are, and where the lamp's box is.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfIntAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfVecAttribute.h>
@@ -27,13 +35,15 @@
 #include "engine/base/memory.h"
 #include "engine/base/pictures.h"
 #include "lights/light_field.h"
+#include "lights/lumigraph.h"
 
 namespace lucerna {
 namespace {
 
 constexpr const char* kVersionName = "lightfieldVersion";
 // Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
-constexpr int kEvenBoxes = 1, kVersion = 2;
+// A slab of a lumigraph has version 3, which is 2 and the slab's orientation.
+constexpr int kEvenBoxes = 1, kVersion = 2, kOfSlab = 3;
 struct NamedBasis {
     FilterBasis filter;
     PixelBasis pixel;
@@ -219,6 +229,15 @@ double read_scale(const Imf::Header& header, const char* name) {
     return scale;
 }
 
+// Can a file of that size hold so many coefficients?
+void require_packed(std::size_t coefficients, std::uintmax_t file_bytes) {
+    constexpr std::uintmax_t kBestCompression = 1 << 12;  // coefficients per byte: far above what ZIP reaches
+    if (coefficients / kBestCompression > file_bytes) {
+        throw InputError(fmt::format("damaged light field: {} coefficients in a file of {} bytes",
+                                     coefficients, file_bytes));
+    }
+}
+
 // Is there an image of the atlas's size, and can the file hold it? A lying header must not make us allocate.
 void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file_bytes) {
     const Imath::Box2i window = header.dataWindow();
@@ -231,11 +250,7 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
             fmt::format("damaged light field: {} x {} views of {} x {} pixels, but an image of {} x {}",
                         rig.views.x, rig.views.y, rig.pixels.x, rig.pixels.y, width, height));
     }
-    constexpr std::uintmax_t kBestCompression = 1 << 12;  // coefficients per byte: far above what ZIP reaches
-    if (rig.coefficients() / kBestCompression > file_bytes) {
-        throw InputError(fmt::format("damaged light field: {} coefficients in a file of {} bytes",
-                                     rig.coefficients(), file_bytes));
-    }
+    require_packed(rig.coefficients(), file_bytes);
     for (const char* name : channel_names(header)) {
         const Imf::Channel* channel = header.channels().findChannel(name);
         if (channel == nullptr || channel->xSampling != 1 || channel->ySampling != 1)
@@ -243,22 +258,26 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
     }
 }
 
-LightField read_field(const std::filesystem::path& file) {
-    check_exr_header(file, ExrKind::light_field);
-    Imf::InputFile in(file.c_str());
-    const Imf::Header& header = in.header();
+// A field's version; InputError for an image that is none, and for one that this program does not know.
+int read_version(const Imf::Header& header) {
     if (header.findTypedAttribute<Imf::IntAttribute>(kVersionName) == nullptr) {
         throw InputError(
             fmt::format("an OpenEXR image, but no light field: it has no attribute {}", kVersionName));
     }
     const int version = required<Imf::IntAttribute>(header, kVersionName);
-    if (version < kEvenBoxes || version > kVersion) {
+    if (version < kEvenBoxes || version > kOfSlab) {
         throw InputError(
-            fmt::format("light field version {}; {} to {} is accepted", version, kEvenBoxes, kVersion));
+            fmt::format("light field version {}; {} to {} is accepted", version, kEvenBoxes, kOfSlab));
     }
+    return version;
+}
+
+// The field in a file, or in a part of one.
+template <typename In>
+LightField read_field(In& in, const Imf::Header& header, int version, std::uintmax_t file_bytes) {
     const Rig rig = read_rig(header, version);
     LightFieldInfo info = read_info(header);
-    check_window(header, rig, std::filesystem::file_size(file));
+    check_window(header, rig, file_bytes);
     const std::vector<const char*> names = channel_names(header);
     // The images, their coefficients in their order, and the field's own.
     require_memory(bytes_of(rig.coefficients(), (2 * names.size() + 2) * sizeof(float)),
@@ -291,45 +310,96 @@ LightField read_field(const std::filesystem::path& file) {
     return LightField(rig, coefficients[0], coefficients[1], coefficients[2], std::move(info), weight);
 }
 
-}  // namespace
-
-void write_light_field(const std::filesystem::path& file, const LightField& field) {
-    const Atlas atlas{field.rig()};
-    const std::vector<const char*> names = field.coloured() ? std::vector{"X", "Y", "Z"} : std::vector{"Y"};
-    V3d scale(1, 1, 1);
-    std::vector<std::vector<half>> pixels(names.size(), std::vector<half>(field.coefficients().size()));
-    for (std::size_t c = 0; c < names.size(); ++c) {
-        const int which = names[c][0] - 'X';
-        std::optional<LightField> channel;
-        if (field.coloured()) channel = field.channel(which);
-        const std::span<const float> e = channel ? channel->coefficients() : field.coefficients();
-        scale[which] = storage_scale(e);
-        atlas.for_each(
-            [&](std::size_t i, std::size_t pixel) { pixels[c][pixel] = stored_half(e[i], scale[which]); });
-    }
-    replace_file(file, [&](const std::filesystem::path& temporary) {
-        // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
-        std::ofstream stream(temporary, std::ios::binary);
-        {
-            Imf::StdOFStream named(stream, temporary.c_str());
-            Imf::OutputFile out(named, make_header(field, scale));
-            Imf::FrameBuffer buffer;
-            for (std::size_t c = 0; c < names.size(); ++c) {
-                buffer.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels[c].data()),
-                                                   sizeof(half), sizeof(half) * atlas.width()));
-            }
-            out.setFrameBuffer(buffer);
-            out.writePixels(static_cast<int>(atlas.height()));
-        }
-        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
-        stream.close();
-    });
+LightField read_single_field(const std::filesystem::path& file) {
+    check_exr_header(file, ExrKind::light_field);
+    Imf::InputFile in(file.c_str());
+    const int version = read_version(in.header());
+    if (version == kOfSlab)
+        throw InputError("a lamp of slabs that look to several sides; one light field is accepted here");
+    return read_field(in, in.header(), version, std::filesystem::file_size(file));
 }
 
-LightField read_light_field(const std::filesystem::path& file) {
+// What each part of a lumigraph says of the whole.
+struct SlabHeader {
+    SlabAxes axes;
+    int slabs = 0;
+    Box3d box;
+};
+
+SlabHeader read_slab_header(const Imf::Header& header) {
+    SlabHeader slab;
+    slab.axes.u = required<Imf::V3dAttribute>(header, "lightfieldAxisU");
+    slab.axes.v = required<Imf::V3dAttribute>(header, "lightfieldAxisV");
+    slab.axes.n = required<Imf::V3dAttribute>(header, "lightfieldAxisN");
+    slab.slabs = required<Imf::IntAttribute>(header, "lightfieldSlabs");
+    slab.box = Box3d(required<Imf::V3dAttribute>(header, "lightfieldBoxMin"),
+                     required<Imf::V3dAttribute>(header, "lightfieldBoxMax"));
+    if (const std::string fault = slab.axes.fault(); !fault.empty())
+        throw InputError("damaged light field: " + fault);
+    return slab;
+}
+
+// Parts' headers agree on the whole.
+class SlabReader {
+  public:
+    SlabReader(int parts, std::uintmax_t file_bytes) : parts_(parts), bytes_(file_bytes) {}
+
+    template <typename In>
+    void read(In& in, const Imf::Header& header, int part) {
+        const int version = read_version(header);
+        if (version != kOfSlab) {
+            throw InputError(fmt::format("damaged light field: part {} has version {}, and slabs have {}",
+                                         part, version, kOfSlab));
+        }
+        const SlabHeader slab = read_slab_header(header);
+        if (slab.slabs != parts_) {
+            throw InputError(fmt::format("damaged light field: {} parts, and part {} says there are {} slabs",
+                                         parts_, part, slab.slabs));
+        }
+        if (part > 0 && (slab.box.min != box_.min || slab.box.max != box_.max))
+            throw InputError("damaged light field: its parts say that the lamp's box is in different places");
+        box_ = slab.box;
+        slabs_.push_back({slab.axes, read_field(in, header, version, bytes_)});
+        // Together, too, they are no more than the file can hold.
+        coefficients_ += slabs_.back().field.rig().coefficients();
+        require_packed(coefficients_, bytes_);
+    }
+    Lumigraph finish() && { return Lumigraph(std::move(slabs_), box_); }
+
+  private:
+    int parts_;
+    std::uintmax_t bytes_;
+    std::size_t coefficients_ = 0;
+    Box3d box_;
+    std::vector<Slab> slabs_;
+};
+
+Lumigraph read_slabs(const std::filesystem::path& file) {
+    const bool several = check_exr_header(file, ExrKind::light_fields) > 1;
+    const std::uintmax_t bytes = std::filesystem::file_size(file);
+    if (!several) {
+        Imf::InputFile in(file.c_str());
+        const int version = read_version(in.header());
+        if (version < kOfSlab) return Lumigraph(read_field(in, in.header(), version, bytes));
+        SlabReader reader(1, bytes);
+        reader.read(in, in.header(), 0);
+        return std::move(reader).finish();
+    }
+    Imf::MultiPartInputFile in(file.c_str());
+    SlabReader reader(in.parts(), bytes);
+    for (int part = 0; part < in.parts(); ++part) {
+        Imf::InputPart image(in, part);
+        reader.read(image, in.header(part), part);
+    }
+    return std::move(reader).finish();
+}
+
+// Errors get the file's name.
+template <typename Read>
+auto reading(const std::filesystem::path& file, Read&& read) {
     require_readable(file);
     try {
-        return read_field(file);
+        return read(file);
     } catch (const InputError& error) {
         throw InputError({file.string()}, error.what());
     } catch (const std::bad_alloc&) {
@@ -338,6 +408,106 @@ LightField read_light_field(const std::filesystem::path& file) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR file: ") + one_line(error.what()));
     }
+}
+
+// The images of a field as a file holds them: halves of each channel, in the order of the atlas.
+struct Images {
+    std::vector<const char*> names;
+    std::vector<std::vector<half>> pixels;
+    V3d scale{1, 1, 1};
+
+    explicit Images(const LightField& field)
+        : names(field.coloured() ? std::vector{"X", "Y", "Z"} : std::vector{"Y"}),
+          pixels(names.size(), std::vector<half>(field.coefficients().size())) {
+        const Atlas atlas{field.rig()};
+        for (std::size_t c = 0; c < names.size(); ++c) {
+            const int which = names[c][0] - 'X';
+            std::optional<LightField> channel;
+            if (field.coloured()) channel = field.channel(which);
+            const std::span<const float> e = channel ? channel->coefficients() : field.coefficients();
+            scale[which] = storage_scale(e);
+            atlas.for_each([&](std::size_t i, std::size_t pixel) {
+                pixels[c][pixel] = stored_half(e[i], scale[which]);
+            });
+        }
+    }
+    Imf::FrameBuffer buffer(std::size_t width) {
+        Imf::FrameBuffer all;
+        for (std::size_t c = 0; c < names.size(); ++c) {
+            all.insert(names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(pixels[c].data()),
+                                            sizeof(half), sizeof(half) * width));
+        }
+        return all;
+    }
+};
+
+// write(stream), into a stream of our own: OpenEXR writes the last part where it cannot say that it failed.
+template <typename Write>
+void write_exr_stream(const std::filesystem::path& file, Write&& write) {
+    replace_file(file, [&](const std::filesystem::path& temporary) {
+        std::ofstream stream(temporary, std::ios::binary);
+        {
+            Imf::StdOFStream named(stream, temporary.c_str());
+            write(named);
+        }
+        stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
+        stream.close();
+    });
+}
+
+}  // namespace
+
+void write_light_field(const std::filesystem::path& file, const LightField& field) {
+    const Atlas atlas{field.rig()};
+    Images images(field);
+    write_exr_stream(file, [&](Imf::OStream& stream) {
+        Imf::OutputFile out(stream, make_header(field, images.scale));
+        out.setFrameBuffer(images.buffer(atlas.width()));
+        out.writePixels(static_cast<int>(atlas.height()));
+    });
+}
+
+void write_lumigraph(const std::filesystem::path& file, const Lumigraph& lamp) {
+    if (lamp.simple()) return write_light_field(file, lamp.slabs()[0].field);
+    std::vector<Images> images;
+    std::vector<Imf::Header> headers;
+    for (const Slab& slab : lamp.slabs()) {
+        images.emplace_back(slab.field);
+        Imf::Header header = make_header(slab.field, images.back().scale);
+        header.insert(kVersionName, Imf::IntAttribute(kOfSlab));
+        header.insert("lightfieldCoordinateS", Imf::DoubleAttribute(slab.field.rig().s_coordinate.c));
+        header.insert("lightfieldCoordinateM", Imf::DoubleAttribute(slab.field.rig().m_coordinate.c));
+        header.insert("lightfieldSlabs", Imf::IntAttribute(static_cast<int>(lamp.slabs().size())));
+        header.insert("lightfieldAxisU", Imf::V3dAttribute(slab.axes.u));
+        header.insert("lightfieldAxisV", Imf::V3dAttribute(slab.axes.v));
+        header.insert("lightfieldAxisN", Imf::V3dAttribute(slab.axes.n));
+        header.insert("lightfieldBoxMin", Imf::V3dAttribute(lamp.box().min));
+        header.insert("lightfieldBoxMax", Imf::V3dAttribute(lamp.box().max));
+        header.setName(fmt::format("slab {} {}", headers.size(), slab.axes.name()));
+        header.setType(Imf::SCANLINEIMAGE);
+        headers.push_back(header);
+    }
+    // All parts of a file have one display window: that of the largest.
+    Imath::Box2i display;
+    for (const Imf::Header& header : headers) display.extendBy(header.dataWindow());
+    for (Imf::Header& header : headers) header.displayWindow() = display;
+    write_exr_stream(file, [&](Imf::OStream& stream) {
+        Imf::MultiPartOutputFile out(stream, headers.data(), static_cast<int>(headers.size()));
+        for (std::size_t part = 0; part < headers.size(); ++part) {
+            const Atlas atlas{lamp.slabs()[part].field.rig()};
+            Imf::OutputPart image(out, static_cast<int>(part));
+            image.setFrameBuffer(images[part].buffer(atlas.width()));
+            image.writePixels(static_cast<int>(atlas.height()));
+        }
+    });
+}
+
+LightField read_light_field(const std::filesystem::path& file) {
+    return reading(file, read_single_field);
+}
+
+Lumigraph read_lumigraph(const std::filesystem::path& file) {
+    return reading(file, read_slabs);
 }
 
 }  // namespace lucerna

@@ -1,4 +1,4 @@
-// The measured lamp as a light: its field, its cell table, its place in the scene, its impostor.
+// The measured lamp as a light: its fields, their cell tables, its place in the scene, its impostor.
 //
 // Source: [Goesele 2003].
 #pragma once
@@ -14,6 +14,7 @@
 #include "lights/cell_table.h"
 #include "lights/light.h"
 #include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -48,6 +49,14 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 // its line: flux() stays that of the exact one. A field whose measured flux is not positive emits nothing (a
 // warning if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
+                                           const MeasuredSettings& settings, Monitor& monitor,
+                                           std::unique_ptr<const LampShape> shape = nullptr,
+                                           const Workers& workers = {});
+
+// The same of several slabs, with a table for each: one light. Each slab sends out the flux that was measured
+// of it; radiance along a line, and the density of finding it, are sums over the slabs. Without a shape lines
+// begin where they leave the lamp's box (those that miss it, where they pass its middle), not on S.
+std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable> tables,
                                            const MeasuredSettings& settings, Monitor& monitor,
                                            std::unique_ptr<const LampShape> shape = nullptr,
                                            const Workers& workers = {});

@@ -13,10 +13,12 @@ namespace {
 struct EscapedRays : LightPathVisitor {
     V3d origin{0, 0, 0};  // of the scene
     WorkingSpace colours;
+    SlabAxes side;
     LuminaireBlock block;
 
     void escape(const LightPathEscape& at) {
-        if (!(at.d.z > kLeastForward)) {
+        const V3f d = side.straight() ? at.d : V3f(side.to_slab(V3d(at.d)));
+        if (!(d.z > kLeastForward)) {
             block.flux.backward += V3d(at.power);
             return;
         }
@@ -24,7 +26,8 @@ struct EscapedRays : LightPathVisitor {
         const float flux = luminance(at.power);
         // Power of no luminance has no colour.
         block.tints.add(flux > 0 ? V3f(colours.light_to_xyz(at.power / flux)) : block.tints.first);
-        block.rays.push_back({V3f(V3d(at.from.p) + origin), at.d, flux});
+        const V3d from = V3d(at.from.p) + origin;
+        block.rays.push_back({V3f(side.straight() ? from : side.to_slab(from)), d, flux});
     }
 };
 

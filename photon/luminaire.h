@@ -16,6 +16,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/working_space.h"
 #include "engine/scene/scene.h"
+#include "lights/lumigraph.h"
 #include "lights/ray_set.h"
 #include "photon/ledger.h"
 
@@ -27,6 +28,7 @@ struct LuminaireParameters {
                          << 20;  // paths per block, >= 1; a power of two keeps blocks stratified
     std::uint64_t seed = 0;
     WorkingSpace colours = {};  // of the scene
+    SlabAxes side;              // the rays are those that leave to this side, told along its axes
 
     std::int64_t blocks() const { return (paths + block - 1) / block; }
 };
@@ -35,7 +37,7 @@ struct LuminaireParameters {
 // then the flux of one lamp, in the unit of its lights.
 struct LuminaireFlux {
     Ledger ledger;
-    V3d forward{0, 0, 0};   // left towards +z: the rays
+    V3d forward{0, 0, 0};   // left to the side, +z by itself: the rays
     V3d backward{0, 0, 0};  // left backwards or sideways
 
     void add(const LuminaireFlux& other) {

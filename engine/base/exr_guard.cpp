@@ -33,6 +33,7 @@ struct Packing {
 };
 constexpr Packing kOfLightFields{32, 1 << 12}, kOfAny{256, 1 << 16};
 constexpr std::int64_t kSmallBlock = 1 << 20;
+constexpr int kMostParts = 32;                       // of light fields
 constexpr std::int64_t kWidestLightField = 1 << 24;  // pixels of the atlas, each way: as much as is written
 
 // The library reads as much as a type wants, not as much as the header says; with other sizes the two would
@@ -53,6 +54,10 @@ constexpr AttributeType kTypes[] = {
 constexpr AttributeType kMoreTypes[] = {
     {"tiledesc", 9}, {"deepImageState", 1}, {"preview", -1}, {"stringvector", -1}, {"floatvector", -1}};
 
+bool is_of_light(ExrKind kind) {
+    return kind != ExrKind::any;
+}
+
 std::optional<std::int32_t> bytes_of(std::span<const AttributeType> types, const std::string& type) {
     const auto known =
         std::find_if(types.begin(), types.end(), [&type](const AttributeType& t) { return t.name == type; });
@@ -61,7 +66,7 @@ std::optional<std::int32_t> bytes_of(std::span<const AttributeType> types, const
 
 void check_type(const std::string& type, std::int32_t size, ExrKind kind) {
     std::optional<std::int32_t> bytes = bytes_of(kTypes, type);
-    if (!bytes && kind == ExrKind::light_field)
+    if (!bytes && is_of_light(kind))
         throw InputError("no light field: the OpenEXR file has an attribute of a type that they do not have");
     if (!bytes) bytes = bytes_of(kMoreTypes, type);
     if (bytes && *bytes >= 0 && *bytes != size) {
@@ -145,6 +150,8 @@ struct Part {
     std::array<std::int32_t, 4> window{0, 0, -1, -1};
     std::int64_t channels = 0;
     std::array<std::uint32_t, 2> tile{0, 0};  // 0: scan lines
+    std::string type;                         // of image, where there are several parts
+    std::int32_t chunks = 0;                  // as they are stated there
 };
 
 // Bytes of width × height pixels of the part; more than there can be stays more.
@@ -153,11 +160,11 @@ double bytes_of(const Part& part, std::int64_t width, std::int64_t height) {
 }
 
 void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
-    const Packing packing = kind == ExrKind::light_field ? kOfLightFields : kOfAny;
+    const Packing packing = is_of_light(kind) ? kOfLightFields : kOfAny;
     const std::int64_t width = std::int64_t{part.window[2]} - part.window[0] + 1;
     const std::int64_t height = std::int64_t{part.window[3]} - part.window[1] + 1;
     const bool there = width > 0 && height > 0;
-    if (kind == ExrKind::light_field && std::max(width, height) > kWidestLightField) {
+    if (is_of_light(kind) && std::max(width, height) > kWidestLightField) {
         throw InputError(fmt::format("damaged light field: an image of {} x {} pixels; at most {} on a side",
                                      width, height, kWidestLightField));
     }
@@ -172,7 +179,7 @@ void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
     double most = static_cast<double>(file_bytes * packing.best + kSmallBlock);
     // The whole of a light field is measured where its views are known.
     if (kind == ExrKind::any) block = std::max(block, bytes_of(part, width, height));
-    if (kind == ExrKind::light_field) most *= 2;  // of halves
+    if (is_of_light(kind)) most *= 2;  // of halves
     if (!there || entries > static_cast<double>(file_bytes) / 8 || block > most) {
         throw InputError(fmt::format("damaged OpenEXR file: an image of {} x {} pixels in {} bytes", width,
                                      height, file_bytes));
@@ -188,6 +195,11 @@ void read_attribute(HeaderReader& reader, const std::string& name, const std::st
                     Part& part) {
     if (name == "dataWindow" && type == "box2i") {
         part.window = reader.value<std::array<std::int32_t, 4>>();
+    } else if (name == "chunkCount" && type == "int") {
+        part.chunks = reader.value<std::int32_t>();
+    } else if (name == "type" && type == "string") {
+        part.type.resize(static_cast<std::size_t>(size));
+        reader.read(part.type.data(), part.type.size());
     } else if (type == "tiledesc") {
         part.tile = reader.value<std::array<std::uint32_t, 2>>();
         reader.skip(1);
@@ -221,22 +233,40 @@ bool check_part(HeaderReader& reader, ExrKind kind) {
         check_type(type, size, kind);
         read_attribute(reader, name, type, size, part);
     }
-    if (any) check_sizes(part, reader.bytes(), kind);
-    return any;
+    if (!any) return false;
+    check_sizes(part, reader.bytes(), kind);
+    // The library makes a table of as many chunks as are stated.
+    if (part.chunks < 0 || part.chunks > reader.bytes() / 8) {
+        throw InputError(fmt::format("damaged OpenEXR file: a part of {} chunks in {} bytes", part.chunks,
+                                     reader.bytes()));
+    }
+    if (kind == ExrKind::light_fields && !part.type.empty() && part.type != "scanlineimage")
+        throw InputError("no light field: a part of the OpenEXR file is not made of scan lines");
+    return true;
 }
 
 }  // namespace
 
-void check_exr_header(const std::filesystem::path& file, ExrKind kind) {
+int check_exr_header(const std::filesystem::path& file, ExrKind kind) {
     HeaderReader reader(file);
     if (reader.bytes() < 8 || reader.value<std::uint32_t>() != kMagic)
         throw InputError("no OpenEXR file: it does not start with the number 20000630");
     const auto version = reader.value<std::uint32_t>();
+    const bool several = (version & kSeveralParts) != 0;
+    if (kind == ExrKind::light_field && (version & ~kLongNames) == (kVersion | kSeveralParts))
+        throw InputError("an OpenEXR file of several parts; a single light field is accepted here");
     if (kind == ExrKind::light_field && (version & ~kLongNames) != kVersion)
         throw InputError("not a single-part scan-line OpenEXR file of version 2");
+    if (kind == ExrKind::light_fields && (version & ~(kLongNames | kSeveralParts)) != kVersion)
+        throw InputError("not a scan-line OpenEXR file of version 2");
     if ((version & kVersionMask) != kVersion) throw InputError("not an OpenEXR file of version 2");
     if (!check_part(reader, kind)) throw InputError("damaged OpenEXR file: it has an empty header");
-    while ((version & kSeveralParts) != 0 && check_part(reader, kind)) continue;
+    int parts = 1;
+    while (several && check_part(reader, kind)) {
+        if (++parts > kMostParts && is_of_light(kind))
+            throw InputError(fmt::format("an OpenEXR file of more than {} parts", kMostParts));
+    }
+    return parts;
 }
 
 }  // namespace lucerna

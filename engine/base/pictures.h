@@ -130,12 +130,13 @@ const Pictures& pictures(const std::filesystem::path& file,
 // word alone must be something that the file can hold.
 
 // What is accepted: any OpenEXR file (tiles, several parts, attributes of any type), or what light fields are
-// in, scan lines of a single part with attributes of the types that they have.
-enum class ExrKind : std::uint8_t { any, light_field };
+// in, scan lines of a single part with attributes of the types that they have; of a lamp of several, one part
+// for each.
+enum class ExrKind : std::uint8_t { any, light_field, light_fields };
 
-// Throws InputError (without the file's name) for what is no OpenEXR file of that kind, and for attributes,
-// tiles or a data window larger than the file can hold. What passes may still be damaged.
-void check_exr_header(const std::filesystem::path& file, ExrKind kind);
+// The number of parts. Throws InputError (without the file's name) for what is no OpenEXR file of that kind,
+// and for attributes, tiles or a data window larger than the file can hold. What passes may still be damaged.
+int check_exr_header(const std::filesystem::path& file, ExrKind kind);
 
 // A look at a PNG's chunks before a library reads them: libpng would say what is wrong with them on standard
 // error, too, beside the error that names the file.

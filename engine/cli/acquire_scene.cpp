@@ -116,6 +116,7 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     parameters.seed = emitter.seed;
     parameters.block = emitter.block;
     parameters.colours = job.film.colours;
+    parameters.side = emitter.side;
     try {
         check_luminaire(job.scene, parameters);
     } catch (const InputError& error) {

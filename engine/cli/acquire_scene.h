@@ -25,6 +25,7 @@ struct SceneEmitter {
     FluxUnit unit = FluxUnit::watt;  // what the powers of the scene's lights count
     double flux = 0;  // of all light that leaves the luminaire, in the unit; 0: as the scene has it
     std::int64_t block = std::int64_t{1} << 20;  // light paths between two chances to stop
+    SlabAxes side = {};   // of the luminaire, which is turned to the rig; light of the others is backward
     bool strict = false;  // what the reader would replace or leave out with a warning is an error
     // Called when the scene has been read, before any work. May be empty.
     std::function<void(const Job& job)> when_read = {};

@@ -268,7 +268,7 @@ void print_image(std::ostream& out, const std::string& file) {
     const Image image = read_exr(file);
     if (image.attributes.contains("lightfieldBasis")) {
         fmt::print(out, "a light field: {}\n", file);
-        return print_light_field(out, read_light_field(file), {});
+        return print_lumigraph(out, read_lumigraph(file), {});
     }
     fmt::print(out, "size         {} x {}\n", image.width, image.height);
     for (std::size_t c = 0; c < image.channels.size(); ++c) {

@@ -111,8 +111,6 @@ RayBundle bundle(const RaySet& set) {
     return b;
 }
 
-}  // namespace
-
 void print_light_field(std::ostream& out, const LightField& field, const Workers& workers) {
     const LightFieldInfo& info = field.info();
     const std::string_view unit = flux_unit_name(info.unit);
@@ -144,6 +142,51 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
                1e-6 * bytes * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
     fmt::print(out, "content hash         {:016x}\n", content_hash(field));
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
+}
+
+// The planes of one of several slabs, and what it holds.
+void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Workers& workers) {
+    const std::string_view unit = flux_unit_name(slab.field.info().unit);
+    const double flux = slab.field.flux(), clamped = slab.field.clamped_flux(workers);
+    const V3d centre = slab.axes.to_lamp(slab.field.rig().centre);
+    fmt::print(out, "\nslab                 light towards {}; centre of S in the lamp's frame ({}, {}, {})\n",
+               slab.axes.name(), length_text(centre.x), length_text(centre.y), length_text(centre.z));
+    print_rig(out, slab.field.rig());
+    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative light adds {})\n",
+               flux, unit, percent(flux, lamp_flux), percent(clamped - flux, flux));
+}
+
+}  // namespace
+
+void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& workers) {
+    if (lamp.simple()) return print_light_field(out, lamp.slabs()[0].field, workers);
+    const std::string_view unit = flux_unit_name(lamp.unit());
+    const double flux = lamp.flux(), whole = lamp.captured() + lamp.missed();
+    std::string names;
+    double bytes = 0, table_bytes = 0;
+    for (const Slab& slab : lamp.slabs()) {
+        names += (names.empty() ? "" : ", ") + slab.axes.name();
+        const double each = sizeof(float) + (slab.field.coloured() ? sizeof(ColourChannels::Pair) : 0);
+        bytes += each * static_cast<double>(slab.field.coefficients().size());
+        table_bytes += static_cast<double>(CellTable::bytes_for(slab.field.rig()));
+    }
+    const Box3d& box = lamp.box();
+    fmt::print(out, "slabs                {}: {}\n", lamp.slabs().size(), names);
+    fmt::print(out, "box of the lamp      x {} to {}, y {} to {}, z {} to {}\n", length_text(box.min.x),
+               length_text(box.max.x), length_text(box.min.y), length_text(box.max.y), length_text(box.min.z),
+               length_text(box.max.z));
+    fmt::print(out, "flux                 {:.6g} {}\n", flux, unit);
+    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", lamp.captured(),
+               unit, percent(lamp.captured(), whole), lamp.missed(), unit, percent(lamp.missed(), whole));
+    print_chromaticity(out, lamp.xyz());
+    fmt::print(out, "colours              {}\n",
+               lamp.coloured() ? "of each place and direction" : "one for all its light");
+    fmt::print(out,
+               "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
+               1e-6 * bytes, 1e-6 * table_bytes);
+    fmt::print(out, "content hash         {:016x}\n", content_hash(lamp));
+    if (!lamp.provenance().empty()) fmt::print(out, "provenance           {}\n", lamp.provenance());
+    for (const Slab& slab : lamp.slabs()) print_slab(out, slab, flux, workers);
 }
 
 void print_ray_set(std::ostream& out, const RaySet& set) {

@@ -5,14 +5,15 @@
 
 #include "engine/base/parallel.h"
 #include "lights/flux_unit.h"
-#include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/measurement/ray_projection.h"
 #include "lights/photometric.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
 
-void print_light_field(std::ostream& out, const LightField& field, const Workers& workers);
+// A light field; or of several slabs the whole, and then each.
+void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& workers);
 void print_ray_set(std::ostream& out, const RaySet& rays);
 // Where the flux of a ray set went when it was projected.
 void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit);

@@ -20,6 +20,7 @@
 #include "engine/scene/texture_image.h"
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/camera_simulation.h"
+#include "lights/measurement/join_sides.h"
 #include "lights/measurement/rig_file.h"
 
 namespace lucerna {
@@ -33,6 +34,8 @@ as cos^N, and the planes are laid to suit it.
 With --filter none the lamp is measured without the optical filter, through a pinhole at each filter
 position, and the field is interpolated linearly: a canned light source [Heidrich 1998]. What is finer than
 the spacing is then aliased, where the filter blurs it.
+A luminaire that shines to several sides is turned before the rig with --sides; the light fields of its sides
+make one lamp, in which light that two of them hold is shared out by its direction.
 
 Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
 
@@ -40,6 +43,7 @@ Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
   lucerna light acquire scenes/lamps/projector/rig.toml --filter none -o canned.exr
+  lucerna light acquire RIG.toml --sides +z,-z,+x,-x,+y,-y -o lamp.exr
   lucerna light acquire -o lamp.exr
   lucerna light acquire --radius 25mm --flux 1500 --unit lm -o lamp.exr
   lucerna light acquire --emitter rectangle --size 20mmx10mm --exponent 8 --flux 3 --pixels 96x96 -o lamp.exr)";
@@ -62,8 +66,9 @@ struct QuickLamp {
 struct AcquireCommand {
     std::string rig;  // a file; empty: the quick lamp
     QuickLamp quick;
-    std::string photographs;  // a folder; empty: none are wanted
-    bool strict = false;      // of the scene that the rig names
+    std::string photographs;      // a folder; empty: none are wanted
+    std::vector<SlabAxes> sides;  // of a scene that are measured; none: +z
+    bool strict = false;          // of the scene that the rig names
     bool filter = true;
     LampOutput lamp;
 };
@@ -203,6 +208,7 @@ struct AcquireWork {
     std::filesystem::path part;  // where what is unfinished is kept
     Workers workers;
     bool strict = false;                            // of a scene
+    SlabAxes side;                                  // of a scene
     std::function<void(const Job& job)> when_read;  // of a scene
 };
 
@@ -234,6 +240,7 @@ FilterImages acquire_luminaire(const RigDescription& description, const AcquireW
     const EmitterDescription& from = description.emitter;
     SceneEmitter emitter{from.scene, from.rays, from.seed, from.unit, from.flux};
     emitter.strict = work.strict;
+    emitter.side = work.side;
     emitter.when_read = work.when_read;
     SceneAcquisition made = acquire_scene(emitter, description.rig, work.part, work.workers, monitor);
     const std::string_view unit = flux_unit_name(from.unit);
@@ -297,6 +304,22 @@ void check_filter(const RigDescription& description, const AcquireCommand& comma
     }
 }
 
+// Where what is unfinished of a side is kept.
+std::filesystem::path part_of(const AcquireCommand& command, const SlabAxes& side) {
+    return command.lamp.file + (side.straight() ? "" : "." + side.name()) + ".part";
+}
+
+void check_sides(const AcquireCommand& command, const RigDescription& description) {
+    if (command.sides.empty()) return;
+    if (description.emitter.kind != EmitterDescription::Kind::scene) {
+        throw InputError({"--sides"},
+                         "a disc, a rectangle and a projector shine along +z; a rig whose emitter is a "
+                         "scene is accepted");
+    }
+    if (!command.photographs.empty())
+        throw InputError({"--photographs"}, "are those of one side; --sides is not accepted beside it");
+}
+
 // Of no effect without a scene, and that is a mistake.
 void refuse_strict_without_scene(const AcquireCommand& command, const RigDescription& description) {
     if (!command.strict || description.emitter.kind == EmitterDescription::Kind::scene) return;
@@ -309,29 +332,39 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
     refuse_strict_without_scene(command, description);
     check_filter(description, command);
-    const std::filesystem::path part_file = command.lamp.file + ".part";
+    check_sides(command, description);
+    const std::vector<SlabAxes> sides = command.sides.empty() ? std::vector{SlabAxes{}} : command.sides;
     CommandFiles files;
     declare_files(command, description, files);
-    if (command.filter) files.writes_beside(part_file, "-o");
+    if (command.filter)
+        for (const SlabAxes& side : sides) files.writes_beside(part_of(command, side), "-o");
     if (!command.photographs.empty())
         check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     std::optional<Listening> listening;
-    AcquireWork work{part_file, command.lamp.workers, command.strict, [&](const Job& job) {
+    AcquireWork work{{}, command.lamp.workers, command.strict, {}, [&](const Job& job) {
                          files.reads(job.files);
                          files.reads(job.caches);
-                         listening.emplace(context.around);
+                         if (!listening) listening.emplace(context.around);
                      }};
     if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.around);
     if (!command.filter)
         return finish_lamp(acquire_canned(description, command, monitor), command.lamp, monitor, context);
-    FilterImages seen = acquire_images(description, work, monitor);
-    giving_up_part(part_file, [&] {
-        const FilterImages images = through_camera(std::move(seen), description, command, monitor);
-        finish_lamp(field_of(images), command.lamp, monitor, context);
-    });
+    std::vector<Slab> measured;
+    for (const SlabAxes& side : sides) {
+        work.part = part_of(command, side);
+        work.side = side;
+        if (sides.size() > 1) monitor.info(fmt::format("side {}:", side.name()));
+        FilterImages seen = acquire_images(description, work, monitor);
+        giving_up_part(work.part, [&] {
+            measured.push_back(
+                {side, field_of(through_camera(std::move(seen), description, command, monitor))});
+        });
+    }
+    giving_up_part(part_of(command, sides[0]),
+                   [&] { finish_lamp(join_sides(std::move(measured)), command.lamp, monitor, context); });
     std::error_code none;
-    std::filesystem::remove(part_file, none);
+    for (const SlabAxes& side : sides) std::filesystem::remove(part_of(command, side), none);
 }
 
 void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
@@ -366,8 +399,8 @@ void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
     for (const CLI::Option* option : app.get_options()) {
         const std::string name = option->get_name();
         if (option->count() == 0 || name == "RIG" || name == "--output" || name == "--photographs" ||
-            name == "--strict" || name == "--filter" || name == "--threads" || name == "--quiet" ||
-            name == "--help")
+            name == "--strict" || name == "--filter" || name == "--sides" || name == "--threads" ||
+            name == "--quiet" || name == "--help")
             continue;
         input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
     }
@@ -383,6 +416,17 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
     app.add_option("--photographs", command->photographs,
                    "also write what the rig's camera photographs, and a manifest for light assemble")
         ->type_name("FOLDER");
+    add_word(app, "--sides", "AXIS,…",
+             "of a scene that shines to several sides, as +z,-z,+x: it is turned, and each side measured by "
+             "this rig",
+             [command](const std::string& word) {
+                 command->sides.clear();
+                 for (std::size_t begin = 0; begin <= word.size();) {
+                     const std::size_t end = std::min(word.find(',', begin), word.size());
+                     command->sides.push_back(parse_side("--sides", word.substr(begin, end - begin)));
+                     begin = end + 1;
+                 }
+             });
     app.add_flag("--strict", command->strict,
                  "refuse what is not traced as the rig's scene says, instead of a warning");
     add_word(app, "--filter", "FILTER", "before the sampling plane: bell (default), or none",

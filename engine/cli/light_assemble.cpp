@@ -6,6 +6,7 @@
 #include "engine/base/files.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
+#include "lights/measurement/join_sides.h"
 #include "lights/measurement/photographs.h"
 
 namespace lucerna {
@@ -16,12 +17,22 @@ constexpr const char* kAssembleFooter =
 docs/photographs.md is its reference. A virtual rig writes one with its photographs:
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
 
+A lamp that shines to several sides is photographed in several sessions, turned before the rig. Each further
+session is told with the side of the lamp that faced the rig, in the frame of the first, whose side is +z. Light
+that two sessions hold is shared out by its direction.
+
 Examples:
   lucerna light assemble measured/manifest.toml -o lamp.exr
-  lucerna light assemble measured/manifest.toml -o lamp.exr --threads 1)";
+  lucerna light assemble measured/manifest.toml -o lamp.exr --threads 1
+  lucerna light assemble front/manifest.toml --side=-z=back/manifest.toml -o lamp.exr)";
 
 struct AssembleCommand {
     std::string manifest;
+    struct Side {
+        SlabAxes axes;
+        std::string manifest;
+    };
+    std::vector<Side> more;  // sessions of other sides
     LampOutput lamp;
 };
 
@@ -37,17 +48,31 @@ void print_assembly(std::ostream& out, const Assembly& assembly) {
 }
 
 void act_assemble(const AssembleCommand& command, const CommandContext& context) {
-    require_readable(command.manifest);
+    std::vector<AssembleCommand::Side> sessions{{SlabAxes{}, command.manifest}};
+    sessions.insert(sessions.end(), command.more.begin(), command.more.end());
     CommandFiles files;
-    files.reads(command.manifest);
+    for (const auto& session : sessions) {
+        require_readable(session.manifest);
+        files.reads(session.manifest);
+    }
     declare_lamp(command.lamp, files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
-    const Manifest manifest = read_manifest(std::filesystem::path(command.manifest));
-    files.reads(files_of(manifest));
-    const Assembly assembly = assemble(manifest, command.lamp.workers, monitor);
-    const LightField field = naming(command.manifest, [&] { return field_of(assembly.images); });
-    finish_lamp(field, command.lamp, monitor, context);
-    if (!command.lamp.quiet) print_assembly(context.out, assembly);
+    std::vector<Manifest> manifests;
+    for (const auto& session : sessions) {
+        manifests.push_back(read_manifest(std::filesystem::path(session.manifest)));
+        files.reads(files_of(manifests.back()));
+    }
+    std::vector<Slab> sides;
+    std::vector<Assembly> assemblies;
+    for (std::size_t i = 0; i < sessions.size(); ++i) {
+        assemblies.push_back(assemble(manifests[i], command.lamp.workers, monitor));
+        sides.push_back(
+            {sessions[i].axes, naming(sessions[i].manifest, [&] { return field_of(assemblies[i].images); })});
+        assemblies[i].images.positive = {}, assemblies[i].images.negative = {};  // held by the field
+    }
+    finish_lamp(join_sides(std::move(sides)), command.lamp, monitor, context);
+    if (command.lamp.quiet) return;
+    for (const Assembly& assembly : assemblies) print_assembly(context.out, assembly);
 }
 
 }  // namespace
@@ -57,6 +82,21 @@ void add_light_assemble(CLI::App& light, const CommandContext& context) {
     CLI::App& app = *light.add_subcommand("assemble", "Make a light field of photographs of a real rig");
     app.footer(kAssembleFooter);
     app.add_option("MANIFEST", command->manifest, "what was photographed, and how; .toml")->required();
+    app.add_option_function<std::vector<std::string>>(
+           "--side",
+           [command](const std::vector<std::string>& words) {
+               for (const std::string& word : words) {
+                   const std::size_t equals = word.find('=');
+                   if (equals == std::string::npos)
+                       input_error({"--side"}, "\"{}\" is not accepted; AXIS=MANIFEST is", one_line(word));
+                   command->more.push_back(
+                       {parse_side("--side", word.substr(0, equals)), word.substr(equals + 1)});
+               }
+           },
+           "a session of another side of the lamp; more than one may be given")
+        ->type_name("AXIS=MANIFEST")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     add_lamp_output(app, command->lamp);
     app.callback([command, &context] { act_assemble(*command, context); });
 }

@@ -50,13 +50,13 @@ void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
              [&distance](const std::string& word) { distance = parse_length({"--distance"}, word); });
 }
 
-void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonitor& monitor,
+void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
                  const CommandContext& context) {
-    write_light_field(output.file, made);
-    const LightField field = read_light_field(output.file);
-    load_or_build_cell_table(output.file, field, output.workers, monitor);
+    write_lumigraph(output.file, made);
+    const Lumigraph lamp = read_lumigraph(output.file);
+    load_or_build_cell_tables(output.file, fields_of(lamp), output.workers, monitor);
     if (output.quiet) return;
-    print_light_field(context.out, field, output.workers);
+    print_lumigraph(context.out, lamp, output.workers);
     std::error_code unknown;
     const auto size = std::filesystem::file_size(output.file, unknown);
     fmt::print(context.out, "light field          {} ({})\n", output.file,
@@ -92,8 +92,8 @@ void act_info(const std::string& file, const CommandContext& context) {
     if (is_photometric(file))
         return print_photometric(context.out, read_photometric(file, monitor), FluxUnit::lumen);
     const LampFile lamp = read_lamp_file(file, monitor);
-    if (const auto* field = std::get_if<LightField>(&lamp)) {
-        print_light_field(context.out, *field, {});
+    if (const auto* field = std::get_if<Lumigraph>(&lamp)) {
+        print_lumigraph(context.out, *field, {});
     } else {
         print_ray_set(context.out, std::get<RaySet>(lamp));
     }

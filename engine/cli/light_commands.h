@@ -12,6 +12,7 @@
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
 #include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -31,9 +32,9 @@ ConsoleSettings console_settings(const LampOutput& output, const CommandContext&
 // The three options that say how the planes are laid: --views, --pixels, --distance.
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
 
-// Writes the field and, as it belongs to the lamp, the table from which its particles are drawn. What is said
-// and tabulated is the field as a reader of the file will find it, rounded to halves.
-void finish_lamp(const LightField& made, const LampOutput& output, ConsoleMonitor& monitor,
+// Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are
+// drawn. What is said and tabulated is the field as a reader of the file will find it, rounded to halves.
+void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
                  const CommandContext& context);
 
 // Runs `work`; errors about what is in the file, but not about its format, do not know its name: they get it.
@@ -61,11 +62,11 @@ void add_light_farfield(CLI::App& light, const CommandContext& context);
 
 // A lamp's file, whatever it holds: told by its name's end.
 
-using LampFile = std::variant<LightField, RaySet>;
+using LampFile = std::variant<Lumigraph, RaySet>;
 
-// .exr is a light field; else rays. Throws InputError naming file and cause.
+// .exr is a light field, or several of one lamp; else rays. Throws InputError naming file and cause.
 inline LampFile read_lamp_file(const std::filesystem::path& file, Monitor& monitor) {
-    if (suffix_of(file) == ".exr") return read_light_field(file);
+    if (suffix_of(file) == ".exr") return read_lumigraph(file);
     return read_rays(file, monitor);
 }
 

@@ -227,10 +227,10 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
     }
     std::optional<AngularColours> colours;
     if (suffix_of(options.lamp) == ".exr") {
-        const LightField field = read_light_field(options.lamp);
-        if (wanted || field.coloured())
-            colours = colours_over_angle(field, options.grid, options.workers, monitor);
-        return {far_field(field, options.grid, options.workers, monitor), field.info().unit, colours};
+        const Lumigraph lamp = read_lumigraph(options.lamp);
+        if (wanted || lamp.coloured())
+            colours = colours_over_angle(lamp, options.grid, options.workers, monitor);
+        return {far_field(lamp, options.grid, options.workers, monitor), lamp.unit(), colours};
     }
     const RaySet rays = read_rays(options.lamp, monitor);
     if (wanted || rays.coloured()) colours = colours_over_angle(rays, options.grid);

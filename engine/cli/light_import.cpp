@@ -13,7 +13,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/lamp_text.h"
 #include "engine/cli/light_commands.h"
-#include "lights/measurement/ray_projection.h"
+#include "lights/measurement/lumigraph_fit.h"
 #include "lights/ray_set.h"
 
 namespace lucerna {
@@ -26,6 +26,10 @@ constexpr const char* kLightImportFooter =
 The field is as fine as the rays allow: half of them make a field and the other half tell how far the light
 that it casts is off, on planes from contact to the far field. The resolution and the smoothing of least
 error are taken; the errors that the whole file's field is expected to have are printed.
+
+A light field holds what leaves towards one side, +z. A lamp that shines to other sides as well gets several,
+one for each of up to six sides of a box around it (slabs); all are in one file, and are one lamp. Light is
+shared out among them by its direction, so that none counts twice; --slabs sets how many.
 
 Several ray files in one frame, as an LED package's red, green and blue, make one lamp; --drive says how
 much of each file's flux shines. A field of rays of several colours has several. Files in watts beside files
@@ -46,7 +50,7 @@ struct ImportOptions {
     std::vector<double> drives;        // one for each file; none: 1 each
     std::vector<std::string> colours;  // one for each file, as 528nm, light.spd or file; none: as they say
     std::vector<double> efficacies;    // one for each file, lm/W; 0: as it says. None: as they say
-    FitOptions fit;
+    LumigraphOptions lumigraph;
     LampOutput lamp;
 };
 
@@ -146,6 +150,8 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     require_each("--drive", options.drives.size());
     require_each("--colours", options.colours.size());
     require_each("--efficacy", options.efficacies.size());
+    if (options.lumigraph.fit.z && options.lumigraph.slabs > 1)
+        throw InputError({"--height"}, "is that of one slab; --slabs 1 is accepted beside it");
     CommandFiles files;
     for (const std::string& word : options.colours) {
         if (word == kAsTheFileSays) continue;
@@ -159,13 +165,19 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     declare_lamp(options.lamp, files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(options.lamp, context));
     const RaySet rays = read_lamp_rays(options, monitor);
-    const Projection made = naming(fmt::format("{}", fmt::join(options.rays, " + ")), [&] {
-        return fit_light_field(rays, options.fit, options.lamp.workers, monitor);
+    const LumigraphFit made = naming(fmt::format("{}", fmt::join(options.rays, " + ")), [&] {
+        return fit_lumigraph(rays, options.lumigraph, options.lamp.workers, monitor);
     });
-    finish_lamp(made.field, options.lamp, monitor, context);
-    if (!options.lamp.quiet) {
-        print_account(context.out, made.account, rays.unit);
-        print_errors(context.out, made.errors);
+    finish_lamp(made.lamp, options.lamp, monitor, context);
+    if (options.lamp.quiet) return;
+    print_account(context.out, made.account, rays.unit);
+    if (made.lamp.simple()) return print_errors(context.out, made.slabs[0].errors);
+    for (std::size_t i = 0; i < made.slabs.size(); ++i) {
+        const FluxAccount& slab = made.slabs[i].account;
+        fmt::print(context.out, "slab {}: {:.6g} {} are its share, {:.6g} {} of it held\n",
+                   made.lamp.slabs()[i].axes.name(), slab.total, flux_unit_name(rays.unit), slab.captured,
+                   flux_unit_name(rays.unit));
+        print_errors(context.out, made.slabs[i].errors);
     }
 }
 
@@ -189,12 +201,23 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
              [options](const std::string& word) {
                  options->efficacies = parse_numbers("--efficacy", word, kMostLumensPerWatt);
              });
-    add_planes(app, options->fit.views, options->fit.pixels, options->fit.distance);
+    add_planes(app, options->lumigraph.fit.views, options->lumigraph.fit.pixels,
+               options->lumigraph.fit.distance);
     add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
-             [options](const std::string& word) { options->fit.capture = parse_share({"--capture"}, word); });
-    add_word(app, "--height", "LENGTH",
-             "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
-             [options](const std::string& word) { options->fit.z = parse_place({"--height"}, word); });
+             [options](const std::string& word) {
+                 options->lumigraph.fit.capture = parse_share({"--capture"}, word);
+             });
+    add_word(app, "--slabs", "N", "1 (+z), 2 (+z, -z) or 6 (default: as few as hold 99% of the light)",
+             [options](const std::string& word) {
+                 const auto slabs = parse_whole({"--slabs"}, word, 1, 6);
+                 if (slabs != 1 && slabs != 2 && slabs != 6)
+                     input_error({"--slabs"}, "\"{}\" is not accepted; 1, 2 and 6 are", word);
+                 options->lumigraph.slabs = static_cast<int>(slabs);
+             });
+    add_word(
+        app, "--height", "LENGTH",
+        "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
+        [options](const std::string& word) { options->lumigraph.fit.z = parse_place({"--height"}, word); });
     add_lamp_output(app, options->lamp);
     app.callback([options, &context] { act_import(*options, context); });
 }

@@ -15,6 +15,7 @@
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
 #include "lights/measurement/colour_over_angle.h"
+#include "lights/measurement/join_sides.h"
 #include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {
@@ -24,8 +25,11 @@ constexpr const char* kProjectFooter =
     R"(The screen stands across the lamp's axis. The image shows it from the front, by someone who looks at the
 lamp: x to the right, y up. Its values are irradiance, W/m2, or lux for a lamp whose file counts lumens.
 
-A light field's screen is at a distance from its sampling plane S, a ray file's from its frame's origin; with
---height both are told in the frame of the lamp's file. Without --size each screen holds about 96 % of the
+A light field's screen is at a distance from its sampling plane S, that of a lamp of several slabs from the
+middle of its box, a ray file's from its frame's origin; with --height all are told in the frame of the lamp's
+file. With --side the screen stands to another side of the lamp than +z, across that axis; all slabs that send
+light there count. x on it is then the horizontal (+x of the frame for -y, -x for -z and +y, +y for +x, -y for
+-x) and y the frame's z (y for -z). Without --size each screen holds about 96 % of the
 light in each direction. Several distances make a series: one image each, and with --png one picture of all,
 each at the exposure that suits it.
 
@@ -37,10 +41,12 @@ Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
   lucerna light project lamp.exr --distance 5mm,20mm,80mm,320mm -o beam.exr --png
   lucerna light project lamp.exr --distance 1m --reconstruction approximate -o approximate.exr
+  lucerna light project bulb.exr --side=-x --distance 1m --size 2mx2m -o left.exr --png
   lucerna light project lamp.tm25ray --distance 1m --size 4mx4m --pixels 100x100 -o counted.exr)";
 
 struct ProjectCommand {
     std::string lamp, output;
+    SlabAxes side;                  // of the lamp, to which the screen stands; its axes are the screen's
     std::vector<double> distances;  // metres
     bool heights = false;           // the distances are places in the frame of the lamp's file
     std::optional<V2d> size, centre;
@@ -50,20 +56,33 @@ struct ProjectCommand {
     Workers workers;
 };
 
-// The lamp's frame: where its file's frame has the origin from which distances count.
-V3d origin_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->rig().centre : V3d(0);
+// Where the point from which distances count lies, along the side's axes in the frame of the lamp's file.
+V3d origin_of(const ProjectCommand& command, const LampFile& lamp) {
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    if (!field) return V3d(0);
+    return command.side.to_slab(field->simple() ? field->slabs()[0].field.rig().centre
+                                                : field->box().center());
+}
+
+// The rays as they are seen along the side's axes; those of +z as they are.
+LampFile seen_from(const SlabAxes& side, LampFile lamp) {
+    auto* set = std::get_if<RaySet>(&lamp);
+    if (!set || side.straight()) return lamp;
+    for (LampRay& ray : set->rays) {
+        ray.o = V3f(side.to_slab(V3d(ray.o)));
+        ray.d = V3f(side.to_slab(V3d(ray.d)));
+    }
+    return lamp;
 }
 
 Rgb colour_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->info().colour : std::get<RaySet>(lamp).colour();
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    return field ? field->colour() : std::get<RaySet>(lamp).colour();
 }
 
 FluxUnit unit_of(const LampFile& lamp) {
-    const auto* field = std::get_if<LightField>(&lamp);
-    return field ? field->info().unit : std::get<RaySet>(lamp).unit;
+    const auto* field = std::get_if<Lumigraph>(&lamp);
+    return field ? field->unit() : std::get<RaySet>(lamp).unit;
 }
 
 std::string_view irradiance_unit(FluxUnit unit) {
@@ -102,15 +121,29 @@ RaySet channel_of(const RaySet& set, int channel) {
     return of;
 }
 
-ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, const ProjectCommand& command,
+// A light field along +z by itself, in its own frame; else the lamp as a whole.
+bool is_plain(const ProjectCommand& command, const Lumigraph& lamp) {
+    return lamp.simple() && command.side.straight();
+}
+
+ColouredPlane project_channels(const ProjectCommand& command, const LampFile& lamp, const PlanePatch& patch,
                                Monitor& monitor) {
-    if (const auto* field = std::get_if<LightField>(&lamp)) {
-        const auto project_one = [&](const LightField& one) {
-            return project(one, patch, command.workers, monitor, command.reconstruction);
+    const Workers& workers = command.workers;
+    if (const auto* whole = std::get_if<Lumigraph>(&lamp)) {
+        const auto at_side = [&](const Lumigraph& seen) {
+            if (is_plain(command, seen))
+                return project(seen.slabs()[0].field, patch, workers, monitor, command.reconstruction);
+            // In the frame of the lamp's file.
+            const V3d origin = origin_of(command, lamp);
+            PlanePatch placed = patch;
+            placed.distance += origin.z;
+            placed.centre += V2d(origin.x, origin.y);
+            PlaneIrradiance cast = project(seen, command.side, placed, workers, monitor);
+            cast.patch = patch;
+            return cast;
         };
-        const auto of = [&](int channel) { return project_one(field->channel(channel)); };
-        if (!field->coloured()) return {project_one(*field), {}, {}};
-        return {of(1), of(0), of(2)};
+        if (!whole->coloured()) return {at_side(*whole), {}, {}};
+        return {at_side(whole->channel(1)), at_side(whole->channel(0)), at_side(whole->channel(2))};
     }
     const RaySet& set = std::get<RaySet>(lamp);
     if (!set.coloured()) return {project(set, patch), {}, {}};
@@ -121,10 +154,13 @@ ColouredPlane project_channels(const LampFile& lamp, const PlanePatch& patch, co
 ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
                          Monitor& monitor) {
     constexpr double kSamePlane = 1e-9;  // metres: a file may hold the plane's height as a float
-    const V3d origin = origin_of(lamp);
-    double z = command.heights ? distance - origin.z : distance;
+    const V3d origin = origin_of(command, lamp);
+    // Along the side's normal, which may be against the frame's axis.
+    const double height = command.side.n.dot(V3d(1)) < 0 ? -distance : distance;
+    double z = command.heights ? height - origin.z : distance;
     if (std::fabs(z) < kSamePlane) z = 0;
-    const auto* field = std::get_if<LightField>(&lamp);
+    const auto* whole = std::get_if<Lumigraph>(&lamp);
+    const LightField* field = whole && is_plain(command, *whole) ? &whole->slabs()[0].field : nullptr;
     if (field && z < 0) {
         input_error({command.heights ? "--height" : "--distance"},
                     "{} is not accepted: it lies behind the lamp's sampling plane, at height {}",
@@ -132,15 +168,23 @@ ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, do
     }
     PlanePatch patch{z, {0, 0}, {1, 1}, command.pixels};
     if (!command.size) {
-        patch = field ? frame_light(*field, z, command.pixels.x, command.workers, monitor)
-                      : frame_light(std::get<RaySet>(lamp), z, command.pixels.x);
+        if (field) {
+            patch = frame_light(*field, z, command.pixels.x, command.workers, monitor);
+        } else if (whole) {
+            patch =
+                frame_light(*whole, command.side, z + origin.z, command.pixels.x, command.workers, monitor);
+            patch.distance = z;
+            patch.centre -= V2d(origin.x, origin.y);
+        } else {
+            patch = frame_light(std::get<RaySet>(lamp), z, command.pixels.x);
+        }
         patch.size.y = patch.size.x * command.pixels.y / command.pixels.x;
         patch.pixels = command.pixels;
     } else {
         patch.size = *command.size;
     }
     if (command.centre) patch.centre = *command.centre - V2d(origin.x, origin.y);
-    return project_channels(lamp, patch, command, monitor);
+    return project_channels(command, lamp, patch, monitor);
 }
 
 // Rows from the top; values below 0, which noise makes, stay in the file.
@@ -247,7 +291,7 @@ void print_plane(std::ostream& out, const ProjectCommand& command, double distan
             moment += at * plane.at(x, y);
         }
     }
-    const V3d origin = origin_of(lamp);
+    const V3d origin = origin_of(command, lamp);
     if (flux > 0) moment = moment / flux + V2d(origin.x, origin.y);
     fmt::print(out, "{:<10} {} x {}: {:.5g} {} on it, peak {:.5g} {}, centre of light ({}, {})  {}\n",
                length_text(distance), length_text(plane.patch.size.x), length_text(plane.patch.size.y),
@@ -270,10 +314,14 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
     if (command.png) files.writes(sheet_of(command), ".png", "--png");
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, true, context.around.stop, {}});
-    const LampFile lamp = read_lamp_file(command.lamp, monitor);
-    if (command.reconstruction != Reconstruction::exact && !std::holds_alternative<LightField>(lamp)) {
-        throw InputError({"--reconstruction"},
-                         "approximate is accepted for a light field; rays are counted as they are");
+    const LampFile lamp = seen_from(command.side, read_lamp_file(command.lamp, monitor));
+    const auto* light_field = std::get_if<Lumigraph>(&lamp);
+    if (command.reconstruction != Reconstruction::exact &&
+        !(light_field && is_plain(command, *light_field))) {
+        throw InputError(
+            {"--reconstruction"},
+            "approximate is accepted for one light field, seen from +z; rays are counted as they "
+            "are");
     }
     std::vector<Image> images;
     for (const double distance : command.distances) {
@@ -322,6 +370,8 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
                      parse_list(word, [](std::string_view part) { return parse_place({"--height"}, part); });
              })
         ->excludes(distance);
+    add_word(app, "--side", "AXIS", "of the lamp where the screen stands: +z (default), -z, +x, -x, +y or -y",
+             [command](const std::string& word) { command->side = parse_side("--side", word); });
     add_word(app, "--size", "LENGTHxLENGTH", "of the screen (default: about the light)",
              [command](const std::string& word) { command->size = parse_length_pair({"--size"}, word); });
     add_word(app, "--centre", "PLACE,PLACE", "of the screen, in the frame of the lamp's file",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
@@ -12,6 +13,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
+#include "lights/measurement/join_sides.h"
 
 namespace lucerna {
 namespace {
@@ -23,13 +25,15 @@ noise make, are blue. All views share one exposure, so that bright ones stay bri
 
 Examples:
   lucerna light view lamp.exr -o views.png
+  lucerna light view bulb.exr --slab=-x -o left.png
   lucerna light view lamp.exr -o middle.png --views 5x5 --exposure 2)";
 
 constexpr double kBrightest = 0.999;  // share of the coefficients that are shown without being pressed
 
 struct ViewCommand {
     std::string lamp, output;
-    V2i views{0, 0};  // the middle ones; 0: all
+    V2i views{0, 0};               // the middle ones; 0: all
+    std::optional<SlabAxes> slab;  // of a lamp of several slabs; none: the only one
     double exposure = 1;
     int side = 2048;  // pixels, at most
 };
@@ -81,13 +85,24 @@ Image sheet_of(const LightField& field, const ViewCommand& command) {
         });
 }
 
+// The only slab, or the one that is wanted.
+const LightField& field_shown(const Lumigraph& lamp, const ViewCommand& command) {
+    std::string sides;
+    for (const Slab& slab : lamp.slabs()) {
+        if (command.slab ? slab.axes.n == command.slab->n : lamp.slabs().size() == 1) return slab.field;
+        sides += (sides.empty() ? "" : ", ") + slab.axes.name();
+    }
+    input_error({command.lamp}, "light fields of several sides, one on a sheet; --slab {} {} accepted", sides,
+                lamp.slabs().size() == 1 ? "is" : "are");
+}
+
 void act_view(const ViewCommand& command, const CommandContext& context) {
     require_readable(command.lamp);
     CommandFiles files;
     files.reads(command.lamp);
     files.writes(command.output, ".png", "-o");
-    const LightField field = read_light_field(command.lamp);
-    const Image sheet = sheet_of(field, command);
+    const Lumigraph lamp = read_lumigraph(command.lamp);
+    const Image sheet = sheet_of(field_shown(lamp, command), command);
     write_png(command.output, sheet, 1);
     fmt::print(context.out, "{}: {} x {} pixels\n", command.output, sheet.width, sheet.height);
 }
@@ -102,6 +117,8 @@ void add_light_view(CLI::App& light, const CommandContext& context) {
     app.add_option("-o,--output", command->output, "the picture")->type_name("SHEET.png")->required();
     add_word(app, "--views", "WxH", "only so many in the middle (default: all)",
              [command](const std::string& word) { command->views = parse_size({"--views"}, word, 65534); });
+    add_word(app, "--slab", "AXIS", "of a lamp with several, as -x",
+             [command](const std::string& word) { command->slab = parse_side("--slab", word); });
     add_word(app, "--exposure", "FACTOR", "brighter or darker than by itself (default 1)",
              [command](const std::string& word) {
                  command->exposure = parse_number({"--exposure"}, word, 1e-6, 1e6);

@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat
+constexpr int kShareNodes = 3;  // Gauss nodes between knots: exact for a bell times a hat, and a cosine
 
 // Sums of shares, filter by filter.
 class ShareTable {
@@ -41,7 +41,8 @@ class ShareTable {
 };
 
 // Where the integrand has knots, in intervals of S, in rising order; the ends are those of S.
-std::vector<double> knots(const Rig& rig, int axis, double offset, double factor) {
+std::vector<double> knots(const Rig& rig, int axis, double offset, double factor,
+                          const std::optional<FacingWeight>& facing) {
     const int intervals = rig.intervals(axis);
     std::vector<double> at;
     for (int i = 0; i <= 2 * intervals; ++i) at.push_back(0.5 * i);  // the bell has one in its halves too
@@ -53,8 +54,12 @@ std::vector<double> knots(const Rig& rig, int axis, double offset, double factor
             const double x = rig.intervals_to(axis, (rig.m_coordinate.on_plane(y) - offset) / factor);
             if (x > 0 && x < intervals) at.push_back(x);
         }
-        std::sort(at.begin(), at.end());
     }
+    if (facing) {
+        const double x = rig.intervals_to(axis, facing->at);
+        if (x > 0 && x < intervals) at.push_back(x);
+    }
+    if (factor != 0 || facing) std::sort(at.begin(), at.end());
     return at;
 }
 
@@ -76,9 +81,10 @@ BasisNode node_at(const Rig& rig, int axis, int interval, double x, double s) {
 
 }  // namespace
 
-std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count) {
+std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count,
+                                   const std::optional<FacingWeight>& facing) {
     std::vector<BasisNode> nodes;
-    const std::vector<double> at = knots(rig, axis, offset, factor);
+    const std::vector<double> at = knots(rig, axis, offset, factor, facing);
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const double width = at[i + 1] - at[i];
         if (!(width > 0)) continue;
@@ -115,11 +121,12 @@ std::vector<BasisNode> basis_nodes_at(const Rig& rig, int axis, double on_s, int
     return nodes;
 }
 
-std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor) {
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor,
+                                     const std::optional<FacingWeight>& facing) {
     ShareTable table(rig, axis);
-    for (const BasisNode& node : basis_nodes(rig, axis, offset, factor, kShareNodes)) {
-        const double weight =
-            node.weight * rig.s_coordinate.slope(node.on_s) * rig.m_coordinate.slope(node.on_m);
+    for (const BasisNode& node : basis_nodes(rig, axis, offset, factor, kShareNodes, facing)) {
+        double weight = node.weight * rig.s_coordinate.slope(node.on_s) * rig.m_coordinate.slope(node.on_m);
+        if (facing) weight *= std::max(0.0, (facing->at - node.on_s) * facing->per);
         for (int f = 0; f < 2; ++f) {
             for (int k = 0; k < 2; ++k)
                 table.add(node.filter + f, node.pixel[f] + k, weight * node.under[f] * node.across[k]);

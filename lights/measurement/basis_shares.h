@@ -9,6 +9,7 @@
 // where the coordinates are even, and as smooth where they are not.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "lights/light_field.h"
@@ -24,8 +25,14 @@ struct BasisNode {
     double under[2];    // the filters' bases
     double across[2];   // the pixels'
 };
-// `count` Gauss nodes between every two knots.
-std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count);
+// A weight of places u of S along the axis: max(0, (at - u) per).
+struct FacingWeight {
+    double at = 0, per = 0;
+};
+
+// `count` Gauss nodes between every two knots; the place where `facing` ends is one.
+std::vector<BasisNode> basis_nodes(const Rig& rig, int axis, double offset, double factor, int count,
+                                   const std::optional<FacingWeight>& facing = {});
 // Of the rays through one point of S: nodes on M.
 std::vector<BasisNode> basis_nodes_at(const Rig& rig, int axis, double on_s, int count);
 
@@ -35,7 +42,8 @@ struct BasisShare {
 };
 
 // By filter, then pixel.
-std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor);
+std::vector<BasisShare> basis_shares(const Rig& rig, int axis, double offset, double factor,
+                                     const std::optional<FacingWeight>& facing = {});
 // Of the rays through one point of S: of all pixels, each weighed by its own width, and by dx/du.
 std::vector<BasisShare> basis_shares_at(const Rig& rig, int axis, double on_s);
 

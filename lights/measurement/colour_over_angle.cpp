@@ -69,12 +69,12 @@ double AngularColours::largest_delta(double share) const {
     return most;
 }
 
-AngularColours colours_over_angle(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
+AngularColours colours_over_angle(const Lumigraph& lamp, const FarFieldGrid& grid, const Workers& workers,
                                   Monitor& monitor) {
-    if (!field.coloured()) return of_one_colour(far_field(field, grid, workers, monitor), field.xyz());
+    if (!lamp.coloured()) return of_one_colour(far_field(lamp, grid, workers, monitor), lamp.xyz());
     V3d flux;
     const auto web_of = [&](int c) {
-        const LightField channel = field.channel(c);
+        const Lumigraph channel = lamp.channel(c);
         flux[c] = channel.flux();
         return far_field(channel, grid, workers, monitor);
     };

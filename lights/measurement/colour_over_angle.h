@@ -12,7 +12,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
-#include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/ray_set.h"
 
@@ -37,7 +37,7 @@ struct AngularColours {
 };
 
 // Of a lamp of one colour, that everywhere. Throw InputError as far_field() does.
-AngularColours colours_over_angle(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
+AngularColours colours_over_angle(const Lumigraph& lamp, const FarFieldGrid& grid, const Workers& workers,
                                   Monitor& monitor);
 AngularColours colours_over_angle(const RaySet& rays, const FarFieldGrid& grid);
 

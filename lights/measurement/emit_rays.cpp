@@ -34,30 +34,31 @@ LeSampleU numbers(std::uint64_t seed, std::uint64_t draw) {
 
 }  // namespace
 
-LampEmission::LampEmission(LightField field, const std::string& name, EmissionMode mode, std::uint64_t seed,
+LampEmission::LampEmission(Lumigraph lamp, const std::string& name, EmissionMode mode, std::uint64_t seed,
                            const Workers& workers, Monitor& monitor)
     : mode_(mode), seed_(seed), workers_(workers) {
-    CellTable table(field, workers, monitor);
-    take(std::move(field), std::move(table), name, name, monitor);
+    std::vector<CellTable> tables;
+    for (const LightField* field : fields_of(lamp)) tables.emplace_back(*field, workers, monitor);
+    take(std::move(lamp), std::move(tables), name, name, monitor);
 }
 
-LampEmission::LampEmission(const std::filesystem::path& lamp, EmissionMode mode, std::uint64_t seed,
+LampEmission::LampEmission(const std::filesystem::path& file, EmissionMode mode, std::uint64_t seed,
                            const Workers& workers, Monitor& monitor)
     : mode_(mode), seed_(seed), workers_(workers) {
-    LightField field = read_light_field(lamp);
-    CellTable table = load_or_build_cell_table(lamp, field, workers, monitor);
-    take(std::move(field), std::move(table), lamp.string(), lamp.filename().string(), monitor);
+    Lumigraph lamp = read_lumigraph(file);
+    std::vector<CellTable> tables = load_or_build_cell_tables(file, fields_of(lamp), workers, monitor);
+    take(std::move(lamp), std::move(tables), file.string(), file.filename().string(), monitor);
 }
 
-void LampEmission::take(LightField field, CellTable table, const std::string& name, const std::string& shown,
-                        Monitor& monitor) {
-    coloured_ = field.coloured();
-    info_.unit = field.info().unit;
-    info_.xyz = field.xyz();
-    info_.lumens_per_watt = field.info().lumens_per_watt;
+void LampEmission::take(Lumigraph lamp, std::vector<CellTable> tables, const std::string& name,
+                        const std::string& shown, Monitor& monitor) {
+    coloured_ = lamp.coloured();
+    info_.unit = lamp.unit();
+    info_.xyz = lamp.xyz();
+    info_.lumens_per_watt = lamp.lumens_per_watt();
     info_.colour_per_ray = coloured_;
-    info_.text = fmt::format("lucerna light field {}; {}", shown, field.info().provenance);
-    light_ = make_measured_light(std::move(field), std::move(table), settings_of(name, mode_), monitor,
+    info_.text = fmt::format("lucerna light field {}; {}", shown, lamp.provenance());
+    light_ = make_measured_light(std::move(lamp), std::move(tables), settings_of(name, mode_), monitor,
                                  nullptr, workers_);
     flux_ = light_->power();
     if (!(flux_ > 0)) throw InputError({name}, "the light field emits nothing");

@@ -18,14 +18,14 @@ class LampEmission {
     // emits nothing.
     LampEmission(const std::filesystem::path& lamp, EmissionMode mode, std::uint64_t seed,
                  const Workers& workers, Monitor& monitor);
-    // The same from a field in memory, called `name` in messages and in the file.
-    LampEmission(LightField field, const std::string& name, EmissionMode mode, std::uint64_t seed,
+    // The same from a lamp in memory, called `name` in messages and in the file.
+    LampEmission(Lumigraph lamp, const std::string& name, EmissionMode mode, std::uint64_t seed,
                  const Workers& workers, Monitor& monitor);
 
     // Writes `rays` rays that add up to the lamp's flux; of equal energy but in mode weighted, and of a lamp
-    // of several colours, whose rays have the colours that renders see of it. Positions are on S, in the
-    // frame of the lamp's file. Throws InputError if the file cannot be written, or when the user stops it
-    // (nothing is left behind). The same for any number of threads.
+    // of several colours, whose rays have the colours that renders see of it. Positions are on S, of
+    // several slabs on the lamp's box, in the frame of the lamp's file. Throws InputError if the file cannot
+    // be written, or when the user stops it (nothing is left behind). The same for any number of threads.
     RayFileInfo write(const std::filesystem::path& file, std::uint64_t rays, Monitor& monitor) const;
 
     // Rays by their numbers, in memory: those of draws [begin, end) that carry something; their sum over all
@@ -35,8 +35,8 @@ class LampEmission {
     double flux() const { return flux_; }
 
   private:
-    void take(LightField field, CellTable table, const std::string& name, const std::string& shown,
-              Monitor& monitor);
+    void take(Lumigraph lamp, std::vector<CellTable> tables, const std::string& name,
+              const std::string& shown, Monitor& monitor);
 
     bool coloured_ = false;
     EmissionMode mode_;

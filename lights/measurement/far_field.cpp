@@ -200,7 +200,7 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
                                 const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
                                 const double cos2 = 1 / (1 + sqr(slope));
                                 flux[static_cast<std::size_t>(n)] =
-                                    node.solid * sqr(cos2) * far_intensity(shown, at);
+                                    node.solid * (boxes ? sqr(cos2) : 1.0) * far_intensity(shown, at);
                             }
                             phase.advance(static_cast<std::uint64_t>(end - begin));
                         });
@@ -212,6 +212,47 @@ PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, con
     info.opening = V3d(-2 * rig.interval_edge(0, 0), -2 * rig.interval_edge(1, 0), 0);
     const PhotometricWeb web(grid.finish(), std::move(info));
     if (!(web.flux() > 0)) throw InputError("the light field sends nothing into the far field");
+    return scaled(web, measured / web.flux());
+}
+
+PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const Workers& workers,
+                         Monitor& monitor) {
+    if (lamp.simple()) return far_field(lamp.slabs()[0].field, steps, workers, monitor);
+    const double measured = lamp.flux();
+    if (!(measured > 0))
+        throw InputError(fmt::format("the lamp's flux is {:g}; a lamp that shines is needed", measured));
+    HatGrid grid(180, steps);
+    const std::vector<Node> nodes = nodes_of(grid, kPiD);
+    std::vector<double> flux(nodes.size());
+    Phase phase(monitor, "far field", nodes.size() * lamp.slabs().size());
+    for (const Slab& slab : lamp.slabs()) {
+        const double most = largest_slope(slab.field.rig());
+        const bool boxes = slab.field.rig().basis == PixelBasis::box;
+        const std::optional<LightField> even = boxes ? std::optional(evened(slab.field)) : std::nullopt;
+        const LightField& shown = even ? *even : slab.field;
+        constexpr std::int64_t kGrain = 256;
+        parallel_ranges(
+            workers, static_cast<std::int64_t>(nodes.size()), kGrain,
+            [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                if (monitor.stopped()) throw Stopped("far field: stopped");
+                for (std::int64_t n = begin; n < end; ++n) {
+                    const Node& node = nodes[static_cast<std::size_t>(n)];
+                    const double sine = std::sin(node.theta);
+                    const V3d d = slab.axes.to_slab(
+                        {sine * std::cos(node.phi), -sine * std::sin(node.phi), std::cos(node.theta)});
+                    if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
+                    flux[static_cast<std::size_t>(n)] += node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
+                                                         far_intensity(shown, {d.x / d.z, d.y / d.z});
+                }
+                phase.advance(static_cast<std::uint64_t>(end - begin));
+            });
+    }
+    for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
+    PhotometricInfo info;
+    info.provenance = lamp.provenance();
+    info.opening = lamp.box().size();
+    const PhotometricWeb web(grid.finish(), std::move(info));
+    if (!(web.flux() > 0)) throw InputError("the lamp sends nothing into the far field");
     return scaled(web, measured / web.flux());
 }
 

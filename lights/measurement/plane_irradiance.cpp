@@ -89,8 +89,9 @@ std::array<double, 2> without_tails(const std::vector<double>& weights) {
     return ends;
 }
 
-// The square about what is bright in a wide projection.
-PlanePatch about_the_light(const PlaneIrradiance& wide, int pixels) {
+}  // namespace
+
+PlanePatch frame_of(const PlaneIrradiance& wide, int pixels) {
     PlanePatch patch = wide.patch;
     double side = 0;
     for (int axis = 0; axis < 2; ++axis) {
@@ -108,8 +109,6 @@ PlanePatch about_the_light(const PlaneIrradiance& wide, int pixels) {
     patch.pixels = {pixels, pixels};
     return patch;
 }
-
-}  // namespace
 
 std::string PlanePatch::fault() const {
     if (!std::isfinite(distance)) return "a distance that is not finite";
@@ -315,7 +314,7 @@ PlanePatch frame_light(const LightField& field, double distance, int pixels, con
         wide.size[axis] = 2 * (on_s * std::fabs(1 - part) + on_m * part);
         wide.size[axis] = std::max(wide.size[axis], 2 * on_s);
     }
-    return about_the_light(project(field, wide, workers, monitor), pixels);
+    return frame_of(project(field, wide, workers, monitor), pixels);
 }
 
 PlanePatch frame_light(const RaySet& rays, double distance, int pixels) {
@@ -333,7 +332,7 @@ PlanePatch frame_light(const RaySet& rays, double distance, int pixels) {
         reach.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(reach.size() - 1));
     std::nth_element(reach.begin(), nth, reach.end());
     const PlanePatch wide{distance, {0, 0}, V2d(std::max(2.02 * *nth, 1e-9)), {kCoarse, kCoarse}};
-    return about_the_light(project(rays, wide), pixels);
+    return frame_of(project(rays, wide), pixels);
 }
 
 }  // namespace lucerna

@@ -19,7 +19,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
-#include "lights/light_field.h"
+#include "lights/lumigraph.h"
 #include "lights/photometric.h"
 #include "lights/ray_set.h"
 
@@ -58,6 +58,18 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
 // The irradiance at one point of the plane z = point.z >= 0, facing the lamp.
 double irradiance(const LightField& field, const V3d& point,
                   Reconstruction reconstruction = Reconstruction::exact);
+
+// What a whole lamp casts on a plane across the normal of `side`: patch.distance and patch.centre are along
+// its axes, in the lamp's frame. A slab that looks elsewhere sends light there too, at E times the cosine to
+// the side over that to S, which is linear along one axis of S. A plane that cuts the lamp's box, slabs that
+// do not look along the side's axes: InputError.
+PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const PlanePatch& patch,
+                        const Workers& workers, Monitor& monitor);
+// A square about its light there.
+PlanePatch frame_light(const Lumigraph& lamp, const SlabAxes& side, double distance, int pixels,
+                       const Workers& workers, Monitor& monitor);
+// The square about what is bright in a wide projection.
+PlanePatch frame_of(const PlaneIrradiance& wide, int pixels);
 
 // Rays counted into the pixels, in the frame of the rays. As in a light field they are whole lines: one that
 // starts beyond the plane counts where its line passes it. Those that do not go towards +z are left out.
@@ -101,6 +113,10 @@ double far_intensity(const LightField& field, const V2d& slope);
 // γ from 0 to 90. In the field's unit per sr: candela if it is in lm. Throws InputError for steps that do not
 // divide, for a field without flux, and when the user stops it. Of a field of several colours that of Y.
 PhotometricWeb far_field(const LightField& field, const FarFieldGrid& grid, const Workers& workers,
+                         Monitor& monitor);
+
+// The same of a whole lamp, in its frame: angles to 180 if it has slabs that look to other sides than +z.
+PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& grid, const Workers& workers,
                          Monitor& monitor);
 
 // The web of a ray file, backward rays included; of the flux of all its rays, of several colours that of Y.

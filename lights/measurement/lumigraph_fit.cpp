@@ -1,0 +1,251 @@
+#include "lights/measurement/lumigraph_fit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "lights/measurement/ray_passage.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kTail = 5e-4;      // of the flux, beyond each face of the lamp's box
+constexpr double kOneSlab = 0.993;  // FitOptions::capture as it is by itself
+constexpr double kOfSlab = 0.999;   // the same of one of six: their shares end before grazing angles
+
+// What a ray counts for in the books.
+double light_of(const RaySet& set, std::size_t ray) {
+    return double{set.rays[ray].flux} * (set.coloured() ? double{set.tristimulus[ray].y} : 1.0);
+}
+
+std::vector<SlabAxes> sides(std::initializer_list<int> numbers) {
+    std::vector<SlabAxes> axes;
+    for (const int side : numbers) axes.push_back(SlabAxes::facing(side));
+    return axes;
+}
+
+SlabShares shares_of(const std::vector<SlabAxes>& axes) {
+    std::vector<V3d> normals;
+    for (const SlabAxes& a : axes) normals.push_back(a.n);
+    return SlabShares(std::move(normals));
+}
+
+// What each slab has of the light, and last what no slab has.
+std::vector<double> light_by_slab(const RaySet& set, const std::vector<SlabAxes>& axes) {
+    const SlabShares shares = shares_of(axes);
+    std::vector<double> light(axes.size() + 1), share(axes.size());
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        shares.of(V3d(set.rays[i].d), share);
+        double held = 0;
+        for (std::size_t k = 0; k < axes.size(); ++k)
+            light[k] += light_of(set, i) * share[k], held += share[k];
+        if (held == 0) light.back() += light_of(set, i);
+    }
+    return light;
+}
+
+// All six sides but those that next to no light is for: theirs is shared out among the others.
+std::vector<SlabAxes> sides_with_light(const RaySet& set, double usable) {
+    std::vector<SlabAxes> axes = sides({0, 1, 2, 3, 4, 5});
+    for (;;) {
+        const std::vector<double> light = light_by_slab(set, axes);
+        const auto least = std::min_element(light.begin(), light.end() - 1) - light.begin();
+        if (axes.size() == 1 || light[static_cast<std::size_t>(least)] > kNegligible * usable) return axes;
+        std::vector<SlabAxes> rest = axes;
+        rest.erase(rest.begin() + least);
+        if (light_by_slab(set, rest).back() > kNegligible * usable) return axes;
+        axes = std::move(rest);
+    }
+}
+
+// The light of a set that is a slab's, in the slab's frame.
+RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::size_t slab) {
+    const SlabShares shares = shares_of(axes);
+    std::vector<double> share(axes.size());
+    RaySet part;
+    part.unit = set.unit;
+    part.xyz = set.xyz;
+    part.lumens_per_watt = set.lumens_per_watt;
+    part.provenance = set.provenance;
+    const auto turned = [&](const V3f& p) {
+        const V3d q = axes[slab].to_slab(V3d(p));
+        return V3f(static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z));
+    };
+    for (std::size_t i = 0; i < set.rays.size(); ++i) {
+        const LampRay& ray = set.rays[i];
+        shares.of(V3d(ray.d), share);
+        if (!(share[slab] > 0)) continue;
+        part.rays.push_back(
+            {turned(ray.o), turned(ray.d), static_cast<float>(double{ray.flux} * share[slab])});
+        if (set.coloured()) part.tristimulus.push_back(set.tristimulus[i]);
+        part.flux += light_of(part, part.rays.size() - 1);
+    }
+    return part;
+}
+
+// The point that lines are nearest to, all together: the least Σ φ |distance|².
+V3d middle_of(const RaySet& set) {
+    // Σ φ (1 - d dᵀ) m = Σ φ (1 - d dᵀ) o
+    double a[3][4] = {};
+    double flux = 0;
+    V3d mean(0, 0, 0);
+    for (const LampRay& ray : set.rays) {
+        const V3d o(ray.o), d(ray.d);
+        const auto f = double{ray.flux};
+        const double along = o.dot(d);
+        for (int i = 0; i < 3; ++i) {
+            for (int k = 0; k < 3; ++k) a[i][k] += f * ((i == k ? 1 : 0) - d[i] * d[k]);
+            a[i][3] += f * (o[i] - along * d[i]);
+        }
+        flux += f;
+        mean += f * o;
+    }
+    mean /= flux;  // > 0: asked for lamps that shine
+    // Parallel lines have no middle along them: drawn a little to where they start.
+    constexpr double kPull = 1e-6;
+    for (int i = 0; i < 3; ++i) a[i][i] += kPull * flux, a[i][3] += kPull * flux * mean[i];
+    // Symmetric and positive: no pivots are needed.
+    for (int i = 0; i < 3; ++i) {
+        for (int row = i + 1; row < 3; ++row) {
+            const double factor = a[row][i] / a[i][i];
+            for (int k = i; k < 4; ++k) a[row][k] -= factor * a[i][k];
+        }
+    }
+    V3d m;
+    for (int i = 2; i >= 0; --i) {
+        m[i] = a[i][3];
+        for (int k = i + 1; k < 3; ++k) m[i] -= a[i][k] * m[k];
+        m[i] /= a[i][i];
+    }
+    return m;
+}
+
+// Between which nearly all of the weight lies.
+std::pair<double, double> nearly_all(std::vector<std::pair<double, double>>& values) {
+    std::sort(values.begin(), values.end());
+    double total = 0;
+    for (const auto& v : values) total += v.second;
+    double sum = 0;
+    std::pair<double, double> ends(values.front().first, values.back().first);
+    for (const auto& [value, weight] : values) {
+        if (sum <= kTail * total) ends.first = value;
+        sum += weight;
+        if (sum >= (1 - kTail) * total) {
+            ends.second = value;
+            break;
+        }
+    }
+    return ends;
+}
+
+LumigraphFit::OfSlab& book(LumigraphFit::OfSlab& of, FluxAccount& all) {
+    const FluxAccount& a = of.account;
+    all.captured += a.captured;
+    all.backward += a.backward;
+    all.beside_s += a.beside_s;
+    all.beside_m += a.beside_m;
+    all.not_in_basis += a.not_in_basis;
+    return of;
+}
+
+LumigraphFit fit_one(const RaySet& set, const FitOptions& options, const Workers& workers, Monitor& monitor) {
+    Projection made = fit_light_field(set, options, workers, monitor);
+    return {Lumigraph(std::move(made.field)), made.account, {{made.account, std::move(made.errors)}}};
+}
+
+LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, const FitOptions& options,
+                         const Workers& workers, Monitor& monitor) {
+    const Box3d box = box_of(set);
+    FluxAccount all;
+    all.total = set.flux;
+    all.skipped = set.skipped_flux;
+    all.backward = light_by_slab(set, axes).back();
+    std::vector<Slab> slabs;
+    std::vector<LumigraphFit::OfSlab> books;
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+        const RaySet part = rays_of_slab(set, axes, k);
+        if (part.rays.empty()) continue;
+        FitOptions of_slab = options;
+        if (axes.size() > 2 && options.capture == kOneSlab) of_slab.capture = kOfSlab;
+        // Lines begin at the box, wherever S is: it lies where they are closest together.
+        const double reach = std::fabs(axes[k].n.dot(box.size())) / 2, middle = axes[k].n.dot(box.center());
+        of_slab.z = std::clamp(waist_of(part).z, middle - reach, middle + reach);
+        monitor.info(fmt::format("slab {}:", axes[k].name()));
+        Projection made = fit_light_field(part, of_slab, workers, monitor);
+        books.push_back({made.account, std::move(made.errors)});
+        book(books.back(), all);
+        slabs.push_back({axes[k], std::move(made.field)});
+    }
+    if (slabs.empty()) throw InputError("ray set: no ray carries flux");
+    // The first has what no slab does: the lamp's missed flux is that of its slabs.
+    LightFieldInfo info = slabs[0].field.info();
+    info.missed += all.backward + all.skipped;
+    slabs[0].field = std::move(slabs[0].field).with(std::move(info));
+    return {Lumigraph(std::move(slabs), box), all, std::move(books)};
+}
+
+}  // namespace
+
+Box3d box_of(const RaySet& set) {
+    const V3d middle = middle_of(set);
+    Box3d box;
+    for (int a = 0; a < 3; ++a) {
+        std::vector<std::pair<double, double>> starts, nearest;
+        for (const LampRay& ray : set.rays) {
+            if (!(ray.flux > 0)) continue;
+            const V3d o(ray.o), d(ray.d);
+            starts.emplace_back(o[a], double{ray.flux});
+            nearest.emplace_back((o + (middle - o).dot(d) * d)[a], double{ray.flux});
+        }
+        if (starts.empty()) throw InputError("ray set: no ray carries flux");
+        const auto [start_low, start_high] = nearly_all(starts);
+        const auto [low, high] = nearly_all(nearest);
+        // Starts on one side of the lamp, far from it, tell nothing.
+        const bool both = std::max(low, start_low) <= std::min(high, start_high);
+        box.min[a] = both ? std::max(low, start_low) : low;
+        box.max[a] = both ? std::min(high, start_high) : high;
+    }
+    // A lamp that is a point, or flat, still has a box around it.
+    const V3d size = box.size();
+    const double least = std::max(1e-5, 1e-3 * std::max({size.x, size.y, size.z}));
+    for (int a = 0; a < 3; ++a) {
+        const double missing = std::max(0.0, least - size[a]);
+        box.min[a] -= 0.5 * missing, box.max[a] += 0.5 * missing;
+    }
+    return box;
+}
+
+LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, const Workers& workers,
+                           Monitor& monitor) {
+    const double usable = set.flux - set.skipped_flux;
+    // Who asks for less by --capture gets it.
+    const double wanted = std::min(kHeld, options.fit.capture - (kOneSlab - kHeld)) * usable;
+    const auto enough = [&](const LumigraphFit& made) { return made.account.captured >= wanted; };
+    const auto several = [&](const std::vector<SlabAxes>& axes) {
+        return fit_several(set, axes, options.fit, workers, monitor);
+    };
+    if (options.slabs == 1 || options.fit.z) return fit_one(set, options.fit, workers, monitor);
+    if (options.slabs == 2) return several(sides({0, 1}));
+    if (options.slabs == 0) {
+        double forward = 0, flat = 0;
+        for (std::size_t i = 0; i < set.rays.size(); ++i) {
+            const double z = double{set.rays[i].d.z};
+            if (z > kGrazing) forward += light_of(set, i);
+            if (std::fabs(z) < 1 / std::sqrt(1 + sqr(kWidestM))) flat += light_of(set, i);
+        }
+        if (forward >= wanted) {
+            LumigraphFit one = fit_one(set, options.fit, workers, monitor);
+            if (enough(one)) return one;
+        }
+        // Two hold what leaves flatly no better than one.
+        if (forward < wanted && usable - flat >= wanted) {
+            LumigraphFit two = several(sides({0, 1}));
+            if (enough(two)) return two;
+        }
+    }
+    if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which says so
+    return several(sides_with_light(set, usable));
+}
+
+}  // namespace lucerna
