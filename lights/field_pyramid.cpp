@@ -1,7 +1,7 @@
 #include "lights/field_pyramid.h"
 
 #define HWY_COMPILE_ONLY_STATIC 1  // for the build's own instruction set
-#if !defined(__AES__)  // which x86-64-v3 has not, and Highway takes for a part of AVX2
+#if !defined(__AES__)              // which x86-64-v3 has not, and Highway takes for a part of AVX2
 #define HWY_DISABLE_PCLMUL_AES 1
 #endif
 #include <hwy/highway.h>
@@ -269,7 +269,8 @@ void FieldPyramid::build(const LightField& field, const CellTable& table, const 
         return double{edge[static_cast<std::size_t>(end)]} - double{edge[static_cast<std::size_t>(begin)]};
     };
     // Densities are relative to their mean.
-    const double mean = table.flux() / (rig.cell_volume() * static_cast<double>(table.cells()));
+    mean_ = 1 / (rig.cell_volume() * static_cast<double>(table.cells()));  // a field has cells
+    const double mean = table.flux() * mean_;
     const auto columns = [&](int a) {
         return static_cast<std::size_t>(axes_[static_cast<std::size_t>(a)].columns);
     };
@@ -452,19 +453,49 @@ int FieldPyramid::levels_within(double stretch) const {
     return levels;
 }
 
-// choose(quarters, level, middle): one of four, as two bits. Their common corner is (middle[0], middle[2])
-// [m]; level -1 is within an interval.
-template <typename Choose>
-FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
+FieldPyramid::Seeing FieldPyramid::seeing_from(const V3d& x) const {
     const double stretch = distance_ / x.z;
     const auto seen = [&](double x_a) { return static_cast<float>(x_a * stretch); };
     const auto rest = [&](std::size_t a) {
         return static_cast<float>((axes_[a].margin > 0 ? 0 : 1) - stretch);
     };
     const auto twice = [](float u, float v) { return four(u, u, v, v); };
-    const Seeing seeing{twice(seen(x.x), seen(x.y)), twice(rest(0), rest(1)),
-                        twice(static_cast<float>(first_column_[0]), static_cast<float>(first_column_[1])),
-                        twice(per_metre_[0], per_metre_[1]), all4(per_c_)};
+    return {twice(seen(x.x), seen(x.y)), twice(rest(0), rest(1)),
+            twice(static_cast<float>(first_column_[0]), static_cast<float>(first_column_[1])),
+            twice(per_metre_[0], per_metre_[1]), all4(per_c_)};
+}
+
+FieldPyramid::Quarters FieldPyramid::light_of_block(const Seeing& seeing, int level, int i, int o) const {
+    // What is missing is read as its neighbour, and weighs nothing.
+    const std::size_t u = node(level, 2 * i, 0), v = static_cast<std::size_t>(2 * o);
+    const std::size_t next_u = 2 * i + 1 < across(level, 0) ? static_cast<std::size_t>(across(level, 1)) : 0;
+    const std::size_t next_v = 2 * o + 1 < across(level, 1) ? 1 : 0;
+    const std::uint16_t* const first = texels_.data() + (u + v) * image_;
+    return light_of(
+        {first, first + next_v * image_, first + next_u * image_, first + (next_u + next_v) * image_},
+        halves_of_block(seeing, level, i, o));
+}
+
+// The sum over u of radiance times the geometric term, h R D² / z³, with R to the nearest point of S: close
+// to S the light comes from there.
+double FieldPyramid::arriving(const V3d& x) const {
+    assert(x.z != 0);
+    const Quarters light = light_of_block(seeing_from(x), levels_ - 1, 0, 0);
+    constexpr double kNearest = 1e-6;  // of D: nearer, 1 / z³ would leave all bounds
+    const double z = std::max(std::fabs(x.z), kNearest * distance_);
+    const auto beside = [&](double at, const Axis& axis) {
+        return std::max({0.0, at - double{axis.edge.back()}, double{axis.edge.front()} - at});
+    };
+    const double r = V3d(beside(x.x, axes_[0]), beside(x.y, axes_[1]), z).length();
+    return mean_ * double{total_of(light)} * r * sqr(distance_) / (z * z * z);
+}
+
+// choose(quarters, level, middle): one of four, as two bits. Their common corner is (middle[0], middle[2])
+// [m]; level -1 is within an interval.
+template <typename Choose>
+FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
+    const double stretch = distance_ / x.z;
+    const Seeing seeing = seeing_from(x);
     const F4 reach = all4(kReach);
     Path path;
     int i = 0, o = 0;
@@ -475,14 +506,7 @@ FieldPyramid::Path FieldPyramid::descend(const V3d& x, Choose&& choose) const {
         if (level < part_level_) path.part *= double{p};
     };
     for (int k = levels_ - 1; k >= 0; --k) {
-        // What is missing is read as its neighbour, and weighs nothing.
-        const std::size_t u = node(k, 2 * i, 0), v = static_cast<std::size_t>(2 * o);
-        const std::size_t next_u = 2 * i + 1 < across(k, 0) ? static_cast<std::size_t>(across(k, 1)) : 0;
-        const std::size_t next_v = 2 * o + 1 < across(k, 1) ? 1 : 0;
-        const std::uint16_t* const first = texels_.data() + (u + v) * image_;
-        Quarters light = light_of(
-            {first, first + next_v * image_, first + next_u * image_, first + (next_u + next_v) * image_},
-            halves_of_block(seeing, k, i, o));
+        Quarters light = light_of_block(seeing, k, i, o);
         if (!(total_of(light) > 0)) light = flux_of(k, i, o);
         const float middle[4] = {axes_[0].edge[static_cast<std::size_t>(2 * i + 1) << k], 0,
                                  axes_[1].edge[static_cast<std::size_t>(2 * o + 1) << k], 0};

@@ -64,6 +64,10 @@ class FieldPyramid {
     // Of draw() giving `on_s`, a point of S.
     Density density(const V3d& x, const V2d& on_s) const;
 
+    // What arrives at x (as of draw()) of the clamped field's flux, estimated from the quarters of S:
+    // irradiance of a surface that faces S over flux [1/m²].
+    double arriving(const V3d& x) const;
+
     // The first interval of the part that holds one, each way.
     V2i part_of(int n, int o) const {
         return {n >> part_level_ << part_level_, o >> part_level_ << part_level_};
@@ -103,6 +107,9 @@ class FieldPyramid {
     Halves halves_of_block(const Seeing& seeing, int level, int i, int o) const;
     Quarters light_of(const std::array<const std::uint16_t*, 4>& images, const Halves& halves) const;
     Quarters flux_of(int level, int i, int o) const;
+    Seeing seeing_from(const V3d& x) const;
+    // What the quarters of a block send there.
+    Quarters light_of_block(const Seeing& seeing, int level, int i, int o) const;
     template <typename Choose>
     Path descend(const V3d& x, Choose&& choose) const;
     int levels_within(double stretch) const;
@@ -117,6 +124,7 @@ class FieldPyramid {
     std::array<double, 2> first_column_{};          // of M, its lower edge in M's coordinate [m]
     float per_c_ = 0;                               // 1 over M's coordinate's c; 0 where that is even
     double distance_ = 0;
+    double mean_ = 0;     // density h over the flux [1/m⁴]
     int levels_ = 0;      // of S: blocks of 2^0 to 2^levels_ intervals across
     int part_level_ = 0;  // whose blocks are parts
     std::vector<Level> of_m_;

@@ -117,6 +117,10 @@ class Light {
     // Where it is and which way it shines; its power is left to whoever asks. None: it has no place (a sky),
     // or none is known.
     virtual std::optional<LightBounds> bounds() const { return std::nullopt; }
+    // How much of its flux arrives at x, estimated: irradiance of a surface there that faces the light, over
+    // flux() [1 / scene unit²]; what stands in between is left aside. None: nothing better is known than
+    // bounds(). An estimate of 0 does not say that nothing arrives.
+    virtual std::optional<float> arriving(const V3f& /*x*/) const { return std::nullopt; }
 
     // True if only sample_Li() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }

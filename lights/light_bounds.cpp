@@ -15,8 +15,13 @@ LightImportance::LightImportance(const LightBounds& bounds)
       cos_e_(std::cos(bounds.theta_e)),
       power_(bounds.power) {}
 
-float LightImportance::at(const V3f& x, const V3f& n) const {
-    if (!(power_ > 0)) return 0;
+// At a place: by bounds alone, and how much of what arrives counts there.
+struct LightImportance::Seen {
+    float bound, receiving;
+};
+
+LightImportance::Seen LightImportance::seen_from(const V3f& x, const V3f& n) const {
+    if (!(power_ > 0)) return {0, 0};
     const V3f way = x - centre_;
     const float d2 = way.length2();
     const float d = std::sqrt(d2);
@@ -27,9 +32,22 @@ float LightImportance::at(const V3f& x, const V3f& n) const {
     const float shining = light_importance::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
     // A place within the box is as near as its rim, for all that is known; the last bound is for a point
     // light at x.
-    const float result = power_ * shining / std::max({d2, r2_, 1e-30F});
-    if (n == V3f(0.0F)) return result;
-    return result * light_importance::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F));
+    const float bound = power_ * shining / std::max({d2, r2_, 1e-30F});
+    if (n == V3f(0.0F)) return {bound, 1};
+    return {bound, light_importance::receiving(filled, std::clamp(-n.dot(w), -1.0F, 1.0F))};
+}
+
+float LightImportance::at(const V3f& x, const V3f& n) const {
+    const Seen seen = seen_from(x, n);
+    return seen.bound * seen.receiving;
+}
+
+float LightImportance::at(const V3f& x, const V3f& n, float arriving) const {
+    constexpr float kByBounds = 0.1F;
+    const Seen seen = seen_from(x, n);
+    if (!(seen.bound > 0)) return 0;
+    // A Lambertian source of this power sends bound / π to a surface that faces it.
+    return (kByBounds * seen.bound + (1 - kByBounds) * kPi * power_ * arriving) * seen.receiving;
 }
 
 LightBounds union_of(const LightBounds& a, const LightBounds& b) {

@@ -83,8 +83,14 @@ class LightImportance {
     // How much may arrive at x, up to a factor that does not depend on the light: 0 only where nothing can.
     // `n` is the normal of an opaque surface, on the side seen, or 0.
     float at(const V3f& x, const V3f& n) const;
+    // The same of a light that knows what arrives: Light::arriving(). Bounds keep a part of it, since an
+    // estimate of 0 does not say that nothing arrives.
+    float at(const V3f& x, const V3f& n, float arriving) const;
 
   private:
+    struct Seen;
+    Seen seen_from(const V3f& x, const V3f& n) const;
+
     V3f centre_{0, 0, 0}, axis_{0, 0, 1};
     float r2_ = 0;  // of the sphere around the box, squared
     float cos_o_ = -1, sin_o_ = 0, cos_e_ = 0;

@@ -122,7 +122,8 @@ struct LightTree::Building {
     }
 };
 
-LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : positions_(lights.size()) {
+LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights)
+    : positions_(lights.size()), estimating_(lights.size()) {
     Building building{*this, {}, 0};
     double total = 0;
     for (const auto& light : lights) total += light->only_particles() ? 0.0 : light->power();
@@ -139,6 +140,7 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights) : positions
         // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
         bounds->power = std::max(static_cast<float>(light.power() / total), 1e-30F);
         all.extendBy(bounds->box);
+        if (light.arriving(middle(bounds->box))) estimating_[i] = &light;
         building.items.push_back({*bounds, i});
     }
     if (building.items.empty()) return;
@@ -151,9 +153,15 @@ float LightTree::tree_share() const {
     return nodes_.empty() ? 0.0F : 1.0F / static_cast<float>(beside_.size() + 1);
 }
 
+float LightTree::importance(const Node& node, const V3f& x, const V3f& n) const {
+    const Light* const light = node.leaf ? estimating_[node.next] : nullptr;
+    if (light == nullptr) return node.importance.at(x, n);
+    return node.importance.at(x, n, *light->arriving(x));
+}
+
 float LightTree::first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const {
-    const float first = nodes_[node + 1].importance.at(x, n);
-    const float second = nodes_[nodes_[node].next].importance.at(x, n);
+    const float first = importance(nodes_[node + 1], x, n);
+    const float second = importance(nodes_[nodes_[node].next], x, n);
     // Both 0: neither can send anything; -1 says so. Neither can overflow: shares of power, over 1e-30.
     return first + second > 0 ? first / (first + second) : -1.0F;
 }
@@ -170,7 +178,7 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
     u = std::min(u / down, kBelowOne);
     float probability = down;
     std::uint32_t node = 0;
-    if (nodes_[0].leaf && !(nodes_[0].importance.at(x, n) > 0)) return std::nullopt;
+    if (nodes_[0].leaf && !(importance(nodes_[0], x, n) > 0)) return std::nullopt;
     while (!nodes_[node].leaf) {
         const float p = first_child_probability(node, x, n);
         if (p < 0) return std::nullopt;
@@ -189,7 +197,7 @@ float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light) co
     const float down = tree_share();
     if (!position.placed) return (1 - down) / static_cast<float>(beside_.size());
     float probability = down;
-    if (nodes_[0].leaf) return nodes_[0].importance.at(x, n) > 0 ? probability : 0.0F;
+    if (nodes_[0].leaf) return importance(nodes_[0], x, n) > 0 ? probability : 0.0F;
     std::uint32_t node = 0;
     for (int depth = 0; !nodes_[node].leaf; ++depth) {
         const float p = first_child_probability(node, x, n);

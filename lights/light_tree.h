@@ -2,7 +2,8 @@
 //
 // A binary tree of bounds over the lights. A draw descends from its root, at every node to the child that
 // is more important, in proportion; the probability of a light is the product along its way. Lights without a
-// place (skies, the sun) stand beside the tree: each is as probable as the tree as a whole.
+// place (skies, the sun) stand beside the tree: each is as probable as the tree as a whole. A light that can
+// estimate what arrives from it (a measured lamp) is weighed by that instead of its bounds, in its leaf.
 //
 // Source: [Conty Estevez and Kulla 2018], without the splitting.
 #pragma once
@@ -26,7 +27,7 @@ enum class LightSelection : std::uint8_t { power, tree };
 class LightTree {
   public:
     LightTree() = default;
-    // Lights without power, and those that only particles carry, are left out. The lights need not live on.
+    // Lights without power, and those that only particles carry, are left out. The lights must live on.
     explicit LightTree(std::span<const std::unique_ptr<Light>> lights);
 
     struct Pick {
@@ -54,13 +55,15 @@ class LightTree {
         std::uint64_t turns = 0;  // from the root: bit i set, the second child at depth i
     };
     struct Building;
+    float importance(const Node& node, const V3f& x, const V3f& n) const;
     float first_child_probability(std::uint32_t node, const V3f& x, const V3f& n) const;
     // Of going down the tree rather than to any one of those beside it.
     float tree_share() const;
 
     std::vector<Node> nodes_;
-    std::vector<std::uint32_t> beside_;  // lights without a place
-    std::vector<Position> positions_;    // by light
+    std::vector<std::uint32_t> beside_;     // lights without a place
+    std::vector<Position> positions_;       // by light
+    std::vector<const Light*> estimating_;  // by light: itself, if it estimates what arrives; or null
 };
 
 // Which light to ask: one of many, in proportion to power.

@@ -141,6 +141,12 @@ class PlacedSlab {
                 static_cast<float>(density.part * per_area)};
     }
 
+    // Of the slab's flux, at x in front of S or behind it: irradiance there over flux.
+    double arriving(const V3f& x) const {
+        const V3d at = placement_.to_local_point(V3d(x));
+        return at.z == 0 ? 0.0 : pyramid_->arriving(at) / placement_.scale2();
+    }
+
     // A part's name is one of its cells: its first, or of a lamp of several slabs one along the normal.
     CellId name_of(int n, int o) const {
         const V2i part = pyramid_->part_of(n, o);
@@ -415,6 +421,14 @@ class MeasuredLight final : public Light {
         // A place beside a slab's S is lit by lines that pass S after it.
         bounds.theta_o = kPi;
         return bounds;
+    }
+
+    std::optional<float> arriving(const V3f& x) const override {
+        if (!(flux_ > 0)) return std::nullopt;
+        double sum = 0;
+        for (const auto& slab : slabs_)
+            if (!slab->dark()) sum += slab->share() * slab->arriving(x);
+        return static_cast<float>(sum);
     }
 
     // S itself, or the lamp's box, where the line of the ray does not cross the shape.

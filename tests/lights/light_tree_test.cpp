@@ -213,6 +213,63 @@ TEST(LightTree, AmongManyLamps_NearOnesAreAsked) {
     EXPECT_LT(by_tree.standard_error(), 0.4 * by_power.standard_error());
 }
 
+// A measured lamp far from its bounds' cone: all its light in a corner of it.
+std::unique_ptr<Light> narrow_lamp(const V3d& at, int corner) {
+    Rig rig = testing::rig_b();
+    std::vector<float> e(rig.coefficients());
+    for (int m = 0; m < rig.views.x; ++m)
+        for (int n = 0; n < rig.views.y; ++n)
+            for (int k = 0; k < rig.pixels.x / 4; ++k)
+                for (int l = 0; l < rig.pixels.y / 4; ++l)
+                    e[rig.index(m, n, corner == 0 ? k : rig.pixels.x - 1 - k, l)] = 1;
+    MeasuredSettings settings;
+    for (int a = 0; a < 3; ++a) settings.world_from_light[3][a] = at[a];
+    settings.power = 1;
+    Monitor silent;
+    LightField field(rig, e);
+    CellTable table(field, {}, silent);
+    return make_measured_light(std::move(field), std::move(table), settings, silent);
+}
+
+TEST(LightTree, OfTwoMeasuredLamps_TheOneWhoseLightArrivesIsAsked) {
+    const Rig rig = testing::rig_b();
+    Lights lights;
+    lights.push_back(narrow_lamp({0, 0, 0}, 0));
+    lights.push_back(narrow_lamp({1e-4, 0, 0}, 1));  // beside it: of the same importance by bounds
+    const LightTree tree(lights);
+    const double far = 20;  // times the distance of M
+    for (const int corner : {0, 1}) {
+        const double across = 0.375 * rig.pixels.x * rig.pixel.x, down = 0.375 * rig.pixels.y * rig.pixel.y;
+        const V3f x(V3d(corner == 0 ? -across : across, -down, rig.distance) * far);
+        const auto lit = static_cast<std::uint32_t>(corner);
+        EXPECT_GT(tree.probability(x, V3f(0.0F), lit), 0.9F) << corner;
+        EXPECT_GT(tree.probability(x, V3f(0.0F), 1 - lit), 0.0F) << "an estimate is no proof of darkness";
+    }
+}
+
+// The estimate is irradiance over flux, as an integral over S by sample_Li() finds it.
+TEST(MeasuredLight, Arriving_IsTheIrradianceOverTheFlux) {
+    Sampler sampler(11, Purpose::test, 0, 0);
+    const std::unique_ptr<Light> light = random_lamp(sampler, 0);
+    const auto bounds = light->bounds();
+    ASSERT_TRUE(bounds);
+    const V3f middle = 0.5F * (bounds->box.min + bounds->box.max);
+    const double size = double{bounds->box.size().length()};
+    for (const double away : {3.0, 10.0, 100.0}) {
+        const V3f x = middle + static_cast<float>(away * size) * bounds->axis;
+        const auto stated = light->arriving(x);
+        ASSERT_TRUE(stated);
+        double sum = 0;
+        constexpr int kDraws = 20000;
+        for (int i = 0; i < kDraws; ++i) {
+            const auto sample = light->sample_Li(x, sampler.next2());
+            if (sample) sum += double{luminance(sample->weight)};
+        }
+        const double found = sum / kDraws / light->power();
+        EXPECT_NEAR(double{*stated} / found, 1, 0.3) << away;
+    }
+}
+
 TEST(LightTree, FewOrNone_HaveADefinedAnswer) {
     const LightTree nothing;
     EXPECT_FALSE(nothing.pick({0, 0, 0}, {0, 0, 0}, 0.5F));
