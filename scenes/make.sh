@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 lucerna=../build/release/lucerna
-[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led office projector room stadium watch
+[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led lamps/zoom-flashlight office projector room shade stadium watch
 
 # lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
@@ -47,6 +47,15 @@ for scene in "$@"; do
             ;;
         cloister) lamp cloister/lamp.exr acquire --radius 35mm --exponent 16 --flux 1200 --unit lm --colour 1.17,0.97,0.72 ;;
         room) lamp room/lamp.exr acquire --radius 35mm --exponent 20 --flux 1500 --unit lm --colour 1.28,0.96,0.55 ;;
+        lamps/zoom-flashlight)
+            python3 lamps/white-led/make.py
+            lamp lamps/white-led/white-led.exr import lamps/white-led/white-led.tm25ray
+            lamp lamps/zoom-flashlight/zoom-flashlight.exr acquire lamps/zoom-flashlight/rig.toml
+            ;;
+        shade)
+            python3 lamps/bulb/make.py
+            lamp shade/bulb.exr import lamps/bulb/bulb.tm25ray
+            ;;
         watch)
             chip green 0,1.353,0.449
             chip blue 1.241,0,10.199
