@@ -1,0 +1,262 @@
+// What fields made of rays cast on planes from close by to the far field, against rays that they do not know;
+// how smooth they are, and how sharp.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+#include "engine/base/sampler.h"
+#include "lights/measurement/lumigraph_fit.h"
+#include "lights/measurement/plane_irradiance.h"
+#include "lights/measurement/ray_projection.h"
+#include "tests/support/shared_data.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace fitted_lamps_test {
+
+V3d on_sphere(const V2f& u) {
+    const double z = 1 - 2 * double{u.x}, turn = 2 * M_PI * double{u.y};
+    const double r = std::sqrt(std::max(0.0, 1 - z * z));
+    return {r * std::cos(turn), r * std::sin(turn), z};
+}
+V3d lambertian(const V3d& normal, const V2f& u) {
+    return (normal + 0.999999 * on_sphere(u)).normalized();
+}
+
+// scenes/lamps/narrow-beam/make.py: an even disc of 20 mm, its intensity a Gaussian of the angle, 2° wide.
+RaySet narrow_beam(int count, std::uint64_t seed) {
+    RaySet set;
+    set.flux = 0.5;
+    const double sigma = 2 * M_PI / 180 / (2 * std::sqrt(2 * std::log(2)));
+    for (int i = 0; i < count; ++i) {
+        Sampler sampler(seed, Purpose::test, 0, static_cast<std::uint64_t>(i));
+        const V2f u = sampler.next2(), v = sampler.next2();
+        const double r = 0.01 * std::sqrt(double{u.x}), phi = 2 * M_PI * double{u.y};
+        const double angle = sigma * std::sqrt(-2 * std::log(1 - double{v.x})), turn = 2 * M_PI * double{v.y};
+        set.rays.push_back(
+            {V3f(V3d(r * std::cos(phi), r * std::sin(phi), 0)),
+             V3f(V3d(std::sin(angle) * std::cos(turn), std::sin(angle) * std::sin(turn), std::cos(angle))),
+             static_cast<float>(set.flux / count)});
+    }
+    return set;
+}
+
+// scenes/lamps/bulb/make.py without what the glass reflects: a helix of wire that emits by Lambert's law,
+// seen from a sphere of 30 mm; none towards the cap.
+RaySet bulb(int count, std::uint64_t seed) {
+    constexpr double kLength = 0.012, kCoil = 0.5e-3, kWire = 0.075e-3, kTurns = 24, kGlass = 0.03;
+    const double cap = std::cos(25 * M_PI / 180);
+    RaySet set;
+    set.flux = 4;
+    for (std::uint64_t i = 0; set.rays.size() < static_cast<std::size_t>(count); ++i) {
+        Sampler sampler(seed, Purpose::test, 1, i);
+        const V2f u = sampler.next2();
+        const double a = 2 * M_PI * kTurns * double{u.x}, b = 2 * M_PI * double{u.y};
+        const V3d out(0, std::cos(a), std::sin(a));
+        const double rate = kLength / (2 * M_PI * kTurns);
+        const V3d tangent = V3d(rate, -kCoil * std::sin(a), kCoil * std::cos(a)).normalized();
+        const V3d normal = std::cos(b) * out + std::sin(b) * tangent.cross(out);
+        const V3d p = V3d(kLength * (double{u.x} - 0.5), 0, 0) + kCoil * out + kWire * normal;
+        const V3d d = lambertian(normal, sampler.next2());
+        const double along = p.dot(d);
+        const V3d glass = p + (-along + std::sqrt(along * along - p.dot(p) + kGlass * kGlass)) * d;
+        if (glass.z < -cap * kGlass) continue;
+        set.rays.push_back({V3f(glass), V3f(d), static_cast<float>(set.flux / count)});
+    }
+    return set;
+}
+
+// An even square of 2 mm that emits by Lambert's law.
+RaySet square(int count, std::uint64_t seed) {
+    RaySet set;
+    set.flux = 1;
+    for (int i = 0; i < count; ++i) {
+        Sampler sampler(seed, Purpose::test, 2, static_cast<std::uint64_t>(i));
+        const V2f u = sampler.next2();
+        set.rays.push_back({V3f(V3d(0.002 * (double{u.x} - 0.5), 0.002 * (double{u.y} - 0.5), 0)),
+                            V3f(lambertian({0, 0, 1}, sampler.next2())), static_cast<float>(1.0 / count)});
+    }
+    return set;
+}
+
+RaySet seen_along(const RaySet& set, const SlabAxes& axes) {
+    RaySet turned = set;
+    for (LampRay& ray : turned.rays) {
+        ray.o = V3f(axes.to_slab(V3d(ray.o)));
+        ray.d = V3f(axes.to_slab(V3d(ray.d)));
+    }
+    return turned;
+}
+
+// Does what a lamp casts on a plane, made of as many rays as there are in `other`, agree with those? Bin by
+// bin, over twice the variance of counting; bins of less than 20 rays are left out, in which counts are not
+// normal.
+testing::ChiSquare against(const PlaneIrradiance& cast, const RaySet& other, const PlanePatch& patch,
+                           double scale = 1) {
+    const PlaneIrradiance counted = project(other, patch);
+    const double ray = double{other.rays[0].flux}, area = patch.pixel_area();
+    testing::ChiSquare result;
+    for (std::size_t i = 0; i < counted.values.size(); ++i) {
+        const double rays = counted.values[i] * area / ray;
+        if (!(rays > 20)) continue;
+        result.statistic += sqr(scale * cast.values[i] * area / ray - rays) / (2 * rays);
+        ++result.degrees;
+    }
+    result.p_value = testing::chi_square_tail(result.statistic, result.degrees);
+    return result;
+}
+
+// Accepted; and refused if it is moved by a part of a bin, or 8 % too bright.
+template <typename Cast>
+void expect_cast(const char* name, const PlanePatch& patch, const RaySet& other, double part, Cast&& cast) {
+    const auto fits = against(cast(patch), other, patch);
+    const auto scaled = against(cast(patch), other, patch, 1.08);
+    PlanePatch aside = patch;
+    aside.centre.x += part * patch.size.x / patch.pixels.x;
+    const auto shifted = against(cast(aside), other, patch);
+    std::cout << name << " at " << 1e3 * patch.distance << " mm: chi-square " << fits.statistic << " of "
+              << fits.degrees << ", p " << fits.p_value << "; shifted " << shifted.statistic
+              << ", scaled by 1.08 " << scaled.statistic << "\n";
+    EXPECT_GE(fits.degrees, 20) << name << patch.distance;
+    EXPECT_TRUE(fits.accepted()) << name << patch.distance;
+    EXPECT_FALSE(shifted.accepted()) << name << patch.distance;
+    EXPECT_FALSE(scaled.accepted()) << name << patch.distance;
+}
+
+TEST(FittedLamp, NarrowBeamOf20000Rays_CastsWhatOtherRaysDo) {
+    constexpr int kRays = 20'000;
+    Monitor silent;
+    const RaySet other = narrow_beam(kRays, 2);
+    const LightField field = fit_light_field(narrow_beam(kRays, 1), {}, {}, silent).field;
+    const V3d centre = field.rig().centre;
+    struct Case {
+        double distance, size;
+    };
+    for (const Case& c : {Case{0.005, 0.02}, Case{0.05, 0.022}, Case{0.5, 0.05}, Case{5, 0.4}}) {
+        const PlanePatch patch{c.distance, {0, 0}, {c.size, c.size}, {8, 8}};
+        expect_cast("narrow beam", patch, other, 1.0 / 3, [&](PlanePatch at) {
+            at.distance -= centre.z;
+            at.centre -= V2d(centre.x, centre.y);
+            return project(field, at, {}, silent);
+        });
+    }
+}
+
+TEST(FittedLamp, Bulb_CastsWhatOtherRaysDoToEverySide) {
+    constexpr int kRays = 100'000;
+    Monitor silent;
+    const RaySet other = bulb(kRays, 2);
+    const LumigraphFit made = fit_lumigraph(bulb(kRays, 1), {}, {}, silent);
+    EXPECT_GT(made.account.captured, 0.99 * made.account.total);
+    EXPECT_NEAR(made.account.explained(), made.account.missed(), 1e-3 * made.account.total);
+    for (const int side : {0, 2, 4, 5}) {
+        const SlabAxes axes = SlabAxes::facing(side);
+        const RaySet seen = seen_along(other, axes);
+        const double face =
+            axes.n.dot(axes.n.x + axes.n.y + axes.n.z > 0 ? made.lamp.box().max : made.lamp.box().min);
+        for (const double distance : {0.005, 0.05, 0.5, 5.0}) {
+            const double size = 2 * (0.006 + distance);
+            const PlanePatch patch{face + distance, {0, 0}, {size, size}, {10, 10}};
+            expect_cast(("bulb " + axes.name()).c_str(), patch, seen,
+                        [&](const PlanePatch& at) { return project(made.lamp, axes, at, {}, silent); });
+        }
+    }
+}
+
+// The largest step of the intensity between directions half a degree apart, over the peak.
+double largest_step(const LightField& field) {
+    double peak = 0, step = 0;
+    for (int turn = 0; turn < 16; ++turn) {
+        const double phi = turn * M_PI / 8 + 0.1;
+        double last = 0;
+        for (int i = 0; i <= 150; ++i) {
+            const double slope = std::tan(i * 0.5 * M_PI / 180);
+            const double now = far_intensity(field, slope * V2d(std::cos(phi), std::sin(phi)));
+            peak = std::max(peak, now);
+            if (i > 0) step = std::max(step, std::fabs(now - last));
+            last = now;
+        }
+    }
+    return step / peak;
+}
+
+TEST(FittedLamp, FarFieldOfASmoothLamp_HasNoSteps) {
+    Monitor silent;
+    const RaySet rays = square(100'000, 3);
+    const LightField field = fit_light_field(rays, {}, {}, silent).field;
+    const double step = largest_step(field);
+    // As the rays were laid on planes before: even boxes.
+    Rig boxes;
+    boxes.views = {48, 48};
+    boxes.spacing = V2d(0.0025 / 45);
+    boxes.pixels = {38, 38};
+    boxes.distance = 0.05;
+    boxes.pixel = V2d(2 * boxes.distance * std::tan(80 * M_PI / 180) / 38);
+    const double of_boxes = largest_step(project_rays(rays, boxes, {}, silent).field);
+    std::cout << "steps of " << 100 * step << " % of the peak per half degree; of even boxes "
+              << 100 * of_boxes << " %\n";
+    EXPECT_LT(step, 0.02);
+    EXPECT_GT(of_boxes, 0.02) << "what this test is to refuse";
+}
+
+TEST(FittedLamp, FarFieldsOfMeasuredLeds_HaveNoSteps) {
+    for (const char* name : {"osram-ostar-green-100k.tm25ray", "osram-ostar-blue-100k.tm25ray"}) {
+        LUCERNA_NEED_DATA(file, name);
+        Monitor silent;
+        const double step = largest_step(fit_light_field(read_rays(file, silent), {}, {}, silent).field);
+        std::cout << name << ": steps of " << 100 * step << " % of the peak per half degree\n";
+        EXPECT_LT(step, 0.02) << name;
+    }
+}
+
+// Over which the irradiance across an edge rises from a tenth to nine tenths of what it is beyond. By places
+// of even distance, with rising x.
+double rise_of(const std::vector<double>& profile, double step) {
+    const double high = *std::max_element(profile.begin(), profile.end());
+    double from = 0, to = 0;
+    for (std::size_t i = 1; i < profile.size(); ++i) {
+        const auto crosses = [&](double level) { return profile[i - 1] < level && profile[i] >= level; };
+        const auto place = [&](double level) {
+            return (static_cast<double>(i) - (profile[i] - level) / (profile[i] - profile[i - 1])) * step;
+        };
+        if (from == 0 && crosses(0.1 * high)) from = place(0.1 * high);
+        if (to == 0 && crosses(0.9 * high)) to = place(0.9 * high);
+    }
+    return to - from;
+}
+
+// Before the chip's left edge, 0.1 mm in front of it, over the middle of its height.
+std::vector<double> across_edge(const PlaneIrradiance& strip) {
+    std::vector<double> profile;
+    for (int x = 0; x < strip.patch.pixels.x; ++x) profile.push_back(strip.at(x, 0));
+    return profile;
+}
+
+TEST(FittedLamp, ChipsEdges_AreKeptAtATenthOfAMillimetre) {
+    Monitor silent;
+    constexpr double kAway = 1e-4;
+    // A chip by formula, of which there are any number of rays: its own rise is known well.
+    const auto rise_on = [&](const LightField& field) {
+        PlanePatch strip{kAway - field.rig().centre.z, {-0.00085, 0}, {0.0012, 0.0008}, {60, 1}};
+        strip.centre -= V2d(field.rig().centre.x, field.rig().centre.y);
+        return rise_of(across_edge(project(field, strip, {}, silent)), 0.0012 / 60);
+    };
+    const PlanePatch strip{kAway, {-0.00085, 0}, {0.0012, 0.0008}, {60, 1}};
+    const double own = rise_of(across_edge(project(square(2'000'000, 5), strip)), 0.0012 / 60);
+    const LightField field = fit_light_field(square(100'000, 4), {}, {}, silent).field;
+    const double of_field = rise_on(field);
+    Rig coarse = field.rig();  // filters a quarter of a millimetre apart
+    coarse.s_coordinate.c = 0;
+    coarse.views = {16, 16};
+    coarse.spacing = V2d(0.00025);
+    const double of_coarse = rise_on(project_rays(square(100'000, 4), coarse, {}, silent).field);
+    std::cout << "a chip's edge rises from 10 to 90 % over " << 1e6 * own << " um at 0.1 mm, of the field "
+              << 1e6 * of_field << " um, of one with filters 250 um apart " << 1e6 * of_coarse << " um\n";
+    EXPECT_LT(of_field, 1.3 * own);
+    EXPECT_GT(of_coarse, 1.3 * own) << "what this test is to refuse";
+}
+
+}  // namespace fitted_lamps_test
+}  // namespace lucerna
