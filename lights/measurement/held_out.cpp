@@ -172,6 +172,7 @@ HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, d
     for (const std::size_t ray : rays_) {
         Sampler draw(0, Purpose::acquisition, 0, number++);
         halves_[draw.bits() & 1].push_back(ray);
+        light_ += light_of(ray);
     }
     all_over_half_ = 2 * static_cast<double>(rays.size()) / static_cast<double>(rays_.size());
     planes_.push_back(make_plane(0));
@@ -286,7 +287,7 @@ std::vector<double> HeldOutRays::cast(const std::vector<double>& flux, const Rig
     return cells;
 }
 
-std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& weights,
+HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& weights,
                                             const Workers& workers) const {
     std::vector<double> flux[2];
     parallel_chunks(workers, 2, [&](std::int64_t half) {
@@ -301,7 +302,9 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
         total += e;
     }
     const double clamped2 = total > 0 ? sqr(0.5 * negative / total) : 0.0;
-    std::vector<PlaneError> errors(planes_.size());
+    Found found;
+    found.held = light_ > 0 ? total / light_ : 0.0;
+    found.errors.resize(planes_.size());
     parallel_chunks(workers, static_cast<std::int64_t>(planes_.size()), [&](std::int64_t p) {
         const Plane& plane = planes_[static_cast<std::size_t>(p)];
         const std::vector<double> cast_by[2] = {cast(flux[0], rig, plane), cast(flux[1], rig, plane)};
@@ -317,12 +320,12 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
         // field of all rays has less by as much as they are more.
         const double bias2 = held_out - 0.5 * between - 0.5 * counts;
         const double own = 0.5 * between / all_over_half_;
-        PlaneError& error = errors[static_cast<std::size_t>(p)];
+        PlaneError& error = found.errors[static_cast<std::size_t>(p)];
         error.distance = plane.distance;
         error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal + clamped2 : 0;
         error.counts = plane.signal > 0 ? std::sqrt(0.5 * counts / all_over_half_ / plane.signal) : 0;
     });
-    return errors;
+    return found;
 }
 
 std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
