@@ -55,7 +55,6 @@ class HeldOutRays {
         std::vector<double> weight;      // of a cell's squared difference
         double signal = 0;               // Σ weight times the two halves' product
     };
-    struct Response;
     Plane make_plane(double distance) const;
     // What a ray counts for: its flux, or of rays in colour the mean of its X, Y and Z, each as a share of
     // all rays', as the field's sampled channel is made (ColourChannels).
@@ -65,7 +64,8 @@ class HeldOutRays {
     }
     V2d place_of(const LampRay& ray, double distance) const;
     std::vector<double> project_half(const Rig& rig, const RayWeights& weights, int half) const;
-    std::vector<double> cast(const std::vector<double>& flux, const Rig& rig, const Plane& plane) const;
+    std::vector<std::vector<double>> cast(std::span<const std::vector<double>> fields, const Rig& rig,
+                                          const Plane& plane) const;
 
     const RaySet& set_;
     std::vector<std::size_t> rays_;  // those taken

@@ -11,6 +11,8 @@ namespace lucerna {
 namespace {
 
 constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 160 MB in memory
+// And for each ray, which adds to 64 of them, if it is more than the other: more are 0 but for a few.
+constexpr std::size_t kMostPerRay = 256, kAlways = 1e5;
 constexpr int kViews[] = {3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 27, 33, 40, 50, 64};
 constexpr int kPixels[] = {3, 4, 5, 6, 8, 10, 12, 14, 17, 20, 24, 29, 35, 42, 50, 60, 72, 86, 104, 125, 150};
 constexpr double kDuals[] = {0, 0.5, 1};
@@ -38,7 +40,12 @@ class Search {
   public:
     Search(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes, const Rig& rig,
            const Workers& workers, Monitor& monitor)
-        : boxes_(boxes), rig_(rig), held_out_(set, rays, rig.centre.z), workers_(workers), monitor_(monitor) {
+        : boxes_(boxes),
+          rig_(rig),
+          held_out_(set, rays, rig.centre.z),
+          most_(std::min(kMostCoefficients, std::max(kAlways, kMostPerRay * rays.size()))),
+          workers_(workers),
+          monitor_(monitor) {
         // Where half of the light passes M, from the far field.
         const V2d slopes = held_out_.half_slopes();
         half_m_ = std::max(slopes.x, slopes.y) * rig.distance;
@@ -98,7 +105,7 @@ class Search {
         if (known != tried_.end()) return known->second;
         const RayPlanes planes = lay(choice);
         Badness badness;
-        if (planes.rig.coefficients() <= kMostCoefficients) {
+        if (planes.rig.coefficients() <= most_) {
             const HeldOutRays::Found found = held_out_.find_errors(planes.rig, planes.weights, workers_);
             badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors)};
         }
@@ -139,6 +146,7 @@ class Search {
     const PlaneBoxes& boxes_;
     Rig rig_;
     HeldOutRays held_out_;
+    std::size_t most_;   // coefficients
     double half_m_ = 0;  // of the light on M: half of it is within
     std::map<Choice, Badness> tried_;
     Workers workers_;
