@@ -73,9 +73,10 @@ inline bool choose_first(float& u, float first, float second) {
     return chosen;
 }
 
-// A pair of halves, each with density 2 Φ on its side.
+// A pair of halves, each with density 2 Φ on its side. `inline`, as stays(): GCC is then willing to put it
+// into loops, without which there are no vector instructions.
 template <typename Basis>
-V2f BellCell::draw_positive(V2f u) const {
+inline V2f BellCell::draw_positive(V2f u) const {
     const float e00 = std::max(0.0F, e[0][0]), e01 = std::max(0.0F, e[0][1]);
     const float e10 = std::max(0.0F, e[1][0]), e11 = std::max(0.0F, e[1][1]);
     const bool left = choose_first(u.x, e00 + e01, e10 + e11);
@@ -86,7 +87,7 @@ V2f BellCell::draw_positive(V2f u) const {
 }
 
 template <typename Basis>
-bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
+inline bool BellCell::stays(const V2f& at, std::uint32_t salt) const {
     const float a = Basis::value(at.x), b = Basis::value(at.y);
     const float bound = a * (std::max(0.0F, e[0][0]) * b + std::max(0.0F, e[0][1]) * (1 - b)) +
                         (1 - a) * (std::max(0.0F, e[1][0]) * b + std::max(0.0F, e[1][1]) * (1 - b));

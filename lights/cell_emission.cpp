@@ -44,6 +44,8 @@ struct CellEmission::Lanes {
     CellTable::Block cells;
     std::array<Column<float>, 4> e;       // the cells' members: lower or upper filter along u, then along v
     Column<float> x, y;                   // place within the interval
+    Column<std::uint32_t> salt;           // of the rejection; of `exact` alone, as the next
+    Column<bool> stays;                   // the first place that was drawn
     Column<double> weight;                // flux unit
     std::array<Column<float>, 4> cx, cz;  // members of X and Z; of coloured fields alone
     std::array<Column<float>, 3> colour;  // per unit of weight
@@ -157,45 +159,55 @@ void CellEmission::fetch_members(Lanes& lanes, std::size_t size) const {
     }
 }
 
-void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
+// Loops that become vector instructions: without a branch, all they write known to lie apart.
+template <typename Basis>
+void CellEmission::find_colours_by(Lanes& lanes, std::size_t size) const {
     const Rgb mean = colour_.mean();
     const FieldColour colour = colour_;  // by value: no store below may change it
-    with_basis(field_.rig().filter_basis, [&](auto of) {
-        using Basis = decltype(of);
-        // Without a branch, so that it becomes vector instructions.
-        for (std::size_t i = 0; i < size; ++i) {
-            const float a = Basis::value(lanes.x[i]), b = Basis::value(lanes.y[i]);
-            const auto value = [&](const std::array<Column<float>, 4>& e) {  // as BellCell's
-                return a * (e[0][i] * b + e[1][i] * (1 - b)) + (1 - a) * (e[2][i] * b + e[3][i] * (1 - b));
-            };
-            const float w = value(lanes.e), x = value(lanes.cx), z = value(lanes.cz);
-            const Rgb here = colour.of(w > 0 ? w : 1.0F, x, z);
-            // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
-            lanes.colour[0][i] = w > 0 ? here.x : mean.x;
-            lanes.colour[1][i] = w > 0 ? here.y : mean.y;
-            lanes.colour[2][i] = w > 0 ? here.z : mean.z;
-        }
-    });
+    for (std::size_t i = 0; i < size; ++i) {
+        const float a = Basis::value(lanes.x[i]), b = Basis::value(lanes.y[i]);
+        const auto value = [&](const std::array<Column<float>, 4>& e) {  // as BellCell's
+            return a * (e[0][i] * b + e[1][i] * (1 - b)) + (1 - a) * (e[2][i] * b + e[3][i] * (1 - b));
+        };
+        const float w = value(lanes.e), x = value(lanes.cx), z = value(lanes.cz);
+        const Rgb here = colour.of(w > 0 ? w : 1.0F, x, z);
+        // Where `constant` draws beyond the clamp there is no colour: the lamp's own.
+        lanes.colour[0][i] = w > 0 ? here.x : mean.x;
+        lanes.colour[1][i] = w > 0 ? here.y : mean.y;
+        lanes.colour[2][i] = w > 0 ? here.z : mean.z;
+    }
+}
+
+template <typename Basis>
+void CellEmission::draw_positive_by(Lanes& lanes, std::size_t size) {
+    for (std::size_t i = 0; i < size; ++i) {
+        const BellCell members = lanes.members(i, FilterBasis::bell);  // Basis says which
+        const V2f at = members.draw_positive<Basis>({lanes.x[i], lanes.y[i]});
+        lanes.x[i] = at.x;
+        lanes.y[i] = at.y;
+        lanes.stays[i] = members.stays<Basis>(at, lanes.salt[i]);
+    }
+}
+
+void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
+    if (field_.rig().filter_basis == FilterBasis::hat) {
+        find_colours_by<HatBasis>(lanes, size);
+    } else {
+        find_colours_by<BellBasis>(lanes, size);
+    }
 }
 
 void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const {
-    Column<std::uint32_t> salt;
-    Column<bool> stays;
     const FilterBasis basis = field_.rig().filter_basis;
-    for (std::size_t i = 0; i < u.size(); ++i) salt[i] = salt_of(u[i]);
-    with_basis(basis, [&](auto of) {
-        using Basis = decltype(of);
-        for (std::size_t i = 0; i < u.size(); ++i) {
-            const BellCell members = lanes.members(i, basis);
-            const V2f at = members.draw_positive<Basis>({lanes.x[i], lanes.y[i]});
-            lanes.x[i] = at.x;
-            lanes.y[i] = at.y;
-            stays[i] = members.stays<Basis>(at, salt[i]);
-        }
-    });
+    for (std::size_t i = 0; i < u.size(); ++i) lanes.salt[i] = salt_of(u[i]);
+    if (basis == FilterBasis::hat) {
+        draw_positive_by<HatBasis>(lanes, u.size());
+    } else {
+        draw_positive_by<BellBasis>(lanes, u.size());
+    }
     for (std::size_t i = 0; i < u.size(); ++i) {
-        if (stays[i]) continue;
-        const V2f at = lanes.members(i, basis).draw_again(salt[i]);
+        if (lanes.stays[i]) continue;
+        const V2f at = lanes.members(i, basis).draw_again(lanes.salt[i]);
         lanes.x[i] = at.x;
         lanes.y[i] = at.y;
     }

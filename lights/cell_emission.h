@@ -70,6 +70,10 @@ class CellEmission {
     struct Lanes;
     void fetch_members(Lanes& lanes, std::size_t size) const;
     void place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const;
+    template <typename Basis>
+    void find_colours_by(Lanes& lanes, std::size_t size) const;
+    template <typename Basis>
+    static void draw_positive_by(Lanes& lanes, std::size_t size);
     void weigh(Lanes& lanes, std::size_t size) const;
     void find_colours(Lanes& lanes, std::size_t size) const;
     void place(Lanes& lanes, std::size_t size) const;

@@ -20,15 +20,15 @@ lamp() {
     echo "   scenes/$file"
 }
 
-# chip COLOUR RGB: the watch's LED chip from its measured rays, by formula where they are not there. A formula's chip
-# lies in the package's middle; a measured one in its quadrant.
-chip() {
-    local rays=../../shared/data/osram-ostar-$1-100k.tm25ray
-    if [ -f "$rays" ]; then
-        lamp "watch/led-$1.exr" import "$rays"
+# The watch's green and blue chips as one lamp from their measured rays; one square of both colours where they are not there.
+# A formula's chip lies in the package's middle; a measured one in its quadrant.
+chips() {
+    local rays=../../shared/data/osram-ostar
+    if [ -f "$rays-green-100k.tm25ray" ]; then
+        lamp watch/led-green-blue.exr import "$rays-green-100k.tm25ray" "$rays-blue-100k.tm25ray" --drive 1,0.16
     else
-        echo "   no measured rays $rays: the $1 chip by formula"
-        lamp "watch/led-$1.exr" acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit W --colour "$2"
+        echo "   no measured rays $rays-*: the green and blue chips by formula"
+        lamp watch/led-green-blue.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour 0.03,1.318,0.7
     fi
 }
 
@@ -57,9 +57,8 @@ for scene in "$@"; do
             lamp shade/bulb.exr import lamps/bulb/bulb.tm25ray
             ;;
         watch)
-            chip green 0,1.353,0.449
-            chip blue 1.241,0,10.199
-            lamp watch/led-red.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit W --colour 4.42,0.084,0
+            chips
+            lamp watch/led-red.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour 4.42,0.084,0
             ;;
     esac
 done

@@ -131,14 +131,28 @@ void emit_hats(benchmark::State& state, bool large, EmissionMode mode) {
     emit_batches_of(state, {rig, {boxes.coefficients().begin(), boxes.coefficients().end()}}, mode);
 }
 
-// The same with X and Z beside them, which differ from place to place.
-void emit_coloured(benchmark::State& state, bool large, EmissionMode mode) {
-    const LightField& grey = field_of(large);
+// A field with X and Z beside its coefficients, which differ from place to place.
+LightField coloured(const LightField& grey) {
     const std::vector<float> y(grey.coefficients().begin(), grey.coefficients().end());
     std::vector<float> x = y, z = y;
     Sampler noise(2, Purpose::bench, 0, 0);
     for (std::size_t i = 0; i < y.size(); ++i) x[i] *= 0.8F + 0.4F * noise.next(), z[i] *= 2 * noise.next();
-    emit_batches_of(state, {grey.rig(), x, y, z}, mode);
+    return {grey.rig(), x, y, z};
+}
+void emit_coloured(benchmark::State& state, bool large, EmissionMode mode) {
+    emit_batches_of(state, coloured(field_of(large)), mode);
+}
+
+// The same lamp at growing resolutions, in one colour and in three channels: arguments are views and pixels
+// per axis, and whether it is in colour.
+void emit_by_resolution(benchmark::State& state) {
+    LightField field = make_field(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)), false);
+    if (state.range(2) != 0) field = coloured(field);
+    state.counters["coefficients"] = static_cast<double>(field.coefficients().size());
+    state.counters["bytes"] =
+        static_cast<double>(field.coefficients().size_bytes() +
+                            field.colour_channels().pairs.size() * sizeof(ColourChannels::Pair));
+    emit_batches_of(state, std::move(field), EmissionMode::exact);
 }
 
 void emit_singly(benchmark::State& state, bool large, EmissionMode mode) {
@@ -407,6 +421,13 @@ BENCHMARK_CAPTURE(light_for_place, small, false, false)->Name("place/sample_Li/8
 BENCHMARK_CAPTURE(light_for_place, large, true, false)->Name("place/sample_Li/32x32x128x128");
 BENCHMARK_CAPTURE(light_for_place, large_found, true, true)->Name("place/Le/32x32x128x128");
 BENCHMARK(net_numbers)->Name("emission/numbers");
+BENCHMARK(emit_by_resolution)
+    ->Name("emission/resolution")
+    ->ArgNames({"views", "pixels", "colour"})
+    ->ArgsProduct({{8}, {16}, {0, 1}})
+    ->ArgsProduct({{16}, {32}, {0, 1}})
+    ->ArgsProduct({{16}, {128}, {0, 1}})
+    ->ArgsProduct({{32}, {128}, {0, 1}});
 BENCHMARK_CAPTURE(build_table, large, true, false)
     ->Name("table/build/32x32x128x128")
     ->Arg(1)

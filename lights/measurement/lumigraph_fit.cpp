@@ -11,10 +11,13 @@
 namespace lucerna {
 namespace {
 
-constexpr double kTail = 5e-4;      // of the flux, beyond each face of the lamp's box
-constexpr double kStray = 0.02;     // of the flux on each side of it; more than that is a part of the lamp
-constexpr double kOneSlab = 0.993;  // FitOptions::capture as it is by itself
-constexpr double kOfSlab = 0.999;   // the same of one of six: their shares end before grazing angles
+// Of the flux, beyond each face of the lamp's box: a thousandth that strays does not widen it.
+constexpr double kTail = 1.2e-3;
+// And more of it does not widen it far: the core is what lies within this of the flux from each side.
+constexpr double kStray = 0.02;
+constexpr double kBeyondCore = 0.5;  // of the core's largest side, beyond it
+constexpr double kOneSlab = 0.993;   // FitOptions::capture as it is by itself
+constexpr double kOfSlab = 0.999;    // the same of one of six: their shares end before grazing angles
 
 // What a ray counts for in the books.
 double light_of(const RaySet& set, std::size_t ray) {
@@ -245,10 +248,9 @@ Box3d box_of(const RaySet& set) {
         std::tie(core.min[a], core.max[a]) = middle_part(kStray, also_starts);
         std::tie(box.min[a], box.max[a]) = middle_part(kTail, also_starts);
     }
-    // Stray rays, from far around the lamp, are none of it: but for them it reaches no farther beyond its
-    // core than that is large.
+    // Stray rays, from far around the lamp, are none of it.
     const V3d core_size = core.size();
-    const double most = std::max({core_size.x, core_size.y, core_size.z});
+    const double most = kBeyondCore * std::max({core_size.x, core_size.y, core_size.z});
     for (int a = 0; a < 3; ++a) {
         box.min[a] = std::max(box.min[a], core.min[a] - most);
         box.max[a] = std::min(box.max[a], core.max[a] + most);

@@ -20,6 +20,7 @@ using lucerna::testing::chi_square_tail;
 using lucerna::testing::kFalseAlarm;
 
 constexpr double kRadius = 0.01, kFlux = 100;
+constexpr int kRays = 1 << 15;
 const V3d kMiddle(0.02, -0.01, 0.005);
 
 V3d on_sphere(const V2f& u) {
@@ -55,9 +56,22 @@ RaySet dome_rays(int count) {
 const LumigraphFit& sphere() {
     static const LumigraphFit made = [] {
         Monitor silent;
-        return fit_lumigraph(sphere_rays(1 << 15), {}, {}, silent);
+        return fit_lumigraph(sphere_rays(kRays), {}, {}, silent);
     }();
     return made;
+}
+
+// What the fit says of how far its slabs' light is off: on planes, and by direction.
+struct Stated {
+    double on_planes = 0, by_direction = 0;  // relative, rms over slabs
+};
+Stated stated_errors(const LumigraphFit& made) {
+    RunningStats on_planes, by_direction;
+    for (const LumigraphFit::OfSlab& slab : made.slabs) {
+        for (const PlaneError& error : slab.errors)
+            (std::isinf(error.distance) ? by_direction : on_planes).add(std::max(0.0, error.squared));
+    }
+    return {std::sqrt(on_planes.mean()), std::sqrt(by_direction.mean())};
 }
 
 std::unique_ptr<Light> light_of(Lumigraph lamp, const MeasuredSettings& settings = {}) {
@@ -142,10 +156,12 @@ TEST(FitLumigraph, LampThatShinesToAllSides_IsHeldBySixSlabs) {
     expect_accounted(made.account, kFlux);
     EXPECT_NEAR(made.lamp.flux(), made.account.captured, 1e-5 * kFlux);
     EXPECT_NEAR(made.lamp.captured() + made.lamp.missed(), kFlux, 1e-5 * kFlux);
-    // Its box is that of the sphere.
+    // Its box leaves out 1.2e-3 of the lines' points nearest to the middle on each side: of a Lambertian
+    // sphere half of (1 - h)² of them pass more than h radii to a side.
+    const double reach = kRadius * (1 - std::sqrt(2 * 1.2e-3));
     for (int a = 0; a < 3; ++a) {
-        EXPECT_NEAR(made.lamp.box().min[a], kMiddle[a] - kRadius, 0.05 * kRadius);
-        EXPECT_NEAR(made.lamp.box().max[a], kMiddle[a] + kRadius, 0.05 * kRadius);
+        EXPECT_NEAR(made.lamp.box().min[a], kMiddle[a] - reach, 0.02 * kRadius);
+        EXPECT_NEAR(made.lamp.box().max[a], kMiddle[a] + reach, 0.02 * kRadius);
     }
 }
 
@@ -298,12 +314,12 @@ TEST(FitLumigraph, MeasuredCylinder_IsHeldAsAWhole) {
 TEST(Lumigraph, ParticlesOfASphere_GoEvenlyToAllSides) {
     const int degrees = static_cast<int>(kCubeCells) - 1;
     const std::vector<double> even = even_shares();
-    EXPECT_GT(chi_square_tail(emission_chi_square(*light_of(sphere().lamp), even, 1 << 15), degrees),
+    EXPECT_GT(chi_square_tail(emission_chi_square(*light_of(sphere().lamp), even, kRays), degrees),
               kFalseAlarm);
     // Without one of its slabs it would not.
     std::vector<Slab> five(sphere().lamp.slabs().begin(), sphere().lamp.slabs().end() - 1);
     EXPECT_LT(chi_square_tail(emission_chi_square(*light_of(Lumigraph(std::move(five), sphere().lamp.box())),
-                                                  even, 1 << 15),
+                                                  even, kRays),
                               degrees),
               1e-12);
 }
@@ -358,11 +374,11 @@ TEST(Lumigraph, IrradianceAroundASphere_IsThatOfTheFormula) {
         EXPECT_NEAR(e.sampled.mean(), e.seen.mean(), 4 * sigma) << x;
         const double truth = kFlux / (4 * M_PI * (x - kMiddle).length2());
         EXPECT_LT(e.sampled.standard_error(), 0.03 * truth) << x;
-        // 2^15 rays leave the field an error of some per cent.
-        EXPECT_NEAR(e.sampled.mean(), truth, 0.1 * truth) << x;
         error.add(e.sampled.mean() / truth - 1);
     }
     EXPECT_LT(std::fabs(error.mean()), 0.02);
+    // No farther off than the fit says of its planes.
+    EXPECT_LT(std::sqrt(error.variance()), stated_errors(sphere()).on_planes);
 }
 
 TEST(Lumigraph, DrawnDirections_AreSeenAsTheyWereDrawn) {
@@ -467,10 +483,12 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
         std::sort(a.begin(), a.end());
         (std::atan2(a[2], a[1]) - M_PI / 4 < 8 * M_PI / 180 ? seams : elsewhere).add(intensity(d));
     }
-    // The rays' own noise in each of the field's pixels is some per cent; over all edges it is less than one.
-    EXPECT_NEAR(seams.mean(), 1, 0.015);
+    // Slabs as coarse as so few rays allow are flatter than their light, a little too bright at their sides:
+    // by less than a third of what the fit says of its error.
+    const double stated = stated_errors(sphere()).by_direction;
+    EXPECT_NEAR(seams.mean(), elsewhere.mean(), 0.3 * stated);
     EXPECT_NEAR(elsewhere.mean(), 1, 0.015);
-    EXPECT_LT(std::sqrt(seams.variance()), 0.1);
+    EXPECT_LT(std::sqrt(seams.variance()), stated);
     EXPECT_LT(std::sqrt(seams.variance()), 1.5 * std::sqrt(elsewhere.variance()));
 }
 
@@ -479,7 +497,9 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
 TEST(Lumigraph, WallsOfARoomAroundASphere_GetWhatTheFormulaSays) {
     Monitor silent;
     constexpr double kHalf = 0.2;
+    const double stated = stated_errors(sphere()).by_direction;
     double all = 0;
+    RunningStats error;
     for (int side = 0; side < SlabAxes::kSides; ++side) {
         const SlabAxes axes = SlabAxes::facing(side);
         const V3d middle = axes.to_slab(kMiddle);
@@ -494,12 +514,16 @@ TEST(Lumigraph, WallsOfARoomAroundASphere_GetWhatTheFormulaSays) {
                 const double x0 = x / 4.0 - 1, x1 = x0 + 0.25, y0 = y / 4.0 - 1, y1 = y0 + 0.25;
                 const double solid = corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
                 const double truth = kFlux * solid / (4 * M_PI) / patch.pixel_area();
-                EXPECT_NEAR(wall.at(x, y), truth, 0.12 * truth) << axes.name() << " " << x << " " << y;
+                error.add(wall.at(x, y) / truth - 1);
+                // 384 such patches: 4.5 sigma is passed once in 400 runs.
+                EXPECT_NEAR(wall.at(x, y), truth, 4.5 * stated * truth)
+                    << axes.name() << " " << x << " " << y;
             }
         }
         EXPECT_NEAR(wall.flux(), kFlux / 6, 0.02 * kFlux / 6) << axes.name();
     }
     EXPECT_NEAR(all, kFlux, 0.003 * kFlux);
+    EXPECT_LT(std::sqrt(error.variance()), 1.25 * stated);
     EXPECT_THROW(project(sphere().lamp, SlabAxes{}, {kMiddle.z, {0, 0}, {1, 1}, {8, 8}}, {}, silent),
                  InputError);
 }
