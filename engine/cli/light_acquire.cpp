@@ -311,6 +311,7 @@ std::filesystem::path part_of(const AcquireCommand& command, const SlabAxes& sid
 
 void check_sides(const AcquireCommand& command, const RigDescription& description) {
     if (command.sides.empty()) return;
+    require_different_sides("--sides", command.sides);
     if (description.emitter.kind != EmitterDescription::Kind::scene) {
         throw InputError({"--sides"},
                          "a disc, a rectangle and a projector shine along +z; a rig whose emitter is a "

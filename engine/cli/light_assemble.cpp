@@ -51,6 +51,9 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
     std::vector<AssembleCommand::Side> sessions{{SlabAxes{}, command.manifest}};
     sessions.insert(sessions.end(), command.more.begin(), command.more.end());
     CommandFiles files;
+    std::vector<SlabAxes> told;
+    for (const auto& session : sessions) told.push_back(session.axes);
+    require_different_sides("--side", told);  // the first session's is +z
     for (const auto& session : sessions) {
         require_readable(session.manifest);
         files.reads(session.manifest);

@@ -209,10 +209,9 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
              });
     add_word(app, "--slabs", "N", "1 (+z), 2 (+z, -z) or 6 (default: as few as hold 99% of the light)",
              [options](const std::string& word) {
-                 const auto slabs = parse_whole({"--slabs"}, word, 1, 6);
-                 if (slabs != 1 && slabs != 2 && slabs != 6)
-                     input_error({"--slabs"}, "\"{}\" is not accepted; 1, 2 and 6 are", word);
-                 options->lumigraph.slabs = static_cast<int>(slabs);
+                 if (word != "1" && word != "2" && word != "6")
+                     input_error({"--slabs"}, "\"{}\" is not accepted; 1, 2 and 6 are", one_line(word));
+                 options->lumigraph.slabs = word[0] - '0';
              });
     add_word(
         app, "--height", "LENGTH",

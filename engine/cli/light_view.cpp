@@ -92,8 +92,13 @@ const LightField& field_shown(const Lumigraph& lamp, const ViewCommand& command)
         if (command.slab ? slab.axes.n == command.slab->n : lamp.slabs().size() == 1) return slab.field;
         sides += (sides.empty() ? "" : ", ") + slab.axes.name();
     }
+    const char* are = lamp.slabs().size() == 1 ? "is" : "are";
+    if (command.slab) {
+        input_error({command.lamp}, "no light field of the side {}; --slab {} {} accepted",
+                    command.slab->name(), sides, are);
+    }
     input_error({command.lamp}, "light fields of several sides, one on a sheet; --slab {} {} accepted", sides,
-                lamp.slabs().size() == 1 ? "is" : "are");
+                are);
 }
 
 void act_view(const ViewCommand& command, const CommandContext& context) {

@@ -11,7 +11,8 @@ namespace {
 constexpr std::size_t kMostRays = 400'000;    // more say little more
 constexpr std::size_t kFramingRays = 20'000;  // that tell where on a plane the light is
 // Of the planes from S, in half widths of the light on S. From contact to where only directions count.
-constexpr double kDistances[] = {0, 0.5, 2, 8, 32, 128, INFINITY};
+constexpr double kFarthest = 128;
+constexpr double kDistances[] = {0, 0.5, 2, 8, 32, kFarthest, INFINITY};
 // The cells of a grid compress what lies outside the middle half of a plane's light, times this.
 constexpr double kGridMiddle = 2;
 constexpr int kSteps = 6;  // of a plane's basis functions, from which lines are followed
@@ -131,8 +132,8 @@ void add_response(const BasisAxis& stepped, double lever_stepped, const BasisAxi
     }
 }
 
-std::vector<double> response(const Rig& rig, int axis, const Lever& lever, double middle,
-                             std::span<const double> edges) {
+std::vector<double> shares_of(const Rig& rig, int axis, const Lever& lever, double middle,
+                              std::span<const double> edges) {
     std::vector<double> share(static_cast<std::size_t>(rig.views[axis] * rig.pixels[axis]) *
                               (edges.size() - 1));
     const BasisAxis s{rig, axis, true}, m{rig, axis, false};
@@ -147,6 +148,23 @@ std::vector<double> response(const Rig& rig, int axis, const Lever& lever, doubl
     }
     return share;
 }
+
+// The same, and where it is not 0: each coefficient's light falls into a few cells.
+struct Response {
+    std::vector<double> share;
+    std::vector<std::pair<std::size_t, std::size_t>> cells;  // of each coefficient: first, one past the last
+
+    Response(const Rig& rig, int axis, const Lever& lever, double middle, std::span<const double> edges)
+        : share(shares_of(rig, axis, lever, middle, edges)) {
+        const std::size_t per_row = edges.size() - 1;
+        for (std::size_t row = 0; row < share.size(); row += per_row) {
+            std::size_t first = 0, end = per_row;
+            while (first < end && share[row + first] == 0) ++first;
+            while (end > first && share[row + end - 1] == 0) --end;
+            cells.emplace_back(first, end);
+        }
+    }
+};
 
 // The value below which half of the values lie. Not empty.
 double median(std::vector<double>& values) {
@@ -172,6 +190,7 @@ HeldOutRays::HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, d
     for (const std::size_t ray : rays_) {
         Sampler draw(0, Purpose::acquisition, 0, number++);
         halves_[draw.bits() & 1].push_back(ray);
+        light_ += light_of(ray);
     }
     all_over_half_ = 2 * static_cast<double>(rays.size()) / static_cast<double>(rays_.size());
     planes_.push_back(make_plane(0));
@@ -198,8 +217,10 @@ HeldOutRays::Plane HeldOutRays::make_plane(double distance) const {
         for (double& v : values_here) v = std::fabs(v - plane.middle[a]);
         plane.half[a] = median(values_here);
     }
-    // All light on a point or a line: cells of some size all the same.
-    const double least = std::max(1e-6, 1e-3 * std::max(plane.half.x, plane.half.y));
+    // All light on a point or a line: cells of some size all the same. Of parallel light's directions: as far
+    // apart as the light on S is wide, seen from the farthest plane.
+    const double least =
+        std::max(std::isinf(distance) ? 1 / kFarthest : 1e-6, 1e-3 * std::max(plane.half.x, plane.half.y));
     PlaneCoordinate coordinate[2];
     for (int a = 0; a < 2; ++a) {
         plane.half[a] = std::max(plane.half[a], least);
@@ -253,40 +274,47 @@ std::vector<double> HeldOutRays::project_half(const Rig& rig, const RayWeights& 
     return flux;
 }
 
-// What these coefficients cast into the cells of a plane.
-std::vector<double> HeldOutRays::cast(const std::vector<double>& flux, const Rig& rig,
-                                      const Plane& plane) const {
+// What the coefficients of each field cast into the cells of a plane.
+std::vector<std::vector<double>> HeldOutRays::cast(std::span<const std::vector<double>> fields,
+                                                   const Rig& rig, const Plane& plane) const {
     const Lever at = lever(rig, plane.distance);
     // The rig's planes are about its centre; a slope has no place.
     const bool far = std::isinf(plane.distance);
     const V2d middle = plane.middle - (far ? V2d(0, 0) : V2d(rig.centre.x, rig.centre.y));
-    const auto across = response(rig, 0, at, middle.x, plane.edges[0]);
-    const auto up = response(rig, 1, at, middle.y, plane.edges[1]);
-    std::vector<double> cells(std::size_t{kCells} * kCells), row(kCells);
-    const auto per_view = static_cast<std::size_t>(rig.pixels.y);
-    for (int m = 0; m < rig.views.x; ++m) {
-        for (int k = 0; k < rig.pixels.x; ++k) {
-            std::fill(row.begin(), row.end(), 0.0);
-            for (int n = 0; n < rig.views.y; ++n) {
-                const double* e = &flux[rig.index(m, n, k, 0)];
-                const double* shares = &up[static_cast<std::size_t>(n) * per_view * kCells];
-                for (std::size_t l = 0; l < per_view; ++l, shares += kCells) {
-                    if (e[l] == 0) continue;
-                    for (std::size_t y = 0; y < kCells; ++y) row[y] += e[l] * shares[y];
+    const Response across(rig, 0, at, middle.x, plane.edges[0]);
+    const Response up(rig, 1, at, middle.y, plane.edges[1]);
+    std::vector<std::vector<double>> all;
+    for (const std::vector<double>& flux : fields) {
+        std::vector<double>& cells = all.emplace_back(std::size_t{kCells} * kCells);
+        std::vector<double> row(kCells);
+        const auto per_view = static_cast<std::size_t>(rig.pixels.y);
+        for (int m = 0; m < rig.views.x; ++m) {
+            for (int k = 0; k < rig.pixels.x; ++k) {
+                const auto column = static_cast<std::size_t>(m * rig.pixels.x + k);
+                const auto [left, right] = across.cells[column];
+                if (left == right) continue;
+                std::fill(row.begin(), row.end(), 0.0);
+                for (int n = 0; n < rig.views.y; ++n) {
+                    const double* e = &flux[rig.index(m, n, k, 0)];
+                    for (std::size_t l = 0; l < per_view; ++l) {
+                        if (e[l] == 0) continue;
+                        const std::size_t i = static_cast<std::size_t>(n) * per_view + l;
+                        const double* shares = &up.share[i * kCells];
+                        for (std::size_t y = up.cells[i].first; y < up.cells[i].second; ++y)
+                            row[y] += e[l] * shares[y];
+                    }
                 }
-            }
-            const double* shares =
-                &across[static_cast<std::size_t>(m * rig.pixels.x + k) * std::size_t{kCells}];
-            for (std::size_t x = 0; x < kCells; ++x) {
-                if (shares[x] == 0) continue;
-                for (std::size_t y = 0; y < kCells; ++y) cells[x * kCells + y] += shares[x] * row[y];
+                const double* shares = &across.share[column * kCells];
+                for (std::size_t x = left; x < right; ++x) {
+                    for (std::size_t y = 0; y < kCells; ++y) cells[x * kCells + y] += shares[x] * row[y];
+                }
             }
         }
     }
-    return cells;
+    return all;
 }
 
-std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& weights,
+HeldOutRays::Found HeldOutRays::find_errors(const Rig& rig, const RayWeights& weights,
                                             const Workers& workers) const {
     std::vector<double> flux[2];
     parallel_chunks(workers, 2, [&](std::int64_t half) {
@@ -301,10 +329,12 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
         total += e;
     }
     const double clamped2 = total > 0 ? sqr(0.5 * negative / total) : 0.0;
-    std::vector<PlaneError> errors(planes_.size());
+    Found found;
+    found.held = light_ > 0 ? total / light_ : 0.0;
+    found.errors.resize(planes_.size());
     parallel_chunks(workers, static_cast<std::int64_t>(planes_.size()), [&](std::int64_t p) {
         const Plane& plane = planes_[static_cast<std::size_t>(p)];
-        const std::vector<double> cast_by[2] = {cast(flux[0], rig, plane), cast(flux[1], rig, plane)};
+        const std::vector<std::vector<double>> cast_by = cast(flux, rig, plane);
         double held_out = 0, between = 0, counts = 0;
         for (std::size_t i = 0; i < plane.weight.size(); ++i) {
             const double w = plane.weight[i];
@@ -317,12 +347,12 @@ std::vector<PlaneError> HeldOutRays::errors(const Rig& rig, const RayWeights& we
         // field of all rays has less by as much as they are more.
         const double bias2 = held_out - 0.5 * between - 0.5 * counts;
         const double own = 0.5 * between / all_over_half_;
-        PlaneError& error = errors[static_cast<std::size_t>(p)];
+        PlaneError& error = found.errors[static_cast<std::size_t>(p)];
         error.distance = plane.distance;
         error.squared = plane.signal > 0 ? (bias2 + own) / plane.signal + clamped2 : 0;
         error.counts = plane.signal > 0 ? std::sqrt(0.5 * counts / all_over_half_ / plane.signal) : 0;
     });
-    return errors;
+    return found;
 }
 
 std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
@@ -335,7 +365,7 @@ std::vector<PlaneError> HeldOutRays::errors(const LightField& field) const {
     for (double& e : flux) e *= rig.cell_volume() * taken / all;  // rays carry some
     std::vector<PlaneError> errors;
     for (const Plane& plane : planes_) {
-        const std::vector<double> cast_by = cast(flux, rig, plane);
+        const std::vector<double> cast_by = std::move(cast({&flux, 1}, rig, plane).front());
         double square = 0, counts = 0;
         for (std::size_t i = 0; i < cast_by.size(); ++i) {
             square += plane.weight[i] * sqr(cast_by[i] - plane.counted[0][i] - plane.counted[1][i]);

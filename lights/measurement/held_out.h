@@ -22,8 +22,15 @@ class HeldOutRays {
     // to the set.
     HeldOutRays(const RaySet& set, std::span<const std::size_t> rays, double height);
 
-    // Of the field that all rays make on `rig`, plane by plane.
-    std::vector<PlaneError> errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const;
+    // Of the field that all rays make on `rig`, plane by plane; and the share of their light that it holds.
+    struct Found {
+        std::vector<PlaneError> errors;
+        double held = 0;
+    };
+    Found find_errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const;
+    std::vector<PlaneError> errors(const Rig& rig, const RayWeights& weights, const Workers& workers) const {
+        return find_errors(rig, weights, workers).errors;
+    }
 
     // Of a field made of other rays, against all of these.
     std::vector<PlaneError> errors(const LightField& field) const;
@@ -48,7 +55,6 @@ class HeldOutRays {
         std::vector<double> weight;      // of a cell's squared difference
         double signal = 0;               // Σ weight times the two halves' product
     };
-    struct Response;
     Plane make_plane(double distance) const;
     // What a ray counts for: its flux, or of rays in colour the mean of its X, Y and Z, each as a share of
     // all rays', as the field's sampled channel is made (ColourChannels).
@@ -58,12 +64,14 @@ class HeldOutRays {
     }
     V2d place_of(const LampRay& ray, double distance) const;
     std::vector<double> project_half(const Rig& rig, const RayWeights& weights, int half) const;
-    std::vector<double> cast(const std::vector<double>& flux, const Rig& rig, const Plane& plane) const;
+    std::vector<std::vector<double>> cast(std::span<const std::vector<double>> fields, const Rig& rig,
+                                          const Plane& plane) const;
 
     const RaySet& set_;
     std::vector<std::size_t> rays_;  // those taken
     std::vector<std::size_t> halves_[2];
     double all_over_half_ = 2;  // how many times as many rays the lamp's field is made of as a half's
+    double light_ = 0;          // of those taken
     double height_ = 0;
     V3d channel_weight_{0, 1, 0};
     std::vector<Plane> planes_;  // the first is S itself

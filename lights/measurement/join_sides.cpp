@@ -103,4 +103,13 @@ SlabAxes parse_side(const char* option, std::string_view word) {
     input_error({option}, "\"{}\" is not accepted; +z, -z, +x, -x, +y and -y are", one_line(word));
 }
 
+void require_different_sides(const char* option, std::span<const SlabAxes> sides) {
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            if (sides[k].n == sides[i].n)
+                input_error({option}, "the side {} twice; each side once is accepted", sides[i].name());
+        }
+    }
+}
+
 }  // namespace lucerna

@@ -1,6 +1,8 @@
 // A lamp measured from several sides, one after the other.
 #pragma once
 
+#include <span>
+#include <string_view>
 #include <vector>
 
 #include "lights/lumigraph.h"
@@ -16,5 +18,8 @@ Lumigraph join_sides(std::vector<Slab> sides);
 
 // "+z", "-z", "+x", "-x", "+y" or "-y". Throws InputError naming `option`.
 SlabAxes parse_side(const char* option, std::string_view word);
+
+// Throws InputError naming `option` if a side is told twice.
+void require_different_sides(const char* option, std::span<const SlabAxes> sides);
 
 }  // namespace lucerna

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 #include "engine/base/error.h"
 #include "lights/measurement/ray_passage.h"
@@ -12,8 +13,11 @@ namespace {
 
 // Of the flux, beyond each face of the lamp's box: a thousandth that strays does not widen it.
 constexpr double kTail = 1.2e-3;
-constexpr double kOneSlab = 0.993;  // FitOptions::capture as it is by itself
-constexpr double kOfSlab = 0.999;   // the same of one of six: their shares end before grazing angles
+// And more of it does not widen it far: the core is what lies within this of the flux from each side.
+constexpr double kStray = 0.02;
+constexpr double kBeyondCore = 0.5;  // of the core's largest side, beyond it
+constexpr double kOneSlab = 0.993;   // FitOptions::capture as it is by itself
+constexpr double kOfSlab = 0.999;    // the same of one of six: their shares end before grazing angles
 
 // What a ray counts for in the books.
 double light_of(const RaySet& set, std::size_t ray) {
@@ -85,19 +89,20 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
     return part;
 }
 
-// The point that lines are nearest to, all together: the least Σ φ |distance|².
-V3d middle_of(const RaySet& set) {
+// The point that some of the lines are nearest to, all together: the least Σ φ |distance|².
+V3d middle_of(const RaySet& set, std::span<const std::size_t> some) {
     // Σ φ (1 - d dᵀ) m = Σ φ (1 - d dᵀ) o
     double a[3][4] = {};
     double flux = 0;
     V3d mean(0, 0, 0);
-    for (const LampRay& ray : set.rays) {
+    for (const std::size_t i : some) {
+        const LampRay& ray = set.rays[i];
         const V3d o(ray.o), d(ray.d);
         const auto f = double{ray.flux};
         const double along = o.dot(d);
-        for (int i = 0; i < 3; ++i) {
-            for (int k = 0; k < 3; ++k) a[i][k] += f * ((i == k ? 1 : 0) - d[i] * d[k]);
-            a[i][3] += f * (o[i] - along * d[i]);
+        for (int row = 0; row < 3; ++row) {
+            for (int k = 0; k < 3; ++k) a[row][k] += f * ((row == k ? 1 : 0) - d[row] * d[k]);
+            a[row][3] += f * (o[row] - along * d[row]);
         }
         flux += f;
         mean += f * o;
@@ -122,17 +127,44 @@ V3d middle_of(const RaySet& set) {
     return m;
 }
 
-// Between which nearly all of the weight lies.
-std::pair<double, double> nearly_all(std::vector<std::pair<double, double>>& values) {
-    std::sort(values.begin(), values.end());
+// Of all lines but stray ones, which are the farthest from it.
+V3d middle_of(const RaySet& set) {
+    constexpr int kRounds = 3;
+    std::vector<std::size_t> some;
+    for (std::size_t i = 0; i < set.rays.size(); ++i)
+        if (set.rays[i].flux > 0) some.push_back(i);
+    if (some.empty()) throw InputError("ray set: no ray carries flux");
+    V3d middle = middle_of(set, some);
+    for (int round = 0; round < kRounds; ++round) {
+        std::vector<std::pair<double, std::size_t>> by_distance;
+        double flux = 0, sum = 0;
+        for (std::size_t i = 0; i < set.rays.size(); ++i) {
+            if (!(set.rays[i].flux > 0)) continue;
+            by_distance.emplace_back((V3d(set.rays[i].o) - middle).cross(V3d(set.rays[i].d)).length2(), i);
+            flux += double{set.rays[i].flux};
+        }
+        std::sort(by_distance.begin(), by_distance.end());
+        some.clear();
+        for (const auto& [distance2, i] : by_distance) {
+            if (sum > (1 - kStray) * flux) break;
+            some.push_back(i);
+            sum += double{set.rays[i].flux};
+        }
+        middle = middle_of(set, some);
+    }
+    return middle;
+}
+
+// Between which all but a tail of the weight lies at either end. Sorted by value.
+std::pair<double, double> all_but(double tail, const std::vector<std::pair<double, double>>& values) {
     double total = 0;
     for (const auto& v : values) total += v.second;
     double sum = 0;
     std::pair<double, double> ends(values.front().first, values.back().first);
     for (const auto& [value, weight] : values) {
-        if (sum <= kTail * total) ends.first = value;
+        if (sum <= tail * total) ends.first = value;
         sum += weight;
-        if (sum >= (1 - kTail) * total) {
+        if (sum >= (1 - tail) * total) {
             ends.second = value;
             break;
         }
@@ -172,6 +204,9 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
         // Lines begin at the box, wherever S is: it lies where they are closest together.
         const double reach = std::fabs(axes[k].n.dot(box.size())) / 2, middle = axes[k].n.dot(box.center());
         of_slab.z = std::clamp(waist_of(part).z, middle - reach, middle + reach);
+        of_slab.begin = Box3d();
+        for (int corner = 0; corner < 8; ++corner)
+            of_slab.begin->extendBy(axes[k].to_slab(box_corner(box, corner)));
         monitor.info(fmt::format("slab {}:", axes[k].name()));
         Projection made = fit_light_field(part, of_slab, workers, monitor);
         books.push_back({made.account, std::move(made.errors)});
@@ -190,7 +225,7 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
 
 Box3d box_of(const RaySet& set) {
     const V3d middle = middle_of(set);
-    Box3d box;
+    Box3d box, core;
     for (int a = 0; a < 3; ++a) {
         std::vector<std::pair<double, double>> starts, nearest;
         for (const LampRay& ray : set.rays) {
@@ -199,13 +234,26 @@ Box3d box_of(const RaySet& set) {
             starts.emplace_back(o[a], double{ray.flux});
             nearest.emplace_back((o + (middle - o).dot(d) * d)[a], double{ray.flux});
         }
-        if (starts.empty()) throw InputError("ray set: no ray carries flux");
-        const auto [start_low, start_high] = nearly_all(starts);
-        const auto [low, high] = nearly_all(nearest);
+        std::sort(starts.begin(), starts.end());
+        std::sort(nearest.begin(), nearest.end());
+        const auto middle_part = [&](double tail, bool also_starts) {
+            std::pair<double, double> ends = all_but(tail, nearest);
+            if (!also_starts) return ends;
+            const auto [low, high] = all_but(tail, starts);
+            return std::pair(std::max(ends.first, low), std::min(ends.second, high));
+        };
         // Starts on one side of the lamp, far from it, tell nothing.
-        const bool both = std::max(low, start_low) <= std::min(high, start_high);
-        box.min[a] = both ? std::max(low, start_low) : low;
-        box.max[a] = both ? std::min(high, start_high) : high;
+        const auto both = middle_part(kStray, true);
+        const bool also_starts = both.first <= both.second;
+        std::tie(core.min[a], core.max[a]) = middle_part(kStray, also_starts);
+        std::tie(box.min[a], box.max[a]) = middle_part(kTail, also_starts);
+    }
+    // Stray rays, from far around the lamp, are none of it.
+    const V3d core_size = core.size();
+    const double most = kBeyondCore * std::max({core_size.x, core_size.y, core_size.z});
+    for (int a = 0; a < 3; ++a) {
+        box.min[a] = std::max(box.min[a], core.min[a] - most);
+        box.max[a] = std::min(box.max[a], core.max[a] + most);
     }
     // A lamp that is a point, or flat, still has a box around it.
     const V3d size = box.size();

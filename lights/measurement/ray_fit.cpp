@@ -79,8 +79,9 @@ V2d reach_of_starts(const RaySet& set, std::span<const std::size_t> forward, con
     return reach;
 }
 
-Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double height, double capture) {
-    const double tail = (1 - capture) / 16;
+Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double height,
+             const FitOptions& options) {
+    const double tail = (1 - options.capture) / 16;
     Box box;
     std::vector<Weighed> values(forward.size());
     V2d low, high, middle;
@@ -95,8 +96,12 @@ Box box_on_s(const RaySet& set, std::span<const std::size_t> forward, double hei
     }
     const V2d most = kWidestS * reach_of_starts(set, forward, middle);
     for (int a = 0; a < 2; ++a) {
-        // Rays from a point have no reach: any box may hold them.
-        if (most[a] > 0) {
+        if (options.begin) {
+            const Box3d& lamp = *options.begin;
+            const double depth = std::max(std::fabs(lamp.max.z - height), std::fabs(height - lamp.min.z));
+            low[a] = std::max(low[a], std::min(middle[a], lamp.min[a] - kWidestS * depth));
+            high[a] = std::min(high[a], std::max(middle[a], lamp.max[a] + kWidestS * depth));
+        } else if (most[a] > 0) {  // rays from a point have no reach: any box may hold them
             low[a] = std::max(low[a], middle[a] - most[a]);
             high[a] = std::min(high[a], middle[a] + most[a]);
         }
@@ -139,6 +144,20 @@ V2d half_of_m(const RaySet& set, std::span<const std::size_t> forward, const Box
     }
     const double factor = quantile(radius, std::min(1.0, options.capture * total / inside));
     return proportion * (std::max(factor, 1e-3) * 1.0001);  // the last ray is inside, not on the edge
+}
+
+// The share of the flux that passes both boxes.
+double share_through(const RaySet& set, std::span<const std::size_t> forward, const Box& box,
+                     const V2d& half_m, double height, double distance) {
+    double through = 0, all = 0;
+    for (const std::size_t i : forward) {
+        const LampRay& ray = set.rays[i];
+        all += double{ray.flux};
+        const V2d at = pass(ray, height + distance) - box.centre;
+        if (box.holds(pass(ray, height)) && std::fabs(at.x) <= half_m.x && std::fabs(at.y) <= half_m.y)
+            through += double{ray.flux};
+    }
+    return through / all;  // > 0: forward rays carry flux
 }
 
 // The height below which nearly all rays start: the lamp is behind it. Rays that start on a surface around
@@ -203,12 +222,14 @@ RayPlanes choose_planes(const RaySet& set, const FitOptions& options, const Work
         const Waist waist = waist_of(set);
         rig.centre.z = std::max(waist.z, front_of(set, forward, waist));
     }
-    const Box box = box_on_s(set, forward, rig.centre.z, options.capture);
+    const Box box = box_on_s(set, forward, rig.centre.z, options);
     rig.distance = options.distance > 0 ? options.distance : 5 * 2 * std::max(box.half.x, box.half.y);
     V2d half_m = half_of_m(set, forward, box, rig.centre.z, options, rig.distance);
     for (int a = 0; a < 2; ++a) half_m[a] = std::min(half_m[a], kWidestM * rig.distance);
-    choose_resolution(set, forward, {box.centre, box.half, half_m, options.views, options.pixels}, planes,
-                      workers, monitor);
+    const double held =
+        share_through(set, forward, box, half_m, rig.centre.z, rig.distance) - (1 - options.capture);
+    choose_resolution(set, forward, {box.centre, box.half, half_m, held, options.views, options.pixels},
+                      planes, workers, monitor);
     return planes;
 }
 

@@ -73,6 +73,8 @@ struct FitOptions {
     double capture =
         0.993;  // share of the flux leaving towards +z that S and M should let through, in (0, 1)
     std::optional<double> z;  // height of S in the rays' frame, metres
+    // Where the light begins, in the rays' frame, if that is known better than from where rays start.
+    std::optional<Box3d> begin;
 };
 
 // The planes for a ray set, and what to weigh its rays by.
@@ -86,13 +88,16 @@ struct RayPlanes {
 //   S      at the waist, where the rays' lines are closest together (waist_height), but not behind what they
 //          start from. Its box holds all positions but a tail of a sixteenth of the permitted loss on each of
 //          its four sides, and reaches at most kWidestS times as far as where rays start: the lines of rays
-//          that leave sideways pass S far off.
+//          that leave sideways pass S far off. Of light that begins in a box known before: as far as lines of
+//          that slope from the box pass S.
 //   D      five times the larger side of that box: far enough that a pixel is a bundle of directions
 //          [Ashdown 1995].
 //   M      the least box about the axis, in the proportion of the lobe's own widths, that reaches the share,
 //          but at most kWidestM times as far as D (85°).
 //   coordinates, views, pixels, weights: of those tried the ones of least error of irradiance, over planes
-//          from contact to the far field, in rays that the field does not know (held_out.h).
+//          from contact to the far field, in rays that the field does not know (held_out.h). Light that
+//          passes the two boxes must be held, but for as much again as the boxes may lose: what holds less
+//          is taken only where nothing that was tried holds more.
 // An even S covers its box, with one filter outside on every side, so that no point lacks one of its 4 x 4
 // duals; a compressed one covers the plane. Throws InputError if no ray leaves towards +z, or an option is
 // out of range.
@@ -165,6 +170,7 @@ SamplingNoise sampling_noise(const FilterSums& sums, double share, const LightFi
 struct PlaneBoxes {
     V2d centre_s, half_s;  // metres
     V2d half_m;
+    double held = 0;    // share of the light of `rays` that must be held
     V2i views, pixels;  // 0: to be chosen
 };
 

@@ -11,6 +11,8 @@ namespace lucerna {
 namespace {
 
 constexpr std::size_t kMostCoefficients = 2e7;  // of a choice: 160 MB in memory
+// And for each ray, which adds to 64 of them, if it is more than the other: more are 0 but for a few.
+constexpr std::size_t kMostPerRay = 256, kAlways = 1e5;
 constexpr int kViews[] = {3, 4, 5, 6, 8, 10, 12, 15, 18, 22, 27, 33, 40, 50, 64};
 constexpr int kPixels[] = {3, 4, 5, 6, 8, 10, 12, 14, 17, 20, 24, 29, 35, 42, 50, 60, 72, 86, 104, 125, 150};
 constexpr double kDuals[] = {0, 0.5, 1};
@@ -26,11 +28,24 @@ struct Choice {
     auto operator<=>(const Choice&) const = default;
 };
 
+// How bad a choice is: first what of the light that must be held is not, as a share of all, then the error.
+struct Badness {
+    double lost = INFINITY, error = INFINITY;
+    bool operator<(const Badness& other) const {
+        return lost != other.lost ? lost < other.lost : error < other.error;
+    }
+};
+
 class Search {
   public:
     Search(const RaySet& set, std::span<const std::size_t> rays, const PlaneBoxes& boxes, const Rig& rig,
            const Workers& workers, Monitor& monitor)
-        : boxes_(boxes), rig_(rig), held_out_(set, rays, rig.centre.z), workers_(workers), monitor_(monitor) {
+        : boxes_(boxes),
+          rig_(rig),
+          held_out_(set, rays, rig.centre.z),
+          most_(std::min(kMostCoefficients, std::max(kAlways, kMostPerRay * rays.size()))),
+          workers_(workers),
+          monitor_(monitor) {
         // Where half of the light passes M, from the far field.
         const V2d slopes = held_out_.half_slopes();
         half_m_ = std::max(slopes.x, slopes.y) * rig.distance;
@@ -40,12 +55,12 @@ class Search {
     RayPlanes best() {
         Phase phase(monitor_, "choosing the resolution", 0);
         Choice at{5, 5, 0, 1, 0, 0};
-        double least = error_of(at);
+        Badness least = badness_of(at);
         // A compressed S is far from an even one in other respects too.
         for (const int middle_s : {1, 3}) {
             Choice start = at;
             start.middle_s = middle_s;
-            if (error_of(start) < least) least = error_of(start), at = start;
+            if (badness_of(start) < least) least = badness_of(start), at = start;
         }
         for (bool better = true; better;) {
             better = false;
@@ -55,10 +70,10 @@ class Search {
                         if (monitor_.stopped()) throw Stopped("choosing the resolution: stopped");
                         next.*property.what += step;
                         if (next.*property.what < 0 || next.*property.what >= property.values) break;
-                        const double error = error_of(next);
+                        const Badness badness = badness_of(next);
                         phase.advance(1);
-                        if (!(error < least)) break;
-                        least = error, at = next;
+                        if (!(badness < least)) break;
+                        least = badness, at = next;
                     }
                 }
             }
@@ -85,15 +100,17 @@ class Search {
         return all;
     }
 
-    double error_of(const Choice& choice) {
-        const auto known = errors_.find(choice);
-        if (known != errors_.end()) return known->second;
+    Badness badness_of(const Choice& choice) {
+        const auto known = tried_.find(choice);
+        if (known != tried_.end()) return known->second;
         const RayPlanes planes = lay(choice);
-        const double error = planes.rig.coefficients() > kMostCoefficients
-                                 ? INFINITY
-                                 : total_error(held_out_.errors(planes.rig, planes.weights, workers_));
-        errors_[choice] = error;
-        return error;
+        Badness badness;
+        if (planes.rig.coefficients() <= most_) {
+            const HeldOutRays::Found found = held_out_.find_errors(planes.rig, planes.weights, workers_);
+            badness = {std::max(0.0, boxes_.held - found.held), total_error(found.errors)};
+        }
+        tried_[choice] = badness;
+        return badness;
     }
 
     RayPlanes lay(const Choice& choice) const {
@@ -129,8 +146,9 @@ class Search {
     const PlaneBoxes& boxes_;
     Rig rig_;
     HeldOutRays held_out_;
+    std::size_t most_;   // coefficients
     double half_m_ = 0;  // of the light on M: half of it is within
-    std::map<Choice, double> errors_;
+    std::map<Choice, Badness> tried_;
     Workers workers_;
     Monitor& monitor_;
 };

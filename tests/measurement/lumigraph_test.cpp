@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <set>
 
 #include "engine/base/stats.h"
@@ -184,6 +185,92 @@ TEST(FitLumigraph, StrayRays_AreAccountedFor) {
     EXPECT_EQ(made.account.skipped, 2);
     EXPECT_GT(made.account.captured, 0.99 * kFlux);
     EXPECT_LT(made.lamp.box().size().length(), 6 * kRadius);
+}
+
+// A hundredth of the rays comes from metres around, more from one side than from the other.
+TEST(FitLumigraph, StrayRaysFromFarAround_DoNotMakeTheBox) {
+    RaySet set = sphere_rays(1 << 13);
+    for (std::size_t i = 0; i < set.rays.size(); i += 100) {
+        Sampler sampler(12, Purpose::test, 0, i);
+        const V2f u = sampler.next2();
+        set.rays[i].o = V3f(2 * u.x, 3 * u.y - 1, 2 * sampler.next() - 1);
+        set.rays[i].d = V3f(on_sphere(sampler.next2()));
+    }
+    const Box3d box = box_of(set);
+    for (int a = 0; a < 3; ++a) {
+        EXPECT_NEAR(box.min[a], kMiddle[a] - kRadius, 1.2 * kRadius);
+        EXPECT_NEAR(box.max[a], kMiddle[a] + kRadius, 1.2 * kRadius);
+    }
+    Monitor silent;
+    const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
+    expect_accounted(made.account, kFlux);
+    EXPECT_GT(made.account.captured, 0.985 * kFlux);
+}
+
+// --- lamps whose starts say little about how far their lines pass the planes ---
+
+RaySet lamp_of(int count, const std::function<LampRay(Sampler&)>& draw) {
+    RaySet set;
+    set.flux = kFlux;
+    set.unit = FluxUnit::lumen;
+    for (int i = 0; i < count; ++i) {
+        Sampler sampler = Sampler::stratified(8, Purpose::test, 0, static_cast<std::uint32_t>(i));
+        set.rays.push_back(draw(sampler));
+        set.rays.back().flux = static_cast<float>(kFlux / count);
+    }
+    return set;
+}
+
+V3d lambert_about(const V3d& n, const V2f& u) {
+    return (n + 0.999999 * on_sphere(u)).normalized();
+}
+
+void expect_held(const RaySet& set) {
+    Monitor silent;
+    const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
+    EXPECT_GT(made.account.captured, 0.99 * kFlux);
+    expect_accounted(made.account, kFlux);
+}
+
+// Seen from above and below all its light starts on a line.
+TEST(FitLumigraph, DiscThatShinesSideways_IsHeld) {
+    expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
+        const V2f u = sampler.next2();
+        const float r = 0.005F * std::sqrt(u.x), turn = 6.2831853F * u.y;
+        return LampRay{V3f(0, r * std::cos(turn), r * std::sin(turn)),
+                       V3f(lambert_about({1, 0, 0}, sampler.next2())), 0};
+    }));
+}
+
+TEST(FitLumigraph, TwoBulbsAMetreApart_AreHeld) {
+    expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
+        const V2f u = sampler.next2();
+        const V3d n = on_sphere({std::fmod(2 * u.x, 1.0F), u.y});
+        return LampRay{V3f(V3d(u.x < 0.5F ? -0.5 : 0.5, 0, 0) + 0.005 * n),
+                       V3f(lambert_about(n, sampler.next2())), 0};
+    }));
+}
+
+TEST(FitLumigraph, ThinRing_IsHeld) {
+    expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
+        const V2f u = sampler.next2();
+        const double around = 2 * M_PI * double{u.x}, across = 2 * M_PI * double{u.y};
+        const V3d out(std::cos(around), std::sin(around), 0);
+        const V3d n = std::cos(across) * out + std::sin(across) * V3d(0, 0, 1);
+        return LampRay{V3f(0.2 * out + 0.015 * n), V3f(lambert_about(n, sampler.next2())), 0};
+    }));
+}
+
+// To hold nothing is less wrong by direction than to hold parallel light a little blurred.
+TEST(FitLumigraph, ParallelLightAlongTheAxes_IsHeld) {
+    expect_held(lamp_of(1 << 12, [](Sampler& sampler) {
+        const V2f u = sampler.next2();
+        const int side = std::min(5, static_cast<int>(6 * u.x));
+        const float r = 0.001F * std::sqrt(std::fmod(6 * u.x, 1.0F)), turn = 6.2831853F * u.y;
+        const SlabAxes axes = SlabAxes::facing(side);
+        return LampRay{V3f(axes.to_lamp({double{r * std::cos(turn)}, double{r * std::sin(turn)}, 0.005})),
+                       V3f(axes.n), 0};
+    }));
 }
 
 TEST(FitLumigraph, ForcedToOneOrTwo_HoldsWhatTheyCan) {
