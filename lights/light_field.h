@@ -183,8 +183,8 @@ struct ColourChannels {
 };
 
 struct LightFieldInfo {
-    // Of all its light: linear sRGB of luminance 1, with negative components outside its gamut; the coefficients
-    // are luminance.
+    // Of all its light: linear sRGB of luminance 1, with negative components outside its gamut; the
+    // coefficients are luminance.
     Rgb colour{1.0F};
     FluxUnit unit = FluxUnit::watt;
     std::string provenance;

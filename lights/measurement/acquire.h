@@ -81,10 +81,10 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
 LightField acquire(const EmitterModel& emitter, const Rig& rig, const Workers& workers, Monitor& monitor,
                    const AcquireOptions& options = {});
 
-// The same lamp as a canned light source [Heidrich 1998]: without an optical filter, through a pinhole at each
-// filter position, to be interpolated linearly: E is the mean over a pixel of L g at the filter's centre, the
-// basis the hat, on M too where the sensor stands still. What is finer than the spacing is aliased. The
-// field's rig is the one given but for its basis. Throws as acquire().
+// The same lamp as a canned light source [Heidrich 1998]: without an optical filter, through a pinhole at
+// each filter position, to be interpolated linearly: E is the mean over a pixel of L g at the filter's
+// centre, the basis the hat, on M too where the sensor stands still. What is finer than the spacing is
+// aliased. The field's rig is the one given but for its basis. Throws as acquire().
 LightField acquire_without_filter(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
                                   Monitor& monitor, const AcquireOptions& options = {});
 
