@@ -29,10 +29,12 @@ coarse() {
 }
 
 shopt -s nullglob
-for folder in cloister lamps/projector; do
+for folder in cloister lamps/projector lamps/bike-light; do
     [ -d "$folder/mesh" ] || [ -f "$folder/slide.png" ] || python3 "$folder/make.py" > /dev/null
 done
 coarse flashlight rig-screen.toml 'rays 2_000_000' 'pixels [60, 60]'
+coarse three-led rig.toml 'rays 500_000' 'pixels [60, 60]'
+coarse bike-light rig.toml 'rays 500_000' 'pixels [60, 60]'
 # The spacing must be a whole number of the sensor's pixels, the filter four times that.
 coarse projector rig.toml 'views [11, 11]' 'pixels [30, 20]' 'filter "21.72mm"'
 made cloister/lamp.exr ||
