@@ -63,13 +63,12 @@ struct BellCell {
 // Chooses the first of two with the given weights and leaves u uniform again. first + second > 0. Without a
 // branch, as all of the following: loops over many cells become vector instructions.
 inline bool choose_first(float& u, float first, float second) {
-    constexpr float kBelowOne = 0x1.fffffep-1F;
     const float p = first / (first + second);
     // Rounding may leave p = 1 with a second weight of zero, which is never chosen.
     const bool chosen = (u < p) | (p >= 1);
     const float from = chosen ? 0.0F : p;
-    const float width = chosen ? p : 1 - p;  // > 0: of what was chosen
-    u = std::min((u - from) / width, kBelowOne);
+    const float width = chosen ? p : 1 - p;            // > 0: of what was chosen
+    u = std::min((u - from) / width, 0x1.fffffep-1F);  // the largest below 1
     return chosen;
 }
 
