@@ -217,7 +217,8 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
     LightFieldInfo info = emitter.info;
     info.captured = sum * rig.cell_volume();
     info.missed = emitter.flux - info.captured;
-    if (!coloured) return {rig, std::move(e[1]), std::move(info)};
+    // No pinhole may stand before a lamp smaller than their spacing: a dark field has no colours.
+    if (!coloured || !(sum > 0)) return {rig, std::move(e[1]), std::move(info)};
     return {rig, std::move(e[0]), std::move(e[1]), std::move(e[2]), std::move(info)};
 }
 

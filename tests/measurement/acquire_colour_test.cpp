@@ -168,6 +168,39 @@ TEST(AcquireColour, EachChannel_IsThatOfAnEmitterOfItAlone) {
     }
 }
 
+// To the halves that a coloured field's channels are kept as.
+TEST(AcquireColour, WithoutAFilter_EachChannelIsThatOfAnEmitterOfItAlone) {
+    Monitor silent;
+    for (const Rig& rig : both_setups()) {
+        EmitterModel emitter = cosine_emitter(Outline::disc, {0.02, 0}, 2, 2);
+        set_colours(emitter, {Rgb(1.0F), Rgb(2.0F, 0.8F, 0.03F), Rgb(0.2F, 1.1F, 2.4F)});
+        const LightField canned = acquire_without_filter(emitter, rig, {2}, silent, {});
+        ASSERT_TRUE(canned.coloured());
+        const auto coefficients = [](const LightField& field) {
+            return std::vector<float>(field.coefficients().begin(), field.coefficients().end());
+        };
+        for (int c = 0; c < 3; ++c) {
+            EmitterModel alone = emitter;
+            alone.xyz = {};
+            alone.radiance = [c, xyz = emitter.xyz](const V2d& p, const V3d& d) { return xyz(p, d)[c]; };
+            const LightField truth = acquire_without_filter(alone, rig, {2}, silent, {});
+            EXPECT_LT(off(coefficients(canned.channel(c)), coefficients(truth)), 2e-3) << c;
+        }
+    }
+}
+
+TEST(AcquireColour, WithoutAFilter_ALampBetweenThePinholesIsDark) {
+    Monitor silent;
+    Rig rig = testing::rig_b();
+    rig.centre = {0, 0, 0};
+    EmitterModel emitter =
+        cosine_emitter(Outline::disc, {0.002, 0}, 2, 2);  // pinholes are 10 and 20 mm apart
+    set_colours(emitter, {Rgb(1.0F), Rgb(2.0F, 0.8F, 0.03F), {}});
+    const LightField dark = acquire_without_filter(emitter, rig, {2}, silent, {});
+    EXPECT_EQ(dark.flux(), 0);
+    EXPECT_FALSE(dark.coloured());
+}
+
 TEST(AcquireColour, Flux_OfEveryChannelCloses) {
     // A Lambertian disc and a wide screen, as in Acquire.WideScreen; the mean of ρ² over a disc is 1/2.
     Rig rig;
