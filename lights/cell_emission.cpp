@@ -190,21 +190,13 @@ void CellEmission::draw_positive_by(Lanes& lanes, std::size_t size) {
 }
 
 void CellEmission::find_colours(Lanes& lanes, std::size_t size) const {
-    if (field_.rig().filter_basis == FilterBasis::hat) {
-        find_colours_by<HatBasis>(lanes, size);
-    } else {
-        find_colours_by<BellBasis>(lanes, size);
-    }
+    with_basis(field_.rig().filter_basis, [&](auto of) { find_colours_by<decltype(of)>(lanes, size); });
 }
 
 void CellEmission::place_exactly(Lanes& lanes, std::span<const LeSampleU> u) const {
     const FilterBasis basis = field_.rig().filter_basis;
     for (std::size_t i = 0; i < u.size(); ++i) lanes.salt[i] = salt_of(u[i]);
-    if (basis == FilterBasis::hat) {
-        draw_positive_by<HatBasis>(lanes, u.size());
-    } else {
-        draw_positive_by<BellBasis>(lanes, u.size());
-    }
+    with_basis(basis, [&](auto of) { draw_positive_by<decltype(of)>(lanes, u.size()); });
     for (std::size_t i = 0; i < u.size(); ++i) {
         if (lanes.stays[i]) continue;
         const V2f at = lanes.members(i, basis).draw_again(lanes.salt[i]);

@@ -215,13 +215,10 @@ class CellTable {
     ConditionalTables u_, v_, s_, t_;
 };
 
-// The table of the lamp in `lamp` (lamp.exr), from lamp.cells beside it if that one is sound and of this
-// field; else built anew and saved there. A folder that cannot be written is a warning.
-// Where it is kept: "lamp.cells" beside "lamp.exr".
+// Where a lamp's tables are kept: "lamp.cells" beside "lamp.exr".
 std::filesystem::path cell_table_file(const std::filesystem::path& lamp);
-CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
-                                   const Workers& workers, Monitor& monitor);
-// The same of a lamp of several fields: one file, a table for each.
+// The tables of the fields of the lamp in `lamp` (lamp.exr), one for each, from the file beside it if that is
+// sound and of these fields; else built anew and saved there. A folder that cannot be written is a warning.
 std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& lamp,
                                                  std::span<const LightField* const> fields,
                                                  const Workers& workers, Monitor& monitor);

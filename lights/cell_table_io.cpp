@@ -154,12 +154,6 @@ std::filesystem::path cell_table_file(const std::filesystem::path& lamp) {
     return file.replace_extension(".cells");
 }
 
-CellTable load_or_build_cell_table(const std::filesystem::path& lamp, const LightField& field,
-                                   const Workers& workers, Monitor& monitor) {
-    const LightField* const fields[] = {&field};
-    return std::move(load_or_build_cell_tables(lamp, fields, workers, monitor).front());
-}
-
 std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& lamp,
                                                  std::span<const LightField* const> fields,
                                                  const Workers& workers, Monitor& monitor) {

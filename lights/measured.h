@@ -44,10 +44,9 @@ std::unique_ptr<Light> make_measured_light(const MeasuredSettings& settings, con
 // (the sum of all coefficients, negative ones included) times power_scale, or `power`. Without that, clamping
 // would add the noise of a coarse ray file to the lamp's flux; radiance is scaled alike, so that sample_Le(),
 // sample_Li() and Le() speak of one lamp. (In `constant` mode the particles follow h's mean over each cell
-// instead: the paper's approximation.) By the
-// approximate reconstruction each particle and each radiance is multiplied by how far the two differ along
-// its line: flux() stays that of the exact one. A field whose measured flux is not positive emits nothing (a
-// warning if some of it is bright).
+// instead: the paper's approximation.) By the approximate reconstruction each particle and each radiance is
+// multiplied by how far the two differ along its line: flux() stays that of the exact one. A field whose
+// measured flux is not positive emits nothing (a warning if some of it is bright).
 std::unique_ptr<Light> make_measured_light(LightField field, CellTable table,
                                            const MeasuredSettings& settings, Monitor& monitor,
                                            std::unique_ptr<const LampShape> shape = nullptr,

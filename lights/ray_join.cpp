@@ -87,6 +87,21 @@ double stated(const std::vector<DrivenRays>& parts, double RaySet::*header) {
 
 }  // namespace
 
+RaySet RaySet::channel(int c) const {
+    RaySet of;
+    of.unit = unit;
+    of.provenance = provenance;
+    of.rays = rays;
+    double sum = 0, all = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        of.rays[i].flux = static_cast<float>(double{rays[i].flux} * xyz_of(i)[c]);
+        sum += double{of.rays[i].flux};
+        all += double{rays[i].flux};
+    }
+    of.flux = all > 0 ? sum * flux / all : sum;
+    return of;
+}
+
 void turn_into_lumens(RaySet& set) {
     if (set.unit == FluxUnit::lumen) return;
     const double efficacy = set.lumens_per_watt;  // known, so > 0

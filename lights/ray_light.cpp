@@ -26,7 +26,7 @@ class EmittedColours {
   public:
     EmittedColours(const RaySet& set, const WorkingSpace& colours)
         : mean_(light_of_luminance_one(colours, set.xyz)) {
-        for (std::size_t i = 0; i < set.rays.size(); ++i) light_ += light_of(set, i);
+        for (std::size_t i = 0; i < set.rays.size(); ++i) light_ += set.light_of(i);
         if (!set.coloured() || !(light_ > 0)) return;
         each_.reserve(set.rays.size());
         V3d sum(0, 0, 0);
@@ -34,7 +34,7 @@ class EmittedColours {
             const V3d xyz = set.xyz_of(i);
             const Rgb colour = xyz.y > 0 ? colours.open_light_of_xyz(xyz / xyz.y) : Rgb(0);
             each_.push_back({std::max(0.0F, colour.x), std::max(0.0F, colour.y), std::max(0.0F, colour.z)});
-            sum += light_of(set, i) * V3d(each_.back());
+            sum += set.light_of(i) * V3d(each_.back());
         }
         Rgb scale(1), grey(0);
         for (int c = 0; c < 3; ++c) {
@@ -43,10 +43,6 @@ class EmittedColours {
             grey[c] = static_cast<float>(std::max(0.0, wanted - clipped));
         }
         for (Rgb& colour : each_) colour = colour * scale + grey;
-    }
-    // flux · Y of a ray.
-    static double light_of(const RaySet& set, std::size_t ray) {
-        return double{set.rays[ray].flux} * set.xyz_of(ray).y;
     }
     const Rgb& of(std::size_t ray) const { return each_.empty() ? mean_ : each_[ray]; }
     // Of all that is emitted.
@@ -69,8 +65,7 @@ class RayChoice {
         const std::vector<LampRay>& rays = set.rays;
         upto_.reserve(rays.size());
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            upto_.push_back(total_ +=
-                            EmittedColours::light_of(set, i) * double{mean_of_channels(colours.of(i))});
+            upto_.push_back(total_ += set.light_of(i) * double{mean_of_channels(colours.of(i))});
         }
         guide_.resize(rays.size() + 1);
         std::size_t item = 0;

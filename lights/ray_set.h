@@ -76,6 +76,13 @@ struct RaySet {
     Rgb open_colour() const { return xyz_to_rgb(xyz); }
     // Of ray i: tristimulus, or the set's colour.
     V3d xyz_of(std::size_t i) const { return coloured() ? V3d(tristimulus[i]) : xyz; }
+    // flux · Y of ray i: what it is of the set's flux.
+    double light_of(std::size_t i) const {
+        return double{rays[i].flux} * (coloured() ? double{tristimulus[i].y} : 1.0);
+    }
+    // The rays with their flux of X (0), Y (1) or Z (2), as a set without colours; skipped rays count as the
+    // mean of the others.
+    RaySet channel(int c) const;
 };
 
 // IES TM-25-13 (.tm25ray), Zemax binary (.dat), LightTools binary (.ray). A header's flux, if finite and

@@ -421,12 +421,8 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
              "of a scene that shines to several sides, as +z,-z,+x: it is turned, and each side measured by "
              "this rig",
              [command](const std::string& word) {
-                 command->sides.clear();
-                 for (std::size_t begin = 0; begin <= word.size();) {
-                     const std::size_t end = std::min(word.find(',', begin), word.size());
-                     command->sides.push_back(parse_side("--sides", word.substr(begin, end - begin)));
-                     begin = end + 1;
-                 }
+                 command->sides =
+                     parse_list(word, [](std::string_view part) { return parse_side("--sides", part); });
              });
     app.add_flag("--strict", command->strict,
                  "refuse what is not traced as the rig's scene says, instead of a warning");

@@ -3,7 +3,10 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -47,6 +50,18 @@ auto naming(const std::string& file, Work&& work) {
     } catch (const InputError& error) {
         if (std::string_view(error.what()).find(file) != std::string_view::npos) throw;
         throw InputError({file}, error.what());
+    }
+}
+
+// "5mm,20mm": each part as parse(part) has it.
+template <typename Parse>
+auto parse_list(std::string_view word, Parse parse) {
+    std::vector<std::invoke_result_t<Parse, std::string_view>> all;
+    for (;;) {
+        const std::size_t comma = word.find(',');
+        all.push_back(parse(word.substr(0, comma)));
+        if (comma == std::string_view::npos) return all;
+        word.remove_prefix(comma + 1);
     }
 }
 

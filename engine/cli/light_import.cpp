@@ -67,21 +67,9 @@ void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
     }
 }
 
-std::vector<std::string> split_list(const std::string& word) {
-    std::vector<std::string> parts;
-    for (std::size_t begin = 0; begin <= word.size();) {
-        const std::size_t end = std::min(word.find(',', begin), word.size());
-        parts.push_back(word.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
-}
-
 // "1,0.8,1.2"
-std::vector<double> parse_numbers(const char* option, const std::string& word, double most) {
-    std::vector<double> numbers;
-    for (const std::string& part : split_list(word)) numbers.push_back(parse_number({option}, part, 0, most));
-    return numbers;
+std::vector<double> parse_numbers(const char* option, std::string_view word, double most) {
+    return parse_list(word, [&](std::string_view part) { return parse_number({option}, part, 0, most); });
 }
 
 constexpr std::string_view kAsTheFileSays = "file";
@@ -195,7 +183,9 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
              [options](const std::string& word) { options->drives = parse_numbers("--drive", word, 1e6); });
     add_word(app, "--colours", "WORDS",
              "the light of each file: a wavelength as 528nm, a spectrum as light.spd, or \"file\" (default)",
-             [options](const std::string& word) { options->colours = split_list(word); });
+             [options](const std::string& word) {
+                 options->colours = parse_list(word, [](std::string_view part) { return std::string(part); });
+             });
     add_word(app, "--efficacy", "NUMBERS",
              "of each file in watts, lumens per watt of radiation; 0: as the file says (default)",
              [options](const std::string& word) {

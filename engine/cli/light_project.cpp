@@ -114,13 +114,6 @@ struct ColouredPlane {
     std::optional<PlaneIrradiance> x, z;
 };
 
-// The rays with their flux of one channel.
-RaySet channel_of(const RaySet& set, int channel) {
-    RaySet of = set;
-    for (std::size_t i = 0; i < of.rays.size(); ++i) of.rays[i].flux *= set.tristimulus[i][channel];
-    return of;
-}
-
 // A light field along +z by itself, in its own frame; else the lamp as a whole.
 bool is_plain(const ProjectCommand& command, const Lumigraph& lamp) {
     return lamp.simple() && command.side.straight();
@@ -147,8 +140,7 @@ ColouredPlane project_channels(const ProjectCommand& command, const LampFile& la
     }
     const RaySet& set = std::get<RaySet>(lamp);
     if (!set.coloured()) return {project(set, patch), {}, {}};
-    return {project(channel_of(set, 1), patch), project(channel_of(set, 0), patch),
-            project(channel_of(set, 2), patch)};
+    return {project(set.channel(1), patch), project(set.channel(0), patch), project(set.channel(2), patch)};
 }
 
 ColouredPlane project_at(const ProjectCommand& command, const LampFile& lamp, double distance,
@@ -333,18 +325,6 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
         if (!command.quiet) print_plane(context.out, command, distance, plane.luminance, lamp);
     }
     if (command.png) write_series_picture(command, images);
-}
-
-// "5mm,20mm"
-template <typename Parse>
-std::vector<double> parse_list(std::string_view word, Parse parse) {
-    std::vector<double> all;
-    for (;;) {
-        const std::size_t comma = word.find(',');
-        all.push_back(parse(word.substr(0, comma)));
-        if (comma == std::string_view::npos) return all;
-        word.remove_prefix(comma + 1);
-    }
 }
 
 }  // namespace

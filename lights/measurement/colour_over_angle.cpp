@@ -86,17 +86,7 @@ AngularColours colours_over_angle(const RaySet& rays, const FarFieldGrid& grid) 
     if (!rays.coloured()) return of_one_colour(far_field(rays, grid), rays.xyz);
     V3d flux;
     const auto web_of = [&](int c) {
-        RaySet channel;
-        channel.rays = rays.rays;
-        double sum = 0, all = 0;
-        for (std::size_t i = 0; i < rays.rays.size(); ++i) {
-            const double own = double{rays.rays[i].flux} * double{rays.tristimulus[i][c]};
-            channel.rays[i].flux = static_cast<float>(own);
-            sum += own;
-            all += double{rays.rays[i].flux};
-        }
-        // Rays that were unusable are part of the lamp.
-        channel.flux = all > 0 ? sum * rays.flux / all : sum;
+        const RaySet channel = rays.channel(c);
         flux[c] = channel.flux;
         return far_field(channel, grid);
     };

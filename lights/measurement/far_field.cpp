@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
@@ -175,85 +176,83 @@ double far_intensity(const LightField& field, const V2d& slope) {
     return sqr(rig.distance) * over_cos2 * std::sqrt(over_cos2) * sum;
 }
 
-PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, const Workers& workers,
-                         Monitor& monitor) {
-    if (field.coloured()) return far_field(field.channel(1), steps, workers, monitor);
-    const double measured = field.flux();
-    if (!(measured > 0))
-        throw InputError(
-            fmt::format("the light field's flux is {:g}; a lamp that shines is needed", measured));
-    HatGrid grid(90, steps);
-    const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(field.rig())));
+namespace {
+
+// Adds what a field that looks along `axes` sends towards each node.
+void add_far_light(const LightField& field, const SlabAxes& axes, std::span<const Node> nodes,
+                   const Workers& workers, Monitor& monitor, Phase& phase, std::vector<double>& flux) {
+    const double most = largest_slope(field.rig());
     const bool boxes = field.rig().basis == PixelBasis::box;
     const std::optional<LightField> even = boxes ? std::optional(evened(field)) : std::nullopt;
     const LightField& shown = even ? *even : field;
-    std::vector<double> flux(nodes.size());
     constexpr std::int64_t kGrain = 256;
+    parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
+                    [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+                        if (monitor.stopped()) throw Stopped("far field: stopped");
+                        for (std::int64_t n = begin; n < end; ++n) {
+                            const Node& node = nodes[static_cast<std::size_t>(n)];
+                            const double sine = std::sin(node.theta);
+                            const V3d d = axes.to_slab({sine * std::cos(node.phi), -sine * std::sin(node.phi),
+                                                        std::cos(node.theta)});
+                            if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
+                            flux[static_cast<std::size_t>(n)] += node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
+                                                                 far_intensity(shown, {d.x / d.z, d.y / d.z});
+                        }
+                        phase.advance(static_cast<std::uint64_t>(end - begin));
+                    });
+}
+
+PhotometricWeb web_of(HatGrid grid, std::span<const Node> nodes, std::span<const double> flux,
+                      double measured, PhotometricInfo info) {
+    for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
+    const PhotometricWeb web(grid.finish(), std::move(info));
+    if (!(web.flux() > 0)) throw InputError("the lamp sends nothing into the far field");
+    return scaled(web, measured / web.flux());
+}
+
+void require_light(double flux) {
+    if (!(flux > 0)) {
+        throw InputError(fmt::format("the lamp's flux is {:g}; a lamp that shines is needed", flux));
+    }
+}
+
+}  // namespace
+
+PhotometricWeb far_field(const LightField& field, const FarFieldGrid& steps, const Workers& workers,
+                         Monitor& monitor) {
+    if (field.coloured()) return far_field(field.channel(1), steps, workers, monitor);
+    const Rig& rig = field.rig();
+    require_light(field.flux());
+    const HatGrid grid(90, steps);
+    const std::vector<Node> nodes = nodes_of(grid, std::atan(largest_slope(rig)));
+    std::vector<double> flux(nodes.size());
     {
         Phase phase(monitor, "far field", nodes.size());
-        parallel_ranges(workers, static_cast<std::int64_t>(nodes.size()), kGrain,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                            if (monitor.stopped()) throw Stopped("far field: stopped");
-                            for (std::int64_t n = begin; n < end; ++n) {
-                                const Node& node = nodes[static_cast<std::size_t>(n)];
-                                const double slope = std::tan(node.theta);  // θ < 90° at every node
-                                const V2d at(slope * std::cos(node.phi), -slope * std::sin(node.phi));
-                                const double cos2 = 1 / (1 + sqr(slope));
-                                flux[static_cast<std::size_t>(n)] =
-                                    node.solid * (boxes ? sqr(cos2) : 1.0) * far_intensity(shown, at);
-                            }
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
+        add_far_light(field, {}, nodes, workers, monitor, phase, flux);
     }
-    for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
     PhotometricInfo info;
     info.provenance = field.info().provenance;
-    const Rig& rig = field.rig();
     info.opening = V3d(-2 * rig.interval_edge(0, 0), -2 * rig.interval_edge(1, 0), 0);
-    const PhotometricWeb web(grid.finish(), std::move(info));
-    if (!(web.flux() > 0)) throw InputError("the light field sends nothing into the far field");
-    return scaled(web, measured / web.flux());
+    return web_of(grid, nodes, flux, field.flux(), std::move(info));
 }
 
 PhotometricWeb far_field(const Lumigraph& lamp, const FarFieldGrid& steps, const Workers& workers,
                          Monitor& monitor) {
     if (lamp.simple()) return far_field(lamp.slabs()[0].field, steps, workers, monitor);
-    const double measured = lamp.flux();
-    if (!(measured > 0))
-        throw InputError(fmt::format("the lamp's flux is {:g}; a lamp that shines is needed", measured));
-    HatGrid grid(180, steps);
+    if (lamp.coloured()) return far_field(lamp.channel(1), steps, workers, monitor);
+    require_light(lamp.flux());
+    const HatGrid grid(180, steps);
     const std::vector<Node> nodes = nodes_of(grid, kPiD);
     std::vector<double> flux(nodes.size());
-    Phase phase(monitor, "far field", nodes.size() * lamp.slabs().size());
-    for (const Slab& slab : lamp.slabs()) {
-        const double most = largest_slope(slab.field.rig());
-        const bool boxes = slab.field.rig().basis == PixelBasis::box;
-        const std::optional<LightField> even = boxes ? std::optional(evened(slab.field)) : std::nullopt;
-        const LightField& shown = even ? *even : slab.field;
-        constexpr std::int64_t kGrain = 256;
-        parallel_ranges(
-            workers, static_cast<std::int64_t>(nodes.size()), kGrain,
-            [&](std::int64_t begin, std::int64_t end, std::int64_t) {
-                if (monitor.stopped()) throw Stopped("far field: stopped");
-                for (std::int64_t n = begin; n < end; ++n) {
-                    const Node& node = nodes[static_cast<std::size_t>(n)];
-                    const double sine = std::sin(node.theta);
-                    const V3d d = slab.axes.to_slab(
-                        {sine * std::cos(node.phi), -sine * std::sin(node.phi), std::cos(node.theta)});
-                    if (!(d.z > 0) || std::hypot(d.x, d.y) > most * d.z) continue;
-                    flux[static_cast<std::size_t>(n)] += node.solid * (boxes ? sqr(sqr(d.z)) : 1.0) *
-                                                         far_intensity(shown, {d.x / d.z, d.y / d.z});
-                }
-                phase.advance(static_cast<std::uint64_t>(end - begin));
-            });
+    {
+        Phase phase(monitor, "far field", nodes.size() * lamp.slabs().size());
+        for (const Slab& slab : lamp.slabs())
+            add_far_light(slab.field, slab.axes, nodes, workers, monitor, phase, flux);
     }
-    for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
     PhotometricInfo info;
     info.provenance = lamp.provenance();
     info.opening = lamp.box().size();
-    const PhotometricWeb web(grid.finish(), std::move(info));
-    if (!(web.flux() > 0)) throw InputError("the lamp sends nothing into the far field");
-    return scaled(web, measured / web.flux());
+    return web_of(grid, nodes, flux, lamp.flux(), std::move(info));
 }
 
 PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
@@ -265,7 +264,7 @@ PhotometricWeb far_field(const RaySet& rays, const FarFieldGrid& steps) {
         const LampRay& ray = rays.rays[i];
         const V3d d(ray.d);
         const double theta = std::atan2(std::hypot(d.x, d.y), d.z), phi = std::atan2(-d.y, d.x);
-        const double flux = double{ray.flux} * (rays.coloured() ? double{rays.tristimulus[i].y} : 1.0);
+        const double flux = rays.light_of(i);
         grid.add(theta, phi < 0 ? phi + 2 * kPiD : phi, flux);
         sum += flux;
     }

@@ -17,30 +17,36 @@ V3d direction_of(const Rig& rig, int m, int n, int k, int l) {
     return V3d(slope(0, m, k), slope(1, n, l), 1).normalized();
 }
 
-std::vector<float> share_of(const LightField& channel, const SlabAxes& axes, const SlabShares& shares,
-                            std::size_t slab) {
-    const Rig& rig = channel.rig();
-    std::vector<float> e(channel.coefficients().begin(), channel.coefficients().end());
+// Of each coefficient, what a slab keeps.
+std::vector<float> shares_kept(const Rig& rig, const SlabAxes& axes, const SlabShares& shares,
+                               std::size_t slab) {
+    std::vector<float> kept(rig.coefficients());
     std::vector<double> share(shares.size());
     for (int m = 0; m < rig.views.x; ++m) {
         for (int n = 0; n < rig.views.y; ++n) {
             for (int k = 0; k < rig.pixels.x; ++k) {
                 for (int l = 0; l < rig.pixels.y; ++l) {
                     shares.of(axes.to_lamp(direction_of(rig, m, n, k, l)), share);
-                    e[rig.index(m, n, k, l)] *= static_cast<float>(share[slab]);
+                    kept[rig.index(m, n, k, l)] = static_cast<float>(share[slab]);
                 }
             }
         }
     }
-    return e;
+    return kept;
 }
 
 LightField shared_field(const Slab& side, const SlabShares& shares, std::size_t slab) {
     const LightField& field = side.field;
-    const auto of = [&](int channel) { return share_of(field.channel(channel), side.axes, shares, slab); };
+    const std::vector<float> kept = shares_kept(field.rig(), side.axes, shares, slab);
+    const auto shared = [&](const LightField& whole) {
+        std::vector<float> e = kept;
+        for (std::size_t i = 0; i < e.size(); ++i) e[i] *= whole.coefficients()[i];
+        return e;
+    };
+    const auto of = [&](int channel) { return shared(field.channel(channel)); };
     LightFieldInfo info = field.info();
     LightField made = field.coloured() ? LightField(field.rig(), of(0), of(1), of(2), info)
-                                       : LightField(field.rig(), of(1), info);
+                                       : LightField(field.rig(), shared(field), info);
     info = made.info();
     info.captured = made.flux();
     info.missed = 0;

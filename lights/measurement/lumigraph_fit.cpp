@@ -19,11 +19,6 @@ constexpr double kBeyondCore = 0.5;  // of the core's largest side, beyond it
 constexpr double kOneSlab = 0.993;   // FitOptions::capture as it is by itself
 constexpr double kOfSlab = 0.999;    // the same of one of six: their shares end before grazing angles
 
-// What a ray counts for in the books.
-double light_of(const RaySet& set, std::size_t ray) {
-    return double{set.rays[ray].flux} * (set.coloured() ? double{set.tristimulus[ray].y} : 1.0);
-}
-
 std::vector<SlabAxes> sides(std::initializer_list<int> numbers) {
     std::vector<SlabAxes> axes;
     for (const int side : numbers) axes.push_back(SlabAxes::facing(side));
@@ -44,8 +39,8 @@ std::vector<double> light_by_slab(const RaySet& set, const std::vector<SlabAxes>
         shares.of(V3d(set.rays[i].d), share);
         double held = 0;
         for (std::size_t k = 0; k < axes.size(); ++k)
-            light[k] += light_of(set, i) * share[k], held += share[k];
-        if (held == 0) light.back() += light_of(set, i);
+            light[k] += set.light_of(i) * share[k], held += share[k];
+        if (held == 0) light.back() += set.light_of(i);
     }
     return light;
 }
@@ -84,7 +79,7 @@ RaySet rays_of_slab(const RaySet& set, const std::vector<SlabAxes>& axes, std::s
         part.rays.push_back(
             {turned(ray.o), turned(ray.d), static_cast<float>(double{ray.flux} * share[slab])});
         if (set.coloured()) part.tristimulus.push_back(set.tristimulus[i]);
-        part.flux += light_of(part, part.rays.size() - 1);
+        part.flux += part.light_of(part.rays.size() - 1);
     }
     return part;
 }
@@ -280,8 +275,8 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
         double forward = 0, flat = 0;
         for (std::size_t i = 0; i < set.rays.size(); ++i) {
             const double z = double{set.rays[i].d.z};
-            if (z > kGrazing) forward += light_of(set, i);
-            if (std::fabs(z) < 1 / std::sqrt(1 + sqr(kWidestM))) flat += light_of(set, i);
+            if (z > kGrazing) forward += set.light_of(i);
+            if (std::fabs(z) < 1 / std::sqrt(1 + sqr(kWidestM))) flat += set.light_of(i);
         }
         if (forward >= wanted) {
             LumigraphFit one = fit_one(set, options.fit, workers, monitor);

@@ -15,6 +15,7 @@
 #include "lights/measurement/acquire.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "tests/support/error_of.h"
+#include "tests/support/impatient_monitor.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -129,17 +130,6 @@ TEST(AcquireScene, WithAFluxGiven_IsScaledToItAndNothingElseChanges) {
     EXPECT_NEAR(scaled.emitted, 15, 1e-3);
 }
 
-// Stops after so many light paths.
-class Impatient final : public Monitor {
-  public:
-    explicit Impatient(std::uint64_t patience) : left_(patience) {}
-    void advance(std::uint64_t units) override { left_ -= std::min(left_, units); }
-    bool stopped() const override { return left_ == 0; }
-
-  private:
-    std::uint64_t left_;
-};
-
 SceneEmitter in_small_blocks(const Lamp& lamp) {
     SceneEmitter emitter = lamp.emitter(100'000);
     emitter.block = 1 << 14;
@@ -152,7 +142,7 @@ TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
     const SceneEmitter emitter = in_small_blocks(lamp);
     const SceneAcquisition whole = acquire_scene(emitter, bench(true), {}, Workers{1}, silent);
     for (const std::uint64_t patience : {30'000U, 40'000U}) {  // 2 blocks, then 3 of the 5 that are left
-        Impatient user(patience);
+        testing::ImpatientMonitor user(patience);
         const std::string message =
             testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
         EXPECT_THAT(message, HasSubstr("goes on from"));
@@ -217,7 +207,7 @@ TEST(AcquireScene, InColourStoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBi
     const SceneEmitter emitter = in_small_blocks(lamp);
     const SceneAcquisition whole = acquire_scene(emitter, bench(true), {}, Workers{1}, silent);
     ASSERT_TRUE(whole.images.coloured());
-    Impatient user(40'000);
+    testing::ImpatientMonitor user(40'000);
     EXPECT_THAT(
         testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); }),
         HasSubstr("goes on from"));
@@ -227,7 +217,7 @@ TEST(AcquireScene, InColourStoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBi
             EXPECT_EQ(whole.images.of(sign, c), resumed.images.of(sign, c)) << c;
     }
     // A lamp that differs by its colours alone is another.
-    Impatient again(20'000);
+    testing::ImpatientMonitor again(20'000);
     std::filesystem::remove(lamp.part());
     testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, again); });
     std::string other = std::string(kRedDisc) + kBlueDisc;
@@ -242,7 +232,7 @@ TEST(AcquireScene, SumsOfOtherWorkOrDamaged_AreRefused) {
     const Lamp lamp(kDisc);
     Monitor silent;
     SceneEmitter emitter = in_small_blocks(lamp);
-    Impatient user(20'000);
+    testing::ImpatientMonitor user(20'000);
     testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
     const auto refusal = [&](const SceneEmitter& of, const Rig& rig) {
         return testing::error_of([&] { acquire_scene(of, rig, lamp.part(), Workers{2}, silent); });

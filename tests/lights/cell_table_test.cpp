@@ -230,15 +230,20 @@ TEST(CellTable, Threads_AnyNumber_MakeTheSameTable) {
     EXPECT_EQ(read_text(folder / "1.cells"), read_text(folder / "7.cells"));
 }
 
+CellTable kept_table(const std::filesystem::path& lamp, const LightField& field, Monitor& monitor) {
+    const LightField* const fields[] = {&field};
+    return std::move(load_or_build_cell_tables(lamp, fields, {}, monitor).front());
+}
+
 TEST(CellTableFile, Kept_IsReusedOnlyForItsOwnField) {
     const testing::TemporaryFolder folder;
     const LightField field = random_field(rig_a(), -1, 1, 16);
     const std::filesystem::path lamp = folder / "lamp.exr";
     testing::ListeningMonitor monitor;
-    const CellTable first = load_or_build_cell_table(lamp, field, {}, monitor);
+    const CellTable first = kept_table(lamp, field, monitor);
     EXPECT_EQ(monitor.infos.size(), 1U);
     ASSERT_TRUE(std::filesystem::exists(folder / "lamp.cells"));
-    const CellTable second = load_or_build_cell_table(lamp, field, {}, monitor);
+    const CellTable second = kept_table(lamp, field, monitor);
     EXPECT_EQ(monitor.infos.size(), 1U);
     EXPECT_EQ(second.flux(), first.flux());
     EXPECT_EQ(first.bytes(), CellTable::bytes_for(field.rig()));
@@ -246,7 +251,7 @@ TEST(CellTableFile, Kept_IsReusedOnlyForItsOwnField) {
         EXPECT_EQ(first.probability(*first.cell(id)), second.probability(*second.cell(id)));
 
     const LightField other = random_field(rig_a(), -1, 1, 17);
-    load_or_build_cell_table(lamp, other, {}, monitor);
+    kept_table(lamp, other, monitor);
     ASSERT_EQ(monitor.infos.size(), 2U);
     EXPECT_THAT(monitor.infos[1], HasSubstr("another light field"));
     EXPECT_TRUE(monitor.warnings.empty());
@@ -277,7 +282,7 @@ TEST(CellTableFile, FolderThatCannotBeWritten_IsAWarning) {
     const testing::TemporaryFolder folder;
     testing::ListeningMonitor monitor;
     const LightField field = random_field(rig_b(), 0, 1, 19);
-    const CellTable table = load_or_build_cell_table(folder / "nowhere" / "lamp.exr", field, {}, monitor);
+    const CellTable table = kept_table(folder / "nowhere" / "lamp.exr", field, monitor);
     EXPECT_GT(table.flux(), 0);
     ASSERT_EQ(monitor.warnings.size(), 1U);
     EXPECT_THAT(monitor.warnings[0], HasSubstr("not kept"));

@@ -15,6 +15,8 @@
 #include "lights/measurement/ray_projection.h"
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
+#include "tests/support/impatient_monitor.h"
+#include "tests/support/projectors.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -22,6 +24,7 @@ namespace acquire_colour_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
+using testing::ImpatientMonitor;
 using testing::TemporaryFolder;
 using Outline = EmitterModel::Outline;
 
@@ -238,18 +241,6 @@ TEST(AcquireColour, OneColour_IsMeasuredAsOne) {
               acquire_filters(plain, rig, {2}, silent).positive);
 }
 
-// Asks for a stop once so many units are done.
-class ImpatientMonitor : public Monitor {
-  public:
-    explicit ImpatientMonitor(std::uint64_t after) : after_(after) {}
-    void advance(std::uint64_t units) override { done_ += units; }
-    bool stopped() const override { return done_ >= after_; }
-
-  private:
-    std::uint64_t after_;
-    std::atomic<std::uint64_t> done_{0};
-};
-
 TEST(AcquireColour, StoppedWork_TakenUpAgain_GivesTheSameBits) {
     Monitor silent;
     for (const Rig& rig : both_setups()) {
@@ -275,13 +266,7 @@ TEST(AcquireColour, StoppedWork_TakenUpAgain_GivesTheSameBits) {
 }
 
 TEST(AcquireColour, SlideInColours_IsTheGreySlideOfEachOfThem) {
-    Projector p;
-    p.aperture = 0.025;
-    p.focal_length = 0.059;
-    p.focus = 0.6;
-    p.setback = 0.02;
-    p.slide_size = {0.036, 0.024};
-    p.flux = 1000;
+    Projector p = testing::small_projector();
     Sampler sampler(3, Purpose::test, 0, 0);
     Image slide = Image::rgb(6, 4);
     Image parts[3] = {slide, slide, slide};

@@ -8,6 +8,7 @@
 
 #include "tests/lights/field_fixtures.h"
 #include "tests/support/error_of.h"
+#include "tests/support/impatient_monitor.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lucerna {
@@ -15,18 +16,7 @@ namespace acquire_part_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
-
-// Asks for a stop once so many units are done.
-class ImpatientMonitor : public Monitor {
-  public:
-    explicit ImpatientMonitor(std::uint64_t after) : after_(after) {}
-    void advance(std::uint64_t units) override { done_ += units; }
-    bool stopped() const override { return done_ >= after_; }
-
-  private:
-    std::uint64_t after_;
-    std::atomic<std::uint64_t> done_{0};
-};
+using testing::ImpatientMonitor;
 
 class AcquirePartTest : public ::testing::Test {
   protected:

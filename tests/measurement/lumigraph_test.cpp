@@ -7,9 +7,11 @@
 #include <set>
 
 #include "engine/base/stats.h"
+#include "engine/base/warp.h"
 #include "lights/measured.h"
 #include "lights/measurement/lumigraph_fit.h"
 #include "lights/measurement/plane_irradiance.h"
+#include "tests/support/lamp_rays.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/statistics.h"
 
@@ -18,16 +20,11 @@ namespace lumigraph_test {
 
 using lucerna::testing::chi_square_tail;
 using lucerna::testing::kFalseAlarm;
+using lucerna::testing::lambertian;
 
 constexpr double kRadius = 0.01, kFlux = 100;
 constexpr int kRays = 1 << 15;
 const V3d kMiddle(0.02, -0.01, 0.005);
-
-V3d on_sphere(const V2f& u) {
-    const double z = 1 - 2 * double{u.x}, r = std::sqrt(std::max(0.0, 1 - z * z)),
-                 turn = 2 * M_PI * double{u.y};
-    return {r * std::cos(turn), r * std::sin(turn), z};
-}
 
 // Rays that leave a Lambertian sphere; its intensity is the same in all directions. Well distributed.
 RaySet sphere_rays(int count, std::uint64_t seed = 5) {
@@ -36,9 +33,8 @@ RaySet sphere_rays(int count, std::uint64_t seed = 5) {
     set.unit = FluxUnit::lumen;
     for (int i = 0; i < count; ++i) {
         Sampler sampler = Sampler::stratified(seed, Purpose::test, 0, static_cast<std::uint32_t>(i));
-        const V3d n = on_sphere(sampler.next2());
-        V3d d = n + on_sphere(sampler.next2()) * 0.999999;  // Lambert's law about n
-        d.normalize();
+        const V3d n = V3d(square_to_sphere(sampler.next2()));
+        const V3d d = lambertian(n, sampler.next2());
         set.rays.push_back({V3f(kMiddle + kRadius * n), V3f(d), static_cast<float>(kFlux / count)});
     }
     return set;
@@ -194,7 +190,7 @@ TEST(FitLumigraph, StrayRaysFromFarAround_DoNotMakeTheBox) {
         Sampler sampler(12, Purpose::test, 0, i);
         const V2f u = sampler.next2();
         set.rays[i].o = V3f(2 * u.x, 3 * u.y - 1, 2 * sampler.next() - 1);
-        set.rays[i].d = V3f(on_sphere(sampler.next2()));
+        set.rays[i].d = V3f(V3d(square_to_sphere(sampler.next2())));
     }
     const Box3d box = box_of(set);
     for (int a = 0; a < 3; ++a) {
@@ -221,10 +217,6 @@ RaySet lamp_of(int count, const std::function<LampRay(Sampler&)>& draw) {
     return set;
 }
 
-V3d lambert_about(const V3d& n, const V2f& u) {
-    return (n + 0.999999 * on_sphere(u)).normalized();
-}
-
 void expect_held(const RaySet& set) {
     Monitor silent;
     const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
@@ -238,16 +230,16 @@ TEST(FitLumigraph, DiscThatShinesSideways_IsHeld) {
         const V2f u = sampler.next2();
         const float r = 0.005F * std::sqrt(u.x), turn = 6.2831853F * u.y;
         return LampRay{V3f(0, r * std::cos(turn), r * std::sin(turn)),
-                       V3f(lambert_about({1, 0, 0}, sampler.next2())), 0};
+                       V3f(lambertian({1, 0, 0}, sampler.next2())), 0};
     }));
 }
 
 TEST(FitLumigraph, TwoBulbsAMetreApart_AreHeld) {
     expect_held(lamp_of(1 << 13, [](Sampler& sampler) {
         const V2f u = sampler.next2();
-        const V3d n = on_sphere({std::fmod(2 * u.x, 1.0F), u.y});
+        const V3d n = V3d(square_to_sphere({std::fmod(2 * u.x, 1.0F), u.y}));
         return LampRay{V3f(V3d(u.x < 0.5F ? -0.5 : 0.5, 0, 0) + 0.005 * n),
-                       V3f(lambert_about(n, sampler.next2())), 0};
+                       V3f(lambertian(n, sampler.next2())), 0};
     }));
 }
 
@@ -257,7 +249,7 @@ TEST(FitLumigraph, ThinRing_IsHeld) {
         const double around = 2 * M_PI * double{u.x}, across = 2 * M_PI * double{u.y};
         const V3d out(std::cos(around), std::sin(around), 0);
         const V3d n = std::cos(across) * out + std::sin(across) * V3d(0, 0, 1);
-        return LampRay{V3f(0.2 * out + 0.015 * n), V3f(lambert_about(n, sampler.next2())), 0};
+        return LampRay{V3f(0.2 * out + 0.015 * n), V3f(lambertian(n, sampler.next2())), 0};
     }));
 }
 
@@ -478,7 +470,7 @@ TEST(Lumigraph, FarFieldOfASphere_HasNoSeams) {
     RunningStats seams, elsewhere;
     for (int i = 0; i < 20000; ++i) {
         Sampler sampler = Sampler::stratified(3, Purpose::test, 0, static_cast<std::uint32_t>(i));
-        const V3d d = on_sphere(sampler.next2());
+        const V3d d = V3d(square_to_sphere(sampler.next2()));
         std::array<double, 3> a{std::fabs(d.x), std::fabs(d.y), std::fabs(d.z)};
         std::sort(a.begin(), a.end());
         (std::atan2(a[2], a[1]) - M_PI / 4 < 8 * M_PI / 180 ? seams : elsewhere).add(intensity(d));
@@ -538,6 +530,27 @@ TEST(Lumigraph, FarFieldWeb_IsEvenOverTheWholeSphere) {
 }
 
 // --- colour ---
+
+// The web of a lamp in colour is that of its luminance, whatever particles are drawn by.
+TEST(Lumigraph, FarFieldOfALampInColour_IsThatOfItsLuminance) {
+    Monitor silent;
+    RaySet set = sphere_rays(1 << 13);
+    const V3f blue(5, 1, 27), yellow(0.8F, 1, 0.04F);
+    for (const LampRay& ray : set.rays) set.tristimulus.push_back(ray.d.z > 0 ? blue : yellow);
+    set.xyz = 0.5 * V3d(blue + yellow);
+    const Lumigraph lamp = fit_lumigraph(set, {}, {}, silent).lamp;
+    ASSERT_TRUE(lamp.coloured());
+    const FarFieldGrid grid{15, 30};
+    const PhotometricWeb web = far_field(lamp, grid, {}, silent);
+    const PhotometricWeb luminance = far_field(lamp.channel(1), grid, {}, silent);
+    const PhotometricWeb bluish = far_field(lamp.channel(2), grid, {}, silent);
+    for (const double polar : {0.0, 45.0, 135.0, 180.0}) {
+        const V3d d = web.direction(polar, 60);
+        EXPECT_NEAR(web.intensity(d), luminance.intensity(d), 1e-6 * luminance.intensity(d)) << polar;
+    }
+    // Blue goes up, as the sampled channel does for the most: nothing of it is in the web.
+    EXPECT_GT(bluish.intensity(web.direction(45, 60)), 3 * web.intensity(web.direction(45, 60)));
+}
 
 TEST(Lumigraph, ColouredRays_KeepTheirColourOnEverySide) {
     RaySet set = sphere_rays(1 << 13);

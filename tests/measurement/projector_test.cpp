@@ -8,23 +8,14 @@
 
 #include "lights/measurement/plane_irradiance.h"
 #include "tests/support/error_of.h"
+#include "tests/support/projectors.h"
 
 namespace lucerna {
 namespace projector_test {
 
 using testing::error_of;
 using ::testing::HasSubstr;
-
-Projector small_projector() {
-    Projector p;
-    p.aperture = 0.025;
-    p.focal_length = 0.059;
-    p.focus = 0.6;
-    p.setback = 0.02;
-    p.slide_size = {0.036, 0.024};
-    p.flux = 1000;
-    return p;
-}
+using testing::small_projector;
 
 Image picture(int width, int height, const std::function<double(double, double)>& value) {
     Image image = Image::rgb(width, height);

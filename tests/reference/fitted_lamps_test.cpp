@@ -10,20 +10,14 @@
 #include "lights/measurement/lumigraph_fit.h"
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/measurement/ray_projection.h"
+#include "tests/support/lamp_rays.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/statistics.h"
 
 namespace lucerna {
 namespace fitted_lamps_test {
 
-V3d on_sphere(const V2f& u) {
-    const double z = 1 - 2 * double{u.x}, turn = 2 * M_PI * double{u.y};
-    const double r = std::sqrt(std::max(0.0, 1 - z * z));
-    return {r * std::cos(turn), r * std::sin(turn), z};
-}
-V3d lambertian(const V3d& normal, const V2f& u) {
-    return (normal + 0.999999 * on_sphere(u)).normalized();
-}
+using testing::lambertian;
 
 // scenes/lamps/narrow-beam/make.py: an even disc of 20 mm, its intensity a Gaussian of the angle, 2° wide.
 RaySet narrow_beam(int count, std::uint64_t seed) {

@@ -1,0 +1,20 @@
+// Slide projectors that several tests measure.
+#pragma once
+
+#include "lights/measurement/acquire.h"
+
+namespace lucerna::testing {
+
+// A lens of 25 mm, sharp at 0.6 m.
+inline Projector small_projector() {
+    Projector p;
+    p.aperture = 0.025;
+    p.focal_length = 0.059;
+    p.focus = 0.6;
+    p.setback = 0.02;
+    p.slide_size = {0.036, 0.024};
+    p.flux = 1000;
+    return p;
+}
+
+}  // namespace lucerna::testing
