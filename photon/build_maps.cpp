@@ -47,18 +47,20 @@ struct ChunkPhotons : LightPathVisitor {
             ++counts[kind].not_wanted;
         } else {
             ++counts[kind].stored;
-            batches[kind].add_hit(at.hit.at, at.d, at.power, at.start.light, at.start.cell);
+            batches[kind].add_hit(at.hit.at, at.d, at.power, at.start.light, at.start.cell,
+                                  at.path.bounces());
         }
     }
     void scatter(const LightPathScatter& at) {
         const auto kind = static_cast<std::size_t>(MapKind::volume);
-        const bool direct = at.path.non_specular == 0 && at.path.specular == 0;
+        const bool direct = at.path.bounces() == 0;
         if (!parameters->wanted[kind] || (direct && !parameters->volume_direct)) {
             ++counts[kind].not_wanted;
         } else {
             ++counts[kind].stored;
             batches[kind].add(at.p, PackedDirection(),
-                              {PackedDirection(at.d), at.power, at.start.light, at.start.cell});
+                              {PackedDirection(at.d), at.power, at.start.light, at.start.cell},
+                              at.path.bounces());
         }
     }
 };
@@ -71,6 +73,7 @@ LightPaths light_paths(const MapParameters& parameters, std::int64_t count) {
     paths.emission = parameters.emission;
     paths.specular_below = parameters.specular_below;
     paths.use = use_of(parameters);
+    paths.longest = parameters.longest;
     paths.per_chunk = kPathsPerChunk;
     return paths;
 }
@@ -86,14 +89,13 @@ Photons join(std::vector<ChunkPhotons>& chunks, std::size_t kind, std::int64_t p
         total += h.batches[kind].size();
     }
     Photons all;
-    all.positions.resize(total);
-    all.normals.resize(total);
-    all.photons.resize(total);
+    all.resize(total);
     parallel_chunks(workers, static_cast<std::int64_t>(chunks.size()), [&](std::int64_t chunk) {
         const Photons batch = std::exchange(chunks[static_cast<std::size_t>(chunk)].batches[kind], {});
         const auto begin = static_cast<std::ptrdiff_t>(begins[static_cast<std::size_t>(chunk)]);
         std::copy(batch.positions.begin(), batch.positions.end(), all.positions.begin() + begin);
         std::copy(batch.normals.begin(), batch.normals.end(), all.normals.begin() + begin);
+        std::copy(batch.bounces.begin(), batch.bounces.end(), all.bounces.begin() + begin);
         std::transform(batch.photons.begin(), batch.photons.end(), all.photons.begin() + begin,
                        [share](Photon photon) {
                            photon.power *= share;
@@ -113,7 +115,8 @@ std::int64_t stored(const std::vector<ChunkPhotons>& chunks, std::size_t kind) {
 // them (which the system does not get back at once) and in their maps, under the tree; one map at a time as
 // it landed and in its order, too. Measured: 142 bytes for a photon of two maps, where this says 139.
 double bytes_of_maps(double all, double largest) {
-    constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon);
+    constexpr double kBytesOfHit =
+        sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon) + sizeof(BounceCount);
     constexpr double kTree = 24, kOrder = sizeof(std::uint32_t) + sizeof(PackedDirection);
     return all * (2 * kBytesOfHit + kTree) + largest * (kBytesOfHit + kOrder);
 }
@@ -261,6 +264,7 @@ std::uint64_t map_key(const Scene& scene, const MapParameters& parameters) {
     }
     key.add(int{parameters.volume_direct});
     key.add(parameters.specular_below);
+    key.add(parameters.longest);
     if (parameters.emission) key.add(parameters.emission->hash());
 
     MapParameters all = parameters;

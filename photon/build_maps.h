@@ -26,6 +26,7 @@ struct MapParameters {
     IndexKind index = IndexKind::tree;
     // Bounces off lobes of a smaller GGX alpha count as specular; 0: deltas alone.
     float specular_below = 0;
+    int longest = kMaxBounces;  // bounces of a photon's path before it, at the most
     // Whether the Caustic map takes L(S+D)+S+D, too.
     bool caustic_chains = false;
     // Bounces of all paths, on average for each of `paths`, at the most; 0: no bound. Where paths are longer,

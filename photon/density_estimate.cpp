@@ -40,6 +40,8 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
     for (const Neighbour& neighbour : found) {
         const float r2 = sqr(radii_[neighbour.index]);
         if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
+        if (!counts(neighbour.index)) continue;
+        if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
         result.value +=
             carry(photon, -photon.direction.unpack()) * (kernel(settings_.kernel, neighbour.key / r2) / r2);
@@ -57,6 +59,8 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
     result.photons = static_cast<int>(found.size());
     if (found.empty()) return result;
     for (const Neighbour& neighbour : found) {
+        if (!counts(neighbour.index)) continue;
+        if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
         result.value +=
             carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, neighbour.key / disc.r2);
@@ -72,6 +76,7 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
 std::span<const ProbedPhoton> DensityEstimate::pick(const Disc& disc, std::span<const Neighbour> found,
                                                     float shift, std::span<ProbedPhoton> picked) const {
     const auto brings = [&](const Neighbour& neighbour) {
+        if (!counts(neighbour.index)) return 0.0F;
         return luminance(map_.photons()[neighbour.index].power) *
                kernel(settings_.kernel, neighbour.key / disc.r2);
     };
@@ -135,7 +140,7 @@ Photons thinned(const PhotonMap& map, std::size_t points) {
     const std::size_t stride = std::max<std::size_t>((map.size() + points - 1) / points, 1);
     Photons some;
     for (std::size_t i = 0; i < map.size(); i += stride) {
-        some.add(map.positions()[i], map.normals()[i], map.photons()[i]);
+        some.add(map.positions()[i], map.normals()[i], map.photons()[i], map.bounces()[i]);
     }
     return some;
 }

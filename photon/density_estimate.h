@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
+#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
@@ -23,6 +24,9 @@ struct DensityEstimateSettings {
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     Boundary boundary = Boundary::none;
+    // Of the photons found those count whose paths have bounced so often at most; the others take their part
+    // in how large the disc is, and bring nothing.
+    int most_bounces = kMaxBounces;
 };
 
 // The largest radius of an estimate: what is set, scene units, or a share of the scene's diagonal where
@@ -45,6 +49,7 @@ struct DensityEstimateResult {
     int photons = 0;   // that counted
     float share = 1;   // of the kernel, by which the boundary correction divided
     float part = 1;    // of the value found that counted
+    int deepest = 0;   // bounces before a photon that counts, at the most; told where they are limited
 };
 
 // Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
@@ -101,6 +106,10 @@ class DensityEstimate {
     std::span<const ProbedPhoton> pick(const Disc& disc, std::span<const Neighbour> found, float shift,
                                        std::span<ProbedPhoton> picked) const;
     Probed probed(const Disc& disc, std::span<const Neighbour> found) const;
+    bool limits() const { return settings_.most_bounces < kMaxBounces; }
+    bool counts(std::uint32_t photon) const {
+        return !limits() || int{map_.bounces()[photon]} <= settings_.most_bounces;
+    }
 
     const PhotonMap& map_;
     DensityEstimateSettings settings_;

@@ -134,11 +134,16 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
             const DensityEstimateResult own =
                 DensityEstimate(*sources.maps.front(), sources.how, probing).irradiance(at);
             Rgb all = own.value;
+            int deepest = own.deepest;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
-                all += DensityEstimate(*map, sources.how, probing).irradiance(at).value;
+                const DensityEstimateResult more = DensityEstimate(*map, sources.how, probing).irradiance(at);
+                all += more.value;
+                deepest = std::max(deepest, more.deepest);
             }
             if (sources.more) all += sources.more(places_.numbers[i], at);
-            values_[i] = {{all, own.radius}, scene_ ? room_around(*scene_, at, own.radius) : INFINITY};
+            values_[i] = {{all, own.radius},
+                          scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+                          static_cast<BounceCount>(deepest)};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
     });
@@ -146,11 +151,12 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
         make_photon_index(sources.maps.front()->index_kind(), places_.positions, places_.normals, workers);
 }
 
-std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n,
-                                                                 float radius) const {
+std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n, float radius,
+                                                                 int most_bounces) const {
     const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
     if (!nearest) return std::nullopt;
     const Value& value = values_[nearest->index];
+    if (int{value.deepest} > most_bounces) return std::nullopt;
     if (nearest->key > sqr(value.found.radius)) return std::nullopt;
     if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
         return std::nullopt;

@@ -85,15 +85,18 @@ class IrradiancePoints {
         float radius;    // of the estimate, scene units
     };
     // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
-    // own disc and nothing stands between. None: estimate it yourself.
-    std::optional<Found> nearest(const V3f& x, const V3f& n, float radius) const;
+    // own disc and nothing stands between, and no photon that counts there has bounced more than
+    // `most_bounces` times. None: estimate it yourself.
+    std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
+                                 int most_bounces = kMaxBounces) const;
 
     std::size_t size() const { return places_.size(); }
 
   private:
     struct Value {
         Found found;
-        float room;  // scene units: a point so near is seen
+        float room;           // scene units: a point so near is seen
+        BounceCount deepest;  // of the photons that count
     };
     bool is_hidden(const V3f& x, const V3f& n, const V3f& point) const;
 

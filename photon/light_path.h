@@ -28,6 +28,7 @@ struct PathClass {
     // was, and no medium has scattered it.
     bool left_caustic_chain = false;
 
+    std::uint32_t bounces() const { return specular + non_specular; }
     void bounce(bool is_specular) {
         ++(is_specular ? specular : non_specular);
         left_caustic_chain = left_caustic_chain || (!is_specular && !specular_last);

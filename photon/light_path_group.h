@@ -21,14 +21,15 @@ template <typename OnHit, typename OnScatter, typename OnEscape>
 class LightPathGroup {
   public:
     LightPathGroup(const Scene& scene, Ledger& ledger, OnHit on_hit, OnScatter on_scatter, OnEscape on_escape,
-                   float specular_below, PathUse use = PathUse::all)
+                   float specular_below, PathUse use = PathUse::all, int longest = kMaxBounces)
         : scene_(scene),
           ledger_(ledger),
           on_hit_(std::move(on_hit)),
           on_scatter_(std::move(on_scatter)),
           on_escape_(std::move(on_escape)),
           specular_below_(specular_below),
-          use_(use) {
+          use_(use),
+          longest_(longest) {
         for (std::uint32_t i = 0; i < kSize; ++i) order_[i] = i;
     }
 
@@ -98,7 +99,8 @@ class LightPathGroup {
         if (!interact(scene_, slot.light_path, segment, slot.start, ledger_, on_hit_, on_scatter_,
                       on_escape_))
             return false;
-        if (!is_of_use(slot.light_path.path(), use_)) {
+        const PathClass& path = slot.light_path.path();
+        if (!is_of_use(path, use_) || int(path.bounces()) > longest_) {
             ledger_.not_followed += V3d(slot.light_path.power());
             return false;
         }
@@ -114,6 +116,7 @@ class LightPathGroup {
     OnEscape on_escape_;
     float specular_below_;
     PathUse use_;
+    int longest_;
     std::array<std::optional<Slot>, kSize> slots_;
     std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
     std::uint32_t under_way_ = 0;

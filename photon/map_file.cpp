@@ -16,7 +16,7 @@
 namespace lucerna {
 namespace {
 
-constexpr char kMagic[8] = {'L', 'U', 'C', 'P', 'H', 'O', 'T', '2'};
+constexpr char kMagic[8] = {'L', 'U', 'C', 'P', 'H', 'O', 'T', '3'};
 constexpr std::uint64_t kByteOrder = 0x0102030405060708U;
 constexpr std::uint64_t kNotBuilt = ~std::uint64_t{0};
 
@@ -34,7 +34,8 @@ struct Head {
 // of their own, which keeps them from being formally trivial.)
 static_assert(std::is_standard_layout_v<Head> && std::is_standard_layout_v<Photon> &&
               std::is_standard_layout_v<PackedDirection> && sizeof(V3d) == 24);
-constexpr std::uint64_t kBytesOfPhoton = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon);
+constexpr std::uint64_t kBytesOfPhoton =
+    sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon) + sizeof(BounceCount);
 
 bool is_photon(const V3f& position, const Photon& photon, std::size_t lights) {
     const Rgb& power = photon.power;
@@ -49,6 +50,7 @@ void for_each_array(Map&& map, Action&& action) {
     action(std::as_bytes(std::span(map.positions())));
     action(std::as_bytes(std::span(map.normals())));
     action(std::as_bytes(std::span(map.photons())));
+    action(std::as_bytes(std::span(map.bounces())));
 }
 
 std::uint64_t check_of(Head head, WordHash check) {
@@ -136,6 +138,7 @@ PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::
         photons.positions = read_array<V3f>(in, head.photons[kind], check);
         photons.normals = read_array<PackedDirection>(in, head.photons[kind], check);
         photons.photons = read_array<Photon>(in, head.photons[kind], check);
+        photons.bounces = read_array<BounceCount>(in, head.photons[kind], check);
     }
     if (!in || check_of(head, check) != head.check) input_error(at, "the file is damaged");
 

@@ -11,9 +11,7 @@ namespace lucerna {
 PhotonMap::PhotonMap(const Photons& deposited, IndexKind index, const Workers& workers) : kind_(index) {
     // Neighbours in space become neighbours in memory: a search reads them straight through.
     const std::vector<std::uint32_t> order = box_order(deposited.positions, workers);
-    all_.positions.resize(order.size());
-    all_.normals.resize(order.size());
-    all_.photons.resize(order.size());
+    all_.resize(order.size());
     std::vector<PackedDirection> directions(order.size());
     constexpr std::int64_t kGrain = 1 << 14;
     parallel_each(workers, order.size(), kGrain, [&](std::size_t i) {
@@ -21,8 +19,10 @@ PhotonMap::PhotonMap(const Photons& deposited, IndexKind index, const Workers& w
         all_.positions[i] = deposited.positions[old];
         all_.normals[i] = deposited.normals[old];
         all_.photons[i] = deposited.photons[old];
+        all_.bounces[i] = deposited.bounces[old];
         directions[i] = deposited.photons[old].direction;
     });
+    if (!all_.bounces.empty()) deepest_ = *std::max_element(all_.bounces.begin(), all_.bounces.end());
     index_ = make_photon_index(index, all_.positions, directions, workers);
 }
 

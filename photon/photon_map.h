@@ -1,6 +1,8 @@
 // Photons of one class and the index over them. Born complete, constant ever after.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -55,33 +57,53 @@ std::unique_ptr<PhotonIndex> make_photon_index(std::unique_ptr<PointTree> tree,
                                                std::span<const V3f> positions,
                                                std::span<const PackedDirection> directions);
 
-// Photons as light paths deposit them: one entry each in three arrays.
+// How often a photon's path has bounced before it, as photons keep it: at most kMostKeptBounces, which stands
+// for all above it.
+using BounceCount = std::uint8_t;
+inline constexpr int kMostKeptBounces = 255;
+inline BounceCount kept_bounces(std::uint32_t bounces) {
+    return static_cast<BounceCount>(std::min<std::uint32_t>(bounces, kMostKeptBounces));
+}
+
+// Photons as light paths deposit them: one entry each in four arrays.
 struct Photons {
     std::vector<V3f> positions;  // finite, relative to the scene's origin
     // Geometric, on the side that was hit; of no meaning in media. Estimates do not compare them: a photon's
     // direction says which side it hit. Read where rays leave from photons, and where values are cached.
     std::vector<PackedDirection> normals;
     std::vector<Photon> photons;
+    std::vector<BounceCount> bounces;  // before; read where paths may not be longer than so much
 
     std::size_t size() const { return photons.size(); }
     void reserve(std::size_t n) {
         positions.reserve(n);
         normals.reserve(n);
         photons.reserve(n);
+        bounces.reserve(n);
     }
-    void add(const V3f& position, const PackedDirection& normal, const Photon& photon) {
+    void resize(std::size_t n) {
+        positions.resize(n);
+        normals.resize(n);
+        photons.resize(n);
+        bounces.resize(n);
+    }
+    void add(const V3f& position, const PackedDirection& normal, const Photon& photon,
+             std::uint32_t bounced = 0) {
         positions.push_back(position);
         normals.push_back(normal);
         photons.push_back(photon);
+        bounces.push_back(kept_bounces(bounced));
     }
     void append(const Photons& more) {
         positions.insert(positions.end(), more.positions.begin(), more.positions.end());
         normals.insert(normals.end(), more.normals.begin(), more.normals.end());
         photons.insert(photons.end(), more.photons.begin(), more.photons.end());
+        bounces.insert(bounces.end(), more.bounces.begin(), more.bounces.end());
     }
     // A photon of `power` [W] that travels along d and lands on a surface: on the side that it hits.
-    void add_hit(const SurfacePoint& at, const V3f& d, const Rgb& power, std::uint32_t light, CellId cell) {
-        add(at.p, PackedDirection(face_forward(at.n, -d)), {PackedDirection(d), power, light, cell});
+    void add_hit(const SurfacePoint& at, const V3f& d, const Rgb& power, std::uint32_t light, CellId cell,
+                 std::uint32_t bounced = 0) {
+        add(at.p, PackedDirection(face_forward(at.n, -d)), {PackedDirection(d), power, light, cell}, bounced);
     }
 };
 
@@ -95,12 +117,16 @@ class PhotonMap {
     std::span<const V3f> positions() const { return all_.positions; }
     std::span<const PackedDirection> normals() const { return all_.normals; }
     std::span<const Photon> photons() const { return all_.photons; }
+    std::span<const BounceCount> bounces() const { return all_.bounces; }
+    // The largest of them; 0 of an empty map.
+    int deepest() const { return deepest_; }
     const PhotonIndex& index() const { return *index_; }
     IndexKind index_kind() const { return kind_; }
     std::size_t size() const { return all_.size(); }
 
   private:
     Photons all_;
+    int deepest_ = 0;
     IndexKind kind_;
     std::unique_ptr<PhotonIndex> index_;  // may point into the positions, whose buffer moves with the map
 };

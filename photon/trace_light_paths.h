@@ -27,6 +27,7 @@ struct LightPaths {
     const LearnedEmission* emission = nullptr;  // by which paths are emitted; null: by the lights' power
     float specular_below = 0;                   // as BounceClass has it
     PathUse use = PathUse::all;
+    int longest = kMaxBounces;  // bounces after which a path is of no more use
     std::int64_t per_chunk = 4096;
     // Several paths under way at a time: faster, and a visitor sees their hits in turns. Else one by one.
     bool interleaved = true;
@@ -61,7 +62,8 @@ void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamil
     LightPathGroup group(
         scene, visitor.ledger, [&](const LightPathHit& at) { visitor.hit(at); },
         [&](const LightPathScatter& at) { visitor.scatter(at); },
-        [&](const LightPathEscape& at) { visitor.escape(at); }, paths.specular_below, paths.use);
+        [&](const LightPathEscape& at) { visitor.escape(at); }, paths.specular_below, paths.use,
+        paths.longest);
     emission.for_each(static_cast<std::uint64_t>(begin), static_cast<std::uint64_t>(end),
                       [&](std::uint32_t path, const std::optional<LightPathStart>& start) {
                           ++visitor.ledger.paths;

@@ -133,10 +133,12 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     std::vector<Brought> brought;
     brought.reserve(found.size());
     for (const Neighbour& neighbour : found) {
+        if (settings_.most_bounces < int{map_.bounces()[neighbour.index]}) continue;
         const Photon& photon = map_.photons()[neighbour.index];
         brought.push_back({map_.positions()[neighbour.index],
                            photon.power * at.phase.value(at.wo, -photon.direction.unpack())});
     }
+    if (brought.empty()) return result;
     result.filled = filling(at, result.radius, brought, sampler.split(kBranch)).share;
     result.photons = static_cast<int>(brought.size());
     for (const Brought& photon : brought) result.value += photon.value;

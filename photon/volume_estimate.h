@@ -21,6 +21,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/scene.h"
@@ -30,8 +31,9 @@
 namespace lucerna {
 
 struct VolumeDensityEstimateSettings {
-    int k = 100;       // photons in an estimate, >= 1; 0: all within the radius
-    float radius = 1;  // the largest radius, scene units, > 0
+    int k = 100;                     // photons in an estimate, >= 1; 0: all within the radius
+    float radius = 1;                // the largest radius, scene units, > 0
+    int most_bounces = kMaxBounces;  // DensityEstimateSettings'
 };
 
 // Where in-scattered light is asked for.

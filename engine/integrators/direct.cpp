@@ -13,14 +13,15 @@ class DirectEstimator final : public Estimator {
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        const auto shade = [&](const Vertex& vertex) {
+        const auto shade = [&](const Vertex& vertex, int /*left*/) {
             return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
         };
-        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+        const int most = most_bounces(settings_.max_depth);
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, most, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int /*left*/) {
             return sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
         };
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, sampler, shade, source);
+        return follow_and_shade(scene_, ray, most, sampler, shade, source);
     }
 
   private:

@@ -37,6 +37,7 @@ struct CompensatingPath {
     // since.
     Rgb caustic{1.0F};
     bool specular = false;
+    int left = 0;  // bounces that the whole path, from the light, may still have
 
     Rgb of_lamps() const { return specular ? caustic : Rgb(1.0F); }
 };
@@ -66,24 +67,34 @@ class IgiEstimator final : public Estimator {
         // One well-distributed number chooses the set.
         const auto count = static_cast<float>(lights_.sets());
         const auto set = static_cast<std::size_t>(sampler.next() * count);
-        const auto shade = [&](const Vertex& vertex) { return shade_place(vertex, set, sampler); };
-        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, shade);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return sigma_s * shade_place(vertex, set, sampler);
+        const int most = most_bounces(settings_.max_depth);
+        const auto shade = [&](const Vertex& vertex, int left) {
+            return shade_place(vertex, set, left, sampler);
         };
-        return follow_and_shade(scene_, ray, settings_.max_specular_depth, sampler, shade, source);
+        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, most, shade);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
+            return sigma_s * shade_place(vertex, set, left, sampler);
+        };
+        return follow_and_shade(scene_, ray, most, sampler, shade, source);
     }
 
   private:
-    DirectLight shade_place(const Vertex& vertex, std::size_t set, Sampler& sampler) const;
-    Rgb shade_place(const MediumVertex& vertex, std::size_t set, Sampler& sampler) const;
+    // Where paths may have `left` > 0 more bounces, the one there included.
+    DirectLight shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler) const;
+    Rgb shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler) const;
     Rgb follow(CompensatingPath path, std::size_t set, Sampler& sampler) const;
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
                                           Sampler& sampler) const;
     CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
-                                   const CompensatingPath& before = {}) const;
+                                   const CompensatingPath& before) const;
     CompensatingPath continue_path(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
-                                   const CompensatingPath& before = {}) const;
+                                   const CompensatingPath& before) const;
+    // What there is before the first ray of a compensating path.
+    static CompensatingPath from_eye(int left) {
+        CompensatingPath path;
+        path.left = left;
+        return path;
+    }
     Rgb residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const;
     static bool survives(CompensatingPath& path, Sampler& sampler);
 
@@ -101,13 +112,20 @@ class IgiEstimator final : public Estimator {
         return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain);
     }
 
+    // Bounces of light paths before VPLs that count where `left` are left: one is the VPL's, one the place's.
+    int within(int left) const { return settings_.max_depth > 0 ? left - 2 : kMaxBounces; }
+
     // All lights of one set, by way of those that are asked, times `throughput`.
     template <typename Place>
-    Rgb indirect(const Place& place, std::size_t set, const Rgb& throughput, Sampler& sampler) const {
+    Rgb indirect(const Place& place, std::size_t set, int left, const Rgb& throughput,
+                 Sampler& sampler) const {
         Rgb sum(0);
         const float u = sampler.next();
         Sampler more = sampler.split(1);
+        const int bounces = within(left);
+        if (bounces < 0) return sum;
         lights_.choose(place, set, u, more, [&](const Vpl& light, float scale) {
+            if (int{light.bounces} > bounces) return;
             sum += scale * shading_.shade(place, light, throughput, more);
         });
         return sum;
@@ -125,7 +143,8 @@ class IgiEstimator final : public Estimator {
 };
 
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
-DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, Sampler& sampler) const {
+DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int left,
+                                      Sampler& sampler) const {
     DirectLight shaded;
     LightChoice choice;
     if (settings_.compensate) {
@@ -135,8 +154,8 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, Sam
         shaded = direct(vertex, sampler);
     }
     if (vertex.bsdf.is_black()) return shaded;
-    shaded.radiance += indirect(vertex, set, Rgb(settings_.indirect_scale), sampler);
-    shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex);
+    shaded.radiance += indirect(vertex, set, left, Rgb(settings_.indirect_scale), sampler);
+    shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex, left);
     if (!settings_.compensate) return shaded;
 
     const float share = 1 / static_cast<float>(settings_.gather_samples);
@@ -145,7 +164,8 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, Sam
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) continue;
         if (!sample->delta) {
-            shaded.radiance += share * follow(continue_path(vertex, *sample, choice), set, sampler);
+            shaded.radiance +=
+                share * follow(continue_path(vertex, *sample, choice, from_eye(left)), set, sampler);
         } else if (i == 0) {
             shaded.specular = sample;  // what mirrors show, one of the samples is enough for
         }
@@ -153,18 +173,19 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, Sam
     return shaded;
 }
 
-Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, Sampler& sampler) const {
+Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler) const {
     const LightChoice choice = chooser_.at(vertex.p);
     const Rgb scale(settings_.indirect_scale);
     if (!settings_.compensate) {
         const Rgb direct = direct_light(scene_, vertex, sampler, choice);
-        return direct + indirect(vertex, set, scale, sampler);
+        return direct + indirect(vertex, set, left, scale, sampler);
     }
     Rgb result = next_event(scene_, vertex, sampler, choice);
-    result += indirect(vertex, set, scale, sampler);
+    result += indirect(vertex, set, left, scale, sampler);
     const float share = 1 / static_cast<float>(settings_.gather_samples);
     for (int i = 0; i < settings_.gather_samples; ++i) {
-        result += share * follow(continue_path(vertex, sampler.next2(), choice), set, sampler);
+        result +=
+            share * follow(continue_path(vertex, sampler.next2(), choice, from_eye(left)), set, sampler);
     }
     return result;
 }
@@ -191,6 +212,7 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             traverse_media(scene_, path.ray, hit, path.medium, path.throughput, sampler);
         path.throughput = crossing.power;
         path.medium = crossing.medium;
+        if (path.left == 0) break;
         if (crossing.scattered) {
             const MediumVertex vertex{crossing.scattered->p, HenyeyGreenstein(crossing.scattered->g),
                                       -path.ray.d, path.medium};
@@ -198,7 +220,7 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             if (!survives(path, sampler)) break;
             const LightChoice choice = chooser_.at(vertex.p);
             beyond += path.throughput * next_event(scene_, vertex, sampler, choice);
-            beyond += indirect(vertex, set, path.throughput, sampler);
+            beyond += indirect(vertex, set, path.left, path.throughput, sampler);
             path = continue_path(vertex, sampler.next2(), choice, path);
             continue;
         }
@@ -218,8 +240,9 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             if (!survives(path, sampler)) break;
             choice = choice_at(vertex);
             Rgb lamps = path.of_lamps() * next_event(scene_, vertex, sampler, choice);
-            if (!path.specular && !is_black(path.caustic)) lamps += path.caustic * caustics_.radiance(vertex);
-            beyond += path.throughput * lamps + indirect(vertex, set, path.throughput, sampler);
+            if (!path.specular && !is_black(path.caustic))
+                lamps += path.caustic * caustics_.radiance(vertex, path.left);
+            beyond += path.throughput * lamps + indirect(vertex, set, path.left, path.throughput, sampler);
         } else if (bounce >= kRouletteFrom && !survives(path, sampler)) {
             break;
         }
@@ -262,7 +285,8 @@ CompensatingPath IgiEstimator::continue_path(const Vertex& vertex, const BsdfSam
             !sample.delta,
             before.eta_scale * sample.eta_scale,
             before.specular ? before.caustic : before.caustic * caustics_.left_to_rays(vertex, sample.wi),
-            before.specular};
+            before.specular,
+            before.left - 1};
 }
 CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V2f& u,
                                              const LightChoice& choice,
@@ -279,7 +303,8 @@ CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V
             true,
             before.eta_scale,
             caustics_.left_to_rays(),
-            false};
+            false,
+            before.left - 1};
 }
 
 // What is left of a path's throughput after VPLs at y have brought theirs to where it began.
@@ -346,6 +371,8 @@ class IgiSession final : public Session {
         parameters.seed = context.seed;
         parameters.pass = index;
         parameters.gloss = vpl_gloss(settings_);
+        parameters.longest =
+            most_bounces(settings_.max_depth) - 2;  // its own, and the place's that it lights
         if (pre_pass_) parameters.emission = &pre_pass_->importance.emission;
         const std::uint32_t factor = pre_pass_ && thins(settings_) ? thinning(parameters) : 1;
         parameters.paths *= factor;

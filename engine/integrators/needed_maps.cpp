@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
+#include "engine/base/path_limits.h"
 #include "engine/transport/light_choice.h"
 
 namespace lucerna {
@@ -19,14 +22,23 @@ MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
     return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
 }
 
+// Paths of fewer bounces than `least` bring nothing to a map, or nothing that is read from it.
+std::optional<MapNeed> too_short(const PhotonMapSettings& settings, int least) {
+    if (most_bounces(settings.max_depth) >= least) return std::nullopt;
+    return MapNeed{false, fmt::format("paths have {} bounce{} at the most (maxdepth)", settings.max_depth,
+                                      settings.max_depth == 1 ? "" : "s")};
+}
+
 MapNeed global_map(const PhotonMapSettings& settings) {
     if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    if (const auto none = too_short(settings, settings.indirect == IndirectMethod::map ? 2 : 3)) return *none;
     return {true, settings.indirect == IndirectMethod::map ? "indirect light is read from it"
                                                            : "gather rays read it where they land"};
 }
 
 MapNeed caustic_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
+    if (const auto none = too_short(settings, 2)) return *none;
     if (settings.specular_below > 0) {
         return {true, fmt::format("gloss of alpha below {:g} counts as specular", settings.specular_below)};
     }

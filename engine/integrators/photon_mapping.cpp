@@ -77,6 +77,7 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
     parameters.targets[static_cast<std::size_t>(MapKind::global)] = settings.indirect_photons;
     parameters.volume_direct = settings.direct == DirectMethod::map;
     parameters.specular_below = settings.specular_below;
+    parameters.longest = most_bounces(settings.max_depth) - 1;  // one more where it is seen
     parameters.seed = context.seed;
     parameters.pass = context.pass;
     parameters.index = settings.index;
@@ -129,6 +130,11 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
 // scenes with media direct light is not sampled in advance: the points do not store their medium.
 bool holds_direct(const PhotonMapSettings& settings, const Scene& scene) {
     return settings.direct == DirectMethod::map || (settings.precompute_lights > 0 && scene.media().empty());
+}
+
+// Bounces of the photons that such points count: a gather ray has one behind it and one before it.
+int kept_where_rays_land(const PhotonMapSettings& settings) {
+    return settings.max_depth > 0 ? settings.max_depth - 2 : kMaxBounces;  // the map is there: at least 1
 }
 
 // Of an irradiance point's sampler; its probes have a sampler of their own.
@@ -194,9 +200,11 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
     }
     const PhotonMap* caustics = state.maps.find(MapKind::caustic);
     if (parts.radii && caustics) state.caustic_radii = radii_of(*caustics, *parts.radii, context);
-    if (settings.indirect == IndirectMethod::gather && settings.precompute > 0) {
+    if (settings.indirect == IndirectMethod::gather && settings.precompute > 0 &&
+        state.maps.find(MapKind::global)) {
         const Stopwatch computing;
-        const DensityEstimateSettings how = density_settings(settings, context.scene).gather;
+        DensityEstimateSettings how = density_settings(settings, context.scene).gather;
+        how.most_bounces = kept_where_rays_land(settings);
         state.irradiance.emplace(precompute_irradiance(context, state.maps, how, settings));
         context.statistics.seconds.add("irradiance", computing.seconds());
         context.statistics.irradiance_points = state.irradiance->size();
@@ -248,12 +256,13 @@ class PhotonMapEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
+        const int most = most_bounces(settings_.max_depth);
         if (settings_.quantity == Quantity::illuminance) {
-            return meter_and_shade(scene_, ray, [&](const Vertex& vertex) {
-                return DirectLight{shade_eye(vertex, sampler), {}};
+            return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
+                return DirectLight{shade_eye(vertex, left, sampler), {}};
             });
         }
-        return Li(ray, scene_.media().camera, EmissionRule::all(), Stage::eye, sampler);
+        return Li({ray, scene_.media().camera, EmissionRule::all(), most}, Stage::eye, sampler);
     }
 
   private:
@@ -286,17 +295,23 @@ class PhotonMapEstimator final : public Estimator {
         }
     };
 
-    // Radiance along a ray up to and including the first surface that is diffuse and nothing else.
-    // The ray begins in `medium`.
-    Rgb Li(Ray ray, std::int32_t medium, EmissionRule rule, Stage stage, Sampler& sampler) const {
+    // The end of a path from the eye.
+    struct EyePath {
+        Ray ray;
+        std::int32_t medium;  // in which the ray begins
+        EmissionRule rule;
+        int left;  // bounces that the whole path, from the light, may still have
+    };
+    // Radiance along a path's ray up to and including the first surface that is diffuse and nothing else.
+    Rgb Li(EyePath path, Stage stage, Sampler& sampler) const {
         Rgb result(0);
         Rgb throughput(1);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-            return in_scattered(vertex, sigma_s, stage, sampler);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
+            return in_scattered(vertex, sigma_s, stage, left, sampler);
         };
         for (int depth = 0; depth < kMostEyeBounces; ++depth) {
             const SpecularChain chain =
-                follow_specular(scene_, ray, medium, rule, settings_.max_specular_depth, sampler, source);
+                follow_specular(scene_, path.ray, path.medium, path.rule, path.left, sampler, source);
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
@@ -307,14 +322,14 @@ class PhotonMapEstimator final : public Estimator {
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
-                    result += throughput * shade_eye(vertex, sampler);
+                    result += throughput * shade_eye(vertex, chain.left, sampler);
                 } else {
-                    const GatherShading shading = shade_gather(vertex, chain.length, depth, sampler);
+                    const GatherShading shading = shade_gather(vertex, chain.length, chain.left, sampler);
                     result += throughput * shading.radiance;
                     if (shading.continues) lobes.diffuse = &*split.diffuse;
                 }
             }
-            const GlossySplit glossy(split.rest, rule, settings_.specular_below);
+            const GlossySplit glossy(split.rest, path.rule, settings_.specular_below);
             if (glossy.light_sampled) {  // no photons there: sample the lights, then follow the BSDF
                 rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
                 result += throughput *
@@ -322,7 +337,7 @@ class PhotonMapEstimator final : public Estimator {
                 lobes.rest = &*glossy.light_sampled;
             }
             if (glossy.as_specular) lobes.as_specular = &*glossy.as_specular;
-            const auto next = sample_continuation(lobes, chain.wo, rule, rest_lights, sampler);
+            const auto next = sample_continuation(lobes, chain.wo, path.rule, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
             // Faint gloss that the camera sees is followed all the same: one ray beside all those that
@@ -331,9 +346,8 @@ class PhotonMapEstimator final : public Estimator {
             const float survival = sure ? 1.0F : std::min(1.0F, max_component(throughput));
             if (!(sampler.next() < survival)) break;
             throughput /= survival;
-            rule = next->rule;
-            medium = chain.vertex(bsdf).medium_towards(next->sample.wi);
-            ray = Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi};
+            path = {Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi},
+                    chain.vertex(bsdf).medium_towards(next->sample.wi), next->rule, chain.left - 1};
         }
         return result;
     }
@@ -377,31 +391,34 @@ class PhotonMapEstimator final : public Estimator {
 
     // ---- Shade what the eye sees -----------------------------------------------------------------------
 
-    // A diffuse surface that the camera sees.
-    Rgb shade_eye(const Vertex& vertex, Sampler& sampler) const {
-        Rgb result = direct(vertex, estimates_.eye, sampler);
+    // A diffuse surface that the camera sees. Here and below `left` > 0 is how many bounces paths may still
+    // have, the one at the vertex included.
+    Rgb shade_eye(const Vertex& vertex, int left, Sampler& sampler) const {
+        const DensityEstimateSettings how = within(left, estimates_.eye);
+        Rgb result = direct(vertex, how, sampler);
         if (settings_.indirect == IndirectMethod::none) return result;
-        result += estimate(MapKind::caustic, vertex, estimates_.eye, sampler).value;
+        result += estimate(MapKind::caustic, vertex, how, sampler).value;
         if (settings_.indirect == IndirectMethod::map) {
-            return result + estimate(MapKind::global, vertex, estimates_.eye, sampler).value;
+            return result + estimate(MapKind::global, vertex, how, sampler).value;
         }
+        if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
         Rgb gathered(0);
         for (int i = 0; i < settings_.gather_rays; ++i) {
             Sampler branch = sampler.split_stratified(0, static_cast<std::uint32_t>(i));
-            gathered += gather_ray(vertex, branch);
+            gathered += gather_ray(vertex, left, branch);
         }
         return result + gathered / static_cast<float>(settings_.gather_rays);
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
     // elsewhere.
-    Rgb gather_ray(const Vertex& vertex, Sampler& sampler) const {
+    Rgb gather_ray(const Vertex& vertex, int left, Sampler& sampler) const {
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) return Rgb(0);
         const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-        return sample->weight *
-               Li(ray, vertex.medium_towards(sample->wi), EmissionRule::none(), Stage::gather, sampler);
+        return sample->weight * Li({ray, vertex.medium_towards(sample->wi), EmissionRule::none(), left - 1},
+                                   Stage::gather, sampler);
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------
@@ -413,14 +430,15 @@ class PhotonMapEstimator final : public Estimator {
     // A diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
     // radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
     // caustics are evaluated here, and the ray continues for the rest.
-    GatherShading shade_gather(const Vertex& vertex, float length, int depth, Sampler& sampler) const {
-        const IndirectAtGatherHit indirect = indirect_at_gather_hit(vertex, sampler);
-        if (indirect.radius > length && depth + 1 < kMostEyeBounces) {
+    GatherShading shade_gather(const Vertex& vertex, float length, int left, Sampler& sampler) const {
+        const DensityEstimateSettings how = within(left, estimates_.gather);
+        const IndirectAtGatherHit indirect = indirect_at_gather_hit(vertex, how, sampler);
+        if (indirect.radius > length) {
             const Rgb sampled = sample_direct(vertex, sampler);
-            return {sampled + estimate(MapKind::caustic, vertex, estimates_.gather, sampler).value, true};
+            return {sampled + estimate(MapKind::caustic, vertex, how, sampler).value, true};
         }
         if (indirect.has_direct) return {indirect.radiance, false};
-        return {direct(vertex, estimates_.gather, sampler) + indirect.radiance, false};
+        return {direct(vertex, how, sampler) + indirect.radiance, false};
     }
 
     struct IndirectAtGatherHit {
@@ -431,20 +449,27 @@ class PhotonMapEstimator final : public Estimator {
     // Indirect light and caustics where a gather ray ended: precomputed irradiance if it suffices, else
     // estimates. It suffices for a Lambertian surface whose shading normal is the geometric one: under
     // varnish the error is some percents, with bump mapping that of the cosine.
-    IndirectAtGatherHit indirect_at_gather_hit(const Vertex& vertex, const Sampler& sampler) const {
+    IndirectAtGatherHit indirect_at_gather_hit(const Vertex& vertex, const DensityEstimateSettings& how,
+                                               const Sampler& sampler) const {
         if (irradiance_ && irradiance_suffices(vertex.bsdf)) {
             const V3f& p = vertex.hit.at.p;
-            if (const auto found = irradiance_->nearest(p, vertex.normal(), estimates_.gather.radius)) {
+            if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
                 return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius,
                         holds_direct(settings_, scene_)};
             }
         }
-        const DensityEstimateResult global = estimate(MapKind::global, vertex, estimates_.gather, sampler);
-        return {global.value + estimate(MapKind::caustic, vertex, estimates_.gather, sampler).value,
-                global.radius, false};
+        const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler);
+        return {global.value + estimate(MapKind::caustic, vertex, how, sampler).value, global.radius, false};
     }
 
     // ---- Direct light, density estimates, media --------------------------------------------------------
+
+    // Of photons, where paths may have `left` bounces from there: the last of them is the one at the
+    // estimate.
+    DensityEstimateSettings within(int left, DensityEstimateSettings how) const {
+        if (settings_.max_depth > 0) how.most_bounces = left - 1;
+        return how;
+    }
 
     // Direct light by the chosen method.
     Rgb direct(const Vertex& vertex, const DensityEstimateSettings& how, Sampler& sampler) const {
@@ -486,15 +511,17 @@ class PhotonMapEstimator final : public Estimator {
     }
 
     // What media scatter into a ray at a place: radiance per unit of length.
-    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, Sampler& sampler) const {
+    Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, int left,
+                     Sampler& sampler) const {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
             result += sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
         }
         if (const PhotonMap* map = maps_.find(MapKind::volume)) {
-            const DensityEstimateSettings& how = stage == Stage::eye ? estimates_.eye : estimates_.gather;
-            VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius};
-            if (radii_) volume = {0, radii_->volume_radius()};
+            const DensityEstimateSettings how =
+                within(left, stage == Stage::eye ? estimates_.eye : estimates_.gather);
+            VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius, how.most_bounces};
+            if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
             const VolumeDensityEstimate density(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
             result += density.in_scattered(at, sampler).value;

@@ -112,7 +112,7 @@ PhotonMapSettings map_settings(const ProgressiveSettings& of) {
     settings.indirect = IndirectMethod::map;
     settings.estimate = of.estimate;
     settings.pre_pass = of.pre_pass;
-    settings.max_specular_depth = of.max_specular_depth;
+    settings.max_depth = of.max_depth;
     settings.quantity = of.quantity;
     return settings;
 }
@@ -156,6 +156,7 @@ std::optional<FirstRadii> find_first_radii(const ProgressiveSettings& settings,
     parameters.seed = context.seed;
     parameters.pass = kRadiusPrePass;
     parameters.volume_direct = settings.direct == DirectMethod::map;
+    parameters.longest = most_bounces(settings.max_depth) - 1;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         parameters.wanted[kind] =
             map_need(static_cast<MapKind>(kind), map_settings(settings), context.scene).build;

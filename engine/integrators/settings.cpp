@@ -66,6 +66,11 @@ Field metric(MetricKind& target) {
     return choice("metric", "photon distance: projected (tangent plane) or euclidean",
                   {"projected", "euclidean"}, target);
 }
+Field max_depth(int& target) {
+    return whole("maxdepth",
+                 "longest path in bounces, from the light to the eye; 0: no limit, roulette ends every path",
+                 0, kMostInt, target);
+}
 Field pre_pass(std::int64_t& target) {
     return whole("prepass",
                  "light paths of the importance pre-pass, from which emission for the view is learned; 65536 "
@@ -84,16 +89,11 @@ Field boundary(Boundary& target) {
 }
 
 std::vector<Field> fields_of(PathSettings& s) {
-    return {whole("maxdepth", "longest path in bounces; 0: no limit, roulette ends every path", 0, kMostInt,
-                  s.max_depth),
-            lights(s.lights), quantity(s.quantity)};
+    return {max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
-    return {
-        lights(s.lights),
-        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
-        quantity(s.quantity)};
+    return {max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(PhotonMapSettings& s) {
@@ -145,7 +145,7 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
         real("specularbelow",
              "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
              s.specular_below),
-        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        max_depth(s.max_depth),
         quantity(s.quantity),
     };
 }
@@ -191,7 +191,7 @@ std::vector<Field> fields_of(IgiSettings& s) {
         lights(s.lights),
         pre_pass(s.pre_pass.paths),
         pre_pass_defensive_weight(s.pre_pass.defensive_weight),
-        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        max_depth(s.max_depth),
         quantity(s.quantity),
     };
 }
@@ -214,7 +214,7 @@ std::vector<Field> fields_of(ProgressiveSettings& s) {
         boundary(s.estimate.boundary),
         pre_pass(s.pre_pass.paths),
         pre_pass_defensive_weight(s.pre_pass.defensive_weight),
-        whole("maxspeculardepth", "mirrors and glass followed, in bounces", 0, 10'000, s.max_specular_depth),
+        max_depth(s.max_depth),
         quantity(s.quantity),
     };
 }
@@ -231,6 +231,14 @@ std::span<const std::string_view> integrator_names() {
 
 Quantity quantity_of(const IntegratorSettings& settings) {
     return std::visit([](const auto& s) { return s.quantity; }, settings);
+}
+
+int max_depth_of(const IntegratorSettings& settings) {
+    return std::visit([](const auto& s) { return s.max_depth; }, settings);
+}
+
+void set_max_depth(IntegratorSettings& settings, int max_depth) {
+    std::visit([max_depth](auto& s) { s.max_depth = max_depth; }, settings);
 }
 
 std::string_view integrator_name(const IntegratorSettings& settings) {

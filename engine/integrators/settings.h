@@ -24,15 +24,15 @@ namespace lucerna {
 
 // The unbiased reference.
 struct PathSettings {
-    int max_depth = 0;  // bounces; 0: no limit, roulette ends every path
+    int max_depth = 0;  // see max_depth_of()
     LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
 };
 
 // Direct light only; mirrors and glass are followed.
 struct DirectSettings {
+    int max_depth = 0;  // see max_depth_of()
     LightSelection lights = LightSelection::tree;
-    int max_specular_depth = 16;
     Quantity quantity = Quantity::radiance;
 };
 
@@ -61,7 +61,7 @@ struct PhotonMapSettings {
     // gather rays, or go to the Global map.
     float specular_below = 0;
     EmissionGuiding pre_pass;
-    int max_specular_depth = 16;
+    int max_depth = 0;  // see max_depth_of()
     Quantity quantity = Quantity::radiance;
 };
 
@@ -77,7 +77,7 @@ struct ProgressiveSettings {
     // local density. At edges the bias of a shrinking disc falls slowest: hence the probes.
     DensityEstimateSettings estimate = {.k = 60, .radius = 0, .boundary = Boundary::probes};
     EmissionGuiding pre_pass;  // once, before the first pass
-    int max_specular_depth = 16;
+    int max_depth = 0;         // see max_depth_of()
     Quantity quantity = Quantity::radiance;
 };
 
@@ -112,6 +112,12 @@ struct Field {
 std::vector<Field> fields(IntegratorSettings& settings);
 // What the image shows; every integrator can.
 Quantity quantity_of(const IntegratorSettings& settings);
+// Bounces of the longest paths whose light the image shows, from the light to the eye, as pbrt's `maxdepth`
+// counts them: at surfaces of every kind and in media; a light that is seen straight has 0. 0: no limit,
+// roulette ends every path. It means the same for every integrator, whose images are therefore of the same
+// light (`direct` lacks all but one bounce that is not specular).
+int max_depth_of(const IntegratorSettings& settings);
+void set_max_depth(IntegratorSettings& settings, int max_depth);
 // Sets one parameter by name; throws InputError with the nearest known name and the list.
 void set_parameter(IntegratorSettings& settings, std::string_view name, const SettingValue& value,
                    const Location& at);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/base/path_limits.h"
 #include "engine/base/units.h"
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
@@ -17,18 +18,14 @@ struct Alias {
 };
 constexpr Alias kAliases[] = {
     {"path", "rrthreshold", ""},
-    {"direct", "maxdepth", "maxspeculardepth"},
     {"photonmap", "directphotons", ""},
     {"photonmap", "directwithphotons", ""},
     {"photonmap", "finalgathersamples", "gatherrays"},
     {"photonmap", "gatherangle", ""},
     {"photonmap", "gathersamples", "gatherrays"},
-    {"photonmap", "maxdepth", "maxspeculardepth"},
     {"photonmap", "maxdist", "radius"},
     {"photonmap", "maxphotondepth", ""},
     {"photonmap", "nused", "k"},
-    {"progressive", "maxdepth", "maxspeculardepth"},
-    {"igi", "maxdepth", "maxspeculardepth"},
 };
 
 // Integrators of pbrt that we do not have: the nearest of ours, and why it is the nearest.
@@ -232,6 +229,28 @@ void read_shared_parameters(IntegratorSettings& settings, Params& params) {
     }
 }
 
+// Where pbrt's `maxdepth` is no limit of whole paths, from the light to the eye, as all of ours have it.
+void translate_max_depth(const Reading& reading, const std::string& kind, IntegratorSettings& settings) {
+    const int max_depth = max_depth_of(settings);
+    if (kind == "sppm") {
+        // Of paths from the eye and of photons' paths: the surface on which they meet is a bounce of both.
+        if (max_depth > 0) set_max_depth(settings, 2 * std::min(max_depth, kMaxBounces) - 1);
+    } else if (reading.old_dialect && (kind == "photonmap" || kind == "exphotonmap" || kind == "igi")) {
+        // Of mirrors and glass that are followed from the eye; all else ended by other rules.
+        set_max_depth(settings, 0);
+    }
+}
+
+// What an integrator that another one takes the place of says about the light of the picture.
+int max_depth_in(const Reading& reading, const std::string& kind, const std::string& name, Params& params) {
+    IntegratorSettings own = make_settings(name, params.place().location());
+    for (const Param& param : params.all()) {
+        if (param.name == "maxdepth") set_leniently(own, params, param.name, param);
+    }
+    translate_max_depth(reading, kind, own);
+    return max_depth_of(own);
+}
+
 }  // namespace
 
 IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Params& params,
@@ -239,9 +258,11 @@ IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Pa
     const std::string name = our_name(reading, kind, params);
     accept_foreign(params);
     if (!override_name.empty() && override_name != name) {
-        // The scene's parameters belong to another method.
+        // The scene's other parameters belong to another method.
+        IntegratorSettings settings = make_settings(override_name, {"--integrator"});
+        set_max_depth(settings, max_depth_in(reading, kind, name, params));
         for (const Param& param : params.all()) params.accept({param.name});
-        return make_settings(override_name, {"--integrator"});
+        return settings;
     }
     IntegratorSettings settings = make_settings(name, params.place().location());
     if (name == "progressive") read_passes(reading, params);
@@ -250,6 +271,7 @@ IntegratorSettings read_integrator(Reading& reading, const std::string& kind, Pa
     } else {
         read_shared_parameters(settings, params);
     }
+    translate_max_depth(reading, kind, settings);
     if (is_occlusion(kind) && override_name.empty()) reading.draft.occlusion = true;
     return settings;
 }

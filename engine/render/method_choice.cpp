@@ -28,6 +28,7 @@ PhotonMapSettings photon_map_like(const IntegratorSettings& asked) {
     PhotonMapSettings settings;
     if (const auto* own = std::get_if<PhotonMapSettings>(&asked)) settings = *own;
     settings.quantity = quantity_of(asked);
+    settings.max_depth = max_depth_of(asked);
     settings.photons = kTrialPhotons;
     settings.caustic_photons = settings.indirect_photons = 0;
     // At equal time more samples are worth more than more rays for each.
@@ -39,6 +40,7 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
     IgiSettings settings;
     if (const auto* own = std::get_if<IgiSettings>(&asked)) settings = *own;
     settings.quantity = quantity_of(asked);
+    settings.max_depth = max_depth_of(asked);
     settings.nsets = kTrialSets;
     settings.caustic_paths = kTrialPhotons;
     // Without these no number of lights gives the whole picture.
@@ -50,7 +52,6 @@ IgiSettings igi_like(const IntegratorSettings& asked) {
 // Whether no other method shows the same.
 bool is_its_own(const IntegratorSettings& asked) {
     if (std::holds_alternative<DirectSettings>(asked)) return true;
-    if (const auto* path = std::get_if<PathSettings>(&asked)) return path->max_depth > 0;
     if (const auto* maps = std::get_if<PhotonMapSettings>(&asked))
         return maps->indirect == IndirectMethod::none;
     if (const auto* igi = std::get_if<IgiSettings>(&asked)) return igi->indirect_scale != 1;
@@ -166,12 +167,14 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     PathSettings path;
     if (const auto* own = std::get_if<PathSettings>(&asked)) path = *own;
     path.quantity = quantity_of(asked);
+    path.max_depth = max_depth_of(asked);
     PhotonMapSettings maps = photon_map_like(asked), guided = maps;
     maps.direct = DirectMethod::mc;
     guided.direct = DirectMethod::guided;
     ProgressiveSettings progressive;
     if (const auto* own = std::get_if<ProgressiveSettings>(&asked)) progressive = *own;
     progressive.quantity = quantity_of(asked);
+    progressive.max_depth = max_depth_of(asked);
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass.paths = 0;
     pre_pass.pre_pass.paths = kPrePassPaths;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/quantity.h"
 #include "engine/scene/scene.h"
@@ -37,10 +38,11 @@ struct MediaSegment {
 };
 
 // Of a ray that meets `hit`, or nothing; it begins in `medium`, with `throughput` (not black).
-// `source(MediumVertex, sigma_s)` is what is scattered into it there: radiance per unit of length.
+// `source(MediumVertex, sigma_s)` is what is scattered into it there: radiance per unit of length. It is not
+// asked unless `scatters`.
 template <typename Source>
 MediaSegment media_segment_along(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
-                                 std::int32_t medium, const Rgb& throughput, Sampler& sampler,
+                                 std::int32_t medium, const Rgb& throughput, bool scatters, Sampler& sampler,
                                  Source&& source) {
     constexpr std::uint32_t kPassBranch = 0x9a;
     MediaSegment segment;
@@ -50,7 +52,7 @@ MediaSegment media_segment_along(const Scene& scene, const Ray& ray, const std::
     segment.medium = for_each_piece(scene, way, medium, [&](const MediumPiece& piece) {
         const Rgb arriving = throughput * segment.passed;
         if (is_black(arriving)) return false;
-        if (const auto place = scatter_within(piece.along, arriving, sampler)) {
+        if (const auto place = scatters ? scatter_within(piece.along, arriving, sampler) : std::nullopt) {
             const MediumVertex vertex{scattering_point(piece, place->t, hit), HenyeyGreenstein(place->g),
                                       -ray.d, piece.medium};
             segment.added += segment.passed * place->flow * source(vertex, place->sigma_s);
@@ -70,24 +72,32 @@ struct SpecularChain {
     Rgb emitted{0.0F};                // met on the way and at the end, throughput included
     float length = 0;                 // of the first segment, scene units
     std::int32_t medium = kNoMedium;  // of the borders, at its end
+    int left = 0;  // bounces that a path may still have, the one at `hit` included; > 0 if there is one
 
     Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
 };
 
-// Glass is followed one way, chosen by its reflectance; a chain longer than max_depth ends black. The ray
-// begins in `medium`; `source` as media_segment_along() has it.
+// Glass is followed one way, chosen by its reflectance. The ray begins in `medium`, and the path that it is
+// the end of may have `left` more bounces: without any it meets what emits, and no more.
+// `source(MediumVertex, sigma_s, left)` is radiance scattered per unit of length, as media_segment_along()
+// has it, where so many bounces are left, the one in the medium included.
 template <typename Source>
-SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule,
-                              int max_depth, Sampler& sampler, Source&& source) {
+SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule, int left,
+                              Sampler& sampler, Source&& source) {
     SpecularChain chain;
-    for (int depth = 0;; ++depth) {
+    chain.left = left;
+    float eta_scale = 1;
+    for (int depth = 0;; ++depth, --chain.left) {
         auto hit = scene.intersect(ray);
         chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler);
         if (depth == 0) chain.length = hit ? hit->t : INFINITY;
         MediaSegment segment =
-            media_segment_along(scene, ray, hit, medium, chain.throughput, sampler, source);
+            media_segment_along(scene, ray, hit, medium, chain.throughput, chain.left > 0, sampler,
+                                [&](const MediumVertex& vertex, const Rgb& sigma_s) {
+                                    return source(vertex, sigma_s, chain.left);
+                                });
         chain.emitted += chain.throughput * segment.added;
-        if (!hit || !segment.survives(sampler)) return chain;
+        if (!hit || chain.left == 0 || !segment.survives(sampler)) return chain;
         chain.throughput *= segment.passed;
         chain.medium = segment.medium;
         const Bsdf bsdf = scene.bsdf(*hit);
@@ -98,42 +108,57 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
         }
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
-        if (!sample || depth >= max_depth) return chain;
+        if (!sample) return chain;
         chain.throughput *= sample->weight;
+        eta_scale *= sample->eta_scale;
+        if (depth >= kRouletteFromSpecular) {
+            const float survival = survival_of(chain.throughput, eta_scale);
+            if (!(sampler.next() < survival)) return chain;  // also where nothing is left
+            chain.throughput /= survival;
+        }
         rule = rule.through_specular();
         medium = medium_towards(hit->media, hit->at.n, sample->wi, segment.medium);
         ray = Ray{hit->at.towards(sample->wi), sample->wi};
     }
 }
 
-// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex)` gives a
-// DirectLight (its radiance may hold more than direct light); `source` is what media scatter into a ray.
-// Where a surface is shiny as well as rough (varnish), the mirrored part is followed too.
+// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex, left)` gives a
+// DirectLight (its radiance may hold more than direct light) where paths may have so many more bounces, the
+// one at the vertex included; `source` is what media scatter into a ray, as follow_specular() has it. Where a
+// surface is shiny as well as rough (varnish), the mirrored part is followed too. The paths have `left`
+// bounces at the most.
 template <typename Shade, typename Source>
-Rgb follow_and_shade(const Scene& scene, Ray ray, int max_depth, Sampler& sampler, Shade&& shade,
+Rgb follow_and_shade(const Scene& scene, Ray ray, int left, Sampler& sampler, Shade&& shade,
                      Source&& source) {
     Rgb result(0);
     std::int32_t medium = scene.media().camera;
     Rgb throughput(1);
     for (int depth = 0;; ++depth) {
         const SpecularChain chain =
-            follow_specular(scene, ray, medium, EmissionRule::all(), max_depth, sampler, source);
+            follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler, source);
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
         const Bsdf bsdf = scene.bsdf(*chain.hit);
-        const DirectLight shaded = shade(chain.vertex(bsdf));
+        const DirectLight shaded = shade(chain.vertex(bsdf), chain.left);
         result += throughput * shaded.radiance;
-        if (!shaded.specular || depth >= max_depth) return result;
+        if (!shaded.specular) return result;
         throughput *= shaded.specular->weight;
+        if (depth >= kRouletteFromSpecular) {
+            // What glass made of the throughput in earlier chains is not taken out: a few more paths end.
+            const float survival = survival_of(throughput, 1);
+            if (!(sampler.next() < survival)) return result;
+            throughput /= survival;
+        }
+        left = chain.left - 1;
         medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
         ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
     }
 }
 
-// What a meter reads on the first surface along a camera ray, by the same `shade`.
+// What a meter reads on the first surface along a camera ray, by the same `shade`; `left` > 0.
 template <typename Shade>
-Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
+Rgb meter_and_shade(const Scene& scene, const Ray& ray, int left, Shade&& shade) {
     const auto hit = scene.intersect(ray);
     if (!hit) return Rgb(0);
     const Bsdf white = white_receiver(*hit);
@@ -142,7 +167,7 @@ Rgb meter_and_shade(const Scene& scene, const Ray& ray, Shade&& shade) {
         medium =
             for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [](const MediumPiece&) { return true; });
     }
-    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}).radiance);
+    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}, left).radiance);
 }
 
 }  // namespace lucerna

@@ -56,6 +56,7 @@ bool throws_caustics(const Scene& scene) {
 IgiCaustics::IgiCaustics(const IgiSettings& settings)
     : method_(settings.caustics),
       specular_below_(method_ == CausticMethod::none ? 0 : INFINITY),
+      max_depth_(settings.max_depth),
       rays_find_rest_(settings.compensate) {}
 
 IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& context, std::uint32_t pass,
@@ -63,6 +64,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     : IgiCaustics(settings) {
     const Scene& scene = context.scene;
     if (method_ != CausticMethod::map || !throws_caustics(scene) || !shows_caustics(scene)) return;
+    if (most_bounces(settings.max_depth) < 2) return;
     const Stopwatch watch;
     MapParameters maps;
     maps.paths = settings.caustic_paths;
@@ -70,6 +72,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     maps.seed = context.seed;
     maps.pass = pass;
     maps.specular_below = specular_below_;
+    maps.longest = most_bounces(settings.max_depth) - 1;
     maps.caustic_chains = rays_find_rest_;
     maps.most_bounces = kMostBounces;
     maps.emission = learned;
@@ -81,10 +84,12 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     made_ = {built.ledger.paths, built.counts[kCaustic], watch.seconds()};
 }
 
-Rgb IgiCaustics::radiance(const Vertex& vertex) const {
+Rgb IgiCaustics::radiance(const Vertex& vertex, int left) const {
     if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
-    return DensityEstimate(*map_, density_).radiance(vertex.hit, part, vertex.wo).value;
+    DensityEstimateSettings how = density_;
+    if (max_depth_ > 0) how.most_bounces = left - 1;
+    return DensityEstimate(*map_, how).radiance(vertex.hit, part, vertex.wo).value;
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

@@ -49,8 +49,9 @@ class IgiCaustics {
 
     // Lobes of a smaller GGX alpha turn light as mirrors do, as far as caustics and compensating rays go.
     float specular_below() const { return specular_below_; }
-    // What the map brings to a surface, radiance towards wo: what came over L(S+D)*S+, S specular.
-    Rgb radiance(const Vertex& vertex) const;
+    // What the map brings to a surface, radiance towards wo: what came over L(S+D)*S+, S specular. `left` >
+    // 0: the bounces that paths may have from there, the one at the surface included.
+    Rgb radiance(const Vertex& vertex, int left) const;
     // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
     // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;
@@ -59,6 +60,7 @@ class IgiCaustics {
   private:
     CausticMethod method_;
     float specular_below_;
+    int max_depth_;
     bool rays_find_rest_;  // of what arrives over specular surfaces; else the map brings it to gloss, too
     DensityEstimateSettings density_;
     std::optional<PhotonMap> map_;

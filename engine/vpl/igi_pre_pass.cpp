@@ -168,6 +168,10 @@ constexpr int kLightSamples = 4;
 
 constexpr std::uint32_t kDirectBranch = 1;  // of a camera ray's sampler
 
+// Mirrors and glass that a camera ray is followed through: what is behind more of them is a small part of a
+// picture.
+constexpr int kMostSpecular = 8;
+
 // Camera rays, followed to the places they are shaded at.
 class ShadingPointFinder {
   public:
@@ -177,9 +181,10 @@ class ShadingPointFinder {
     void trace(const Ray& ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
         seen.shown.push_back(0);
         if (settings_.quantity == Quantity::illuminance) {
-            meter_and_shade(scene_, ray, [&](const Vertex& vertex) {
-                return shade(vertex, Rgb(1), number, sampler, seen);
-            });
+            meter_and_shade(scene_, ray, most_bounces(settings_.max_depth),
+                            [&](const Vertex& vertex, int /*left*/) {
+                                return shade(vertex, Rgb(1), number, sampler, seen);
+                            });
             return;
         }
         follow(ray, number, sampler, seen);
@@ -188,18 +193,22 @@ class ShadingPointFinder {
   private:
     // As follow_and_shade(), which keeps the throughput to itself.
     void follow(Ray ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
-        const auto nothing = [](const MediumVertex&, const Rgb&) { return Rgb(0); };  // no medium scatters
+        const auto nothing = [](const MediumVertex&, const Rgb&, int) {
+            return Rgb(0);
+        };  // no medium scatters
         std::int32_t medium = scene_.media().camera;
         Rgb throughput(1);
-        for (int depth = 0;; ++depth) {
-            const SpecularChain chain = follow_specular(scene_, ray, medium, EmissionRule::all(),
-                                                        settings_.max_specular_depth, sampler, nothing);
+        int left = std::min(most_bounces(settings_.max_depth), kMostSpecular);
+        for (;;) {
+            const SpecularChain chain =
+                follow_specular(scene_, ray, medium, EmissionRule::all(), left, sampler, nothing);
             seen.shown.back() += luminance(throughput * chain.emitted);
             if (!chain.hit) return;
             throughput *= chain.throughput;
             const Bsdf bsdf = scene_.bsdf(*chain.hit);
             const DirectLight shaded = shade(chain.vertex(bsdf), throughput, number, sampler, seen);
-            if (!shaded.specular || depth >= settings_.max_specular_depth) return;
+            if (!shaded.specular) return;
+            left = chain.left - 1;
             throughput *= shaded.specular->weight;
             medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
             ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};

@@ -38,7 +38,7 @@ struct IgiSettings {
     float indirect_scale = 1;
     LightSelection lights = LightSelection::tree;  // that are asked for direct light
     EmissionGuiding pre_pass;  // it also learns which VPLs stay and which lights surfaces ask
-    int max_specular_depth = 5;
+    int max_depth = 0;         // as all methods have it (engine/integrators/settings.h)
     Quantity quantity = Quantity::radiance;
 };
 

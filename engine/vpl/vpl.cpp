@@ -15,13 +15,16 @@ constexpr std::int64_t kMostPathsPerChunk = 8192;
 // Makes the VPLs of one chunk of paths.
 struct ChunkVpls : LightPathVisitor {
     VplGloss gloss{};
+    int longest = kMaxBounces;
     std::vector<Vpl> lights;
 
     void hit(const LightPathHit& at) {
+        if (longest < 0) return;
         make_vpls(at, gloss, [&](const Vpl& light) { lights.push_back(light); });
     }
     void scatter(const LightPathScatter& at) {
-        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d});
+        if (longest < 0) return;
+        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d, kept_bounces(at.path.bounces())});
     }
 };
 
@@ -57,6 +60,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
     paths.pass = parameters.pass;
     paths.emission = parameters.emission;
     paths.specular_below = vpl_specular_below(parameters.gloss);
+    paths.longest = parameters.longest;
     paths.per_chunk = std::min<std::int64_t>(parameters.paths, kMostPathsPerChunk);
     paths.interleaved = false;  // VPLs stand in the order of their paths
     paths.phase = "virtual point lights";
@@ -66,6 +70,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
         [&](std::int64_t /*count*/) {
             ChunkVpls chunk;
             chunk.gloss = parameters.gloss;
+            chunk.longest = parameters.longest;
             return chunk;
         },
         require_memory_for_vpls);

@@ -9,6 +9,7 @@
 #include "engine/base/parallel.h"
 #include "photon/bounce.h"
 #include "photon/light_path.h"
+#include "photon/photon_map.h"
 
 namespace lucerna {
 
@@ -19,8 +20,9 @@ struct Vpl {
     Rgb contribution;  // for one path: α ρ_hd / π, W/sr towards the normal; in a medium the power scattered,
                        // W
     bool in_medium = false;
-    float g = 0;     // in a medium: of its phase function
-    V3f d{0, 0, 0};  // in a medium: the direction of travel of what it scattered
+    float g = 0;              // in a medium: of its phase function
+    V3f d{0, 0, 0};           // in a medium: the direction of travel of what it scattered
+    BounceCount bounces = 0;  // of its path before it
 
     // The share of `contribution` that leaves towards w (unit): W/sr per W of it.
     float towards(const V3f& w) const {
@@ -43,6 +45,7 @@ struct VplParameters {
     std::uint32_t pass = 0;
     const LearnedEmission* emission = nullptr;  // by which all paths start; null: plainly, by power
     VplGloss gloss = VplGloss::all;
+    int longest = kMaxBounces;  // bounces of a light path before a VPL, at the most; negative: no VPLs
 };
 
 // Independent sets of VPLs; each set and all sets together start from a well-distributed sequence.
@@ -86,7 +89,8 @@ void make_vpls(const LightPathHit& at, VplGloss gloss, Visit&& visit) {
         with_gloss ? at.bsdf.blurred_albedo(-at.d) : at.bsdf.blurred_part(INFINITY).blurred_albedo(-at.d);
     SurfacePoint lit = at.hit.at.facing(-at.d);
     const auto shine = [&](const Rgb& contribution) {
-        if (!is_black(contribution)) visit(Vpl{.at = lit, .contribution = contribution});
+        if (is_black(contribution)) return;
+        visit(Vpl{.at = lit, .contribution = contribution, .bounces = kept_bounces(at.path.bounces())});
     };
     shine(arriving * albedo.reflected);
     lit.n = -lit.n;

@@ -44,16 +44,20 @@ class VplStore {
     // A light by its place: kBlock · its block + its lane.
     Vpl light(const VplRange& range, std::uint32_t place) const;
 
+    // Vpl's, by place: apart from the rest, as it is read only where paths may not be longer than so much.
+    BounceCount bounces(std::uint32_t place) const { return bounces_[place]; }
+
     std::size_t lights() const { return lights_; }
     // One over the mean luminance of the contributions: contribution estimates stay near 1 whatever the
     // lamps' unit.
     float unit() const { return unit_; }
     std::size_t bytes() const {
-        return blocks_.size() * sizeof(VplBlock) + ranges_.size() * sizeof(VplRange);
+        return blocks_.size() * sizeof(VplBlock) + bounces_.size() + ranges_.size() * sizeof(VplRange);
     }
 
   private:
     std::vector<VplBlock> blocks_;
+    std::vector<BounceCount> bounces_;
     std::vector<VplRange> ranges_;
     std::size_t lights_ = 0;
     float unit_ = 1;

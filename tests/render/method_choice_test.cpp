@@ -17,25 +17,26 @@ Job job_of(const IntegratorSettings& settings) {
 // --- what shows the same ---
 
 TEST(MethodsLike, WhatOnlyOneMethodShows_LeavesNoChoice) {
-    PathSettings short_paths;
-    short_paths.max_depth = 3;
     PhotonMapSettings direct_only;
     direct_only.indirect = IndirectMethod::none;
     IgiSettings exaggerated;
     exaggerated.indirect_scale = 2;
-    for (const IntegratorSettings& own :
-         {IntegratorSettings(short_paths), IntegratorSettings(DirectSettings{}),
-          IntegratorSettings(direct_only), IntegratorSettings(exaggerated)}) {
+    for (const IntegratorSettings& own : {IntegratorSettings(DirectSettings{}),
+                                          IntegratorSettings(direct_only), IntegratorSettings(exaggerated)}) {
         EXPECT_EQ(methods_like(own).size(), 1U) << integrator_name(own);
     }
 }
 
-TEST(MethodsLike, Quantity_IsTheSameForAll) {
+TEST(MethodsLike, QuantityAndLongestPath_AreTheSameForAll) {
     IgiSettings asked;
     asked.quantity = Quantity::illuminance;
+    asked.max_depth = 3;
     const std::vector<Method> methods = methods_like(asked);
     EXPECT_GE(methods.size(), 4U);
-    for (const Method& method : methods) EXPECT_EQ(quantity_of(method.settings), Quantity::illuminance);
+    for (const Method& method : methods) {
+        EXPECT_EQ(quantity_of(method.settings), Quantity::illuminance);
+        EXPECT_EQ(max_depth_of(method.settings), 3);
+    }
     EXPECT_TRUE(std::holds_alternative<PathSettings>(methods[0].settings)) << "the judge has no bias";
 }
 

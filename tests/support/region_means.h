@@ -55,7 +55,6 @@ inline IgiSettings few_lights(float mindist, int sets) {
     igi.nsets = sets;
     igi.mindist = mindist;
     igi.compensate = true;
-    igi.max_specular_depth = 64;
     return igi;
 }
 

@@ -1,0 +1,95 @@
+// Paths of so many bounces and no more: every method shows the light of the same ones, those of the path
+// tracer with that limit, which counts them where it scatters.
+#include <gtest/gtest.h>
+
+#include "engine/render/render.h"
+#include "tests/support/media_methods.h"
+#include "tests/support/region_means.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace max_depth_test {
+
+using testing::RegionMeans;
+
+// A ball of glass and a mirror: chains that are seen through, and that light comes by.
+Scene cornell_with_glass() {
+    return testing::small_cornell_with([](testing::SceneMaker& make) {
+        make.sphere({0.28F, 0.22F, 0.3F}, 0.2F, make.material(DielectricMaterial{}));
+        make.quad({0.55F, 0.35F, 0.98F}, {0, 0.4F, 0}, {0.4F, 0, 0},
+                  make.material(MirrorMaterial{RgbTexture::constant(Rgb(0.9F))}));
+    });
+}
+
+// Where the camera looks into the mirror: the ball has spots of the lamp that would decide a mean.
+const testing::Where kMirror = [](double x, double y) { return x > 0.1 && x < 0.5 && y > -0.15 && y < 0.25; };
+
+RegionMeans means(Scene scene, IntegratorSettings settings, int max_depth, int spp) {
+    set_max_depth(settings, max_depth);
+    const Job job =
+        testing::make_job(std::move(scene), testing::small_cornell_camera(24), std::move(settings), spp);
+    // A mirror is black by paths of one bounce.
+    const testing::Where floor = [](double /*x*/, double y) { return y < -0.6; };
+    return testing::region_means(job, 6, testing::all_but_the_lamp, max_depth > 1 ? kMirror : floor);
+}
+
+struct Named {
+    std::string name;
+    IntegratorSettings settings;
+};
+
+std::vector<Named> methods() {
+    PhotonMapSettings gather;
+    gather.photons = 100'000;
+    gather.estimate.k = gather.gather_k = 30;
+    gather.gather_rays = 4;
+    PhotonMapSettings estimates = gather, seen = gather;
+    estimates.precompute = 0;
+    seen.indirect = IndirectMethod::map;
+    seen.direct = DirectMethod::map;
+    ProgressiveSettings progressive;
+    progressive.photons = 20'000;
+    progressive.estimate.k = 20;
+    IgiSettings igi = testing::few_lights(0.1F, 256);
+    igi.caustic_paths = 100'000;
+    IgiSettings tree = igi;
+    tree.choice = VplChoice::tree;
+    return {{"gather", gather},  {"gather without points", estimates},
+            {"maps seen", seen}, {"progressive", progressive},
+            {"igi", igi},        {"igi by a tree", tree}};
+}
+
+class MaxDepth : public ::testing::TestWithParam<int> {};
+
+// Four sigmas, 12 comparisons for each depth: a right method fails once in a thousand depths.
+TEST_P(MaxDepth, EveryMethod_ShowsTheLightOfTheSamePaths) {
+    const int depth = GetParam();
+    const RegionMeans path = means(cornell_with_glass(), PathSettings{}, depth, 256);
+    for (const Named& method : methods()) {
+        const RegionMeans ours = means(cornell_with_glass(), method.settings, depth, 16);
+        testing::expect_agrees(ours, path, fmt::format("{} at {}", method.name, depth), 0.01);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Bounces, MaxDepth, ::testing::Values(1, 2, 3, 5));
+
+// The same test, given paths of one bounce more.
+TEST(MaxDepthIsSeen, OneBounceMore_IsRefused) {
+    const RegionMeans path = means(cornell_with_glass(), PathSettings{}, 3, 256);
+    for (const Named& method : methods()) {
+        testing::expect_differs(means(cornell_with_glass(), method.settings, 4, 16), path, method.name);
+    }
+}
+
+// In fog scattering counts as well.
+TEST(MaxDepthInFog, EveryMethod_ShowsTheLightOfTheSamePaths) {
+    const RegionMeans path = means(testing::foggy_cornell(1, 0.3F), PathSettings{}, 2, 256);
+    for (const Named& method : methods()) {
+        if (method.name == "igi by a tree" || method.name == "gather without points") continue;
+        const RegionMeans ours = means(testing::foggy_cornell(1, 0.3F), method.settings, 2, 16);
+        testing::expect_agrees(ours, path, method.name + " in fog", 0.01);
+    }
+}
+
+}  // namespace max_depth_test
+}  // namespace lucerna
