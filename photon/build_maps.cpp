@@ -189,6 +189,30 @@ std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total,
     return (paths + kPathsPerChunk - 1) / kPathsPerChunk * kPathsPerChunk;
 }
 
+// As many of the `most` paths as can be traced, and their photons indexed, in time: some at first, and then
+// as many more as their pace allows. Returns their number.
+std::int64_t trace_in_time(const Scene& scene, const MapParameters& parameters, std::int64_t most,
+                           const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
+    // Indexing takes a third to two thirds of the time of tracing.
+    constexpr double kTracing = 0.6;
+    constexpr std::int64_t kMostGrowth = 16;  // a first look at few paths is not trusted with more
+    const Stopwatch clock;
+    const double time = kTracing * parameters.deadline.left();
+    std::int64_t done = 0, next = std::min(most, kPathsPerChunk * workers.threads);
+    while (done < next && !monitor.stopped()) {
+        trace_until(scene, parameters, next, workers, monitor, chunks);
+        done = next;
+        const double pace = static_cast<double>(done) / std::max(clock.seconds(), 1e-9);
+        const auto in_time = static_cast<std::int64_t>(std::min(pace * time, 1e18));
+        if (in_time >= most) {
+            next = std::min(most, kMostGrowth * done);
+        } else {
+            next = std::min(in_time / kPathsPerChunk * kPathsPerChunk, kMostGrowth * done);
+        }
+    }
+    return done;
+}
+
 // Traces as many light paths as the parameters ask for; returns their number.
 std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, const Workers& workers,
                        Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
@@ -202,6 +226,8 @@ std::int64_t trace_all(const Scene& scene, const MapParameters& parameters, cons
             trace_until(scene, parameters, kPathsPerChunk, workers, monitor, chunks);
             paths = within_bounces(parameters, chunks, monitor);
         }
+        if (parameters.deadline.exists())
+            return trace_in_time(scene, parameters, paths, workers, monitor, chunks);
         if (paths > static_cast<std::int64_t>(chunks.size()) * kPathsPerChunk) {
             trace_until(scene, parameters, paths, workers, monitor, chunks);
         }

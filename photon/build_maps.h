@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/base/deadline.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "photon/deposit.h"
@@ -33,6 +34,9 @@ struct MapParameters {
     // fewer are emitted, with a warning. Nothing is lost, but there is more noise. Not looked at where a
     // target is set.
     int most_bounces = 0;
+    // By when the maps are to be there: with fewer paths than asked for, if there is not the time. Not looked
+    // at where a target is set.
+    Deadline deadline = {};
     // By which paths are emitted; null: plainly. Outlives the maps' making.
     const LearnedEmission* emission = nullptr;
 };

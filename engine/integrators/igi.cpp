@@ -29,8 +29,9 @@ struct CompensatingPath {
     Rgb throughput{1.0F};
     EmissionRule rule{};
     std::int32_t medium = kNoMedium;  // of the borders, in which it begins
-    // False after a mirror or smooth glass: what is met then no VPL has brought.
-    bool lit = true;
+    // Of the throughput, the share that belongs to lobes which VPLs light: 0 after a mirror or gloss, where
+    // what is met no VPL has brought.
+    Rgb by_vpls{1.0F};
     float eta_scale = 1;  // as survival_of() has it
     // Of light that comes over L(S+D)*S+ to where the path last left a place that is not specular: the share
     // that no Caustic map has brought to a place before. And whether the path has come over specular surfaces
@@ -48,6 +49,15 @@ struct LobeChoice {
     Rgb throughput;
     bool specular;  // it turns light as mirrors do, as far as caustics go
 };
+
+// Of what all lobes of `bsdf` send from wi to wo, the share of those in `part`.
+Rgb share_of_part(const Bsdf& part, const Bsdf& bsdf, const V3f& wo, const V3f& wi) {
+    if (part.is_black()) return Rgb(0);
+    const Rgb own = part.f(wo, wi, Transport::radiance), all = bsdf.f(wo, wi, Transport::radiance);
+    Rgb share(0);
+    for (int c = 0; c < 3; ++c) share[c] = all[c] > 0 ? std::min(own[c] / all[c], 1.0F) : 0.0F;
+    return share;
+}
 
 class IgiEstimator final : public Estimator {
   public:
@@ -86,7 +96,7 @@ class IgiEstimator final : public Estimator {
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
                                           Sampler& sampler) const;
     CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
-                                   const CompensatingPath& before) const;
+                                   const Rgb& by_vpls, const CompensatingPath& before) const;
     CompensatingPath continue_path(const MediumVertex& vertex, const V2f& u, const LightChoice& choice,
                                    const CompensatingPath& before) const;
     // What there is before the first ray of a compensating path.
@@ -97,6 +107,12 @@ class IgiEstimator final : public Estimator {
     }
     Rgb residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const;
     static bool survives(CompensatingPath& path, Sampler& sampler);
+
+    // The lobes of a surface that VPLs light. With compensation gloss is none of them: through its peak
+    // single VPLs are seen as sparks, and rays find all of what it shows.
+    Bsdf lit_by_vpls(const Bsdf& bsdf) const {
+        return settings_.compensate ? bsdf.blurred_part(caustics_.specular_below()) : bsdf;
+    }
 
     // How a surface chooses the light that it asks.
     LightChoice choice_at(const Vertex& vertex) const {
@@ -154,7 +170,9 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
         shaded = direct(vertex, sampler);
     }
     if (vertex.bsdf.is_black()) return shaded;
-    shaded.radiance += indirect(vertex, set, left, Rgb(settings_.indirect_scale), sampler);
+    const Bsdf lit = lit_by_vpls(vertex.bsdf);
+    const Vertex lit_vertex{vertex.hit, lit, vertex.wo, vertex.medium};
+    shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler);
     shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex, left);
     if (!settings_.compensate) return shaded;
 
@@ -164,8 +182,9 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
         const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample) continue;
         if (!sample->delta) {
+            const Rgb by_vpls = share_of_part(lit, vertex.bsdf, vertex.wo, sample->wi);
             shaded.radiance +=
-                share * follow(continue_path(vertex, *sample, choice, from_eye(left)), set, sampler);
+                share * follow(continue_path(vertex, *sample, choice, by_vpls, from_eye(left)), set, sampler);
         } else if (i == 0) {
             shaded.specular = sample;  // what mirrors show, one of the samples is enough for
         }
@@ -242,14 +261,16 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             Rgb lamps = path.of_lamps() * next_event(scene_, vertex, sampler, choice);
             if (!path.specular && !is_black(path.caustic))
                 lamps += path.caustic * caustics_.radiance(vertex, path.left);
-            beyond += path.throughput * lamps + indirect(vertex, set, path.left, path.throughput, sampler);
+            beyond += path.throughput * lamps;
+            if (!on->specular) beyond += indirect(vertex, set, path.left, path.throughput, sampler);
         } else if (bounce >= kRouletteFrom && !survives(path, sampler)) {
             break;
         }
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
-        path = continue_path(vertex, *sample, choice, path);
+        const Rgb by_vpls(sample->delta || on->specular ? 0.0F : 1.0F);
+        path = continue_path(vertex, *sample, choice, by_vpls, path);
     }
     return near + beyond * settings_.indirect_scale;
 }
@@ -271,9 +292,9 @@ std::optional<LobeChoice> IgiEstimator::choose_lobe(const Bsdf& bsdf, const Comp
     return LobeChoice{blurred, left / (1 - chance), false};
 }
 
-// `choice`: by which the place asked the lights.
+// `choice`: by which the place asked the lights; `by_vpls` as CompensatingPath has it.
 CompensatingPath IgiEstimator::continue_path(const Vertex& vertex, const BsdfSample& sample,
-                                             const LightChoice& choice,
+                                             const LightChoice& choice, const Rgb& by_vpls,
                                              const CompensatingPath& before) const {
     const EmissionRule rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
     return {Ray{vertex.hit.at.towards(sample.wi), sample.wi},
@@ -282,7 +303,7 @@ CompensatingPath IgiEstimator::continue_path(const Vertex& vertex, const BsdfSam
             before.throughput * sample.weight,
             rule,
             vertex.medium_towards(sample.wi),
-            !sample.delta,
+            by_vpls,
             before.eta_scale * sample.eta_scale,
             before.specular ? before.caustic : before.caustic * caustics_.left_to_rays(vertex, sample.wi),
             before.specular,
@@ -300,7 +321,7 @@ CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V
             before.throughput,
             rule,
             vertex.medium,
-            true,
+            Rgb(1),
             before.eta_scale,
             caustics_.left_to_rays(),
             false,
@@ -309,10 +330,10 @@ CompensatingPath IgiEstimator::continue_path(const MediumVertex& vertex, const V
 
 // What is left of a path's throughput after VPLs at y have brought theirs to where it began.
 Rgb IgiEstimator::residual(const CompensatingPath& path, const SurfacePoint& y, float cosine) const {
-    if (!path.lit) return path.throughput;
+    if (is_black(path.by_vpls)) return path.throughput;
     const float d2 = (y.p - path.from.p).length2();
-    return path.throughput *
-           shading_.geometry().residual(d2, path.cosine * cosine, path.from.error + y.error);
+    const float clamped = shading_.geometry().clamped(d2, path.cosine * cosine, path.from.error + y.error);
+    return path.throughput * (Rgb(1) - path.by_vpls * clamped);
 }
 
 // Roulette, before a set of lights is asked: every survivor is worth it. Even with albedo 1 it ends.

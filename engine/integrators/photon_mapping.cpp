@@ -80,6 +80,7 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
     parameters.longest = most_bounces(settings.max_depth) - 1;  // one more where it is seen
     parameters.seed = context.seed;
     parameters.pass = context.pass;
+    parameters.deadline = context.prepared;
     parameters.index = settings.index;
     return parameters;
 }

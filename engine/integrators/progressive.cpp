@@ -123,7 +123,7 @@ class ProgressiveSession final : public Session {
                        std::optional<ImportancePrePass> pre_pass, FirstRadii radii)
         : settings_(map_settings(settings)),
           schedule_(static_cast<double>(settings.alpha)),
-          context_(context),
+          context_(context.prepared_by({})),  // of every pass alike
           pre_pass_(std::move(pre_pass)),
           radii_(std::move(radii)) {}
 
@@ -145,16 +145,21 @@ class ProgressiveSession final : public Session {
     FirstRadii radii_;
 };
 
-// Pre-pass maps, of as many light paths as a pass has, and the radii found in them. None if the monitor
-// stopped it.
-std::optional<FirstRadii> find_first_radii(const ProgressiveSettings& settings,
-                                           const DensityEstimateSettings& how, const RenderContext& context,
-                                           const LearnedEmission* emission) {
+struct RadiusPrePass {
+    FirstRadii radii;
+    std::int64_t paths;
+};
+// Pre-pass maps, of as many light paths as a pass has, and the radii found in them; of fewer where there is
+// not the time for them. None if the monitor stopped it.
+std::optional<RadiusPrePass> find_first_radii(const ProgressiveSettings& settings,
+                                              const DensityEstimateSettings& how,
+                                              const RenderContext& context, const LearnedEmission* emission) {
     MapParameters parameters;
     parameters.emission = emission;
     parameters.paths = settings.photons;
     parameters.seed = context.seed;
     parameters.pass = kRadiusPrePass;
+    parameters.deadline = context.prepared;
     parameters.volume_direct = settings.direct == DirectMethod::map;
     parameters.longest = most_bounces(settings.max_depth) - 1;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
@@ -163,7 +168,8 @@ std::optional<FirstRadii> find_first_radii(const ProgressiveSettings& settings,
     }
     const PhotonMaps maps = build_photon_maps(context.scene, parameters, context.workers, context.monitor);
     if (context.monitor.stopped()) return std::nullopt;
-    return FirstRadii(maps, how, context.workers);
+    return RadiusPrePass{FirstRadii(maps, how, context.workers),
+                         static_cast<std::int64_t>(maps.ledger.paths)};
 }
 
 class ProgressiveIntegrator final : public Integrator {
@@ -180,16 +186,20 @@ class ProgressiveIntegrator final : public Integrator {
         auto pre_pass = learn_emission(map_settings(settings_), how, context, statistics);
         if (context.monitor.stopped()) return nullptr;
         std::optional<FirstRadii> radii;
+        ProgressiveSettings settings = settings_;
         if (settings_.estimate.radius > 0) {
             radii.emplace(settings_.estimate.radius);
         } else {
             const Stopwatch watch;
-            radii = find_first_radii(settings_, how, context, pre_pass ? &pre_pass->emission : nullptr);
-            if (!radii) return nullptr;
+            auto found = find_first_radii(settings_, how, context, pre_pass ? &pre_pass->emission : nullptr);
+            if (!found) return nullptr;
+            radii = std::move(found->radii);
+            // All passes are of as many as there was time for here: they must not differ in what they blur.
+            settings.photons = std::min(settings.photons, found->paths);
             statistics.first_radius = radii->means();
             statistics.seconds.add("radii", watch.seconds());
         }
-        return std::make_unique<ProgressiveSession>(settings_, context, std::move(pre_pass),
+        return std::make_unique<ProgressiveSession>(settings, context, std::move(pre_pass),
                                                     std::move(*radii));
     }
 

@@ -151,13 +151,32 @@ V3d Film::variance(std::size_t place) const {
     return variance;
 }
 
+std::size_t Film::without_sample() const {
+    std::size_t without = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) without += count(i) == 0 ? 1 : 0;
+    return without;
+}
+
+// The pixel whose value stands for one without a sample: its own place if no other can.
+std::size_t Film::shown_at(std::size_t pixel) const {
+    if (count(pixel) > 0) return pixel;
+    const int x = static_cast<int>(pixel % static_cast<std::size_t>(width_));
+    const int y = static_cast<int>(pixel / static_cast<std::size_t>(width_));
+    for (const int cell : {2, 4}) {
+        const std::size_t coarser = place(x / cell * cell, y / cell * cell);
+        if (count(coarser) > 0) return coarser;
+    }
+    return pixel;
+}
+
 Image Film::develop(float scale, const WorkingSpace& colours) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-        const V3f mean = value(pixels_[i]) * scales;
-        const V3d scaled_variance = variance(i) * V3d(scales) * V3d(scales);
+        const std::size_t at = shown_at(i);
+        const V3f mean = value(pixels_[at]) * scales;
+        const V3d scaled_variance = variance(at) * V3d(scales) * V3d(scales);
         for (int c = 0; c < 3; ++c) {
             image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
             constexpr double kLargest = std::numeric_limits<float>::max();

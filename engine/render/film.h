@@ -38,9 +38,17 @@ class Film {
     // those of different passes do not: the variance is taken between passes.
     void add_pass(int x, int y, std::span<const Sample> samples);
 
+    bool has_sample(int x, int y) const { return count(place(x, y)) > 0; }
+    // The first samples come in steps: 0, of one pixel in 16, 1, of one in four, and 2, of all others.
+    static int step_of(const V2i& at) {
+        return ((at.x | at.y) & 3) == 0 ? 0 : ((at.x | at.y) & 1) == 0 ? 1 : 2;
+    }
+    std::size_t without_sample() const;  // pixels
+
     // Channels R G B (the pixel times `scale`) and variance.R variance.G variance.B: the variance of that
-    // value. Pixels without a sample are black; with one sample the variance is 0 and says nothing. What is
-    // beyond float32 is written as the largest number that is not (of radiances above some 1e19).
+    // value. Pixels without a sample show the nearest of an earlier step that has one, and are black where
+    // there is none; with one sample the variance is 0 and says nothing. What is beyond float32 is written as
+    // the largest number that is not (of radiances above some 1e19).
     //
     // A pixel is E[wL], and E[w] = 1. It is estimated as mean(L) + cov(w, L): as unbiased as mean(wL), and
     // exact where L does not vary, however the signs of the weights fall.
@@ -105,6 +113,7 @@ class Film {
         double variance;       // of the pixel's, were the parts independent: their difference, squared
     };
 
+    std::size_t shown_at(std::size_t pixel) const;
     std::size_t place(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
     }

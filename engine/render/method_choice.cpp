@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "engine/base/error.h"
@@ -16,10 +17,10 @@
 namespace lucerna {
 namespace {
 
-constexpr double kTrialShare = 0.08;  // of all time
-constexpr double kLongestTrial = 12;  // seconds, all methods together
-constexpr double kJudgeShare = 0.35;  // of the trial, for the method that is unbiased
+constexpr double kTrialShare = 0.15;  // of all time
+constexpr double kLongestTrial = 15;  // seconds, all methods together
 
+// Photons of a trial, at the most.
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
 constexpr int kTrialSets = 16, kMostSets = 4096;
 constexpr std::int64_t kPrePassPaths = 65'536;
@@ -77,52 +78,123 @@ std::string short_text(const IntegratorSettings& settings) {
     return std::string(integrator_name(settings));
 }
 
-// Luminance of each block, by what most methods agree on: one method's firefly or bias must not decide to
-// what errors are relative.
-std::vector<double> levels(const std::vector<const Trial*>& trials, std::size_t blocks) {
-    std::vector<double> result(blocks);
-    for (std::size_t b = 0; b < blocks; ++b) {
-        std::vector<double> means;
-        for (const Trial* trial : trials) {
-            if (b < trial->blocks().size()) means.push_back(trial->blocks()[b].mean());
-        }
-        std::sort(means.begin(), means.end());
-        result[b] = means[(means.size() - 1) / 2];
-    }
-    return result;
+// Methods whose errors have one cause: what one of a family misses or blurs, the others may, too.
+enum Family : std::size_t { kRays, kVirtualLights, kPhotons, kFamilies };
+Family family_of(const IntegratorSettings& settings) {
+    if (std::holds_alternative<PathSettings>(settings)) return kRays;
+    return std::holds_alternative<IgiSettings>(settings) ? kVirtualLights : kPhotons;
 }
 
-class Scales {
-  public:
-    explicit Scales(const std::vector<double>& levels) : levels_(levels) {
-        for (const double level : levels) mean_ += std::fabs(level) / static_cast<double>(levels.size());
+// What a block shows: luminance, and the variance of that.
+struct Level {
+    double mean = 0, variance = 0;
+};
+
+// A family's, over its trials that have looked at the block.
+std::optional<Level> level_by(Family family, const std::vector<const Trial*>& trials, std::size_t block) {
+    Level sum;
+    double count = 0;
+    for (const Trial* trial : trials) {
+        if (family_of(trial->settings()) != family || block >= trial->blocks().size()) continue;
+        sum.mean += trial->blocks()[block].mean();
+        sum.variance += trial->blocks()[block].variance();
+        ++count;
     }
+    if (count == 0) return std::nullopt;
+    return Level{sum.mean / count, sum.variance / sqr(count)};
+}
+
+// What a block shows by what most families agree on. Each may be wrong by itself: paths miss small bright
+// lights that mirrors and glass show, and know nothing of what they have missed; photons are blurred; virtual
+// lights have sparks. Two of the three are seldom wrong in the same way.
+Level consensus(const std::vector<const Trial*>& trials, std::size_t block) {
+    std::vector<Level> levels;
+    for (std::size_t family = 0; family < kFamilies; ++family) {
+        if (const auto level = level_by(Family(family), trials, block)) levels.push_back(*level);
+    }
+    std::sort(levels.begin(), levels.end(), [](const Level& a, const Level& b) { return a.mean < b.mean; });
+    if (levels.size() % 2 == 1) return levels[levels.size() / 2];
+    return {0.5 * (levels[0].mean + levels[1].mean), 0.25 * (levels[0].variance + levels[1].variance)};
+}
+
+class Consensus {
+  public:
+    explicit Consensus(const std::vector<const Trial*>& trials) {
+        std::size_t blocks = 0;
+        for (const Trial* trial : trials) blocks = std::max(blocks, trial->blocks().size());
+        for (std::size_t b = 0; b < blocks; ++b) levels_.push_back(consensus(trials, b));
+        for (const Level& level : levels_)
+            mean_ += std::fabs(level.mean) / static_cast<double>(levels_.size());
+    }
+    const Level& level(std::size_t block) const { return levels_[block]; }
     // A squared error as a share; 0 where all is black, and nothing can be told.
     double share(std::size_t block, double square) const {
-        const double scale = error_scale2(levels_[block], mean_);
+        const double scale = error_scale2(levels_[block].mean, mean_);
         return scale > 0 ? square / scale : 0;
     }
 
   private:
-    const std::vector<double>& levels_;
+    std::vector<Level> levels_;
     double mean_ = 0;
 };
 
-double variance_of(const Trial& trial, const Scales& scales) {
-    RunningStats shares;
-    for (std::size_t b = 0; b < trial.blocks().size(); ++b)
-        shares.add(scales.share(b, trial.blocks()[b].variance_of_a_sample()));
-    return shares.mean();
+// Relative deviations of its samples.
+std::vector<double> deviations_of(const Trial& trial, const Consensus& agreed) {
+    std::vector<double> deviations;
+    for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
+        const Trial::Block& block = trial.blocks()[b];
+        const double mean = block.mean();
+        for (const float value : block.values)
+            deviations.push_back(std::sqrt(agreed.share(b, sqr(double{value} - mean))));
+    }
+    return deviations;
 }
 
-// The squared difference from the judge that neither's noise explains, and one standard error more.
-double beyond_noise(const Trial& trial, const Trial& judge, const Scales& scales) {
+// Of one sample, and one standard error more: where few blocks have most of it, the others may have met too
+// little.
+double variance_of(const Trial& trial, const Consensus& agreed) {
     RunningStats shares;
-    for (std::size_t b = 0; b < std::min(trial.blocks().size(), judge.blocks().size()); ++b) {
-        const Trial::Block &own = trial.blocks()[b], &right = judge.blocks()[b];
-        shares.add(scales.share(b, sqr(own.mean() - right.mean()) - own.variance() - right.variance()));
+    for (std::size_t b = 0; b < trial.blocks().size(); ++b)
+        shares.add(agreed.share(b, trial.blocks()[b].variance_of_a_sample()));
+    return shares.mean() + (shares.count() > 1 ? shares.standard_error() : 0);
+}
+
+// The squared difference from what is agreed on that noise does not explain, and one standard error more.
+double beyond_noise(const Trial& trial, const Consensus& agreed) {
+    RunningStats shares;
+    for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
+        const Trial::Block& own = trial.blocks()[b];
+        const Level& level = agreed.level(b);
+        const double difference = own.mean() - level.mean;
+        shares.add(difference == 0 ? 0 : agreed.share(b, sqr(difference) - own.variance() - level.variance));
     }
-    return std::max(0.0, shares.mean()) + shares.standard_error();
+    return std::max(0.0, shares.mean()) + (shares.count() > 1 ? shares.standard_error() : 0);
+}
+
+// The variance of a sample that comes from light which samples without bias have not met, though others have
+// seen it. Where N samples have looked in vain for light of mean D, their chance of meeting it is 1/N at the
+// most, and its variance D² N at the least. N is a block's own samples, or those of all blocks, as far as
+// what they lack no other block has too much of.
+double variance_of_missed_light(const Trial& trial, const Consensus& agreed) {
+    RunningStats missed;
+    double lacking = 0, signed_sum = 0, noise = 0, samples = 0;
+    const auto blocks = static_cast<double>(trial.blocks().size());
+    for (std::size_t b = 0; b < trial.blocks().size(); ++b) {
+        const Trial::Block& own = trial.blocks()[b];
+        const Level& level = agreed.level(b);
+        const double difference = level.mean - own.mean();
+        const double variance = own.variance() + level.variance;
+        signed_sum += difference;
+        lacking += std::max(difference, 0.0);
+        noise += variance;
+        for (const RunningStats& pixel : own.pixels) samples += static_cast<double>(pixel.count()) / blocks;
+        missed.add(difference > 0 ? agreed.share(b, sqr(difference) - variance) : 0);
+    }
+    const double square = missed.mean() - (missed.count() > 1 ? missed.standard_error() : missed.mean());
+    if (!(square > 0)) return 0;
+    const double in_vain =
+        std::clamp((signed_sum - 2 * std::sqrt(noise)) / lacking, 0.0, 1.0);  // lacking > 0
+    return square * samples * (1 + in_vain * (blocks - 1));
 }
 
 // Whether photons make a part of the picture, whose number alone mends what they blur.
@@ -132,16 +204,22 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
     return igi && igi->caustics == CausticMethod::map && throws_caustics(scene);
 }
 
-MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales, const Job& job) {
+MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) {
     const V2i size = job.film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
     MethodCost cost;
     cost.once = trial.once_seconds();
     cost.prepare = trial.prepare_seconds() - cost.once;
     cost.sample = trial.sample_seconds() * pixels;
-    cost.variance = variance_of(trial, scales);
-    if (&trial == &judge) return cost;
-    cost.beyond = beyond_noise(trial, judge, scales);
+    cost.variance = variance_of(trial, agreed);
+    const std::vector<double> deviations = deviations_of(trial, agreed);
+    cost.seen = static_cast<double>(deviations.size()) / pixels;
+    cost.tail = tail_exponent(deviations);
+    if (family_of(trial.settings()) == kRays) {
+        cost.variance += variance_of_missed_light(trial, agreed);
+        return cost;
+    }
+    cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
@@ -154,9 +232,10 @@ MethodCost cost_of(const Trial& trial, const Trial& judge, const Scales& scales,
     cost.kind = MethodCost::Kind::maps;
     // Of VPLs it is noise. Of photons, with a fixed number in an estimate, it falls by the estimates' area;
     // the studies give somewhat less.
-    const bool photons = std::holds_alternative<PhotonMapSettings>(trial.settings());
     cost.power = estimates_from_photons(trial.settings(), job.scene) ? 2.0 / 3 : 1;
-    cost.most_work = photons ? static_cast<double>(kMostPhotons) / kTrialPhotons : kMostSets / kTrialSets;
+    const auto* maps = std::get_if<PhotonMapSettings>(&trial.settings());
+    cost.most_work = maps ? static_cast<double>(kMostPhotons) / static_cast<double>(maps->photons)
+                          : double(kMostSets) / kTrialSets;
     return cost;
 }
 
@@ -178,7 +257,7 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     IgiSettings igi = igi_like(asked), pre_pass = igi;
     igi.pre_pass.paths = 0;
     pre_pass.pre_pass.paths = kPrePassPaths;
-    return {{path, 0}, {igi, 0.1}, {maps, 0.2}, {pre_pass, 0.4}, {guided, 0.4}, {progressive, 0.6}};
+    return {{path, 0}, {progressive, 0.1}, {igi, 0.1}, {maps, 0.1}, {pre_pass, 0.3}, {guided, 0.3}};
 }
 
 namespace {
@@ -192,9 +271,12 @@ class Choosing {
     std::optional<MethodChoice> choose() {
         const std::vector<Method> methods = methods_like(job_.integrator);
         if (methods.size() < 2) return std::nullopt;
-        const double first = by_error() ? 0.5 : kJudgeShare * budget(limits_.seconds);
-        if (!run(methods[0].settings, std::min(first, kJudgeShare * kLongestTrial))) return std::nullopt;
-        for (std::size_t m = 1; m < methods.size(); ++m) {
+        for (std::size_t m = 0; m < methods.size(); ++m) {
+            if (m == 0) {
+                const double first = by_error() ? 0.5 : budget(limits_.seconds) / double(methods.size());
+                if (!run(methods[0].settings, first)) return std::nullopt;
+                continue;
+            }
             // More than that share of what the best one needs would not come back.
             const double left = budget(by_error() ? soonest() : limits_.seconds) - clock_.seconds();
             const double share =
@@ -237,13 +319,10 @@ class Choosing {
     std::vector<Expectation> expect() const {
         std::vector<const Trial*> trials;
         for (const auto& trial : trials_) trials.push_back(trial.get());
-        std::size_t blocks = 0;
-        for (const Trial* trial : trials) blocks = std::max(blocks, trial->blocks().size());
-        const std::vector<double> level = levels(trials, blocks);
-        const Scales scales(level);
+        const Consensus agreed(trials);
         std::vector<Expectation> result;
         for (const Trial* trial : trials) {
-            const MethodCost cost = cost_of(*trial, *trials.front(), scales, job_);
+            const MethodCost cost = cost_of(*trial, agreed, job_);
             const double left = limits_.seconds - clock_.seconds();
             result.push_back(by_error() ? soonest_below(limits_.error, cost)
                                         : best_in(std::max(left, 1e-3), cost));
@@ -280,7 +359,7 @@ class Choosing {
     const Workers& workers_;
     Monitor& monitor_;
     Stopwatch clock_;
-    std::vector<std::unique_ptr<Trial>> trials_;  // the judge first
+    std::vector<std::unique_ptr<Trial>> trials_;
     std::vector<std::string> untried_;
 };
 
@@ -293,16 +372,35 @@ std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, 
 
 namespace {
 
-constexpr double kMostPreparation = 0.5;  // of the time
+constexpr double kMostPreparation = 0.4;  // of the time
 // Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
 constexpr double kBeyondShare = 0.5;
 
 }  // namespace
 
+double variance_in(double samples, const MethodCost& cost) {
+    return cost.variance * std::pow(std::max(samples / cost.seen, 1.0), cost.tail);
+}
+
+double tail_exponent(std::vector<double> deviations) {
+    constexpr std::size_t kShare = 50, kLeast = 8;
+    constexpr double kMostExponent = 0.9;  // with 1 no number of samples makes an error smaller
+    const std::size_t largest = std::max(deviations.size() / kShare, kLeast);
+    if (deviations.size() <= largest) return 0;
+    const auto threshold = deviations.begin() + static_cast<std::ptrdiff_t>(largest);
+    std::nth_element(deviations.begin(), threshold, deviations.end(), std::greater<>());
+    if (!(*threshold > 0)) return 0;  // most samples do not vary at all
+    double sum = 0;
+    for (auto d = deviations.begin(); d != threshold; ++d) sum += std::log(*d / *threshold);
+    if (!(sum > 0)) return 0;
+    const double index = static_cast<double>(largest) / sum;
+    return std::clamp(2 / index - 1, 0.0, kMostExponent);
+}
+
 Expectation best_in(double seconds, const MethodCost& cost) {
     Expectation best{kNever, seconds, cost.beyond, 1};
     const auto offer = [&](double samples, double beyond, double work) {
-        const double error = std::sqrt(beyond + cost.variance / samples);
+        const double error = std::sqrt(beyond + variance_in(samples, cost) / samples);
         if (samples >= 1 && error < best.error) best = {error, seconds, beyond, work};
     };
     if (cost.kind == MethodCost::Kind::passes) {
@@ -328,7 +426,8 @@ Expectation soonest_below(double error, const MethodCost& cost) {
         // Where both have become small enough; doubling finds it near enough.
         for (double passes = 2; passes < 1e9; passes *= 2) {
             const double beyond = cost.beyond * std::pow(cost.passes / passes, cost.power);
-            if (beyond > sqr(kBeyondShare) * square || beyond + cost.variance / passes > square) continue;
+            if (beyond > sqr(kBeyondShare) * square || beyond + variance_in(passes, cost) / passes > square)
+                continue;
             offer(passes, passes * (cost.prepare + cost.sample), beyond, 1);
             break;
         }
@@ -337,7 +436,10 @@ Expectation soonest_below(double error, const MethodCost& cost) {
     for (double work = 1; work <= cost.most_work; work *= 2) {
         const double beyond = cost.beyond * std::pow(work, -cost.power);
         if (beyond > sqr(kBeyondShare) * square) continue;
-        const double samples = std::max(1.0, cost.variance / (square - beyond));
+        // variance_in(n) / n = n^(tail - 1) variance / seen^tail falls with n: tail < 1.
+        const double wanted = cost.variance / (square - beyond);
+        const double heavy = std::pow(wanted / std::pow(cost.seen, cost.tail), 1 / (1 - cost.tail));
+        const double samples = std::max(1.0, heavy > cost.seen ? heavy : wanted);
         offer(samples, cost.once + cost.prepare * work + samples * cost.sample, beyond, work);
     }
     return best;

@@ -51,11 +51,23 @@ struct MethodCost {
     double prepare = 0;   // seconds; of a pass
     double sample = 0;    // seconds, of one sample of every pixel of the image; of a pass, all of its samples
     double variance = 0;  // of one sample (pass), squared share, mean over pixels
-    double beyond = 0;    // squared share: of what was made for `prepare`; of the passes of the trial
-    double power = 0;     // `beyond` falls with so much more work by that power
-    double passes = 0;    // of the trial
+    // Where rare samples have most of it: the variance of N times as many samples, as they show it, is N^tail
+    // times as large. The trial's were `seen` samples of each pixel of the image, on average: far fewer
+    // than 1.
+    double tail = 0, seen = 1;
+    double beyond = 0;     // squared share: of what was made for `prepare`; of the passes of the trial
+    double power = 0;      // `beyond` falls with so much more work by that power
+    double passes = 0;     // of the trial
     double most_work = 1;  // times that of the trial, for maps
 };
+
+// Of one sample, as `samples` of every pixel will show it.
+double variance_in(double samples, const MethodCost& cost);
+
+// The exponent `tail` of MethodCost for samples that deviate from their means by so much, relative to them,
+// not negative: 2/a - 1 where the largest are as a distribution of tail index a < 2, whose variance is
+// infinite; else 0. The index is Hill's estimate [Hill 1975] from the largest fiftieth.
+double tail_exponent(std::vector<double> deviations);
 
 struct Expectation {
     double error = 0, seconds = 0;  // infinite: cannot be done

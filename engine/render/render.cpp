@@ -16,8 +16,13 @@ namespace lucerna {
 namespace {
 
 // Samples per pixel are taken in rounds that grow, so that a run that is stopped early has a whole image.
-int next_round(int done) {
-    return std::max(1, std::min(done, 16));
+// With an end in time a tile takes no longer than can be waited for: `seconds`, for one sample of a tile's
+// pixels.
+int next_round(int done, double seconds, bool ends_in_time) {
+    constexpr double kLongestTile = 0.05;
+    const int most =
+        ends_in_time && seconds > 0 ? static_cast<int>(std::clamp(kLongestTile / seconds, 1.0, 16.0)) : 16;
+    return std::max(1, std::min(done, most));
 }
 
 // Steps of so many items go through all of them, and early on to all parts: near the golden section of their
@@ -41,6 +46,7 @@ class Run {
                 FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1),
           tiles_(job, options.seed, film_, integrator_->samples_per_pass() > 1),
           samples_(static_cast<std::size_t>(tiles_.tiles())),
+          first_steps_(samples_.size()),
           show_timer_(options.show ? options.show_every : kNever),
           watch_timer_(options.watch ? options.watch_every : kNever, true),
           checkpoint_timer_(options.keep ? options.keep_every : kNever) {
@@ -66,6 +72,11 @@ class Run {
 
   private:
     static constexpr double kNever = std::numeric_limits<double>::infinity();
+    // Shares of the time that is left within which preparations are to be done: of what serves all samples,
+    // and of what a pass makes, of which there should be many.
+    static constexpr double kPreparation = 0.4, kPassPreparation = 0.1;
+
+    enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 
     // Goes on from a checkpoint whose facts are this render's.
     void take_up(const Checkpoint& from) {
@@ -88,11 +99,12 @@ class Run {
         report_.passes_done = from.passes_done;
     }
 
-    // Makes what all passes share. Null if it was stopped.
-    std::unique_ptr<const Session> begin() {
+    // Makes what all passes share, in that share of the time. Null if it was stopped.
+    std::unique_ptr<const Session> begin(double share) {
         const Stopwatch preparing;
+        const Deadline prepared = Deadline::after(share * (options_.limits.seconds - elapsed()));
         auto session = integrator_->begin(
-            {job_.scene, options_.seed, options_.workers, monitor_, view_of(job_)}, report_.once);
+            {job_.scene, options_.seed, options_.workers, monitor_, view_of(job_), prepared}, report_.once);
         preparing_ += preparing.seconds();
         return monitor_.stopped() ? nullptr : std::move(session);
     }
@@ -102,19 +114,27 @@ class Run {
         StopRule rule(options_.limits, job_.spp);
         int& done = report_.samples_done;
         if (enough(rule, done)) return end(rule.reason());
-        const auto session = begin();
+        const auto session = begin(kPreparation);
         const auto estimator = session ? prepare(*session, 0, monitor_, report_.passes) : nullptr;
         report_.rays_prepare = job_.scene.rays();
         if (!estimator) return end("user");
         Progress progress(monitor_, "image", way(), options_.limits);
-        while (const int round = rule.next(done, next_round(done), elapsed())) {
-            if (!render_tiles(*estimator, done + round, progress)) return end("user");
+        while (const int round =
+                   rule.next(done, next_round(done, tile_seconds_, ends_in_time()), elapsed())) {
+            const double before = imaging_;
+            const Swept swept = render_tiles(*estimator, done + round, progress);
+            if (swept == Swept::stopped) return end("user");
+            if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             done += round;
+            tile_seconds_ = (imaging_ - before) * options_.workers.threads /
+                            (static_cast<double>(round) * tiles_.tiles());
             progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
-        if (rule.out_of_time() && !fill(*estimator, done + 1, progress)) return end("user");
+        // As many tiles as there is time for get one more sample.
+        if (rule.out_of_time() && render_tiles(*estimator, done + 1, progress) == Swept::stopped)
+            return end("user");
         progress.finish();
         end(rule.reason());
     }
@@ -128,36 +148,45 @@ class Run {
             take_up_report();
             return end(rule.reason());
         }
-        const auto session = begin();
+        const auto session = begin(kPassPreparation);
         if (!session) return end("user");
         take_up_report();
         Progress progress(monitor_, "passes", way(), options_.limits);
         while (rule.next(done, 1, elapsed()) > 0) {
-            if (!render_pass(*session, progress)) return end("user");
+            const Swept swept = render_pass(*session, progress);
+            if (swept == Swept::stopped) return end("user");
+            if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             progress.round(elapsed());
             if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
             show();
         }
-        if (rule.out_of_time() && !fill_pass(*session, progress)) return end("user");
+        // A last pass for as many tiles as there is time for, if it can be prepared in it.
+        if (rule.out_of_time() && elapsed() + last_preparing_ < options_.limits.seconds &&
+            render_pass(*session, progress) == Swept::stopped)
+            return end("user");
         progress.finish();
         end(rule.reason());
     }
 
-    // False if it was stopped on the way.
-    bool render_pass(const Session& session, Progress& progress) {
+    Swept render_pass(const Session& session, Progress& progress) {
         const int end = std::min(report_.samples_done + integrator_->samples_per_pass(), job_.spp);
         // The samples of a pass belong together, and a render that goes on to more passes has all of them:
-        // what it needs is the image before a last pass that is cut short.
-        if (end - report_.samples_done < integrator_->samples_per_pass()) keep_the_last();
+        // what it needs is the image before a last pass that is cut short, by their number or by time.
+        if (end - report_.samples_done < integrator_->samples_per_pass() ||
+            elapsed() + last_pass_ >= options_.limits.seconds)
+            keep_the_last();
+        const double began = elapsed();
         PassStatistics statistics;
         PassMonitor quiet(monitor_);
         const auto estimator = prepare(session, report_.passes_done, quiet, statistics);
-        if (!estimator) return false;
-        if (!render_tiles(*estimator, end, progress)) return false;
+        if (!estimator) return Swept::stopped;
+        const Swept swept = render_tiles(*estimator, end, progress);
+        if (swept != Swept::whole) return swept;
         report_.passes.add(statistics);
         report_.samples_done = end;
         ++report_.passes_done;
-        return true;
+        last_pass_ = elapsed() - began;
+        return swept;
     }
 
     std::unique_ptr<const Estimator> prepare(const Session& session, int pass, Monitor& monitor,
@@ -169,59 +198,61 @@ class Run {
         return estimator;
     }
 
-    // A last pass for as many tiles as there is time for, if it can be prepared in it.
-    bool fill_pass(const Session& session, Progress& progress) {
-        if (elapsed() + last_preparing_ >= options_.limits.seconds) return true;
-        keep_the_last();
-        PassStatistics statistics;
-        PassMonitor quiet(monitor_);
-        const auto estimator = prepare(session, report_.passes_done, quiet, statistics);
-        return estimator &&
-               fill(*estimator, report_.samples_done + integrator_->samples_per_pass(), progress);
-    }
-
-    // The samples up to `end` of as many tiles as there is time for, spread over the image. False if it was
-    // stopped on the way.
-    bool fill(const Estimator& estimator, int end, Progress& progress) {
-        const Stopwatch imaging;
-        const std::int64_t tiles = tiles_.tiles(), stride = spreading_stride(tiles);
-        parallel_chunks(options_.workers, tiles, [&](std::int64_t i) {
-            const std::int64_t tile = i * stride % tiles;
-            std::int32_t& there = samples_[static_cast<std::size_t>(tile)];
-            if (there >= end || monitor_.stopped() || elapsed() >= options_.limits.seconds) return;
-            tiles_.render(estimator, static_cast<int>(tile), there, end);
-            progress.tile(end - there);
-            there = end;
-        });
-        imaging_ += imaging.seconds();
-        return !monitor_.stopped();
-    }
-
-    // All pixels' samples up to `end`, those that are there left out. False if it was stopped on the way:
-    // some pixels have them, some have not.
-    bool render_tiles(const Estimator& estimator, int end, Progress& progress) {
-        for (;;) {
-            const Stopwatch imaging;
-            std::atomic<bool> whole{true}, began{false};
-            parallel_chunks(options_.workers, tiles_.tiles(), [&](std::int64_t tile) {
-                std::int32_t& there = samples_[static_cast<std::size_t>(tile)];
-                if (there >= end) return;
-                // Between two pauses something is done, however often they are due.
-                if (monitor_.stopped() || (began && pause_due())) {
-                    whole = false;
-                    return;
-                }
-                began = true;
+    // All pixels' samples up to `end`, those that are there left out. Not whole: some pixels have them, some
+    // have not.
+    Swept render_tiles(const Estimator& estimator, int end, Progress& progress) {
+        if (report_.samples_done > 0) {
+            return sweep(true, [&](std::size_t tile) {
+                std::int32_t& there = samples_[tile];
+                if (there >= end) return false;
                 tiles_.render(estimator, static_cast<int>(tile), there, end);
                 progress.tile(end - there);
                 there = end;
+                return true;
+            });
+        }
+        for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
+            // However little time there is: something to see everywhere.
+            const Swept swept = sweep(step > 0, [&](std::size_t tile) {
+                if (samples_[tile] > 0 || first_steps_[tile] > step) return false;
+                tiles_.render_first(estimator, static_cast<int>(tile), end, step);
+                if (++first_steps_[tile] < TileRenderer::kFirstSteps) return true;
+                samples_[tile] = end;
+                progress.tile(end);
+                return true;
+            });
+            if (swept != Swept::whole) return swept;
+        }
+        return Swept::whole;
+    }
+
+    // Calls render(tile) for all tiles, unless it may end before that and has to: the user or the time says
+    // so. render() is false where there is nothing to do. With an end in time they come in an order that is
+    // spread over the image early on.
+    template <typename Render>
+    Swept sweep(bool may_end, Render&& render) {
+        const std::int64_t tiles = tiles_.tiles(), stride = ends_in_time() ? spreading_stride(tiles) : 1;
+        for (;;) {
+            const Stopwatch imaging;
+            std::atomic<bool> whole{true}, began{false};
+            parallel_chunks(options_.workers, tiles, [&](std::int64_t i) {
+                // Between two pauses something is done, however often they are due.
+                if (may_end && (monitor_.stopped() || is_out_of_time() || (began && pause_due()))) {
+                    whole = false;
+                    return;
+                }
+                if (!render(static_cast<std::size_t>(i * stride % tiles))) return;
+                began = true;
             });
             imaging_ += imaging.seconds();
-            if (whole) return true;
-            if (monitor_.stopped()) return false;
+            if (whole) return Swept::whole;
+            if (monitor_.stopped()) return Swept::stopped;
+            if (is_out_of_time()) return Swept::out_of_time;
             pause();
         }
     }
+    bool ends_in_time() const { return std::isfinite(options_.limits.seconds); }
+    bool is_out_of_time() const { return ends_in_time() && elapsed() >= options_.limits.seconds; }
 
     // Nothing works on the image in between.
     bool pause_due() const {
@@ -294,6 +325,10 @@ class Run {
         return span;
     }
 
+    void end(std::string_view reason, Progress& progress) {
+        progress.finish();
+        end(reason);
+    }
     void end(std::string_view reason) {
         report_.complete = reason != "user";
         report_.ended_by = reason;
@@ -335,6 +370,13 @@ class Run {
         if (invalid_rays() > 0) {
             monitor_.warn(fmt::format("{} rays were not finite and met nothing", invalid_rays()));
         }
+        if (const std::size_t without = film_.without_sample();
+            report_.samples_done == 0 && report_.complete && without > 0) {
+            monitor_.warn(
+                fmt::format("there was no time for a sample of each pixel: {} of {} show the value of one "
+                            "beside them",
+                            without, film_.width() * film_.height()));
+        }
     }
 
     const Job& job_;
@@ -349,6 +391,9 @@ class Run {
     RenderReport report_;
     double preparing_ = 0, imaging_ = 0;  // seconds, of this render
     double last_preparing_ = 0;           // of them, the last pass's
+    double last_pass_ = 0;                // seconds of the last pass
+    double tile_seconds_ = 0;             // of one sample of a tile's pixels, by one thread
+    std::vector<int> first_steps_;        // of each tile's first samples, those that are done
     Recurring show_timer_, watch_timer_, checkpoint_timer_;
     bool keepable_ = true;  // the image is one from which others can go on
 };

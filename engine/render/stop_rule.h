@@ -49,6 +49,8 @@ class StopRule {
     }
     // There was too little time for another unit; there may be enough for a part of one.
     bool out_of_time() const { return reason_ == kTime; }
+    // Time is up in the middle of a unit.
+    const char* time_is_up() { return reason_ = kTime; }
     // What ended it: "samples", "time", "error"; "user" as long as none of them did.
     const char* reason() const { return reason_; }
 

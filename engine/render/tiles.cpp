@@ -19,14 +19,25 @@ Film::Sample PixelSampler::sample(const Estimator& estimator, const V2i& at, int
     return {estimator.Li(job_.camera.ray(centre + place.offset, lens), sampler), place.weight};
 }
 
-void TileRenderer::render(const Estimator& estimator, int tile, int first, int end) {
+template <typename Visit>
+void TileRenderer::for_each_pixel(int tile, Visit&& visit) const {
     const int x0 = tile % across() * kTile;
     const int y0 = tile / across() * kTile;
     for (int y = y0; y < std::min(y0 + kTile, film_.height()); ++y) {
         for (int x = x0; x < std::min(x0 + kTile, film_.width()); ++x) {
-            render_pixel(estimator, {x, y}, first, end);
+            visit(V2i(x, y));
         }
     }
+}
+
+void TileRenderer::render(const Estimator& estimator, int tile, int first, int end) {
+    for_each_pixel(tile, [&](const V2i& at) { render_pixel(estimator, at, first, end); });
+}
+
+void TileRenderer::render_first(const Estimator& estimator, int tile, int end, int step) {
+    for_each_pixel(tile, [&](const V2i& at) {
+        if (Film::step_of(at) == step && !film_.has_sample(at.x, at.y)) render_pixel(estimator, at, 0, end);
+    });
 }
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {

@@ -37,8 +37,14 @@ class TileRenderer {
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
 
-    // The samples [first, end) of every pixel of a tile.
+    // The samples [first, end) of every pixel of a tile, `first` > 0.
     void render(const Estimator& estimator, int tile, int first, int end);
+
+    // The samples [0, end) in steps, each of more pixels, evenly over the tile, so that there is soon
+    // something to see everywhere (Film::develop). Of a tile's pixels those of a step that have no sample
+    // yet.
+    static constexpr int kFirstSteps = 3;
+    void render_first(const Estimator& estimator, int tile, int end, int step);
 
     // Samples that were not finite and left out; the first of them, to find it again: of the first such
     // sample number the first pixel in reading order, whichever thread found what when.
@@ -55,6 +61,8 @@ class TileRenderer {
     static constexpr int kTile = 16;  // pixels
 
     int across() const { return (film_.width() + kTile - 1) / kTile; }
+    template <typename Visit>
+    void for_each_pixel(int tile, Visit&& visit) const;
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 

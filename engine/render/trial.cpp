@@ -11,6 +11,8 @@ namespace lucerna {
 namespace {
 
 constexpr std::size_t kMostBlocks = 256;
+constexpr double kPreparing = 0.6;  // at the most, of a trial's time
+
 constexpr std::size_t kBlocksAtOnce = 32;  // enough that all threads have some, few enough to stop in time
 
 V2i block_size(const FilmSettings& film) {
@@ -80,14 +82,14 @@ bool Trial::run(double seconds) {
         double last = 0;
         do {
             const double begin = clock.seconds();
-            if (!prepare()) return false;
+            if (!prepare(kPreparing * seconds)) return false;
             const int first = static_cast<int>(passes_++) * samples;
             sample_blocks(0, std::min(kBlocksOfPasses, places_.size()), first, first + samples);
             last = clock.seconds() - begin;
         } while (passes_ < 2 || clock.seconds() + last < seconds);
         return !monitor_.stopped();
     }
-    if (!estimator_ && !prepare()) return false;
+    if (!estimator_ && !prepare(kPreparing * seconds)) return false;
     do {
         const std::size_t end = std::min(next_ + kBlocksAtOnce, places_.size());
         sample_blocks(next_, end, sweep_ * kSamplesAtOnce, (sweep_ + 1) * kSamplesAtOnce);
@@ -100,20 +102,24 @@ bool Trial::run(double seconds) {
     return !monitor_.stopped();
 }
 
-bool Trial::prepare() {
+bool Trial::prepare(double seconds) {
     const Stopwatch clock;
     PassMonitor quiet(monitor_);
     if (!session_) {
         OnceStatistics once;
-        session_ = integrator_->begin({job_.scene, seed_, workers_, quiet, view_of(job_)}, once);
+        session_ = integrator_->begin(
+            {job_.scene, seed_, workers_, quiet, view_of(job_), Deadline::after(seconds)}, once);
         if (!session_ || quiet.stopped()) return false;
         if (!in_passes()) {
-            for (const auto& [phase, seconds] : once.seconds) once_ += seconds;
+            for (const auto& [phase, took] : once.seconds) once_ += took;
         }
     }
     PassStatistics statistics;
     estimator_ = session_->pass(passes_, quiet, statistics);
     preparing_ += clock.seconds();
+    // There may have been time for fewer than asked for.
+    if (auto* maps = std::get_if<PhotonMapSettings>(&settings_); maps && statistics.ledger)
+        maps->photons = static_cast<std::int64_t>(statistics.ledger->paths_emitted);
     return estimator_ != nullptr;
 }
 
@@ -121,8 +127,12 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const Stopwatch clock;
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
-    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels)});
+    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}});
     const PixelSampler pixel_sampler(job_, seed_);
+    const auto add = [this](std::size_t block, std::size_t pixel, double value) {
+        blocks_[block].pixels[pixel].add(value);
+        blocks_[block].values.push_back(static_cast<float>(value));
+    };
     parallel_chunks(workers_, static_cast<std::int64_t>(end - begin), [&](std::int64_t i) {
         const std::size_t block = begin + static_cast<std::size_t>(i);
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -133,10 +143,14 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
                 const Film::Sample sample = pixel_sampler.sample(*estimator_, at, s);
                 if (!is_finite(sample.radiance)) continue;
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
-                (in_passes() ? seen : blocks_[block].pixels[pixel]).add(value);
+                if (in_passes()) {
+                    seen.add(value);
+                } else {
+                    add(block, pixel, value);
+                }
             }
             // The samples of a pass are one: they look at the same photons.
-            if (in_passes() && seen.count() > 0) blocks_[block].pixels[pixel].add(seen.mean());
+            if (in_passes() && seen.count() > 0) add(block, pixel, seen.mean());
         }
     });
     samples_ += (end - begin) * pixels * static_cast<std::size_t>(last - first);

@@ -41,6 +41,7 @@ class Trial {
     // where it works in passes, what each saw through the pixel.
     struct Block {
         std::vector<RunningStats> pixels;
+        std::vector<float> values;  // that they are of, in no order that matters
         double mean() const;
         double variance() const;              // of mean()
         double variance_of_a_sample() const;  // the pixels' mean; of a pass, where it works in passes
@@ -50,10 +51,11 @@ class Trial {
     std::uint32_t passes() const { return passes_; }
 
   private:
-    static constexpr int kSamplesAtOnce = 4;
+    static constexpr int kSamplesAtOnce = 2;
     static constexpr std::size_t kBlocksOfPasses = 64;
 
-    bool prepare();
+    // Within so many seconds, with less than the settings ask for if need be.
+    bool prepare(double seconds);
     // Takes the samples [first, last) of every pixel of the blocks [begin, end).
     void sample_blocks(std::size_t begin, std::size_t end, int first, int last);
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/base/deadline.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/scene/camera.h"
@@ -24,9 +25,16 @@ struct RenderContext {
     const Workers& workers;
     Monitor& monitor;
     std::optional<View> view = {};  // what the image shows; steps may work for it alone
+    // By when preparations are to be done, with fewer photons or points than the settings ask for if need be.
+    // What they make depends on the clock then.
+    Deadline prepared = {};
 
     // The same, its phases told to another monitor.
-    RenderContext told_to(Monitor& other) const { return {scene, seed, workers, other, view}; }
+    RenderContext told_to(Monitor& other) const { return {scene, seed, workers, other, view, prepared}; }
+    // The same, but for when preparations end.
+    RenderContext prepared_by(const Deadline& deadline) const {
+        return {scene, seed, workers, monitor, view, deadline};
+    }
 };
 
 }  // namespace lucerna

@@ -76,6 +76,7 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     maps.caustic_chains = rays_find_rest_;
     maps.most_bounces = kMostBounces;
     maps.emission = learned;
+    maps.deadline = context.prepared;
     PhotonMaps built = build_photon_maps(scene, maps, context.workers, context.monitor);
     if (context.monitor.stopped()) return;
     constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);
