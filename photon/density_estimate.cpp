@@ -44,7 +44,7 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
         if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
         result.value +=
-            carry(photon, -photon.direction.unpack()) * (kernel(settings_.kernel, neighbour.key / r2) / r2);
+            carry(photon, -photon.direction.unpack(), kernel(settings_.kernel, neighbour.key / r2) / r2);
         ++result.photons;
     }
     return result;
@@ -63,12 +63,13 @@ DensityEstimateResult DensityEstimate::sum(const Disc& disc, std::span<const Nei
         if (limits()) result.deepest = std::max(result.deepest, int{map_.bounces()[neighbour.index]});
         const Photon& photon = map_.photons()[neighbour.index];
         result.value +=
-            carry(photon, -photon.direction.unpack()) * kernel(settings_.kernel, neighbour.key / disc.r2);
+            carry(photon, -photon.direction.unpack(), kernel(settings_.kernel, neighbour.key / disc.r2));
     }
     const auto [share, part] = probed(disc, found);
     result.share = share;
     result.part = part;
-    result.value *= part / (disc.r2 * share);  // the share is never 0
+    result.scale = part / (disc.r2 * share);  // the share is never 0
+    result.value *= result.scale;
     return result;
 }
 
@@ -124,13 +125,26 @@ DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf
         lit.value *= bsdf.f(wo, at.n, Transport::radiance);
         return lit;
     }
-    return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi) {
-        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi);
+    return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
+        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi) * weight;
     });
 }
 
 DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const {
-    return estimate(at.p, at.n, at.error, [](const Photon& photon, const V3f&) { return photon.power; });
+    return estimate(at.p, at.n, at.error,
+                    [](const Photon& photon, const V3f&, float weight) { return photon.power * weight; });
+}
+
+DensityEstimateResult DensityEstimate::incident(const SurfacePoint& at, IncidentLightSum& light) const {
+    IncidentLightSum found(at.n);
+    const DensityEstimateResult result =
+        estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
+            const Rgb brought = photon.power * weight;
+            found.add(brought, wi);
+            return brought;
+        });
+    light.add(found, result.scale);
+    return result;
 }
 
 namespace {

@@ -11,6 +11,7 @@
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
+#include "photon/incident_light.h"
 #include "photon/photon_map.h"
 #include "photon/probes.h"
 #include "photon/tangent_metric.h"
@@ -49,6 +50,7 @@ struct DensityEstimateResult {
     int photons = 0;   // that counted
     float share = 1;   // of the kernel, by which the boundary correction divided
     float part = 1;    // of the value found that counted
+    float scale = 0;   // of the photons' sum, kernel included: what makes it the value
     int deepest = 0;   // bounces before a photon that counts, at the most; told where they are limited
 };
 
@@ -86,6 +88,8 @@ class DensityEstimate {
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
     // Irradiance at a point on the side of at.n, W/m².
     DensityEstimateResult irradiance(const SurfacePoint& at) const;
+    // The same, added to `light` by where it comes from.
+    DensityEstimateResult incident(const SurfacePoint& at, IncidentLightSum& light) const;
 
   private:
     struct Disc {
@@ -93,8 +97,8 @@ class DensityEstimate {
         float r2;     // squared radius
         float error;  // of x
     };
-    // The density estimate of whatever `carry(photon, wi)` says each photon brings, wi pointing back along
-    // its way.
+    // The density estimate of whatever `carry(photon, wi, weight)` says each photon brings, wi pointing back
+    // along its way, the kernel's weight included.
     template <typename Carry>
     DensityEstimateResult estimate(const V3f& x, const V3f& n, float error, Carry&& carry) const;
     template <typename Carry>

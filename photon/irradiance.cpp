@@ -131,17 +131,16 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
             const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->sampler = probing->sampler.split(places_.numbers[i]);
-            const DensityEstimateResult own =
-                DensityEstimate(*sources.maps.front(), sources.how, probing).irradiance(at);
-            Rgb all = own.value;
+            IncidentLightSum light(at.n);
+            const DensityEstimateResult own = DensityEstimate(*sources.maps.front(), sources.how, probing).incident(at, light);
             int deepest = own.deepest;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
-                const DensityEstimateResult more = DensityEstimate(*map, sources.how, probing).irradiance(at);
-                all += more.value;
+                const DensityEstimateResult more =
+                    DensityEstimate(*map, sources.how, probing).incident(at, light);
                 deepest = std::max(deepest, more.deepest);
             }
-            if (sources.more) all += sources.more(places_.numbers[i], at);
-            values_[i] = {{all, own.radius},
+            if (sources.more) sources.more(places_.numbers[i], at, light);
+            values_[i] = {light.light(), light.total(), own.radius,
                           scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
                           static_cast<BounceCount>(deepest)};
         }
@@ -157,11 +156,11 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
     if (!nearest) return std::nullopt;
     const Value& value = values_[nearest->index];
     if (int{value.deepest} > most_bounces) return std::nullopt;
-    if (nearest->key > sqr(value.found.radius)) return std::nullopt;
+    if (nearest->key > sqr(value.radius)) return std::nullopt;
     if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
         return std::nullopt;
     }
-    return value.found;
+    return Found{value.irradiance, value.radius, &value.light};
 }
 
 bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) const {

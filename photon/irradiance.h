@@ -1,4 +1,4 @@
-// Precomputed irradiance, so that a gather ray needs one look-up instead of an estimate.
+// Precomputed irradiance, with its directions, so that a gather ray needs one look-up instead of an estimate.
 //
 // Source: [Christensen 1999]. Radiosity changes slowly, and what a gather ray hits is averaged over a
 // hemisphere: the value at the nearest of these points, on the same side of a surface of about the same
@@ -69,9 +69,8 @@ struct IrradianceSources {
     DensityEstimateSettings how;
     std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
                                           // between is not asked
-    // Irradiance beside that of the maps, W/m², at the place of that number; none: nothing. Called from any
-    // thread.
-    std::function<Rgb(std::uint32_t number, const SurfacePoint& at)> more = {};
+    // Adds light beside that of the maps, at the place of that number; none: nothing. Called from any thread.
+    std::function<void(std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light)> more = {};
 };
 
 class IrradiancePoints {
@@ -81,8 +80,9 @@ class IrradiancePoints {
                      Monitor& monitor);
 
     struct Found {
-        Rgb irradiance;  // W/m²
-        float radius;    // of the estimate, scene units
+        Rgb irradiance;              // W/m²
+        float radius;                // of the estimate, scene units
+        const IncidentLight* light;  // where it comes from; as long as the points live
     };
     // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
     // own disc and nothing stands between, and no photon that counts there has bounced more than
@@ -94,7 +94,9 @@ class IrradiancePoints {
 
   private:
     struct Value {
-        Found found;
+        IncidentLight light;
+        Rgb irradiance;
+        float radius;
         float room;           // scene units: a point so near is seen
         BounceCount deepest;  // of the photons that count
     };

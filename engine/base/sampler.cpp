@@ -23,6 +23,7 @@ std::uint64_t join(std::uint32_t low, std::uint32_t high) {
 // The third and fourth counter words that turn a key into another key; draws use small numbers there.
 constexpr std::uint32_t kDeriveKey = 0xffffffffU;
 constexpr std::uint32_t kSplit = 0xfffffffeU;
+constexpr std::uint32_t kSplitAlike = 0xfffffffdU;
 
 }  // namespace
 
@@ -78,6 +79,16 @@ Sampler Sampler::split(std::uint32_t branch) const {
     const auto h = hash(key_, stratified_ ? index_ : path_, draw_, kSplit);
     child.key_ = join(h[0], h[1]);
     child.path_ = branch;
+    return child;
+}
+
+Sampler Sampler::split_alike(std::uint32_t branch) const {
+    if (!stratified_) return split(branch);
+    Sampler child;
+    const auto h = hash(key_, branch, draw_, kSplitAlike);
+    child.key_ = join(h[0], h[1]);
+    child.index_ = index_;
+    child.stratified_ = true;
     return child;
 }
 

@@ -32,7 +32,8 @@ enum class Purpose : std::uint32_t {
     bench,
     test,
     tile,
-    importance
+    importance,
+    splitting
 };
 
 class Sampler {
@@ -55,6 +56,9 @@ class Sampler {
 
     // An independent sampler for a branch of this path (a gather ray, a light loop), by its number.
     Sampler split(std::uint32_t branch) const;
+    // The same, where this one is stratified: with numbers that are stratified as its own are, among the
+    // paths of its family that branch off after as many draws.
+    Sampler split_alike(std::uint32_t branch) const;
     // The same, for sample `index` of `branch`: the samples of one branch are stratified among each other.
     Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
 

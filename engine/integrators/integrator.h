@@ -25,6 +25,11 @@ class Estimator {
     // Radiance that arrives along a camera ray, W/(m² sr). Its mean over samplers is what the method
     // converges to.
     virtual Rgb Li(const Ray& ray, Sampler& sampler) const = 0;
+    // The same for the ray of a camera sample at that place of the whole film, in pixels: a method may take
+    // more or fewer samples there than elsewhere.
+    virtual Rgb Li_at(const V2f& /*film*/, const Ray& ray, Sampler& sampler) const {
+        return Li(ray, sampler);
+    }
 };
 
 // One render by one method. It outlives its estimators.

@@ -20,8 +20,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "engine/base/monitor.h"
 #include "engine/guiding/guide.h"
+#include "engine/integrators/splitting.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/light_choice.h"
 #include "engine/transport/specular_chain.h"
@@ -69,6 +72,9 @@ std::array<bool, kMapKinds> wanted_maps(const PhotonMapSettings& settings, const
     return maps;
 }
 
+// Of the time of preparations, where irradiance is precomputed, too.
+constexpr double kPhotonsShare = 0.4;
+
 MapParameters map_parameters(const PhotonMapSettings& settings, const PassContext& context) {
     MapParameters parameters;
     parameters.paths = settings.photons;
@@ -81,6 +87,9 @@ MapParameters map_parameters(const PhotonMapSettings& settings, const PassContex
     parameters.seed = context.seed;
     parameters.pass = context.pass;
     parameters.deadline = context.prepared;
+    // Points take more time than the photons that they are made of.
+    if (context.prepared.exists() && settings.indirect == IndirectMethod::gather && settings.precompute > 0)
+        parameters.deadline = Deadline::after(kPhotonsShare * context.prepared.left());
     parameters.index = settings.index;
     return parameters;
 }
@@ -141,9 +150,10 @@ int kept_where_rays_land(const PhotonMapSettings& settings) {
 // Of an irradiance point's sampler; its probes have a sampler of their own.
 constexpr std::uint32_t kLightSamplesBranch = 1;
 
-// The irradiance E of direct light at a point: π times the radiance of a white surface there.
-Rgb sampled_irradiance(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
-                       const Sampler& point, int samples) {
+// Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
+// radiance times π is the irradiance.
+void add_direct_light(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
+                      const Sampler& point, int samples, IncidentLightSum& light) {
     Hit hit;
     hit.at = at;
     hit.ns = at.n;
@@ -152,12 +162,44 @@ Rgb sampled_irradiance(const Scene& scene, const LightChooser& lights, const Sur
     hit.dpdv = Frame(at.n).t;
     const Bsdf white = white_receiver(hit);
     const LightChoice choice = lights.at(at, white, hit.wo);
-    Rgb sum(0.0F);
+    const Vertex vertex{hit, white, hit.wo};
+    const float scale = kPi / static_cast<float>(samples);
     for (int i = 0; i < samples; ++i) {
         Sampler sampler = point.split_stratified(kLightSamplesBranch, static_cast<std::uint32_t>(i));
-        sum += direct_light(scene, Vertex{hit, white, hit.wo}, sampler, choice).radiance;
+        const float u_light = sampler.next();
+        const V2f u_place = sampler.next2();
+        if (const auto drawn = choice.draw(scene, at.p, u_light, u_place)) {
+            const Rgb asked = unshadowed(vertex, *drawn);
+            if (!is_black(asked)) {
+                light.add(scale * asked * transmitted_share(scene, vertex, drawn->light_sample, sampler),
+                          drawn->light_sample.w);
+            }
+        }
+        const BsdfU u{sampler.next(), sampler.next2()};
+        const auto sample = white.sample(hit.wo, u, Transport::radiance);
+        if (!sample) continue;
+        const Ray ray{at.towards(sample->wi), sample->wi};
+        const Rgb found =
+            emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice));
+        light.add(scale * sample->weight * found, sample->wi);
     }
-    return sum * (kPi / static_cast<float>(samples));
+}
+
+// A point for one photon in so many, as the time allows: by that of a few.
+std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
+                           const IrradianceSources& sources, BounceParameters bounce) {
+    constexpr std::size_t kFew = 256, kMostStride = 1 << 16;
+    const std::size_t wanted = bounce.stride;
+    bounce.stride = std::max(wanted, global.size() / kFew);
+    if (bounce.stride == wanted) return wanted;
+    const double left = context.prepared.left();
+    const Stopwatch clock;
+    const IrradiancePoints few(bounce_on(context.scene, global, bounce, context.workers), sources,
+                               context.workers, context.monitor);
+    const double seconds =
+        clock.seconds() * static_cast<double>(bounce.stride);  // of a point for each photon
+    const double stride = seconds / std::max(left - clock.seconds(), 1e-3);
+    return std::max(wanted, static_cast<std::size_t>(std::min(std::ceil(stride), double{kMostStride})));
 }
 
 }  // namespace
@@ -174,13 +216,14 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
     const Sampler probes(context.seed, Purpose::gather, context.pass, kNoPoint);
     IrradianceSources sources{read, how, Probing{context.scene, probes}, {}};
     if (settings.direct != DirectMethod::map && holds_direct(settings, context.scene)) {
-        sources.more = [&, lights = LightChooser(context.scene, settings.lights)](std::uint32_t number,
-                                                                                  const SurfacePoint& at) {
+        sources.more = [&, lights = LightChooser(context.scene, settings.lights)](
+                           std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light) {
             const Sampler point(context.seed, Purpose::gather, context.pass, number);
-            return sampled_irradiance(context.scene, lights, at, point, settings.precompute_lights);
+            add_direct_light(context.scene, lights, at, point, settings.precompute_lights, light);
         };
     }
-    const BounceParameters bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};
+    BounceParameters bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};
+    if (context.prepared.exists()) bounce.stride = stride_in_time(context, global, sources, bounce);
     return {bounce_on(context.scene, global, bounce, context.workers), sources, context.workers,
             context.monitor};
 }
@@ -225,14 +268,22 @@ constexpr int kMostEyeBounces = 64;
 // Bounces over glossy surfaces from the eye that are followed without roulette.
 constexpr int kSureBounces = 4;
 
+// With which gloss is looked at where a gather ray landed, at the least: what it brings then counts ten
+// times.
+constexpr float kLeastGlossChance = 0.1F;
+
 // How much larger than the radius r(x) at a point the radii of caustic photons that are looked for may be. A
 // photon at y reaches x if it is nearer than r(y); where radii change by less than half of the distance
 // between two points, r(y) < 2 r(x). Where they change faster, photons of larger radii are missed at the rims
 // of their discs.
 constexpr float kCausticReach = 2;
 
-// Branches of a sample's sampler: 0 for gather rays; one for each map's probes.
-constexpr std::uint32_t kProbesBranch = 1;
+// Branches of a sample's sampler: for gather rays; one for each map's probes; for light samples and caustics
+// where the camera looks; and for the chances by which some of these three are taken.
+constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
+constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
+constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
+constexpr std::uint32_t kBranches = 2 * kChanceBranch;  // more than there are
 
 // Which quality a surface is shaded with.
 enum class Stage : std::uint8_t {
@@ -257,17 +308,46 @@ class PhotonMapEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        const int most = most_bounces(settings_.max_depth);
-        if (settings_.quantity == Quantity::illuminance) {
-            return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
-                return DirectLight{shade_eye(vertex, left, sampler), {}};
-            });
-        }
-        return Li({ray, scene_.media().camera, EmissionRule::all(), most}, Stage::eye, sampler);
+        return camera_sample(ray, Splits{fixed_numbers(settings_)}, sampler);
+    }
+    Rgb Li_at(const V2f& film, const Ray& ray, Sampler& sampler) const override {
+        return camera_sample(ray, Splits{splitting_.at(film)}, sampler);
+    }
+
+    // Learns how many samples of each kind pay where, if the settings leave that open.
+    void split(const PassContext& context) {
+        splitting_ = Splitting(fixed_numbers(settings_));
+        const bool open = settings_.gather_rays == 0 && settings_.indirect == IndirectMethod::gather;
+        if (!open || !context.view) return;
+        splitting_ = Splitting(*context.view, context.seed, context.pass, context.workers,
+                               [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
+                                   return camera_sample(ray, Splits{{}, &pilot}, sampler);
+                               });
     }
 
   private:
+    // How many samples of each kind are taken at what a camera sample sees; in the pilot, two of each.
+    struct Splits {
+        SplitNumbers numbers;
+        SplitPilot* pilot = nullptr;
+    };
+    static SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
+        SplitNumbers numbers;
+        if (settings.gather_rays > 0) numbers.gather_rays = static_cast<float>(settings.gather_rays);
+        return numbers;
+    }
+
     // ---- Li --------------------------------------------------------------------------------------------
+
+    Rgb camera_sample(const Ray& ray, const Splits& splits, Sampler& sampler) const {
+        const int most = most_bounces(settings_.max_depth);
+        if (settings_.quantity == Quantity::illuminance) {
+            return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
+                return DirectLight{shade_eye(vertex, left, Rgb(1), splits, sampler), {}};
+            });
+        }
+        return Li({ray, scene_.media().camera, EmissionRule::all(), most}, Stage::eye, splits, sampler);
+    }
 
     // A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
     struct Split {
@@ -304,7 +384,7 @@ class PhotonMapEstimator final : public Estimator {
         int left;  // bounces that the whole path, from the light, may still have
     };
     // Radiance along a path's ray up to and including the first surface that is diffuse and nothing else.
-    Rgb Li(EyePath path, Stage stage, Sampler& sampler) const {
+    Rgb Li(EyePath path, Stage stage, const Splits& splits, Sampler& sampler) const {
         Rgb result(0);
         Rgb throughput(1);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
@@ -323,7 +403,7 @@ class PhotonMapEstimator final : public Estimator {
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
-                    result += throughput * shade_eye(vertex, chain.left, sampler);
+                    result += throughput * shade_eye(vertex, chain.left, throughput, splits, sampler);
                 } else {
                     const GatherShading shading = shade_gather(vertex, chain.length, chain.left, sampler);
                     result += throughput * shading.radiance;
@@ -331,13 +411,24 @@ class PhotonMapEstimator final : public Estimator {
                 }
             }
             const GlossySplit glossy(split.rest, path.rule, settings_.specular_below);
-            if (glossy.light_sampled) {  // no photons there: sample the lights, then follow the BSDF
-                rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
-                result += throughput *
-                          next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights);
+            // Where a gather ray landed, gloss beside a diffuse part is looked at by as much chance as it is
+            // likely to bring: it is blurred by the gather ray.
+            if (stage == Stage::gather && split.diffuse && split.rest) {
+                const float chance =
+                    std::clamp(split.rest->guessed_albedo(chain.wo) * max_component(throughput),
+                               kLeastGlossChance, 1.0F);
+                lobes.rest_scale = sampler.next() < chance ? 1 / chance : 0.0F;
+            }
+            if (glossy.light_sampled && lobes.rest_scale > 0) {
+                // No photons there: sample the lights, then follow the BSDF.
+                if (!glossy.light_sampled->is_delta()) {
+                    rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
+                    result += throughput * lobes.rest_scale *
+                              next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights);
+                }
                 lobes.rest = &*glossy.light_sampled;
             }
-            if (glossy.as_specular) lobes.as_specular = &*glossy.as_specular;
+            if (glossy.as_specular && lobes.rest_scale > 0) lobes.as_specular = &*glossy.as_specular;
             const auto next = sample_continuation(lobes, chain.wo, path.rule, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
@@ -358,6 +449,7 @@ class PhotonMapEstimator final : public Estimator {
         const Bsdf* diffuse = nullptr;
         const Bsdf* rest = nullptr;
         const Bsdf* as_specular = nullptr;  // GlossySplit's
+        float rest_scale = 1;               // one over the chance of looking at the last two; 0: they are not
     };
     struct Continuation {
         BsdfSample sample;
@@ -382,7 +474,7 @@ class PhotonMapEstimator final : public Estimator {
         if (!sample) return std::nullopt;
         Continuation continuation{
             *sample, EmissionRule::none()};  // after diffuse: direct light and caustics are counted
-        continuation.sample.weight *= share;
+        continuation.sample.weight *= lobe == lobes.diffuse ? share : share * lobes.rest_scale;
         if (lobe == lobes.rest) {
             continuation.rule =
                 sample->delta ? rule.through_specular() : EmissionRule::mis(sample->pdf_w, rest_lights);
@@ -394,21 +486,51 @@ class PhotonMapEstimator final : public Estimator {
 
     // A diffuse surface that the camera sees. Here and below `left` > 0 is how many bounces paths may still
     // have, the one at the vertex included.
-    Rgb shade_eye(const Vertex& vertex, int left, Sampler& sampler) const {
+    Rgb shade_eye(const Vertex& vertex, int left, const Rgb& throughput, const Splits& splits,
+                  Sampler& sampler) const {
         const DensityEstimateSettings how = within(left, estimates_.eye);
-        Rgb result = direct(vertex, how, sampler);
+        const SplitNumbers& numbers = splits.numbers;
+        SplitPilot* const pilot = splits.pilot;
+        Rgb result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
+                             sampler, [&](Sampler& own) { return direct(vertex, how, own); });
         if (settings_.indirect == IndirectMethod::none) return result;
-        result += estimate(MapKind::caustic, vertex, how, sampler).value;
         if (settings_.indirect == IndirectMethod::map) {
+            result += estimate(MapKind::caustic, vertex, how, sampler).value;
             return result + estimate(MapKind::global, vertex, how, sampler).value;
         }
-        if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
-        Rgb gathered(0);
-        for (int i = 0; i < settings_.gather_rays; ++i) {
-            Sampler branch = sampler.split_stratified(0, static_cast<std::uint32_t>(i));
-            gathered += gather_ray(vertex, left, branch);
+        if (maps_.find(MapKind::caustic)) {
+            result += some_of(
+                numbers.caustic_estimates, kCausticBranch, throughput, pilot ? &pilot->caustic : nullptr,
+                sampler, [&](Sampler& own) { return estimate(MapKind::caustic, vertex, how, own).value; });
         }
-        return result + gathered / static_cast<float>(settings_.gather_rays);
+        if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
+        return result + some_of(numbers.gather_rays, kGatherBranch, throughput,
+                                pilot ? &pilot->gather : nullptr, sampler,
+                                [&](Sampler& own) { return gather_ray(vertex, left, own); });
+    }
+
+    // The mean of `number` samples of one kind at a place that the camera sees, each by numbers of its own;
+    // of a number that is not whole, one more by chance, and below 1 one by that chance, divided by it. In a
+    // pilot the mean of two, which are noted as they reach the pixel.
+    template <typename Take>
+    Rgb some_of(float number, std::uint32_t branch, const Rgb& throughput, SplitMoments* pilot,
+                const Sampler& sampler, Take&& take) const {
+        const auto sample = [&](int i) {
+            Sampler own = sampler.split_alike(branch + kBranches * static_cast<std::uint32_t>(i));
+            return take(own);
+        };
+        if (pilot) {
+            const Rgb a = sample(0), b = sample(1);
+            pilot->add(double{luminance(throughput * a)}, double{luminance(throughput * b)});
+            return 0.5F * (a + b);
+        }
+        const float whole = std::floor(number);
+        int count = static_cast<int>(whole);
+        if (whole < number && sampler.split_alike(branch + kChanceBranch).next() < number - whole) ++count;
+        if (count == 0) return Rgb(0);
+        Rgb sum(0);
+        for (int i = 0; i < count; ++i) sum += sample(i);
+        return sum / (number < 1 ? number : static_cast<float>(count));  // number > 0
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
@@ -419,7 +541,7 @@ class PhotonMapEstimator final : public Estimator {
         if (!sample) return Rgb(0);
         const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
         return sample->weight * Li({ray, vertex.medium_towards(sample->wi), EmissionRule::none(), left - 1},
-                                   Stage::gather, sampler);
+                                   Stage::gather, {}, sampler);
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------
@@ -447,16 +569,17 @@ class PhotonMapEstimator final : public Estimator {
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
-    // Indirect light and caustics where a gather ray ended: precomputed irradiance if it suffices, else
-    // estimates. It suffices for a Lambertian surface whose shading normal is the geometric one: under
-    // varnish the error is some percents, with bump mapping that of the cosine.
+    // Indirect light and caustics where a gather ray ended: what was precomputed there, or, where no point is
+    // near, estimates.
     IndirectAtGatherHit indirect_at_gather_hit(const Vertex& vertex, const DensityEstimateSettings& how,
                                                const Sampler& sampler) const {
-        if (irradiance_ && irradiance_suffices(vertex.bsdf)) {
+        if (irradiance_) {
             const V3f& p = vertex.hit.at.p;
             if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
-                return {found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi, found->radius,
-                        holds_direct(settings_, scene_)};
+                const Rgb radiance = irradiance_suffices(vertex.bsdf)
+                                         ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
+                                         : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
+                return {radiance, found->radius, holds_direct(settings_, scene_)};
             }
         }
         const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler);
@@ -540,6 +663,7 @@ class PhotonMapEstimator final : public Estimator {
     std::vector<float> caustic_radii_;
     GuidedLightSettings guided_;
     LightChooser lights_;
+    Splitting splitting_;
 };
 
 }  // namespace
@@ -548,7 +672,10 @@ std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settin
                                                  const PassContext& context, PhotonMapPass parts) {
     auto state = first_pass(settings, context, parts);
     if (!state) return nullptr;
-    return std::make_unique<PhotonMapEstimator>(context.scene, settings, std::move(parts), std::move(*state));
+    auto estimator =
+        std::make_unique<PhotonMapEstimator>(context.scene, settings, std::move(parts), std::move(*state));
+    estimator->split(context);
+    return estimator;
 }
 
 namespace {

@@ -123,7 +123,10 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
                "alone)",
                {"gather", "map", "none"}, s.indirect),
-        whole("gatherrays", "final-gather rays per camera sample", 1, 1'000'000, s.gather_rays),
+        whole("gatherrays",
+              "final-gather rays per camera sample; 0: as many as pay at each place, and light samples and "
+              "density estimates likewise",
+              0, 1'000'000, s.gather_rays),
         whole("precompute", "precomputed irradiance for gather rays, a point for one photon in n; 0: off", 0,
               1'000'000, s.precompute),
         whole("precomputelights", "light samples at each such point; 0: gather rays sample the lights", 0,

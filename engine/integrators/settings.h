@@ -47,7 +47,7 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
-    int gather_rays = 16;  // per camera sample
+    int gather_rays = 0;  // per camera sample; 0: as many as pay where it looks (splitting.h)
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
     // Light samples at each such point; 0: gather rays sample the lights themselves where they land.

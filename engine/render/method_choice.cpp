@@ -32,8 +32,7 @@ PhotonMapSettings photon_map_like(const IntegratorSettings& asked) {
     settings.max_depth = max_depth_of(asked);
     settings.photons = kTrialPhotons;
     settings.caustic_photons = settings.indirect_photons = 0;
-    // At equal time more samples are worth more than more rays for each.
-    settings.gather_rays = 4;
+
     return settings;
 }
 

@@ -16,7 +16,8 @@ Film::Sample PixelSampler::sample(const Estimator& estimator, const V2i& at, int
     const FilterSampler::Sample place = filter_.sample(sampler.next2());
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
-    return {estimator.Li(job_.camera.ray(centre + place.offset, lens), sampler), place.weight};
+    const V2f film = centre + place.offset;
+    return {estimator.Li_at(film, job_.camera.ray(film, lens), sampler), place.weight};
 }
 
 template <typename Visit>

@@ -211,6 +211,16 @@ Rgb Bsdf::albedo(const V3f& wo) const {
     return at_most_one(sum);
 }
 
+float Bsdf::guessed_albedo(const V3f& wo) const {
+    const float side = side_of(ng_, wo);
+    const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
+    float sum = 0;
+    for (const Lobe& lobe : lobes()) {
+        sum += std::visit([&](const auto& l) { return chance_of(l, at); }, lobe);
+    }
+    return sum;
+}
+
 Bsdf::SidedAlbedo Bsdf::blurred_albedo(const V3f& wo) const {
     const float side = side_of(ng_, wo);
     const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};

@@ -73,6 +73,9 @@ class Bsdf {
     // 1, any angle); some 10 microseconds.
     Rgb albedo(const V3f& wo) const;
 
+    // The same, as sample() guesses it to choose a lobe: in no time, and 0 only where nothing is scattered.
+    float guessed_albedo(const V3f& wo) const;
+
     // The same without delta parts, by the side of the surface on which it leaves.
     struct SidedAlbedo {
         Rgb reflected{0.0F}, transmitted{0.0F};

@@ -148,8 +148,8 @@ TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     Monitor silent;
     const PhotonMap map = uniform_map(kPhotons, 3);
     const PhotonMap* maps[] = {&map};
-    const auto by_chance = [](std::uint32_t number, const SurfacePoint&) {
-        return Rgb(Sampler(1, Purpose::test, 0, number).next());
+    const auto by_chance = [](std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light) {
+        light.add(Rgb(Sampler(1, Purpose::test, 0, number).next()), at.n);
     };
     const IrradianceSources sources{maps, kSettings, {}, by_chance};
     const SurfacePoints places = random_places(200, 5);

@@ -1,0 +1,116 @@
+// How many samples of each kind one camera sample is worth where it looks: light samples, gather rays,
+// density estimates.
+//
+// Source: [Rath 2022; Bolin and Meyer 1997]. A camera sample costs C0 and has a variance of V0 that only more
+// camera samples mend: edges, textures, the lens. Beside it stand kinds of samples, of cost c and variance v
+// each. With n of a kind the pixel's error in a given time goes by (V0 + Σ v/n) (C0 + Σ n c), which is least
+// for
+//
+//   n = sqrt(v/c · C0/V0).
+//
+// Below one sample it is taken by chance n, and what it has then divided by n: instead of its variance, its
+// second moment counts. What is known of variances comes from a pilot: some camera samples in each cell of
+// the image, in which every kind is looked at twice at each place. Costs are those of a typical scene, not
+// the clock's: the same settings give the same image.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "engine/base/parallel.h"
+#include "engine/base/sampler.h"
+#include "engine/scene/render_context.h"
+
+namespace lucerna {
+
+// Of each kind, on average; those below 1 are chances.
+struct SplitNumbers {
+    float light_samples = 1, gather_rays = 4, caustic_estimates = 1;
+};
+
+// What a camera sample of the pilot found of one kind, at all the places that it shaded: luminance that
+// reaches the pixel. `a` and `b`: two independent samples of it.
+struct SplitMoments {
+    double variance = 0;       // of one sample, the place given: (a - b)²/2
+    double second_moment = 0;  // of one sample: a b, the square of its mean, and that
+
+    void add(double a, double b) {
+        variance += 0.5 * (a - b) * (a - b);
+        second_moment += 0.5 * (a * a + b * b);
+    }
+};
+struct SplitPilot {
+    SplitMoments light, gather, caustic;
+};
+
+class Splitting {
+  public:
+    Splitting() = default;
+    explicit Splitting(const SplitNumbers& everywhere) : numbers_{everywhere} {}
+    // Calls sample(ray, sampler, pilot) for camera rays all over the view: the radiance that each brings,
+    // with two samples of each kind at every place. The same for any number of threads.
+    template <typename Sample>
+    Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, const Workers& workers,
+              Sample&& sample);
+
+    // For a camera sample there, in pixels of the whole film.
+    const SplitNumbers& at(const V2f& film) const { return numbers_[cell_of(film)]; }
+    std::size_t cells() const { return numbers_.size(); }
+
+  private:
+    static constexpr int kCells = 16;  // a side, at the most
+    static constexpr int kPixels = 6;  // of a cell that are looked at
+    static constexpr int kTurn = 2;    // camera samples of each
+    // Of one pixel; or sums over those of one cell, each relative to what it shows, as an image's error
+    // counts.
+    struct Cell {
+        SplitPilot kinds;
+        double between = 0;  // variance between camera samples of a pixel
+        double square = 0;   // of their mean
+        void add(const Cell& other, double scale = 1);
+    };
+    static SplitNumbers best(const Cell& cell);
+    void settle(const std::vector<Cell>& pixels);
+    std::size_t cell_of(const V2f& film) const;
+
+    V2f begin_{0, 0}, size_{1, 1};
+    int across_ = 1, down_ = 1;
+    std::vector<SplitNumbers> numbers_ = {SplitNumbers{}};
+};
+
+template <typename Sample>
+Splitting::Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, const Workers& workers,
+                     Sample&& sample)
+    : begin_(view.begin), size_(view.end - view.begin) {
+    constexpr float kLeastCell = 4;  // pixels
+    across_ = std::clamp(static_cast<int>(size_.x / kLeastCell), 1, kCells);
+    down_ = std::clamp(static_cast<int>(size_.y / kLeastCell), 1, kCells);
+    const auto cells = static_cast<std::size_t>(across_ * down_);
+    std::vector<Cell> pixels(cells * kPixels);
+    parallel_each(workers, cells, 1, [&](std::size_t i) {
+        const auto c = static_cast<int>(i);
+        const V2f cell(static_cast<float>(c % across_), static_cast<float>(c / across_));
+        const V2f extent(size_.x / static_cast<float>(across_), size_.y / static_cast<float>(down_));
+        for (int p = 0; p < kPixels; ++p) {
+            Sampler where = Sampler::stratified(seed, Purpose::splitting, i, static_cast<std::uint32_t>(p));
+            const V2f at = begin_ + (cell + where.next2()) * extent;
+            const V2f pixel(std::floor(at.x), std::floor(at.y));
+            std::array<double, kTurn> seen{};
+            Cell& own = pixels[i * kPixels + static_cast<std::size_t>(p)];
+            for (int turn = 0; turn < kTurn; ++turn) {
+                Sampler sampler =
+                    Sampler(seed, Purpose::splitting, pass, i * kPixels + static_cast<std::size_t>(p))
+                        .split(static_cast<std::uint32_t>(turn));
+                const V2f place = pixel + sampler.next2(), lens = sampler.next2();
+                const Rgb radiance = sample(view.camera->ray(place, lens), sampler, own.kinds);
+                seen[static_cast<std::size_t>(turn)] = is_finite(radiance) ? double{luminance(radiance)} : 0;
+            }
+            own.between = 0.5 * (seen[0] - seen[1]) * (seen[0] - seen[1]);
+            own.square = 0.25 * (seen[0] + seen[1]) * (seen[0] + seen[1]);
+        }
+    });
+    settle(pixels);
+}
+
+}  // namespace lucerna
