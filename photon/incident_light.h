@@ -4,13 +4,16 @@
 // Irradiance says all there is to know to a Lambertian surface that is shaded by its own normal, and to no
 // other: what enters a varnish goes by the angle, a bent normal weighs light from either side differently,
 // and gloss shows where it comes from. Here the hemisphere is cut into sectors of equal projected solid
-// angle, a cap around the normal and a quarter of what is left to each quadrant. What arrives in one counts
+// angle, a cap around the normal and three rings of four quadrants. What arrives in one counts
 // as if all of it came from its mean direction: the error is of second order in the spread of light within a
 // sector.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "engine/base/warp.h"
 #include "engine/scene/bsdf.h"
@@ -21,14 +24,29 @@ namespace lucerna {
 
 class IncidentLight {
   public:
-    static constexpr std::size_t kSectors = 5;
+    static constexpr std::size_t kRings = 3, kSectors = 1 + 4 * kRings;
     struct Sector {
         Rgb irradiance{0.0F};  // W/m²
         PackedDirection from;  // unit, towards where it comes from
     };
 
     IncidentLight() = default;
-    explicit IncidentLight(const std::array<Sector, kSectors>& sectors) : sectors_(sectors) {}
+    explicit IncidentLight(const std::array<Sector, kSectors>& sectors) {
+        for (const Sector& sector : sectors) irradiance_ += sector.irradiance;
+        for (std::size_t i = 0; i < kSectors; ++i) {
+            from_[i] = sectors[i].from;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto channel = static_cast<int>(c);
+                const float all = irradiance_[channel];
+                // Of the whole, to 16 bits: whatever the unit, a sector's share is right to 1e-5 of the
+                // whole.
+                shares_[i][c] = static_cast<std::uint16_t>(
+                    all > 0 ? sectors[i].irradiance[channel] / all * kWhole + 0.5F : 0.0F);
+            }
+        }
+    }
+
+    const Rgb& irradiance() const { return irradiance_; }  // W/m²
 
     // Radiance towards wo because of it, without what delta lobes do. `n`: the geometric normal there, unit,
     // on the side that is lit; light that comes from below its horizon (it was gathered at a place beside it,
@@ -36,20 +54,24 @@ class IncidentLight {
     Rgb radiance(const Bsdf& bsdf, const V3f& wo, const V3f& n) const {
         constexpr float kLowest = 0.02F;  // sine of the angle above the surface
         Rgb sum(0.0F);
-        for (const Sector& sector : sectors_) {
-            if (is_black(sector.irradiance)) continue;
-            V3f wi = sector.from.unpack();
+        for (std::size_t i = 0; i < kSectors; ++i) {
+            const Rgb share(shares_[i][0], shares_[i][1], shares_[i][2]);
+            if (is_black(share)) continue;
+            V3f wi = from_[i].unpack();
             const float above = wi.dot(n);
             // No null vector: wi keeps its part along the surface, or lies along -n, and then n is what is
             // left.
             if (above < kLowest) wi = (wi + (kLowest - above) * n).normalized();
-            sum += bsdf.f(wo, wi, Transport::radiance) * sector.irradiance * shading_cosine_ratio(bsdf, wi);
+            sum += bsdf.f(wo, wi, Transport::radiance) * share * shading_cosine_ratio(bsdf, wi);
         }
-        return sum;
+        return sum * irradiance_ / kWhole;
     }
 
   private:
-    std::array<Sector, kSectors> sectors_;
+    static constexpr float kWhole = 65535;
+    Rgb irradiance_{0.0F};
+    std::array<PackedDirection, kSectors> from_;
+    std::array<std::array<std::uint16_t, 3>, kSectors> shares_{};  // of each channel, times kWhole
 };
 
 // Adds it up.
@@ -61,8 +83,9 @@ class IncidentLightSum {
     void add(const Rgb& irradiance, const V3f& wi) {
         Part& part = parts_[sector_of(wi)];
         part.irradiance += irradiance;
-        part.from += luminance(irradiance) * wi;
-        total_ += irradiance;
+        // By radiance, not by irradiance: then what a bent normal makes of a sector's light is right to first
+        // order.
+        part.from += luminance(irradiance) / std::max(wi.dot(frame_.n), kFlattest) * wi;
     }
     // All of `more`, which was made for the same normal, times `scale`.
     void add(const IncidentLightSum& more, float scale) {
@@ -70,9 +93,7 @@ class IncidentLightSum {
             parts_[i].irradiance += scale * more.parts_[i].irradiance;
             parts_[i].from += scale * more.parts_[i].from;
         }
-        total_ += scale * more.total_;
     }
-    const Rgb& total() const { return total_; }  // irradiance
 
     IncidentLight light() const {
         std::array<IncidentLight::Sector, IncidentLight::kSectors> sectors;
@@ -86,20 +107,22 @@ class IncidentLightSum {
     }
 
   private:
+    static constexpr float kFlattest = 0.05F;  // cosine; what comes flatter counts as if it came at that
     struct Part {
         Rgb irradiance{0.0F};
         V3f from{0, 0, 0};  // mean direction, by luminance; not of unit length
     };
     std::size_t sector_of(const V3f& wi) const {
-        constexpr float kCap = 1.0F / IncidentLight::kSectors;  // square of the sine at its rim
-        const float z = wi.dot(frame_.n);
-        if (1 - z * z < kCap) return 0;
-        return 1 + (wi.dot(frame_.s) < 0 ? 1 : 0) + (wi.dot(frame_.t) < 0 ? 2 : 0);
+        constexpr float kEach = 1.0F / IncidentLight::kSectors;  // of the square of the sine
+        const float z = wi.dot(frame_.n), sine2 = 1 - z * z;
+        if (sine2 < kEach) return 0;
+        const auto ring =
+            std::min(static_cast<std::size_t>((sine2 - kEach) / (4 * kEach)), IncidentLight::kRings - 1);
+        return 1 + 4 * ring + (wi.dot(frame_.s) < 0 ? 1 : 0) + (wi.dot(frame_.t) < 0 ? 2 : 0);
     }
 
     Frame frame_;
     std::array<Part, IncidentLight::kSectors> parts_;
-    Rgb total_{0.0F};
 };
 
 }  // namespace lucerna

@@ -132,7 +132,8 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->sampler = probing->sampler.split(places_.numbers[i]);
             IncidentLightSum light(at.n);
-            const DensityEstimateResult own = DensityEstimate(*sources.maps.front(), sources.how, probing).incident(at, light);
+            const DensityEstimateResult own =
+                DensityEstimate(*sources.maps.front(), sources.how, probing).incident(at, light);
             int deepest = own.deepest;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
                 const DensityEstimateResult more =
@@ -140,8 +141,7 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
                 deepest = std::max(deepest, more.deepest);
             }
             if (sources.more) sources.more(places_.numbers[i], at, light);
-            values_[i] = {light.light(), light.total(), own.radius,
-                          scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+            values_[i] = {light.light(), own.radius, scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
                           static_cast<BounceCount>(deepest)};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
@@ -160,7 +160,7 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
     if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
         return std::nullopt;
     }
-    return Found{value.irradiance, value.radius, &value.light};
+    return Found{value.light.irradiance(), value.radius, &value.light};
 }
 
 bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) const {

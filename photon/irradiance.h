@@ -82,7 +82,7 @@ class IrradiancePoints {
     struct Found {
         Rgb irradiance;              // W/m²
         float radius;                // of the estimate, scene units
-        const IncidentLight* light;  // where it comes from; as long as the points live
+        const IncidentLight* light;  // the same by where it comes from; as long as the points live
     };
     // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
     // own disc and nothing stands between, and no photon that counts there has bounced more than
@@ -95,7 +95,6 @@ class IrradiancePoints {
   private:
     struct Value {
         IncidentLight light;
-        Rgb irradiance;
         float radius;
         float room;           // scene units: a point so near is seen
         BounceCount deepest;  // of the photons that count

@@ -25,7 +25,7 @@ inline int most_bounces(int max_depth) {
 
 // Roulette of paths from the eye begins here: the first bounces carry most of the light and are worth their
 // rays.
-inline constexpr int kRouletteFrom = 3;
+inline constexpr int kRouletteFrom = 6;
 // In a row of mirrors and glass it begins here: there is nothing to shade on the way, and a lamp seen by way
 // of them is bright.
 inline constexpr int kRouletteFromSpecular = 16;

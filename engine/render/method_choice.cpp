@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/base/image.h"
@@ -19,6 +20,8 @@ namespace {
 
 constexpr double kTrialShare = 0.15;  // of all time
 constexpr double kLongestTrial = 15;  // seconds, all methods together
+constexpr double kSecondLook = 0.35;  // of the trial, for the two that look best
+constexpr double kFirstLook = 0.5;    // seconds, before anything is known of how long an error takes
 
 // Photons of a trial, at the most.
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
@@ -271,21 +274,20 @@ class Choosing {
         const std::vector<Method> methods = methods_like(job_.integrator);
         if (methods.size() < 2) return std::nullopt;
         for (std::size_t m = 0; m < methods.size(); ++m) {
-            if (m == 0) {
-                const double first = by_error() ? 0.5 : budget(limits_.seconds) / double(methods.size());
-                if (!run(methods[0].settings, first)) return std::nullopt;
-                continue;
-            }
             // More than that share of what the best one needs would not come back.
-            const double left = budget(by_error() ? soonest() : limits_.seconds) - clock_.seconds();
+            const bool unknown = m == 0 && by_error();
+            const double all = unknown ? kFirstLook : budget(by_error() ? soonest() : limits_.seconds);
+            const double left = (1 - kSecondLook) * all - clock_.seconds();
             const double share =
-                std::max(methods[m].least_seconds, left / static_cast<double>(methods.size() - m));
-            if (left < methods[m].least_seconds) {
+                unknown ? all
+                        : std::max(methods[m].least_seconds, left / static_cast<double>(methods.size() - m));
+            if (m > 0 && left < methods[m].least_seconds) {
                 untried_.push_back(short_text(methods[m].settings));
             } else if (!run(methods[m].settings, share)) {
                 return std::nullopt;
             }
         }
+        if (!look_again_at_the_best()) return std::nullopt;
         return best();
     }
 
@@ -297,6 +299,27 @@ class Choosing {
         double seconds = kNever;
         for (const Expectation& expectation : expect()) seconds = std::min(seconds, expectation.seconds);
         return seconds;
+    }
+
+    bool better(const Expectation& a, const Expectation& b) const {
+        return by_error() ? a.seconds < b.seconds : a.error < b.error;
+    }
+
+    // The two that look best get the rest of the time: of what few samples told of them, the lucky part is
+    // what put them there. False if the user stopped it.
+    bool look_again_at_the_best() {
+        const std::vector<Expectation> expected = expect();
+        std::vector<std::size_t> order(expected.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::sort(order.begin(), order.end(),
+                  [&](std::size_t a, std::size_t b) { return better(expected[a], expected[b]); });
+        const double all = budget(by_error() ? soonest() : limits_.seconds);
+        constexpr std::size_t kBest = 2;
+        for (std::size_t i = 0; i < std::min(kBest, order.size()); ++i) {
+            const double left = (all - clock_.seconds()) / static_cast<double>(kBest - i);
+            if (left > 0 && !trials_[order[i]]->run(left)) return false;
+        }
+        return true;
     }
 
     // False if the user stopped it. What this scene has and the method cannot do is no reason to fail.
@@ -331,10 +354,9 @@ class Choosing {
 
     MethodChoice best() const {
         const std::vector<Expectation> expected = expect();
-        const auto better = [this](const Expectation& a, const Expectation& b) {
-            return by_error() ? a.seconds < b.seconds : a.error < b.error;
-        };
-        const auto found = std::min_element(expected.begin(), expected.end(), better);
+        const auto found =
+            std::min_element(expected.begin(), expected.end(),
+                             [this](const Expectation& a, const Expectation& b) { return better(a, b); });
         const std::size_t chosen = static_cast<std::size_t>(found - expected.begin());
         MethodChoice choice{with_work(trials_[chosen]->settings(), found->work),
                             found->error,

@@ -41,8 +41,8 @@ void repair(std::vector<std::byte>& bytes) {
     lucerna::WordHash check;
     std::span<const std::byte> rest = std::span(bytes).subspan(kHead);
     for (const std::uint64_t count : counts) {
-        for (const std::size_t one :
-             {sizeof(lucerna::V3f), sizeof(lucerna::PackedDirection), sizeof(lucerna::Photon)}) {
+        for (const std::size_t one : {sizeof(lucerna::V3f), sizeof(lucerna::PackedDirection),
+                                      sizeof(lucerna::Photon), sizeof(lucerna::BounceCount)}) {
             if (count > rest.size() / one) continue;
             check.add_bytes(rest.first(count * one));
             rest = rest.subspan(count * one);

@@ -160,5 +160,27 @@ TEST(IgiWithCompensation, InARoomThatAbsorbsNothing_Ends) {
     }
 }
 
+// Through the peak of gloss single virtual lights are sparks, unless rays bring what gloss shows.
+TEST(IgiCompensation, OnAGlossyFloor_HasNoMoreNoiseThanPaths) {
+    const auto variance = [](const IntegratorSettings& settings) {
+        Scene scene = testing::small_cornell_with([](testing::SceneMaker& make) {
+            ConductorMaterial metal;
+            metal.roughness = Roughness::of_alpha(0.05F);
+            make.quad({0, 0.001F, 0}, {0, 0, 1}, {1, 0, 0}, make.material(metal));
+        });
+        const Job job = testing::make_job(std::move(scene), testing::small_cornell_camera(24), settings, 64);
+        Monitor silent;
+        const Image image = render(job, {5, Workers{2}}, silent).image;
+        double sum = 0;
+        for (int y = 18; y < 24; ++y) {
+            for (int x = 0; x < 24; ++x) sum += double{image.value(x, y, 4)};
+        }
+        return sum;
+    };
+    IgiSettings igi = testing::few_lights(0.05F, 64);
+    igi.caustic_paths = 20'000;
+    EXPECT_LT(variance(igi), 2 * variance(PathSettings{}));
+}
+
 }  // namespace igi_test
 }  // namespace lucerna

@@ -59,9 +59,10 @@ TEST_P(RoughCaustic, WhicheverMapHoldsIt_IsThereOnce) {
         for (const float below : {0.0F, 0.1F, 0.2F}) {
             PhotonMapSettings settings;
             settings.photons = 200'000;
+            settings.gather_rays = 16;
             settings.indirect = indirect;
             settings.specular_below = below;
-            const Measured seen = measure(plate, settings, 16);
+            const Measured seen = measure(plate, settings, 32);
             EXPECT_NEAR(seen.mean / truth, 1, 0.02)
                 << "below " << below << (indirect == IndirectMethod::map ? ", map" : ", gather");
             EXPECT_EQ(seen.caustic_photons > 0, below > kAlpha) << "below " << below;

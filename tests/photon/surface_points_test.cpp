@@ -126,8 +126,9 @@ TEST(SurfacePoints, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
         const PhotonMap map(under);
         const SurfacePoints places = bounce_on(scene, map, {1, 1, 0}, Workers{2});
         std::atomic<int> near = 0, met = 0;
-        const auto check_ray = [&](std::uint32_t number, const SurfacePoint& at) {
-            if (at.p.length() > 0.02F) return Rgb(0);
+        const auto check_ray = [&](std::uint32_t number, const SurfacePoint& at,
+                                   IncidentLightSum& /*light*/) {
+            if (at.p.length() > 0.02F) return;
             Sampler own(7, Purpose::test, 0, number);
             for (int i = 0; i < 8; ++i) {
                 const V3f w = Frame(at.n).to_world(square_to_cosine_hemisphere(own.next2()));
@@ -135,7 +136,6 @@ TEST(SurfacePoints, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
                 ++near;
                 if (hit && hit->t < 1e-3F) ++met;
             }
-            return Rgb(0);
         };
         const PhotonMap* maps[] = {&map};
         const DensityEstimateSettings how{50, 1};

@@ -69,6 +69,30 @@ TEST(Limits, Time_EndsARenderWithoutEnd) {
     }
 }
 
+// Ten minutes of photons, asked for in half a second: there are fewer, and an image.
+TEST(Limits, Time_PreparationsMakeDoWithLess) {
+    Monitor silent;
+    PhotonMapSettings maps;
+    maps.photons = 1'000'000'000;
+    ProgressiveSettings progressive;
+    progressive.photons = 1'000'000'000;
+    IgiSettings igi;
+    igi.caustic_paths = 1'000'000'000;
+    for (const IntegratorSettings& settings :
+         {IntegratorSettings(maps), IntegratorSettings(progressive), IntegratorSettings(igi)}) {
+        RenderOptions options{1, Workers{2}};
+        options.limits.seconds = 0.5;
+        const Stopwatch watch;
+        const RenderResult result = render(small_job(settings, kNoEndOfSamples), options, silent);
+        EXPECT_LT(watch.seconds(), 10) << "generous: the machine may be busy";
+        EXPECT_EQ(result.report.ended_by, "time");
+        for (int y = 0; y < 16; ++y) {
+            for (int x = 0; x < 16; ++x)
+                EXPECT_GT(luminance(result.image.rgb_at(x, y)), 0) << integrator_name(settings);
+        }
+    }
+}
+
 TEST(Limits, Error_EndsWhenTheImageIsThatGood) {
     Monitor silent;
     for (const IntegratorSettings& settings : both_ways()) {

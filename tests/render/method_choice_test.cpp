@@ -169,6 +169,23 @@ TEST(ChooseMethod, AMethodThatIsWrong_IsNotTakenForItsQuiet) {
     EXPECT_FALSE(std::holds_alternative<PhotonMapSettings>(choice->settings)) << choice->tried;
 }
 
+// A point light in a ball of glass: no path from the eye finds it, and the path tracer's image is black
+// without any noise. What photons know it has missed must count against it.
+TEST(ChooseMethod, LightThatPathsCannotFind_IsNotTakenForDarkness) {
+    Monitor silent;
+    testing::SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.6F)));
+    make.sphere({0.5F, 0.5F, 0.5F}, 0.1F, make.material(DielectricMaterial{}));
+    make.light(make_point_light({0.5F, 0.5F, 0.5F}, Rgb(1)));
+    const Camera camera = testing::camera({0.1F, 0.5F, 0.1F}, {0.9F, 0.3F, 0.9F}, 32, 32, 60);
+    const Job job = testing::make_job(make.build(), camera, PathSettings{}, 1);
+    Limits limits;
+    limits.seconds = 8;
+    const auto choice = choose_method(job, limits, 3, Workers{2}, silent);
+    ASSERT_TRUE(choice.has_value());
+    EXPECT_FALSE(std::holds_alternative<PathSettings>(choice->settings)) << choice->tried;
+}
+
 TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
     Monitor silent;
     Limits limits;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace lucerna {
 namespace method_cost_test {
@@ -89,6 +90,41 @@ TEST(MethodCost, Passes_BothPartsFall) {
     EXPECT_TRUE(std::isinf(best_in(1.5, cost).error)) << "one pass tells nothing of its noise";
     const Expectation enough = soonest_below(0.05, cost);
     EXPECT_LE(best_in(enough.seconds, cost).error, 0.05);
+}
+
+// Deviations as quantiles of a distribution, so that nothing is left to chance.
+template <typename Quantile>
+std::vector<double> deviations(Quantile&& quantile) {
+    constexpr int kSamples = 5000;
+    std::vector<double> all;
+    for (int i = 0; i < kSamples; ++i) all.push_back(quantile((i + 0.5) / kSamples));
+    return all;
+}
+
+TEST(TailExponent, OfFiniteVariance_IsNone) {
+    EXPECT_EQ(tail_exponent(deviations([](double u) { return u; })), 0);
+    EXPECT_EQ(tail_exponent(deviations([](double u) { return -std::log(1 - u); })), 0);
+    EXPECT_EQ(tail_exponent(deviations([](double u) { return std::pow(1 - u, -1 / 2.5); })), 0);
+    EXPECT_EQ(tail_exponent({}), 0);
+    EXPECT_EQ(tail_exponent(std::vector<double>(1000, 0.0)), 0);
+}
+
+TEST(TailExponent, OfATailWithoutVariance_TellsHowItGrows) {
+    for (const double index : {1.2, 1.5, 1.8}) {
+        const double found = tail_exponent(deviations([&](double u) { return std::pow(1 - u, -1 / index); }));
+        EXPECT_NEAR(found, 2 / index - 1, 0.07) << index;
+    }
+}
+
+// A method whose rare samples the trial has hardly met is worse in a long render than its trial shows.
+TEST(MethodCost, HeavyTail_ErrorFallsMoreSlowly) {
+    MethodCost cost = rays(0.5, 4);
+    cost.seen = 0.01;
+    cost.tail = 0.5;
+    EXPECT_DOUBLE_EQ(variance_in(16, cost), 4 * std::sqrt(16 / 0.01));
+    const Expectation best = best_in(8, cost);
+    EXPECT_DOUBLE_EQ(best.error, std::sqrt(variance_in(16, cost) / 16));
+    EXPECT_NEAR(soonest_below(best.error, cost).seconds, 8, 1e-6);
 }
 
 }  // namespace method_cost_test

@@ -63,5 +63,35 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
     EXPECT_GT(tiles.bad_samples(), 3U);
 }
 
+// Brightness by place, the same for every sample of a pixel.
+class Gradient final : public Estimator {
+  public:
+    Rgb Li(const Ray& ray, Sampler& /*sampler*/) const override { return Rgb(2 + ray.d.x, 2 + ray.d.y, 1); }
+};
+
+TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
+    constexpr int kWide = 37, kHigh = 21;
+    const Job job =
+        testing::make_job(testing::integrating_sphere(0.5F, 1),
+                          testing::camera({0, 0, 0}, {0, 0, 1}, kWide, kHigh, 60), PathSettings{}, 2);
+    Film film(kWide, kHigh), whole(kWide, kHigh);
+    TileRenderer tiles(job, 7, film, false), at_once(job, 7, whole, false);
+    std::size_t without = kWide * kHigh;
+    for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
+        for (int tile = 0; tile < tiles.tiles(); ++tile) tiles.render_first(Gradient{}, tile, 2, step);
+        EXPECT_LT(film.without_sample(), without) << step;
+        without = film.without_sample();
+        const Image image = film.develop(1);
+        for (int y = 0; y < kHigh; ++y) {
+            for (int x = 0; x < kWide; ++x) EXPECT_GT(luminance(image.rgb_at(x, y)), 0.5F) << x << ' ' << y;
+        }
+        // Again: what has a sample gets none.
+        for (int tile = 0; tile < tiles.tiles(); ++tile) tiles.render_first(Gradient{}, tile, 2, step);
+    }
+    EXPECT_EQ(film.without_sample(), 0U);
+    for (int tile = 0; tile < tiles.tiles(); ++tile) at_once.render(Gradient{}, tile, 0, 2);
+    EXPECT_EQ(film.develop(1).data, whole.develop(1).data);
+}
+
 }  // namespace tiles_test
 }  // namespace lucerna

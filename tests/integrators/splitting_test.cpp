@@ -1,0 +1,93 @@
+// How many samples of each kind a camera sample is worth.
+#include "engine/integrators/splitting.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/render/render.h"
+#include "tests/support/region_means.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace splitting_test {
+
+// A film whose camera samples see 1, and gathered light of the given variance about 1 more.
+SplitNumbers numbers(double gathered, double own, double direct = 0) {
+    const Camera camera = testing::small_cornell_camera(64);
+    const View view{&camera, V2f(0, 0), V2f(64, 64)};
+    const Splitting splitting(view, 3, 0, Workers{2}, [&](const Ray&, Sampler& sampler, SplitPilot& pilot) {
+        const auto draw = [&](double variance) {
+            return std::sqrt(3 * variance) * (2 * double{sampler.next()} - 1);
+        };
+        const auto twice = [&](SplitMoments& kind, double variance) {
+            const double a = 1 + draw(variance), b = 1 + draw(variance);
+            kind.add(a, b);
+            return 0.5 * (a + b);
+        };
+        const double value = 1 + draw(own) + twice(pilot.gather, gathered) + twice(pilot.light, direct);
+        return Rgb(static_cast<float>(value));
+    });
+    return splitting.at({32, 32});
+}
+
+// By the root of their variance, and less the more the camera samples themselves vary.
+TEST(Splitting, GatherRays_GoByTheRootOfTheirVariance) {
+    const double few{numbers(0.5, 0.4).gather_rays}, more{numbers(2, 0.4).gather_rays};
+    EXPECT_NEAR(more / few, 2, 0.35);
+    const double edges{numbers(2, 1.6).gather_rays};
+    EXPECT_NEAR(more / edges, 2, 0.5);
+    EXPECT_GT(few, 1);
+}
+
+TEST(Splitting, LightSamples_AreOneUnlessTheyAreTheNoise) {
+    EXPECT_EQ(numbers(0.1, 0.5, 0.01).light_samples, 1);
+    EXPECT_GT(numbers(0.01, 0.05, 4).light_samples, 2);
+}
+
+TEST(Splitting, Pilot_IsTheSameForAnyNumberOfThreads) {
+    const Camera camera = testing::small_cornell_camera(40);
+    const View view{&camera, V2f(0, 0), V2f(40, 40)};
+    const auto sample = [](const Ray&, Sampler& sampler, SplitPilot& pilot) {
+        pilot.gather.add(double{sampler.next()}, double{sampler.next()});
+        return Rgb(sampler.next());
+    };
+    const Splitting one(view, 3, 0, Workers{1}, sample), three(view, 3, 0, Workers{3}, sample);
+    ASSERT_GT(one.cells(), 16U);
+    for (int y = 0; y < 40; y += 4) {
+        for (int x = 0; x < 40; x += 4) {
+            const V2f at(static_cast<float>(x), static_cast<float>(y));
+            EXPECT_EQ(one.at(at).gather_rays, three.at(at).gather_rays);
+        }
+    }
+}
+
+Scene room_with_glass() {
+    return testing::small_cornell_with([](testing::SceneMaker& make) {
+        make.sphere({0.28F, 0.22F, 0.3F}, 0.2F, make.material(DielectricMaterial{}));
+    });
+}
+testing::RegionMeans means(int gather_rays, int spp) {
+    PhotonMapSettings settings;
+    settings.photons = 50'000;
+    settings.gather_rays = gather_rays;
+    const Job job = testing::make_job(room_with_glass(), testing::small_cornell_camera(24), settings, spp);
+    return testing::region_means(job, 6, testing::all_but_the_lamp,
+                                 [](double, double y) { return y < -0.6; });
+}
+
+// Numbers that differ from place to place, and chances below 1, change no mean: 4 sigmas, 2 comparisons.
+TEST(Splitting, OfAPhotonMapImage_ChangesNoMean) {
+    testing::expect_agrees(means(0, 32), means(8, 16), "split", 0.01);
+}
+
+// The same seed, the same image, on any number of threads.
+TEST(Splitting, OfAPhotonMapImage_IsTheSameForAnyNumberOfThreads) {
+    Monitor silent;
+    PhotonMapSettings settings;
+    settings.photons = 20'000;
+    const Job job = testing::make_job(room_with_glass(), testing::small_cornell_camera(24), settings, 2);
+    EXPECT_EQ(render(job, {3, Workers{1}}, silent).image.data,
+              render(job, {3, Workers{3}}, silent).image.data);
+}
+
+}  // namespace splitting_test
+}  // namespace lucerna
