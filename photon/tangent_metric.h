@@ -67,7 +67,7 @@ class TangentMetric {
     struct Heights {
         float lowest, highest, terms;
     };
-    Heights heights(const BoxNode8& node, std::size_t i, const V3f& from) const;
+    [[gnu::always_inline]] Heights heights(const BoxNode8& node, std::size_t i, const V3f& from) const;
     Node8Keys from_behind(Node8Keys bounds, const BoxNode8& directions) const;
 
     static constexpr float kRounding = 1.2e-7F;  // of one operation, generously: twice what float32 errs by

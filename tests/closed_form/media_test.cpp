@@ -122,7 +122,7 @@ TEST(FoggyCornell, EveryMethod_ShowsWhatThePathTracerShows) {
         for (const Method& method : all) {
             if (std::holds_alternative<PathSettings>(method.settings)) continue;
             // A sample of VPLs is noisier, and costs less, than one of photon maps.
-            const int spp = std::holds_alternative<IgiSettings>(method.settings) ? 512 : 64;
+            const int spp = std::holds_alternative<IgiSettings>(method.settings) ? 2048 : 64;
             const Image image = image_of(foggy_cornell(sigma, g), bounded(method.settings), spp);
             const Rgb mean = testing::mean_rgb(image), expected = testing::mean_rgb(truth);
             for (int k = 0; k < 3; ++k) {

@@ -2,6 +2,8 @@
 // another renderer's image, as a whole and block by block.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/method_choice.h"
 #include "engine/render/render.h"
@@ -90,7 +92,11 @@ TEST(WholePicture, CornellWithGlass_EveryMethodThatClaimsIt_LacksNothing) {
         EXPECT_GT(whole.darkest, 0.7) << integrator_name(settings);
     }
     // The same comparison sees that caustics are missing.
-    IgiSettings without = std::get<IgiSettings>(methods[1]);
+    const auto igi = std::find_if(methods.begin(), methods.end(), [](const IntegratorSettings& settings) {
+        return std::holds_alternative<IgiSettings>(settings);
+    });
+    ASSERT_NE(igi, methods.end());
+    IgiSettings without = std::get<IgiSettings>(*igi);
     without.caustics = CausticMethod::none;
     const Compared lacking = compare_blocks(rendered(scene, without), reference);
     EXPECT_LT(lacking.mean, 0.97);

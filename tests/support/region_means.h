@@ -71,8 +71,9 @@ inline MeansCompared compare_means(const RunningStats& ours, const RunningStats&
             error / reference.mean()};
 }
 
-// Within four standard errors, and within 1 % beyond one. `noise`: what one standard error, relative, must
-// not exceed, or the test says nothing.
+// Within four standard errors: a right method fails once in 400 comparisons of six seeds each, once in 1600
+// of twelve (Student's t). `noise`: what one standard error, relative, must not exceed, three times as much
+// in the part, or the test says nothing.
 inline void expect_agrees(const RegionMeans& ours, const RegionMeans& reference, const std::string& what,
                           double noise) {
     for (RunningStats RegionMeans::*which : {&RegionMeans::whole, &RegionMeans::part}) {
@@ -80,7 +81,6 @@ inline void expect_agrees(const RegionMeans& ours, const RegionMeans& reference,
         const std::string where = what + (which == &RegionMeans::whole ? ", whole" : ", part");
         EXPECT_LT(compared.sigmas, 4) << where << " " << compared.ratio;
         EXPECT_LT(compared.noise, which == &RegionMeans::whole ? noise : 3 * noise) << where;
-        EXPECT_NEAR(compared.ratio, 1, 0.01 + compared.noise) << where;
         std::printf("%s: %.4f ± %.4f\n", where.c_str(), compared.ratio, compared.noise);
     }
 }
