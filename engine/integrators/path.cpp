@@ -5,6 +5,7 @@
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/medium.h"
 #include "engine/transport/direct_light.h"
+#include "engine/transport/specular_chain.h"
 
 namespace lucerna {
 namespace {
@@ -15,16 +16,27 @@ class PathEstimator final : public Estimator {
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        Rgb result(0);
-        Rgb throughput(1);
-        float eta_scale = 1;
-        Ray ray = camera_ray;
-        EmissionRule rule = EmissionRule::all();
-        const bool meter = settings_.quantity == Quantity::illuminance;
+        const Rgb result = follow({camera_ray}, kGlassSplits, sampler);
+        return settings_.quantity == Quantity::illuminance ? meter_reading(result) : result;
+    }
 
-        for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
+  private:
+    struct Path {
+        Ray ray;
+        Rgb throughput{1.0F};
+        float eta_scale = 1;
+        EmissionRule rule = EmissionRule::all();
+        int bounce = 0;
+    };
+
+    // What a path brings from there on. At the first `splits` smooth boundaries, if the eye sees them, it is
+    // followed both ways.
+    Rgb follow(Path path, int splits, Sampler& sampler) const {
+        Rgb result(0);
+        auto& [ray, throughput, eta_scale, rule, bounce] = path;
+        for (; bounce < kMaxBounces; ++bounce) {
             const auto hit = scene_.intersect(ray);
-            const bool metered = meter && bounce == 0;
+            const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
             if (!metered) result += throughput * emission(scene_, ray, hit, rule);
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
 
@@ -36,8 +48,23 @@ class PathEstimator final : public Estimator {
             if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice);
 
             // Go on.
-            const BsdfU u{sampler.next(), sampler.next2()};
+            BsdfU u{sampler.next(), sampler.next2()};
             const float u_survive = sampler.next();
+            if (!specular) splits = 0;
+            if (splits > 0) {
+                Sampler own = sampler.split_alike(kGlassBranch);
+                if (const auto split = split_at_glass(bsdf, wo, own)) {
+                    --splits;
+                    if (const auto& way = split->fainter) {
+                        const Ray other{hit->at.towards(way->wi), way->wi};
+                        result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
+                                          EmissionRule::all(), bounce + 1},
+                                         splits, own);
+                    }
+                    u = split->brighter;
+                    throughput *= split->share;
+                }
+            }
             const auto sample = bsdf.sample(wo, u, Transport::radiance);
             if (!sample) break;
             throughput *= sample->weight;
@@ -51,10 +78,9 @@ class PathEstimator final : public Estimator {
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
-        return meter ? meter_reading(result) : result;
+        return result;
     }
 
-  private:
     const Scene& scene_;
     PathSettings settings_;
     LightChooser lights_;

@@ -283,7 +283,8 @@ constexpr float kCausticReach = 2;
 constexpr std::uint32_t kGatherBranch = 0, kProbesBranch = 1;
 constexpr std::uint32_t kLightBranch = kProbesBranch + kMapKinds, kCausticBranch = kLightBranch + 1;
 constexpr std::uint32_t kChanceBranch = kCausticBranch + 1;
-constexpr std::uint32_t kBranches = 2 * kChanceBranch;  // more than there are
+constexpr std::uint32_t kEstimateBranch = 2 * kChanceBranch;
+constexpr std::uint32_t kBranches = kEstimateBranch + 1;  // more than there are
 
 // Which quality a surface is shaded with.
 enum class Stage : std::uint8_t {
@@ -303,6 +304,7 @@ class PhotonMapEstimator final : public Estimator {
           irradiance_(std::move(state.irradiance)),
           radii_(std::move(parts.radii)),
           caustic_radii_(std::move(state.caustic_radii)),
+          samples_(parts.samples),
           guided_{settings.guide.defensive_weight,
                   settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
@@ -330,6 +332,9 @@ class PhotonMapEstimator final : public Estimator {
     struct Splits {
         SplitNumbers numbers;
         SplitPilot* pilot = nullptr;
+        // What density estimates count where the camera looks: 0: they are left to others of the pixel's
+        // samples.
+        float estimates = 1;
     };
     static SplitNumbers fixed_numbers(const PhotonMapSettings& settings) {
         SplitNumbers numbers;
@@ -339,14 +344,20 @@ class PhotonMapEstimator final : public Estimator {
 
     // ---- Li --------------------------------------------------------------------------------------------
 
-    Rgb camera_sample(const Ray& ray, const Splits& splits, Sampler& sampler) const {
+    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler) const {
         const int most = most_bounces(settings_.max_depth);
+        if (samples_ > 1) {
+            // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
+            const auto samples = static_cast<float>(samples_);
+            splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
+        }
         if (settings_.quantity == Quantity::illuminance) {
             return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
                 return DirectLight{shade_eye(vertex, left, Rgb(1), splits, sampler), {}};
             });
         }
-        return Li({ray, scene_.media().camera, EmissionRule::all(), most}, Stage::eye, splits, sampler);
+        return Li({ray, scene_.media().camera, EmissionRule::all(), most, kGlassSplits}, Stage::eye, splits,
+                  sampler);
     }
 
     // A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
@@ -381,18 +392,24 @@ class PhotonMapEstimator final : public Estimator {
         Ray ray;
         std::int32_t medium;  // in which the ray begins
         EmissionRule rule;
-        int left;  // bounces that the whole path, from the light, may still have
+        int left;              // bounces that the whole path, from the light, may still have
+        int glass_splits = 0;  // boundaries of glass at which both ways may be followed
+        Rgb weight{1.0F};      // that will be given to what it brings: for a pilot
     };
     // Radiance along a path's ray up to and including the first surface that is diffuse and nothing else.
     Rgb Li(EyePath path, Stage stage, const Splits& splits, Sampler& sampler) const {
         Rgb result(0);
         Rgb throughput(1);
         const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
-            return in_scattered(vertex, sigma_s, stage, left, sampler);
+            return in_scattered(vertex, sigma_s, stage, left, splits, sampler);
+        };
+        const auto branch = [&](const SpecularBranch& way, const Rgb& share, Sampler& own) {
+            return Li({way.ray, way.medium, EmissionRule::all(), way.left, way.splits, path.weight * share},
+                      stage, splits, own);
         };
         for (int depth = 0; depth < kMostEyeBounces; ++depth) {
-            const SpecularChain chain =
-                follow_specular(scene_, path.ray, path.medium, path.rule, path.left, sampler, source);
+            const SpecularChain chain = follow_specular(scene_, path.ray, path.medium, path.rule, path.left,
+                                                        sampler, source, path.glass_splits, branch);
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
@@ -403,7 +420,8 @@ class PhotonMapEstimator final : public Estimator {
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
-                    result += throughput * shade_eye(vertex, chain.left, throughput, splits, sampler);
+                    result +=
+                        throughput * shade_eye(vertex, chain.left, path.weight * throughput, splits, sampler);
                 } else {
                     const GatherShading shading = shade_gather(vertex, chain.length, chain.left, sampler);
                     result += throughput * shading.radiance;
@@ -439,7 +457,11 @@ class PhotonMapEstimator final : public Estimator {
             if (!(sampler.next() < survival)) break;
             throughput /= survival;
             path = {Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi},
-                    chain.vertex(bsdf).medium_towards(next->sample.wi), next->rule, chain.left - 1};
+                    chain.vertex(bsdf).medium_towards(next->sample.wi),
+                    next->rule,
+                    chain.left - 1,
+                    0,
+                    path.weight};
         }
         return result;
     }
@@ -495,8 +517,9 @@ class PhotonMapEstimator final : public Estimator {
                              sampler, [&](Sampler& own) { return direct(vertex, how, own); });
         if (settings_.indirect == IndirectMethod::none) return result;
         if (settings_.indirect == IndirectMethod::map) {
-            result += estimate(MapKind::caustic, vertex, how, sampler).value;
-            return result + estimate(MapKind::global, vertex, how, sampler).value;
+            if (!(splits.estimates > 0)) return result;
+            return result + splits.estimates * (estimate(MapKind::caustic, vertex, how, sampler).value +
+                                                estimate(MapKind::global, vertex, how, sampler).value);
         }
         if (maps_.find(MapKind::caustic)) {
             result += some_of(
@@ -636,19 +659,19 @@ class PhotonMapEstimator final : public Estimator {
 
     // What media scatter into a ray at a place: radiance per unit of length.
     Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, int left,
-                     Sampler& sampler) const {
+                     const Splits& splits, Sampler& sampler) const {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
             result += sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
         }
-        if (const PhotonMap* map = maps_.find(MapKind::volume)) {
+        if (const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr) {
             const DensityEstimateSettings how =
                 within(left, stage == Stage::eye ? estimates_.eye : estimates_.gather);
             VolumeDensityEstimateSettings volume{how.k, estimates_.volume_radius, how.most_bounces};
             if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
             const VolumeDensityEstimate density(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
-            result += density.in_scattered(at, sampler).value;
+            result += splits.estimates * density.in_scattered(at, sampler).value;
         }
         return result;
     }
@@ -661,6 +684,7 @@ class PhotonMapEstimator final : public Estimator {
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
+    int samples_;  // PhotonMapPass's
     GuidedLightSettings guided_;
     LightChooser lights_;
     Splitting splitting_;

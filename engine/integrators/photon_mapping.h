@@ -42,6 +42,7 @@ struct PhotonMapPass {
     const LearnedEmission* emission = nullptr;  // by which light paths are emitted; null: by power
     const GuideMap* guides = nullptr;           // for the direct methods that go by one
     MapFiles files = {};
+    int samples = 1;  // camera samples of a pixel by this pass; one of them estimates density from the maps
 };
 
 // Both passes of photon mapping: makes maps, and what camera rays see by them. Null if the monitor stopped

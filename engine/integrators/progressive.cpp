@@ -122,6 +122,7 @@ class ProgressiveSession final : public Session {
     ProgressiveSession(const ProgressiveSettings& settings, const RenderContext& context,
                        std::optional<ImportancePrePass> pre_pass, FirstRadii radii)
         : settings_(map_settings(settings)),
+          samples_(settings.samples),
           schedule_(static_cast<double>(settings.alpha)),
           context_(context.prepared_by({})),  // of every pass alike
           pre_pass_(std::move(pre_pass)),
@@ -134,11 +135,13 @@ class ProgressiveSession final : public Session {
         PhotonMapPass parts;
         parts.radii = std::make_unique<PassRadii>(radii_, share);
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
+        parts.samples = samples_;
         return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
     }
 
   private:
     PhotonMapSettings settings_;
+    int samples_;
     RadiusSchedule schedule_;
     RenderContext context_;
     std::optional<ImportancePrePass> pre_pass_;

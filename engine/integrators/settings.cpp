@@ -202,7 +202,8 @@ std::vector<Field> fields_of(IgiSettings& s) {
 std::vector<Field> fields_of(ProgressiveSettings& s) {
     return {
         whole("photons", "light paths emitted in a pass", 1, 4294967296.0, s.photons),
-        whole("samples", "camera samples per pixel in a pass", 1, 1 << 16, s.samples),
+        whole("samples", "camera samples per pixel in a pass, of which one estimates density", 1, 1 << 16,
+              s.samples),
         real("alpha", "how fast the radius shrinks, r^2 as (i + alpha)/(i + 1); 1: not at all, and biased",
              0.01, 1, s.alpha),
         choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},

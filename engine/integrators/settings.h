@@ -69,8 +69,8 @@ struct PhotonMapSettings {
 // (photon/radius_schedule.h): biased in every pass, consistent in their mean.
 struct ProgressiveSettings {
     std::int64_t photons = 100'000;  // light paths emitted in a pass
-    int samples = 1;                 // camera samples per pixel in a pass
-    float alpha = 2.0F / 3;          // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
+    int samples = 4;  // camera samples per pixel in a pass; light is sampled by all, density estimated by one
+    float alpha = 2.0F / 3;  // the radius' share r²_{i+1}/r²_i is (i + alpha)/(i + 1)
     DirectMethod direct = DirectMethod::mc;
     LightSelection lights = LightSelection::tree;
     // k: photons of one pass that the first radius holds. Radius: the first one everywhere; 0: by k and the

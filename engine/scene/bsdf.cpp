@@ -211,6 +211,16 @@ Rgb Bsdf::albedo(const V3f& wo) const {
     return at_most_one(sum);
 }
 
+std::optional<float> Bsdf::reflect_chance(const V3f& wo) const {
+    if (count_ != 1) return std::nullopt;
+    const float side = side_of(ng_, wo);
+    const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
+    if (const auto* boundary = std::get_if<DielectricLobe>(&lobes_[0]))
+        return reflect_chance_of(*boundary, at);
+    if (const auto* pane = std::get_if<ThinDielectricLobe>(&lobes_[0])) return reflect_chance_of(*pane, at);
+    return std::nullopt;
+}
+
 float Bsdf::guessed_albedo(const V3f& wo) const {
     const float side = side_of(ng_, wo);
     const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};

@@ -73,7 +73,12 @@ class Bsdf {
     // 1, any angle); some 10 microseconds.
     Rgb albedo(const V3f& wo) const;
 
-    // The same, as sample() guesses it to choose a lobe: in no time, and 0 only where nothing is scattered.
+    // Of a smooth boundary or a pane, and nothing else: the chance by which sample() reflects, as it does for
+    // u.lobe below it; else it transmits. None for all other surfaces.
+    std::optional<float> reflect_chance(const V3f& wo) const;
+
+    // The same as albedo(), as sample() guesses it to choose a lobe: in no time, and 0 only where nothing is
+    // scattered.
     float guessed_albedo(const V3f& wo) const;
 
     // The same without delta parts, by the side of the surface on which it leaves.

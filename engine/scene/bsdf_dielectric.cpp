@@ -166,6 +166,11 @@ float chance_of(const DielectricLobe& lobe, const Local& at) {
     const float r = max_component(lobe.reflect), t = max_component(lobe.transmit);
     return std::max(fresnel * r + (1 - fresnel) * t, is_delta_lobe(lobe) ? 0 : kLeastChance * std::max(r, t));
 }
+std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& at) {
+    if (is_nothing(lobe) || !is_delta_lobe(lobe) || !(at.wo.z > 0)) return std::nullopt;
+    const auto choice = choice_of(lobe, fresnel_dielectric(at.wo.z, relative_eta(lobe, at)).reflectance);
+    return choice ? std::optional(choice->reflect) : std::nullopt;
+}
 bool is_sound(const DielectricLobe& lobe) {
     return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.reflect) && is_share(lobe.transmit) &&
            is_alpha(lobe.alpha_x) && is_alpha(lobe.alpha_y);
@@ -205,6 +210,10 @@ bool is_delta_lobe(const ThinDielectricLobe&) {
 }
 float chance_of(const ThinDielectricLobe& lobe, const Local& at) {
     return max_component(albedo_of(lobe, at));
+}
+std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at) {
+    if (!(at.wo.z > 0)) return std::nullopt;
+    return pane_reflectance(lobe, at.wo.z);
 }
 bool is_sound(const ThinDielectricLobe& lobe) {
     return lobe.eta > 0 && std::isfinite(lobe.eta) && is_share(lobe.tint);

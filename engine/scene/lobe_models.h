@@ -186,4 +186,8 @@ float chance_of(const SubstrateGlossLobe& lobe, const Local& at);
 bool is_delta_lobe(const SubstrateGlossLobe& lobe);
 bool is_sound(const SubstrateGlossLobe& lobe);
 
+// Of smooth boundaries: the chance by which draw() reflects; none where it has no such choice.
+std::optional<float> reflect_chance_of(const DielectricLobe& lobe, const Local& at);
+std::optional<float> reflect_chance_of(const ThinDielectricLobe& lobe, const Local& at);
+
 }  // namespace lucerna

@@ -1,6 +1,7 @@
 // Following a ray through mirrors, smooth glass and media to the first surface that scatters.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -11,6 +12,34 @@
 #include "engine/transport/direct_light.h"
 
 namespace lucerna {
+
+// At so many smooth boundaries that the eye sees, one behind the other, light is followed both ways.
+inline constexpr int kGlassSplits = 3;
+
+// Smooth glass sends little one way, which a lamp's mirror image may make bright: followed by chance F, that
+// image would be grain. The fainter way, of share s, is followed beside the brighter one by chance sqrt(s),
+// which is how many samples pay where its variance goes by s [Rath 2022], and counts s / sqrt(s) times.
+struct GlassSplit {
+    BsdfU brighter;                     // for Bsdf::sample: the brighter way
+    float share;                        // of it; to be multiplied with that sample's weight
+    std::optional<BsdfSample> fainter;  // if it is followed: its weight says for how much it stands
+};
+// None where there are not two ways. `own`: random numbers for nothing else.
+inline std::optional<GlassSplit> split_at_glass(const Bsdf& bsdf, const V3f& wo, Sampler& own) {
+    const std::optional<float> reflect = bsdf.reflect_chance(wo);
+    if (!reflect || !(*reflect > 0) || !(*reflect < 1)) return std::nullopt;
+    const BsdfU reflects{0.0F, V2f(0.5F)}, transmits{0.5F * (1 + *reflect), V2f(0.5F)};
+    const bool is_clear = *reflect < 0.5F;
+    const float faint = is_clear ? *reflect : 1 - *reflect;
+    GlassSplit split{is_clear ? transmits : reflects, 1 - faint, {}};
+    const float chance = std::sqrt(faint);  // > 0
+    if (own.next() < chance) {
+        split.fainter = bsdf.sample(wo, is_clear ? reflects : transmits, Transport::radiance);
+        if (split.fainter) split.fainter->weight *= faint / chance;
+    }
+    return split;
+}
+inline constexpr std::uint32_t kGlassBranch = 0x61a;
 
 // What media do to a ray between two surfaces, for methods that know the radiance at any place: they add what
 // they scatter into it, and take their share of what comes from behind.
@@ -77,13 +106,26 @@ struct SpecularChain {
     Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
 };
 
-// Glass is followed one way, chosen by its reflectance. The ray begins in `medium`, and the path that it is
-// the end of may have `left` more bounces: without any it meets what emits, and no more.
-// `source(MediumVertex, sigma_s, left)` is radiance scattered per unit of length, as media_segment_along()
-// has it, where so many bounces are left, the one in the medium included.
-template <typename Source>
+// What follow_specular() does not follow itself: the fainter way at glass that the eye sees.
+struct SpecularBranch {
+    Ray ray;
+    std::int32_t medium;
+    int left;    // bounces that its path may still have
+    int splits;  // more of such ways that it may have
+};
+struct NoBranches {
+    Rgb operator()(const SpecularBranch&, const Rgb& /*throughput*/, Sampler&) const { return Rgb(0); }
+};
+
+// Glass is followed one way, chosen by its reflectance; at the first `splits` boundaries the brighter one,
+// and the other one by `branch(SpecularBranch, throughput, sampler)`, which gives the radiance along that
+// ray; it counts with that throughput. The ray begins in `medium`, and the path that it is the end of may
+// have `left` more bounces: without any it meets what emits, and no more. `source(MediumVertex, sigma_s,
+// left)` is radiance scattered per unit of length, as media_segment_along() has it, where so many bounces are
+// left, the one in the medium included.
+template <typename Source, typename Branch = NoBranches>
 SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule, int left,
-                              Sampler& sampler, Source&& source) {
+                              Sampler& sampler, Source&& source, int splits = 0, Branch&& branch = {}) {
     SpecularChain chain;
     chain.left = left;
     float eta_scale = 1;
@@ -106,7 +148,23 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
             chain.hit = hit;
             return chain;
         }
-        const BsdfU u{sampler.next(), sampler.next2()};
+        BsdfU u{sampler.next(), sampler.next2()};
+        if (splits > 0) {
+            Sampler own = sampler.split_alike(kGlassBranch);
+            if (const auto split = split_at_glass(bsdf, -ray.d, own)) {
+                --splits;
+                if (const auto& way = split->fainter) {
+                    const Rgb throughput = chain.throughput * way->weight;
+                    const SpecularBranch other{{hit->at.towards(way->wi), way->wi},
+                                               medium_towards(hit->media, hit->at.n, way->wi, segment.medium),
+                                               chain.left - 1,
+                                               splits};
+                    chain.emitted += throughput * branch(other, throughput, own);
+                }
+                u = split->brighter;
+                chain.throughput *= split->share;
+            }
+        }
         const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
         if (!sample) return chain;
         chain.throughput *= sample->weight;
@@ -128,14 +186,18 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
 // surface is shiny as well as rough (varnish), the mirrored part is followed too. The paths have `left`
 // bounces at the most.
 template <typename Shade, typename Source>
-Rgb follow_and_shade(const Scene& scene, Ray ray, int left, Sampler& sampler, Shade&& shade,
+Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, Shade&& shade,
                      Source&& source) {
     Rgb result(0);
-    std::int32_t medium = scene.media().camera;
+    auto [ray, medium, left, splits] = from;
     Rgb throughput(1);
+    const auto branch = [&](const SpecularBranch& way, const Rgb&, Sampler& own) {
+        return follow_and_shade(scene, way, own, shade, source);
+    };
     for (int depth = 0;; ++depth) {
         const SpecularChain chain =
-            follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler, source);
+            follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler, source, splits, branch);
+        splits = 0;  // a mirror image in varnish is faint as it is
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
@@ -154,6 +216,14 @@ Rgb follow_and_shade(const Scene& scene, Ray ray, int left, Sampler& sampler, Sh
         medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
         ray = Ray{chain.hit->at.towards(shaded.specular->wi), shaded.specular->wi};
     }
+}
+
+// The same from the camera on.
+template <typename Shade, typename Source>
+Rgb follow_and_shade(const Scene& scene, const Ray& ray, int left, Sampler& sampler, Shade&& shade,
+                     Source&& source) {
+    return follow_and_shade(scene, SpecularBranch{ray, scene.media().camera, left, kGlassSplits}, sampler,
+                            shade, source);
 }
 
 // What a meter reads on the first surface along a camera ray, by the same `shade`; `left` > 0.
