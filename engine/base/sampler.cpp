@@ -92,6 +92,13 @@ Sampler Sampler::split_alike(std::uint32_t branch) const {
     return child;
 }
 
+Sampler Sampler::split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const {
+    if (!stratified_) return split_stratified(branch, index);
+    Sampler child = split_alike(branch);
+    child.index_ = index_ * count + index;
+    return child;
+}
+
 Sampler Sampler::split_stratified(std::uint32_t branch, std::uint32_t index) const {
     Sampler child = split(branch);
     const auto h = hash(child.key_, branch, 0, kDeriveKey);

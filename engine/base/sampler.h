@@ -59,7 +59,10 @@ class Sampler {
     // The same, where this one is stratified: with numbers that are stratified as its own are, among the
     // paths of its family that branch off after as many draws.
     Sampler split_alike(std::uint32_t branch) const;
-    // The same, for sample `index` of `branch`: the samples of one branch are stratified among each other.
+    // The same, for one of `count` > 0 samples of that branch: all of them are stratified among each other,
+    // those of one path as well as those of all paths of the family.
+    Sampler split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const;
+    // An independent sampler for sample `index` of `branch`: the samples of one branch are stratified among each other.
     Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
 
   private:

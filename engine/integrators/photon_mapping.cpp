@@ -185,21 +185,28 @@ void add_direct_light(const Scene& scene, const LightChooser& lights, const Surf
     }
 }
 
-// A point for one photon in so many, as the time allows: by that of a few.
+// A point for one photon in so many, as the time allows: by that of a few, and then of more, for the first
+// pay for what is cold.
 std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
                            const IrradianceSources& sources, BounceParameters bounce) {
-    constexpr std::size_t kFew = 256, kMostStride = 1 << 16;
+    constexpr std::size_t kMostStride = 1 << 16;
     const std::size_t wanted = bounce.stride;
-    bounce.stride = std::max(wanted, global.size() / kFew);
-    if (bounce.stride == wanted) return wanted;
-    const double left = context.prepared.left();
-    const Stopwatch clock;
-    const IrradiancePoints few(bounce_on(context.scene, global, bounce, context.workers), sources,
-                               context.workers, context.monitor);
-    const double seconds =
-        clock.seconds() * static_cast<double>(bounce.stride);  // of a point for each photon
-    const double stride = seconds / std::max(left - clock.seconds(), 1e-3);
-    return std::max(wanted, static_cast<std::size_t>(std::min(std::ceil(stride), double{kMostStride})));
+    for (const std::size_t few : {std::size_t{128}, std::size_t{2048}}) {
+        const std::size_t trial = global.size() / few;
+        if (trial <= bounce.stride && few == 128) return wanted;
+        bounce.stride = std::max(wanted, trial);
+        const Stopwatch clock;
+        const IrradiancePoints points(bounce_on(context.scene, global, bounce, context.workers), sources,
+                                      context.workers, context.monitor);
+        // Of a point for each photon; and the first of those few take the longest.
+        const double seconds = clock.seconds() * static_cast<double>(bounce.stride);
+        const double left = std::max(context.prepared.left(), 1e-3);
+        const auto stride =
+            static_cast<std::size_t>(std::min(std::ceil(seconds / left), double{kMostStride}));
+        bounce.stride = std::max(wanted, stride);
+        if (bounce.stride == wanted) break;
+    }
+    return bounce.stride;
 }
 
 }  // namespace
@@ -353,7 +360,7 @@ class PhotonMapEstimator final : public Estimator {
         }
         if (settings_.quantity == Quantity::illuminance) {
             return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
-                return DirectLight{shade_eye(vertex, left, Rgb(1), splits, sampler), {}};
+                return DirectLight{shade_eye(vertex, left, meter_reading(Rgb(1)), splits, sampler), {}};
             });
         }
         return Li({ray, scene_.media().camera, EmissionRule::all(), most, kGlassSplits}, Stage::eye, splits,
@@ -538,11 +545,11 @@ class PhotonMapEstimator final : public Estimator {
     template <typename Take>
     Rgb some_of(float number, std::uint32_t branch, const Rgb& throughput, SplitMoments* pilot,
                 const Sampler& sampler, Take&& take) const {
-        const auto sample = [&](int i) {
-            Sampler own = sampler.split_alike(branch + kBranches * static_cast<std::uint32_t>(i));
-            return take(own);
-        };
         if (pilot) {
+            const auto sample = [&](std::uint32_t i) {
+                Sampler own = sampler.split_alike(branch + kBranches * i);
+                return take(own);
+            };
             const Rgb a = sample(0), b = sample(1);
             pilot->add(double{luminance(throughput * a)}, double{luminance(throughput * b)});
             return 0.5F * (a + b);
@@ -552,7 +559,11 @@ class PhotonMapEstimator final : public Estimator {
         if (whole < number && sampler.split_alike(branch + kChanceBranch).next() < number - whole) ++count;
         if (count == 0) return Rgb(0);
         Rgb sum(0);
-        for (int i = 0; i < count; ++i) sum += sample(i);
+        const auto most = static_cast<std::uint32_t>(std::ceil(number));
+        for (int i = 0; i < count; ++i) {
+            Sampler own = sampler.split_alike(branch, static_cast<std::uint32_t>(i), most);
+            sum += take(own);
+        }
         return sum / (number < 1 ? number : static_cast<float>(count));  // number > 0
     }
 
