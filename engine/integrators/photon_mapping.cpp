@@ -520,8 +520,13 @@ class PhotonMapEstimator final : public Estimator {
         const DensityEstimateSettings how = within(left, estimates_.eye);
         const SplitNumbers& numbers = splits.numbers;
         SplitPilot* const pilot = splits.pilot;
-        Rgb result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
-                             sampler, [&](Sampler& own) { return direct(vertex, how, own); });
+        Rgb result(0);
+        if (settings_.direct != DirectMethod::map) {
+            result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
+                             sampler, [&](Sampler& own) { return sample_direct(vertex, own); });
+        } else if (splits.estimates > 0) {
+            result = splits.estimates * estimate(MapKind::direct, vertex, how, sampler).value;
+        }
         if (settings_.indirect == IndirectMethod::none) return result;
         if (settings_.indirect == IndirectMethod::map) {
             if (!(splits.estimates > 0)) return result;

@@ -1,8 +1,10 @@
 // Progressive photon mapping in memoryless passes [Knaus and Zwicker 2011; photon/radius_schedule.h].
 //
-// A pass builds maps of its own, a function of (seed, pass), and looks at them once per camera sample: at the
-// first diffuse surface all photons within a fixed radius count. Direct light is sampled (or read from the
-// Direct map), mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
+// A pass builds maps of its own, a function of (seed, pass), and has some camera samples of every pixel. One
+// of them looks at the maps, and stands for all: at the first diffuse surface all photons within a fixed
+// radius count. An estimate costs as much as several camera samples, and photons are of one pass whoever looks
+// at them. Direct light is sampled by every sample (or read from the Direct map with the estimate), mirrors,
+// glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
 // is
 //
 //   r_i(x)² = s_i r_1(x)²,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <set>
 #include <vector>
@@ -53,6 +54,33 @@ std::vector<float> first_numbers(Sampler sampler) {
         numbers.push_back(to_unit(sampler.bits()));
     }
     return numbers;
+}
+
+// Four samples each of eight paths of a family: one in every thirty-second of the numbers.
+TEST(SplitAlike, SamplesOfABranch_AreStratifiedOverAllPathsOfTheFamily) {
+    constexpr std::uint32_t kPaths = 8, kEach = 4;
+    std::array<std::set<int>, 3> strata;
+    for (std::uint32_t p = 0; p < kPaths; ++p) {
+        const Sampler path = Sampler::stratified(7, Purpose::test, 3, p);
+        for (std::uint32_t i = 0; i < kEach; ++i) {
+            Sampler sampler = path.split_alike(9, i, kEach);
+            const float u = sampler.next();
+            const V2f v = sampler.next2();
+            strata[0].insert(static_cast<int>(u * kPaths * kEach));
+            strata[1].insert(static_cast<int>(v.x * kPaths * kEach));
+            strata[2].insert(static_cast<int>(v.y * kPaths * kEach));
+        }
+    }
+    for (const auto& hit : strata) EXPECT_EQ(hit.size(), kPaths * kEach);
+    // Branches with numbers of their own are not.
+    std::set<int> apart;
+    for (std::uint32_t p = 0; p < kPaths; ++p) {
+        for (std::uint32_t i = 0; i < kEach; ++i) {
+            Sampler sampler = Sampler::stratified(7, Purpose::test, 3, p).split_alike(9 + i);
+            apart.insert(static_cast<int>(sampler.next() * kPaths * kEach));
+        }
+    }
+    EXPECT_LT(apart.size(), kPaths * kEach);
 }
 
 TEST(SamplerFamily, Paths_DrawWhatStratifiedSamplersDraw) {

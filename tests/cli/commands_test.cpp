@@ -107,7 +107,7 @@ TEST_F(RunRender, Passes_AreCountedAndSaid) {
                                          "--passes",     "5",           "--stats", "a.json"};
     const Outcome outcome = lucerna_run(words);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_THAT(outcome.out, HasSubstr("5 passes, 5 spp"));
+    EXPECT_THAT(outcome.out, HasSubstr("5 passes, 20 spp"));
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_EQ(stats["numbers"]["passes.done"], 5);
     EXPECT_EQ(stats["notes"]["ended_by"], "samples");

@@ -5,6 +5,7 @@
 #include "engine/render/job.h"
 #include "engine/render/render.h"
 #include "photon/radius_schedule.h"
+#include "tests/support/region_means.h"
 #include "tests/support/scenes.h"
 #include "tests/support/statistics.h"
 
@@ -58,6 +59,7 @@ double blurred_irradiance(double r2) {
 
 ProgressiveSettings of_direct_map(float alpha) {
     ProgressiveSettings settings;
+    settings.samples = 1;
     settings.photons = 3000;
     settings.direct = DirectMethod::map;
     settings.estimate.boundary = Boundary::none;
@@ -169,6 +171,7 @@ class VarianceOfPasses {
     explicit VarianceOfPasses(float alpha) {
         ProgressiveSettings settings;
         settings.photons = 2000;
+        settings.samples = 1;
         settings.estimate.k = 40;
         settings.estimate.metric = MetricKind::euclidean;
         settings.estimate.boundary = Boundary::none;
@@ -277,6 +280,25 @@ TEST(Progressive, SmallCornell_MeanAgreesWithPath) {
         const double most = direct == DirectMethod::mc ? 0.01 : 0.03;
         for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / expected[c], 1, most) << c;
     }
+}
+
+// One estimate for all samples of a pass: the mean of an estimate each. Of three samples it is one by chance
+// alone.
+testing::RegionMeans of_samples(int samples) {
+    ProgressiveSettings settings;
+    settings.photons = 5000;
+    settings.samples = samples;
+    settings.estimate.k = 20;
+    settings.estimate.radius = 0.05F;  // the same bias
+    const Job job = testing::make_job(testing::small_cornell(), testing::small_cornell_camera(16), settings,
+                                      16 * samples);
+    return testing::region_means(job, 8, testing::all_but_the_lamp,
+                                 [](double, double y) { return y < -0.6; });
+}
+
+TEST(Progressive, SamplesOfAPass_ShareOneEstimateWithoutBias) {
+    const testing::RegionMeans each = of_samples(1);
+    for (const int samples : {3, 4}) testing::expect_agrees(of_samples(samples), each, "shared", 0.01);
 }
 
 }  // namespace progressive_test

@@ -98,6 +98,7 @@ TEST(SteeredEmission, EnergyBalances_AndItsMeanIsTheLampsFlux) {
 TEST(SteeredEmission, Progressive_HasTheMeanOfPlainPasses) {
     ProgressiveSettings settings;
     settings.photons = 4000;
+    settings.samples = 1;
     settings.estimate.radius = 0.15F;
     settings.direct = DirectMethod::map;
     settings.quantity = Quantity::illuminance;

@@ -185,11 +185,11 @@ TEST(Options, IntegratorsThatAreNotHere_AreReplacedAndItIsSaid) {
     const Draft sppm =
         options("Integrator \"sppm\" \"integer numiterations\" 10 \"integer photonsperiteration\" 5000");
     EXPECT_EQ(std::get<ProgressiveSettings>(sppm.integrator).photons, 5000);
-    EXPECT_EQ(sppm.spp, 10) << "one camera sample per pixel in every pass";
+    EXPECT_EQ(sppm.spp, 40) << "four camera samples per pixel in every pass";
     EXPECT_EQ(options("Integrator \"sppm\" \"integer numiterations\" 9 Sampler \"sobol\" "
                       "\"integer pixelsamples\" 5")
                   .spp,
-              9)
+              36)
         << "wherever the sampler stands";
     EXPECT_EQ(options("Sampler \"sobol\" \"integer pixelsamples\" 5 Integrator \"sppm\"").spp, 5);
     EXPECT_EQ(std::get<ProgressiveSettings>(options("Integrator \"sppm\" \"float radius\" 2").integrator)

@@ -50,6 +50,7 @@ Job small_job(const IntegratorSettings& settings, int spp) {
 
 std::vector<IntegratorSettings> both_ways() {
     ProgressiveSettings progressive;
+    progressive.samples = 1;
     progressive.photons = 2000;
     return {PathSettings{}, progressive};
 }
@@ -75,6 +76,7 @@ TEST(Limits, Time_PreparationsMakeDoWithLess) {
     PhotonMapSettings maps;
     maps.photons = 1'000'000'000;
     ProgressiveSettings progressive;
+    progressive.samples = 1;
     progressive.photons = 1'000'000'000;
     IgiSettings igi;
     igi.caustic_paths = 1'000'000'000;

@@ -57,6 +57,7 @@ std::vector<Case> cases() {
     igi_tree.choice = VplChoice::tree;
     igi_tree.pre_pass.paths = 1'000;
     ProgressiveSettings progressive;
+    progressive.samples = 1;
     progressive.photons = 2'000;
     ProgressiveSettings two_samples = progressive;
     two_samples.samples = 2;
