@@ -87,7 +87,7 @@ struct Scene::Impl {
     LightPicker picker;
     LightTree light_tree;
     std::vector<std::uint32_t> impostors;
-    bool has_specular = false, has_borders = false;
+    bool has_sky = false, has_specular = false, has_borders = false;
     Box3f bounds;
     Counts counts;
     Counter rays, invalid_rays;
@@ -118,7 +118,9 @@ struct Scene::Impl {
 Scene::Impl::Impl(SceneParts given, const Workers& workers)
     : parts(std::move(given)), picker(parts.lights), light_tree(parts.lights) {
     for (std::uint32_t i = 0; i < parts.lights.size(); ++i) {
-        if (parts.lights[i]->has_impostor()) impostors.push_back(i);
+        if (!parts.lights[i]->has_impostor()) continue;
+        impostors.push_back(i);
+        has_sky = has_sky || !parts.lights[i]->bounds();
     }
     bounds = surface_bounds(parts);
     take_shapes();
@@ -312,6 +314,9 @@ const LightPicker& Scene::picker() const {
 }
 std::span<const std::uint32_t> Scene::impostors() const {
     return impl_->impostors;
+}
+bool Scene::has_sky() const {
+    return impl_->has_sky;
 }
 std::span<const Material> Scene::materials() const {
     return impl_->parts.materials;

@@ -113,6 +113,7 @@ class Scene {
     const LightTree& light_tree() const;
     // Indices of the lights for which Le() can answer.
     std::span<const std::uint32_t> impostors() const;
+    bool has_sky() const;  // whether one of these has no place: seen from everywhere, in every direction
     std::span<const Material> materials() const;
     bool has_specular() const;
     const SceneMedia& media() const;

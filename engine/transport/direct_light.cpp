@@ -1,5 +1,7 @@
 #include "engine/transport/direct_light.h"
 
+#include <algorithm>
+
 namespace lucerna {
 namespace {
 
@@ -29,15 +31,37 @@ Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
 }
 
 // One light, asked by a surface or by a place in a medium.
+struct AskedLight {
+    Rgb radiance{0.0F};                     // towards wo
+    std::optional<LightChoice::Draw> draw;  // none: nothing arrives from there
+};
 template <typename Place>
-Rgb ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice) {
+AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
     const float u_light = sampler.next();
     const V2f u_place = sampler.next2();
-    const auto drawn = choice.draw(scene, place.from().p, u_light, u_place);
-    if (!drawn) return Rgb(0);
-    const Rgb result = unshadowed_at(place, *drawn);
-    return is_black(result) ? result : result * passing(scene, place, drawn->light_sample, sampler);
+    AskedLight asked{Rgb(0), choice.draw(scene, place.from().p, u_light, u_place)};
+    if (!asked.draw) return asked;
+    asked.radiance = unshadowed_at(place, *asked.draw);
+    if (!is_black(asked.radiance)) {
+        asked.radiance *= passing(scene, place, asked.draw->light_sample, sampler);
+    }
+    return asked;
+}
+
+// The chance of a BSDF sample at a diffuse surface beside a light that was drawn there. Where lights are
+// drawn far more densely than directions of the BSDF, the power heuristic leaves the latter next to nothing,
+// at the price of a ray: it is taken sometimes [Russian roulette; Veach 1997, 10.4.1], so that its variance,
+// which falls by the square of the densities' ratio, still is the smaller one. Never under a sky: what is
+// drawn densely there (the sun) says nothing about the rest of it, which only BSDF samples find well.
+float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
+                         const std::optional<LightChoice::Draw>& drawn) {
+    constexpr float kLeast = 0.125F;
+    // A diffuse surface's largest density; how many times more densely lights are drawn for the chance to
+    // fall.
+    constexpr float kDensity = kInvPi, kMargin = 4;
+    if (!bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
+    return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
 }
 
 // What is not geometry and lies before `hit`: calls found(radiance, distance) for each.
@@ -55,10 +79,10 @@ void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<H
 }  // namespace
 
 Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice) {
-    return ask_light(scene, vertex, sampler, choice);
+    return ask_light(scene, vertex, sampler, choice).radiance;
 }
 Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice) {
-    return ask_light(scene, vertex, sampler, choice);
+    return ask_light(scene, vertex, sampler, choice).radiance;
 }
 
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
@@ -102,15 +126,17 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
 
 DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
                          const LightChoice& choice) {
-    const Rgb asked = next_event(scene, vertex, sampler, choice);
+    const auto [asked, drawn] = ask_light(scene, vertex, sampler, choice);
     const BsdfU u{sampler.next(), sampler.next2()};
+    const float chance = bsdf_sample_chance(scene, vertex.bsdf, drawn);
+    if (!(sampler.next() < chance)) return {asked, {}};
     const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
     if (!sample) return {asked, {}};
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
     const Rgb found = emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
                                vertex.medium_towards(sample->wi), sampler);
-    return {asked + sample->weight * found, {}};
+    return {asked + sample->weight * found / chance, {}};  // chance >= kLeast
 }
 
 Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,

@@ -82,7 +82,8 @@ Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, 
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                      const EmissionRule& rule);
 
-// Both strategies at once: all direct light at a vertex, one light sample and one BSDF sample.
+// Both strategies at once: all direct light at a vertex, one light sample and one BSDF sample; the latter
+// only by chance on diffuse surfaces from which lights are small.
 struct DirectLight {
     Rgb radiance;
     // The BSDF sample, where it is one that only mirrors and smooth glass make: what comes from there is
