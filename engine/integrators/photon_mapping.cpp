@@ -317,7 +317,7 @@ class PhotonMapEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, Splits{fixed_numbers(settings_)}, sampler);
+        return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler);
     }
     Rgb Li_at(const V2f& film, const Ray& ray, Sampler& sampler) const override {
         return camera_sample(ray, Splits{splitting_.at(film)}, sampler);
@@ -337,7 +337,7 @@ class PhotonMapEstimator final : public Estimator {
   private:
     // How many samples of each kind are taken at what a camera sample sees; in the pilot, two of each.
     struct Splits {
-        SplitNumbers numbers;
+        SplitPlan plan;
         SplitPilot* pilot = nullptr;
         // What density estimates count where the camera looks: 0: they are left to others of the pixel's
         // samples.
@@ -518,8 +518,9 @@ class PhotonMapEstimator final : public Estimator {
     Rgb shade_eye(const Vertex& vertex, int left, const Rgb& throughput, const Splits& splits,
                   Sampler& sampler) const {
         const DensityEstimateSettings how = within(left, estimates_.eye);
-        const SplitNumbers& numbers = splits.numbers;
-        SplitPilot* const pilot = splits.pilot;
+        const std::size_t share = share_class(max_component(throughput));
+        const SplitNumbers& numbers = splits.plan[share];
+        SplitKinds* const pilot = splits.pilot ? &(*splits.pilot)[share] : nullptr;
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
             result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,

@@ -30,39 +30,71 @@ void Splitting::Cell::add(const Cell& other, double scale) {
     const auto sum = [scale](SplitMoments& to, const SplitMoments& more) {
         to.variance += scale * more.variance;
         to.second_moment += scale * more.second_moment;
+        to.places += more.places;
     };
-    sum(kinds.light, other.kinds.light);
-    sum(kinds.gather, other.kinds.gather);
-    sum(kinds.caustic, other.kinds.caustic);
+    for (std::size_t i = 0; i < kShareClasses; ++i) {
+        sum(kinds[i].light, other.kinds[i].light);
+        sum(kinds[i].gather, other.kinds[i].gather);
+        sum(kinds[i].caustic, other.kinds[i].caustic);
+    }
+    samples += other.samples;
     between += scale * other.between;
     square += scale * other.square;
 }
 
-SplitNumbers Splitting::best(const Cell& cell) {
+SplitPlan Splitting::best(const Cell& cell) {
     if (!(cell.square > 0)) return {};
     // Each kind was looked at twice, by both camera samples of a pixel: half of its sums stand for one
     // sample, and half of its variance was in each camera sample's value.
-    const double light = 0.5 * cell.kinds.light.variance, gather = 0.5 * cell.kinds.gather.variance;
-    const double gather2 = 0.5 * cell.kinds.gather.second_moment,
-                 caustic2 = 0.5 * cell.kinds.caustic.second_moment;
-    double variance =
-        std::max(cell.between - 0.5 * (light + gather), kLeastOwnVariance * cell.square) / kStratified;
+    double of_kinds = 0;
+    for (const SplitKinds& kinds : cell.kinds)
+        of_kinds += 0.5 * (kinds.light.variance + kinds.gather.variance);
+    double variance = std::max(cell.between - 0.5 * of_kinds, kLeastOwnVariance * cell.square) / kStratified;
     double cost = kCameraSample;
-    const auto number = [&](double of, double each) { return std::sqrt(of / each * cost / variance); };
+    // `of`: the variance, or second moment, of one sample of the kind; `places` of all camera samples.
+    const auto number = [&](double of, double places, double each) {
+        return std::sqrt(of / (each * places / cell.samples) * cost / variance);
+    };
 
-    SplitNumbers numbers;
-    const double lights = std::clamp(number(light / kStratified, kLightSample), 1.0, kMostLightSamples);
-    numbers.light_samples = static_cast<float>(lights);
+    SplitPlan plan;
+    for (std::size_t i = 0; i < kShareClasses; ++i) {
+        const SplitMoments& light = cell.kinds[i].light;
+        // No such place was met: no reason to spend more than at those of the class above.
+        if (i > 0) plan[i].light_samples = plan[i - 1].light_samples;
+        if (!(light.places > 0)) continue;
+        const double left = 0.5 * light.variance / kStratified;
+        const double lights = std::clamp(number(left, light.places, kLightSample), 1.0, kMostLightSamples);
+        plan[i].light_samples = static_cast<float>(lights);
+    }
     // Of light samples there is always one: it is a part of the camera sample where it pays no better to have
     // more.
-    variance += light / (lights * kStratified);
-    cost += lights * kLightSample;
-    double rays = number(gather, kGatherRay);
-    if (rays < 1) rays = std::min(number(gather2, kGatherRay), 1.0);
-    numbers.gather_rays = static_cast<float>(std::clamp(rays, kLeastGatherRays, kMostGatherRays));
-    numbers.caustic_estimates =
-        static_cast<float>(std::clamp(number(caustic2, kCausticEstimate), kLeastCausticEstimates, 1.0));
-    return numbers;
+    for (std::size_t i = 0; i < kShareClasses; ++i) {
+        const SplitMoments& light = cell.kinds[i].light;
+        const double lights{plan[i].light_samples};
+        variance += 0.5 * light.variance / (lights * kStratified);
+        cost += lights * kLightSample * light.places / cell.samples;
+    }
+    for (std::size_t i = 0; i < kShareClasses; ++i) {
+        if (i > 0) {
+            plan[i].gather_rays = plan[i - 1].gather_rays;
+            plan[i].caustic_estimates = plan[i - 1].caustic_estimates;
+        }
+        const double share{kMostShare[i]};
+        const SplitMoments& gather = cell.kinds[i].gather;
+        if (gather.places > 0) {
+            double rays = number(0.5 * gather.variance, gather.places, kGatherRay);
+            if (rays < 1) rays = std::min(number(0.5 * gather.second_moment, gather.places, kGatherRay), 1.0);
+            plan[i].gather_rays =
+                static_cast<float>(std::clamp(rays, share * kLeastGatherRays, kMostGatherRays));
+        }
+        const SplitMoments& caustic = cell.kinds[i].caustic;
+        if (caustic.places > 0) {
+            const double estimates = number(0.5 * caustic.second_moment, caustic.places, kCausticEstimate);
+            plan[i].caustic_estimates =
+                static_cast<float>(std::clamp(estimates, share * kLeastCausticEstimates, 1.0));
+        }
+    }
+    return plan;
 }
 
 // What few pixels met is evened out: with the cells around, and a little with all.
@@ -74,7 +106,7 @@ void Splitting::settle(const std::vector<Cell>& pixels) {
         const double scale = error_scale2(std::sqrt(pixels[i].square), mean);
         if (scale > 0) cells[i / kPixels].add(pixels[i], 1 / scale);
     }
-    numbers_.assign(cells.size(), {});
+    plans_.assign(cells.size(), {});
     for (int y = 0; y < down_; ++y) {
         for (int x = 0; x < across_; ++x) {
             Cell sum;
@@ -82,13 +114,13 @@ void Splitting::settle(const std::vector<Cell>& pixels) {
                 for (int u = std::max(0, x - 1); u <= std::min(across_ - 1, x + 1); ++u)
                     sum.add(cells[static_cast<std::size_t>(v * across_ + u)]);
             }
-            numbers_[static_cast<std::size_t>(y * across_ + x)] = best(sum);
+            plans_[static_cast<std::size_t>(y * across_ + x)] = best(sum);
         }
     }
 }
 
 std::size_t Splitting::cell_of(const V2f& film) const {
-    if (numbers_.size() == 1) return 0;
+    if (plans_.size() == 1) return 0;
     const auto index = [](float at, float size, int cells) {
         return std::clamp(static_cast<int>(at / size * static_cast<float>(cells)), 0, cells - 1);
     };

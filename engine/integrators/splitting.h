@@ -8,6 +8,10 @@
 //
 //   n = sqrt(v/c · C0/V0).
 //
+// c is that of all places of a camera sample at which samples of the kind are taken: behind glass and gloss
+// there are several. What is shaded through a faint mirror counts for little, and is worth fewer samples than
+// what the camera sees itself: the numbers are chosen for classes of places, by their share in the pixel.
+//
 // Below one sample it is taken by chance n, and what it has then divided by n: instead of its variance, its
 // second moment counts. What is known of variances comes from a pilot: some camera samples in each cell of
 // the image, in which every kind is looked at twice at each place. Costs are those of a typical scene, not
@@ -29,25 +33,39 @@ struct SplitNumbers {
     float light_samples = 1, gather_rays = 4, caustic_estimates = 1;
 };
 
+// Classes of places by their throughput, the share of what they send that reaches the pixel: class i has at
+// most kMostShare[i], and more than kMostShare[i + 1].
+inline constexpr std::array<float, 3> kMostShare = {1, 0.5F, 0.125F};
+inline constexpr std::size_t kShareClasses = kMostShare.size();
+inline std::size_t share_class(float throughput) {
+    std::size_t i = 0;
+    while (i + 1 < kShareClasses && throughput <= kMostShare[i + 1]) ++i;
+    return i;
+}
+using SplitPlan = std::array<SplitNumbers, kShareClasses>;
+
 // What a camera sample of the pilot found of one kind, at all the places that it shaded: luminance that
 // reaches the pixel. `a` and `b`: two independent samples of it.
 struct SplitMoments {
     double variance = 0;       // of one sample, the place given: (a - b)²/2
     double second_moment = 0;  // of one sample: a b, the square of its mean, and that
+    double places = 0;         // at which it was looked at
 
     void add(double a, double b) {
         variance += 0.5 * (a - b) * (a - b);
         second_moment += 0.5 * (a * a + b * b);
+        ++places;
     }
 };
-struct SplitPilot {
+struct SplitKinds {
     SplitMoments light, gather, caustic;
 };
+using SplitPilot = std::array<SplitKinds, kShareClasses>;
 
 class Splitting {
   public:
     Splitting() = default;
-    explicit Splitting(const SplitNumbers& everywhere) : numbers_{everywhere} {}
+    explicit Splitting(const SplitNumbers& everywhere) : plans_{everywhere_alike(everywhere)} {}
     // Calls sample(ray, sampler, pilot) for camera rays all over the view: the radiance that each brings,
     // with two samples of each kind at every place. The same for any number of threads.
     template <typename Sample>
@@ -55,8 +73,14 @@ class Splitting {
               Sample&& sample);
 
     // For a camera sample there, in pixels of the whole film.
-    const SplitNumbers& at(const V2f& film) const { return numbers_[cell_of(film)]; }
-    std::size_t cells() const { return numbers_.size(); }
+    const SplitPlan& at(const V2f& film) const { return plans_[cell_of(film)]; }
+    std::size_t cells() const { return plans_.size(); }
+
+    static SplitPlan everywhere_alike(const SplitNumbers& numbers) {
+        SplitPlan plan;
+        plan.fill(numbers);
+        return plan;
+    }
 
   private:
     static constexpr int kCells = 16;  // a side, at the most
@@ -66,17 +90,18 @@ class Splitting {
     // counts.
     struct Cell {
         SplitPilot kinds;
+        double samples = 0;  // of the camera
         double between = 0;  // variance between camera samples of a pixel
         double square = 0;   // of their mean
         void add(const Cell& other, double scale = 1);
     };
-    static SplitNumbers best(const Cell& cell);
+    static SplitPlan best(const Cell& cell);
     void settle(const std::vector<Cell>& pixels);
     std::size_t cell_of(const V2f& film) const;
 
     V2f begin_{0, 0}, size_{1, 1};
     int across_ = 1, down_ = 1;
-    std::vector<SplitNumbers> numbers_ = {SplitNumbers{}};
+    std::vector<SplitPlan> plans_ = {SplitPlan{}};
 };
 
 template <typename Sample>
@@ -106,6 +131,7 @@ Splitting::Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, c
                 const Rgb radiance = sample(view.camera->ray(place, lens), sampler, own.kinds);
                 seen[static_cast<std::size_t>(turn)] = is_finite(radiance) ? double{luminance(radiance)} : 0;
             }
+            own.samples = kTurn;
             own.between = 0.5 * (seen[0] - seen[1]) * (seen[0] - seen[1]);
             own.square = 0.25 * (seen[0] + seen[1]) * (seen[0] + seen[1]);
         }

@@ -23,10 +23,10 @@ SplitNumbers numbers(double gathered, double own, double direct = 0) {
             kind.add(a, b);
             return 0.5 * (a + b);
         };
-        const double value = 1 + draw(own) + twice(pilot.gather, gathered) + twice(pilot.light, direct);
+        const double value = 1 + draw(own) + twice(pilot[0].gather, gathered) + twice(pilot[0].light, direct);
         return Rgb(static_cast<float>(value));
     });
-    return splitting.at({32, 32});
+    return splitting.at({32, 32})[0];
 }
 
 // By the root of their variance, and less the more the camera samples themselves vary.
@@ -43,11 +43,40 @@ TEST(Splitting, LightSamples_AreOneUnlessTheyAreTheNoise) {
     EXPECT_GT(numbers(0.01, 0.05, 4).light_samples, 2);
 }
 
+// Each of `places` gives 1 and gathered light of variance 2, once at full share and once at a tenth.
+SplitPlan plan(int places) {
+    const Camera camera = testing::small_cornell_camera(64);
+    const View view{&camera, V2f(0, 0), V2f(64, 64)};
+    const Splitting splitting(view, 3, 0, Workers{2}, [&](const Ray&, Sampler& sampler, SplitPilot& pilot) {
+        double sum = 1;
+        for (const double share : {1.0, 0.1}) {
+            SplitMoments& kind = pilot[share_class(static_cast<float>(share))].gather;
+            const auto draw = [&] { return share * (1 + std::sqrt(6.0) * (2 * double{sampler.next()} - 1)); };
+            for (int i = 0; i < places; ++i) {
+                const double a = draw(), b = draw();
+                kind.add(a, b);
+                sum += 0.5 * (a + b) / places;
+            }
+        }
+        return Rgb(static_cast<float>(sum + 0.5 * (2 * double{sampler.next()} - 1)));
+    });
+    return splitting.at({32, 32});
+}
+
+// Ten times less of a place's light reaches the pixel: ten times fewer gather rays, by the root of the
+// variance.
+TEST(Splitting, FaintPlaces_GetFewerGatherRays) {
+    const SplitPlan found = plan(1);
+    ASSERT_EQ(share_class(0.1F), kShareClasses - 1);
+    EXPECT_NEAR(found.front().gather_rays / found.back().gather_rays, 10, 1.5);
+    EXPECT_GT(found.front().gather_rays, 1);
+}
+
 TEST(Splitting, Pilot_IsTheSameForAnyNumberOfThreads) {
     const Camera camera = testing::small_cornell_camera(40);
     const View view{&camera, V2f(0, 0), V2f(40, 40)};
     const auto sample = [](const Ray&, Sampler& sampler, SplitPilot& pilot) {
-        pilot.gather.add(double{sampler.next()}, double{sampler.next()});
+        pilot[0].gather.add(double{sampler.next()}, double{sampler.next()});
         return Rgb(sampler.next());
     };
     const Splitting one(view, 3, 0, Workers{1}, sample), three(view, 3, 0, Workers{3}, sample);
@@ -55,7 +84,7 @@ TEST(Splitting, Pilot_IsTheSameForAnyNumberOfThreads) {
     for (int y = 0; y < 40; y += 4) {
         for (int x = 0; x < 40; x += 4) {
             const V2f at(static_cast<float>(x), static_cast<float>(y));
-            EXPECT_EQ(one.at(at).gather_rays, three.at(at).gather_rays);
+            EXPECT_EQ(one.at(at)[0].gather_rays, three.at(at)[0].gather_rays);
         }
     }
 }
