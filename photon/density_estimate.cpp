@@ -135,15 +135,25 @@ DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const 
                     [](const Photon& photon, const V3f&, float weight) { return photon.power * weight; });
 }
 
-DensityEstimateResult DensityEstimate::incident(const SurfacePoint& at, IncidentLightSum& light) const {
+DensityEstimateResult DensityEstimate::incident(const SurfacePoint& at, IncidentLightSum& light,
+                                                LateLight& late) const {
     IncidentLightSum found(at.n);
-    const DensityEstimateResult result =
-        estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
-            const Rgb brought = photon.power * weight;
-            found.add(brought, wi);
-            return brought;
-        });
+    LateLight found_late;
+    const auto carry = [&](const Photon& photon, const V3f& wi, float weight) {
+        const Rgb brought = photon.power * weight;
+        found.add(brought, wi);
+        if (limits()) {
+            const auto index = static_cast<std::uint32_t>(&photon - map_.photons().data());
+            const int spare = settings_.most_bounces - int{map_.bounces()[index]};  // >= 0: it counts
+            for (auto j = static_cast<std::size_t>(spare); j < LateLight::kLevels; ++j)
+                found_late.beyond[j] += luminance(brought);
+        }
+        return brought;
+    };
+    const DensityEstimateResult result = estimate(at.p, at.n, at.error, carry);
     light.add(found, result.scale);
+    for (std::size_t j = 0; j < LateLight::kLevels; ++j)
+        late.beyond[j] += result.scale * found_late.beyond[j];
     return result;
 }
 

@@ -1,6 +1,7 @@
 // Radiance from a photon map by density estimation [Jensen 2001, 7].
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -54,6 +55,14 @@ struct DensityEstimateResult {
     int deepest = 0;   // bounces before a photon that counts, at the most; told where they are limited
 };
 
+// What the last bounces of the longest paths bring, where paths are limited (most_bounces): `beyond[j]` is
+// the irradiance, W/m² of luminance, by photons that have bounced more than most_bounces - 1 - j times. What
+// is left without them is the light of paths that are shorter by j + 1.
+struct LateLight {
+    static constexpr std::size_t kLevels = 6;
+    std::array<float, kLevels> beyond{};
+};
+
 // Conventions. The k nearest photons count, and the next one fixes the radius; for a uniform density that
 // makes the estimate unbiased (the k inside are uniform in the disc of the one that is not). With no more
 // than k within the largest radius, that is the radius and all count. With k = 0 the largest radius is the
@@ -88,8 +97,8 @@ class DensityEstimate {
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
     // Irradiance at a point on the side of at.n, W/m².
     DensityEstimateResult irradiance(const SurfacePoint& at) const;
-    // The same, added to `light` by where it comes from.
-    DensityEstimateResult incident(const SurfacePoint& at, IncidentLightSum& light) const;
+    // The same, added to `light` by where it comes from, and to `late` by how far.
+    DensityEstimateResult incident(const SurfacePoint& at, IncidentLightSum& light, LateLight& late) const;
 
   private:
     struct Disc {

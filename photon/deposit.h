@@ -41,5 +41,10 @@ inline MapKind map_of(const PathClass& path, bool caustic_chains = false) {
 inline bool stores_photons(const Bsdf& bsdf) {
     return bsdf.has_diffuse();
 }
+// The same without looking at textures where the material tells.
+inline bool stores_photons(const Scene& scene, const Hit& hit) {
+    const auto always = has_diffuse(scene.materials()[hit.material]);
+    return always ? *always : stores_photons(scene.bsdf(hit));
+}
 
 }  // namespace lucerna

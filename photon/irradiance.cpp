@@ -53,11 +53,11 @@ void land(const Scene& scene, SurfacePoint from, V3f d, std::uint32_t number, Sa
     for (int bounce = 0; bounce < kMostGlossyBounces; ++bounce) {
         const auto hit = scene.intersect(Ray{from.towards(d), d});
         if (!hit) return;
-        const Bsdf bsdf = scene.bsdf(*hit);
-        if (stores_photons(bsdf)) {
+        if (stores_photons(scene, *hit)) {
             places.add(hit->at.facing(-d), number);
             return;
         }
+        const Bsdf bsdf = scene.bsdf(*hit);
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = bsdf.sample(-d, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) return;
@@ -121,6 +121,7 @@ SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BouncePa
 IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const IrradianceSources& sources,
                                    const Workers& workers, Monitor& monitor)
     : scene_(sources.probing ? &sources.probing->scene : nullptr),
+      most_bounces_(sources.how.most_bounces),
       places_(in_order(places, workers)),
       values_(places_.size()) {
     const auto count = static_cast<std::int64_t>(size());
@@ -131,17 +132,20 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
             const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->sampler = probing->sampler.split(places_.numbers[i]);
-            IncidentLightSum light(at.n);
+            IncidentLightSum sum(at.n);
+            LateLight late;
             const DensityEstimateResult own =
-                DensityEstimate(*sources.maps.front(), sources.how, probing).incident(at, light);
+                DensityEstimate(*sources.maps.front(), sources.how, probing).incident(at, sum, late);
             int deepest = own.deepest;
             for (const PhotonMap* map : sources.maps.subspan(1)) {
                 const DensityEstimateResult more =
-                    DensityEstimate(*map, sources.how, probing).incident(at, light);
+                    DensityEstimate(*map, sources.how, probing).incident(at, sum, late);
                 deepest = std::max(deepest, more.deepest);
             }
-            if (sources.more) sources.more(places_.numbers[i], at, light);
-            values_[i] = {light.light(), own.radius, scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+            if (sources.more) sources.more(places_.numbers[i], at, sum);
+            const IncidentLight light = sum.light();
+            values_[i] = {light, own.radius, scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+                          shares_of_shorter(late, luminance(light.irradiance())),
                           static_cast<BounceCount>(deepest)};
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
@@ -155,12 +159,31 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
     const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
     if (!nearest) return std::nullopt;
     const Value& value = values_[nearest->index];
-    if (int{value.deepest} > most_bounces) return std::nullopt;
+    const std::optional<float> share = share_within(value, most_bounces);
+    if (!share) return std::nullopt;
     if (nearest->key > sqr(value.radius)) return std::nullopt;
     if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
         return std::nullopt;
     }
-    return Found{value.light.irradiance(), value.radius, &value.light};
+    return Found{value.light.irradiance(), value.radius, &value.light, *share};
+}
+
+std::array<std::uint16_t, LateLight::kLevels> IrradiancePoints::shares_of_shorter(const LateLight& late,
+                                                                                  float all) {
+    std::array<std::uint16_t, LateLight::kLevels> shares{};
+    for (std::size_t j = 0; j < LateLight::kLevels; ++j) {
+        const float share = all > 0 ? std::clamp(1 - late.beyond[j] / all, 0.0F, 1.0F) : 1.0F;
+        shares[j] = static_cast<std::uint16_t>(share * kWhole + 0.5F);
+    }
+    return shares;
+}
+
+// None: too few bounces for it to be known.
+std::optional<float> IrradiancePoints::share_within(const Value& value, int most_bounces) const {
+    if (int{value.deepest} <= most_bounces) return 1.0F;
+    const auto shorter = static_cast<std::size_t>(most_bounces_ - most_bounces);  // > 0: some are deeper
+    if (shorter > LateLight::kLevels) return std::nullopt;
+    return static_cast<float>(value.shorter[shorter - 1]) / kWhole;
 }
 
 bool IrradiancePoints::is_hidden(const V3f& x, const V3f& n, const V3f& point) const {

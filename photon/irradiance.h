@@ -17,6 +17,7 @@
 // leads, which is also where gather rays go.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -83,10 +84,12 @@ class IrradiancePoints {
         Rgb irradiance;              // W/m²
         float radius;                // of the estimate, scene units
         const IncidentLight* light;  // the same by where it comes from; as long as the points live
+        float share;                 // of both, that paths of so few bounces bring
     };
     // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
-    // own disc and nothing stands between, and no photon that counts there has bounced more than
-    // `most_bounces` times. None: estimate it yourself.
+    // own disc and nothing stands between. Of paths that may have fewer bounces than the photons that count
+    // there (`most_bounces`, where the points' own limit is more) it gives the share in luminance. None:
+    // estimate it yourself.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
                                  int most_bounces = kMaxBounces) const;
 
@@ -96,12 +99,19 @@ class IrradiancePoints {
     struct Value {
         IncidentLight light;
         float radius;
-        float room;           // scene units: a point so near is seen
+        float room;  // scene units: a point so near is seen
+        // Of the irradiance: what is left for paths that are shorter by j + 1 bounces (LateLight), times
+        // kWhole.
+        std::array<std::uint16_t, LateLight::kLevels> shorter;
         BounceCount deepest;  // of the photons that count
     };
+    static constexpr float kWhole = 65535;
+    static std::array<std::uint16_t, LateLight::kLevels> shares_of_shorter(const LateLight& late, float all);
+    std::optional<float> share_within(const Value& value, int most_bounces) const;
     bool is_hidden(const V3f& x, const V3f& n, const V3f& point) const;
 
     const Scene* scene_;
+    int most_bounces_;  // of the photons that count
     SurfacePoints places_;
     std::vector<Value> values_;
     std::unique_ptr<PhotonIndex> index_;  // by their normals

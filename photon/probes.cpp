@@ -76,7 +76,7 @@ class Prober {
         if (!(distance > 0)) return false;
         const auto hit = scene_.intersect(Ray{eye_, way / distance, 1.2F * distance});
         return hit && std::fabs(disc_.n.dot(hit->at.p - disc_.x)) < kFlat * lift_ + disc_.error &&
-               stores_photons(scene_.bsdf(*hit));
+               stores_photons(scene_, *hit);
     }
     // Whether a photon that was found counts.
     bool counts(const ProbedPhoton& photon) const {
@@ -98,9 +98,8 @@ class Prober {
         for (int i = 0; i < kMaxSheets; ++i) {
             const auto hit = scene_.intersect(way);
             if (!hit) return false;
-            const Bsdf bsdf = scene_.bsdf(*hit);
-            if (stores_photons(bsdf)) return is_near(*hit, way.d);
-            if (!bsdf.transmits()) return false;
+            if (stores_photons(scene_, *hit)) return is_near(*hit, way.d);
+            if (!scene_.bsdf(*hit).transmits()) return false;
             way = beyond(*hit, way);
         }
         return false;
@@ -111,7 +110,7 @@ class Prober {
         for (int i = 0; i < kMaxSheets && way.t_max > 0; ++i) {
             const auto hit = scene_.intersect(way);
             if (!hit) return false;
-            if (stores_photons(scene_.bsdf(*hit)) && is_near(*hit, way.d) &&
+            if (stores_photons(scene_, *hit) && is_near(*hit, way.d) &&
                 sees(hit->at.p - back_along(way.d) * way.d)) {
                 return true;
             }

@@ -619,7 +619,7 @@ class PhotonMapEstimator final : public Estimator {
                 const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                          ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                          : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-                return {radiance, found->radius, holds_direct(settings_, scene_)};
+                return {found->share * radiance, found->radius, holds_direct(settings_, scene_)};
             }
         }
         const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler);

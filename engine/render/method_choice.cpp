@@ -393,7 +393,7 @@ std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, 
 
 namespace {
 
-constexpr double kMostPreparation = 0.4;  // of the time
+constexpr double kMostPreparation = 0.25;  // of the time
 // Of an error that was asked for, what may be of a kind that is estimated once and not seen to fall.
 constexpr double kBeyondShare = 0.5;
 

@@ -74,7 +74,7 @@ class Run {
     static constexpr double kNever = std::numeric_limits<double>::infinity();
     // Shares of the time that is left within which preparations are to be done: of what serves all samples,
     // and of what a pass makes, of which there should be many.
-    static constexpr double kPreparation = 0.4, kPassPreparation = 0.1;
+    static constexpr double kPreparation = 0.25, kPassPreparation = 0.1;
 
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 

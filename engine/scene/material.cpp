@@ -101,6 +101,23 @@ struct MayHavePeak {
     }
 };
 
+struct HasDiffuse {
+    std::optional<bool> operator()(const DiffuseMaterial&) const { return true; }
+    std::optional<bool> operator()(const DiffuseTransmissionMaterial&) const { return true; }
+    std::optional<bool> operator()(const CoatedDiffuseMaterial&) const { return true; }
+    std::optional<bool> operator()(const SubstrateMaterial&) const { return true; }
+    std::optional<bool> operator()(const MirrorMaterial&) const { return false; }
+    std::optional<bool> operator()(const ConductorMaterial&) const { return false; }
+    std::optional<bool> operator()(const DielectricMaterial&) const { return false; }
+    std::optional<bool> operator()(const ThinDielectricMaterial&) const { return false; }
+    std::optional<bool> operator()(const CoatedConductorMaterial&) const { return false; }
+    std::optional<bool> operator()(const ShinyMetalMaterial&) const { return false; }
+    template <typename ByItsTextures>
+    std::optional<bool> operator()(const ByItsTextures&) const {
+        return std::nullopt;
+    }
+};
+
 struct MostLobes {
     std::size_t operator()(const DiffuseTransmissionMaterial&) const { return 2; }
     std::size_t operator()(const CoatedDiffuseMaterial&) const { return 2; }
@@ -145,6 +162,10 @@ Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin) {
     add_lobes(material.model, point, list);
     if (list.size() == 1) return {list.all().front(), ns, hit.at.n, hit.dpdu};
     return {list.all(), ns, hit.at.n, hit.dpdu};
+}
+
+std::optional<bool> has_diffuse(const Material& material) {
+    return std::visit(HasDiffuse{}, material.model);
 }
 
 bool is_specular(const Material& material) {

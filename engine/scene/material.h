@@ -173,6 +173,9 @@ bool is_specular(const Material& material);
 // True if a lobe of it may have a peak, delta or gloss; false if it scatters diffusely alone.
 bool has_peak(const Material& material);
 bool is_interface(const Material& material);
+// Whether a Bsdf of it has a diffuse part, where that is the same at all its points, whatever its textures
+// hold; none: only the Bsdf tells.
+std::optional<bool> has_diffuse(const Material& material);
 // How many lobes a Bsdf of it has at most; more than Bsdf::kMaxLobes must not be made.
 std::size_t most_lobes(const Material& material);
 

@@ -144,6 +144,51 @@ TEST(IrradiancePoints, Lookup_OnlyOnItsSideAndWithinItsDisc) {
 
 // A bounce that rounding sends elsewhere is one place more or less: what light the others are given by chance
 // must not go by how many come before them.
+// Photons of paths of 0 to 9 bounces, of a brightness that goes by them.
+PhotonMap map_of_many_bounces() {
+    Sampler sampler(5, Purpose::test, 0, 0);
+    Photons deposited;
+    for (int i = 0; i < kPhotons; ++i) {
+        const V3f p(sampler.next(), sampler.next(), 0);
+        const auto bounces = static_cast<std::uint32_t>(i % 10);
+        const float power = static_cast<float>(1 + bounces) / kPhotons;
+        deposited.add(p, PackedDirection(kUp),
+                      testing::photon(-square_to_cosine_hemisphere(sampler.next2()), power),
+                      kept_bounces(bounces));
+    }
+    return PhotonMap(deposited, IndexKind::tree, Workers{1});
+}
+
+// Points that count photons of up to 7 bounces tell the light of shorter paths as points do that count no
+// others; of paths so short that they do not know it, nothing.
+TEST(IrradiancePoints, ShorterPaths_BringTheShareThatAnEstimateOfTheirsFinds) {
+    const PhotonMap map = map_of_many_bounces();
+    const PhotonMap* maps[] = {&map};
+    Monitor silent;
+    const SurfacePoints places = random_places(200, 9);
+    const auto points_of = [&](int most_bounces) {
+        DensityEstimateSettings how = kSettings;
+        how.most_bounces = most_bounces;
+        return IrradiancePoints(places, {maps, how}, Workers{2}, silent);
+    };
+    const IrradiancePoints all = points_of(7);
+    double worst = 0, longest = 0;
+    for (int most = 1; most <= 7; ++most) {
+        const IrradiancePoints own = points_of(most);
+        for (std::size_t i = 0; i < places.size(); ++i) {
+            const auto found = all.nearest(places.positions[i], kUp, 0.2F, most);
+            const auto expected = own.nearest(places.positions[i], kUp, 0.2F, most);
+            ASSERT_TRUE(found && expected);
+            const float sum = luminance(found->irradiance), part = luminance(expected->irradiance);
+            worst = std::max(worst, std::fabs(double{found->share * sum - part}) / double{sum});
+            longest = std::max(longest, std::fabs(double{sum - part}) / double{sum});
+        }
+    }
+    EXPECT_LT(worst, 2e-5);
+    EXPECT_GT(longest, 0.5) << "without the shares most would be wrong by much";
+    EXPECT_FALSE(all.nearest(places.positions[0], kUp, 0.2F, 0)) << "seven bounces fewer are not kept";
+}
+
 TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     Monitor silent;
     const PhotonMap map = uniform_map(kPhotons, 3);

@@ -139,6 +139,38 @@ TEST(Material, HasPeak_DeltasAndGloss_NotWhatIsDiffuseAlone) {
     EXPECT_TRUE(told(testing::mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)));
 }
 
+// What a material tells of all its points is what each of its Bsdfs tells, black ones included.
+TEST(Material, HasDiffuse_WhereItIsTold_IsWhatEveryBsdfHas) {
+    const auto black = RgbTexture::constant(Rgb(0.0F));
+    SubstrateMaterial no_base;
+    no_base.diffuse = black;
+    const MaterialModel told[] = {DiffuseMaterial{},
+                                  DiffuseMaterial{black},
+                                  DiffuseMaterial{black, FloatTexture::constant(20)},
+                                  DiffuseTransmissionMaterial{},
+                                  DiffuseTransmissionMaterial{black, black},
+                                  coated(grey(0.5F), 0.1F),
+                                  coated(grey(0), 0),
+                                  SubstrateMaterial{},
+                                  no_base,
+                                  MirrorMaterial{},
+                                  ConductorMaterial{},
+                                  rough_copper(0.3F),
+                                  DielectricMaterial{},
+                                  ThinDielectricMaterial{},
+                                  CoatedConductorMaterial{coated(grey(0.5F), 0.1F).coat, {}},
+                                  ShinyMetalMaterial{}};
+    for (const MaterialModel& model : told) {
+        const Material material{"", model};
+        const auto always = has_diffuse(material);
+        ASSERT_TRUE(always) << model.index();
+        EXPECT_EQ(*always, make_bsdf(material, flat_hit()).has_diffuse()) << model.index();
+    }
+    EXPECT_FALSE(has_diffuse({"", uber(grey(0.5F), grey(0.5F), 0.1F, 0.1F)})) << "its opacity may vary";
+    EXPECT_FALSE(has_diffuse({"", mix(DiffuseMaterial{}, MirrorMaterial{}, 0.5F)}));
+    EXPECT_FALSE(has_diffuse({"", InterfaceMaterial{}}));
+}
+
 TEST(Material, Mix_OfAnInterface_LetsItsShareThrough) {
     const Material material{"", mix(DiffuseMaterial{grey(0.5F)}, InterfaceMaterial{}, 0.75F)};
     const Bsdf bsdf = make_bsdf(material, flat_hit());
