@@ -1,11 +1,13 @@
 # Every method on scenes that people have, in a given time: error against a converged reference, and the seconds that
 # the whole command took.
-#   usage: methods.py LUCERNA OUT_FOLDER PBRT_V4_FOLDER [--times 5,20,60] [--quick] [SCENE...]
-# PBRT_V4_FOLDER holds the scenes of the pbrt-v4 collection, each with its reference.exr; these are shrunk to the size of
-# the render by oiiotool (Debian's openimageio-tools). Where one overflows its half floats (a lamp that the camera sees),
-# that pixel and those beside it are left out. All other references are rendered once, for some minutes, and kept in
-# OUT_FOLDER. Nothing else should run meanwhile.
+#   usage: methods.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 5,20,60] [--methods path,…] [--reference SECONDS] [--large] [SCENE...]
+# DATA_FOLDER holds the scenes of the pbrt-v4 collection in pbrt/pbrt-v4, each with its reference.exr, and cornellglass in
+# references. Given references are shrunk to the size of the render by oiiotool (Debian's openimageio-tools). Where one overflows
+# its half floats (a lamp that the camera sees), that pixel and those beside it are left out. All other references are rendered
+# once and kept in OUT_FOLDER: two halves of some minutes each, whose mean is the reference; half of what they differ by is its
+# noise, which is taken off. --large: 640 x 480 pixels or as many. Nothing else should run meanwhile.
 import json
+import math
 import os
 import subprocess
 import sys
@@ -18,20 +20,20 @@ METHODS = {
     "igi": ["--integrator", "igi", "--set", "compensate=true", "--set", "nsets=64"],
     "chosen": [],
 }
-# Where the picture comes from, its size, and by what its reference is made (None: it is given).
-COLLECTION = {
-    "veach-bidir": ("256x256", "progressive"),  # the given one lacks the spot that the lamp throws through the egg of glass
-    "staircase2": ("256x256", None),
-    "coffee": ("256x320", "path"),  # the given one is cut off at 2
-    "water-caustic": ("256x256", "progressive"),  # the given one is a tenth darker under water than path, and overflows
-}
-GALLERY = {
-    "cornell-caustic": ("cornell-caustic/cornell-caustic", "256x256", "progressive"),
-    "room": ("room/room", "320x200", "progressive"),
-    "cloister": ("cloister/by-flashlight", "320x214", "path"),
-    "cathedral": ("cathedral/cathedral", "256x320", "path"),
-    "office": ("office/office", "320x240", "path"),
-    "projector": ("projector/projector", "320x240", "path"),
+# The file, its size, and by what its reference is made ("given": it is there).
+SCENES = {
+    # The given one lacks the spot that the lamp throws through the egg of glass.
+    "veach-bidir": ("{data}/pbrt/pbrt-v4/veach-bidir/scene-v4.pbrt", (256, 256), "progressive"),
+    "staircase2": ("{data}/pbrt/pbrt-v4/staircase2/scene-v4.pbrt", (256, 256), "given"),
+    "coffee": ("{data}/pbrt/pbrt-v4/coffee/scene-v4.pbrt", (256, 320), "path"),  # the given one is cut off at 2
+    # The given one is a tenth darker under water than path, and overflows.
+    "water-caustic": ("{data}/pbrt/pbrt-v4/water-caustic/scene-v4.pbrt", (256, 256), "progressive"),
+    "cornellglass": ("{data}/references/cornellglass.pbrt", (256, 256), "given"),
+    "room": ("scenes/room/room.pbrt", (320, 200), "progressive"),
+    "cloister": ("scenes/cloister/by-flashlight.pbrt", (320, 214), "path"),
+    "cathedral": ("scenes/cathedral/cathedral.pbrt", (256, 320), "path"),
+    "office": ("scenes/office/office.pbrt", (320, 240), "path"),
+    "projector": ("scenes/projector/projector.pbrt", (320, 240), "path"),
 }
 
 
@@ -44,67 +46,85 @@ def run(words):
 
 
 class Table:
-    def __init__(self, program, out, collection, quick):
-        self.program, self.out, self.collection, self.quick = program, out, collection, quick
+    def __init__(self, program, out, data, seconds, large):
+        self.program, self.out, self.data, self.seconds, self.large = program, out, data, seconds, large
         os.makedirs(out, exist_ok=True)
 
-    def scene(self, name):
-        if name in COLLECTION:
-            return f"{self.collection}/{name}/scene-v4.pbrt", *COLLECTION[name]
-        file, size, by = GALLERY[name]
-        return f"scenes/{file}.pbrt", size, by
+    def size(self, name):
+        width, height = SCENES[name][1]
+        by = 2 if self.large else 1
+        return f"{by * width}x{by * height}"
 
     def render(self, name, image, words):
-        file, size, _ = self.scene(name)
-        return run([self.program, "render", file, "--resolution", size, "-o", image, *words])
+        file = SCENES[name][0].format(data=self.data)
+        return run([self.program, "render", file, "--resolution", self.size(name), "-o", image, "--png", *words])
 
     def reference(self, name):
-        image = f"{self.out}/{name}-reference.exr"
-        _, size, by = self.scene(name)
-        if not os.path.exists(image):
-            if by is None:
-                given = f"{self.collection}/{name}/reference.exr"
+        """The reference's file, and its noise."""
+        image = f"{self.out}/{name}-{self.size(name)}-reference"
+        by = SCENES[name][2]
+        if by == "given":
+            given = {"cornellglass": "references/cornellglass-4096.exr"}.get(name, f"pbrt/pbrt-v4/{name}/reference.exr")
+            if not os.path.exists(f"{image}.exr"):
                 overflow = ["--dup", "--clamp:max=60000", "--dilate", "3x3", "--subc", "59000", "--clamp:min=0",
                             "--mulc", "1e38", "--mulc", "1e38", "--add"]  # + 0, or + infinity
-                run(["oiiotool", given, "--ch", "R,G,B", "--resize:filter=box", size, *overflow,
-                     "-d", "float", "-o", image])
-            else:
-                seconds = "10s" if self.quick else "600s"
-                self.render(name, image, ["--integrator", by, "--time", seconds, "--seed", "1000"])
-        return image
+                run(["oiiotool", f"{self.data}/{given}", "--ch", "R,G,B", "--resize:filter=box", self.size(name),
+                     *overflow, "-d", "float", "-o", f"{image}.exr"])
+            return f"{image}.exr", 0
+        halves = [f"{image}-{half}.exr" for half in range(2)]
+        for half, file in enumerate(halves):
+            if not os.path.exists(file):
+                self.render(name, file, ["--integrator", by, "--time", f"{self.seconds / 2}s", "--seed", str(1000 + half)])
+        if not os.path.exists(f"{image}.exr"):
+            run(["oiiotool", *halves, "--add", "--mulc", "0.5", "--ch", "R,G,B", "-d", "float", "-o", f"{image}.exr"])
+        return f"{image}.exr", self.difference(*halves) / 2
 
-    def error(self, name, image):
-        text, _ = run([self.program, "compare", image, self.reference(name), "--no-flip", "--json", "-"])
+    def difference(self, image, reference):
+        text, _ = run([self.program, "compare", image, reference, "--no-flip", "--json", "-"])
         return json.loads(text[text.index("{"):])["error"]
 
-    def row(self, name, seconds):
+    def error(self, name, image):
+        reference, noise = self.reference(name)
+        square = self.difference(image, reference) ** 2 - noise ** 2
+        return f"{100 * math.sqrt(square):.3g} %" if square > noise ** 2 / 4 else f"< {50 * noise:.2g} %"
+
+    def row(self, name, seconds, methods):
         cells, chosen = [], ""
-        for method, words in METHODS.items():
-            image = f"{self.out}/{name}-{method}-{seconds}s.exr"
-            said, wall = self.render(name, image, ["--time", f"{seconds}s", *words])
-            cells.append(f"{100 * self.error(name, image):.3g} %, {wall:.2f} s")
+        for method in methods:
+            image = f"{self.out}/{name}-{self.size(name)}-{method}-{seconds}s.exr"
+            said, wall = self.render(name, image, ["--time", f"{seconds}s", *METHODS[method]])
+            cells.append(f"{self.error(name, image)}, {wall:.2f} s")
             for line in said.splitlines():
                 if line.startswith("method "):
                     chosen = line.split()[2]
         return f"| {name} | {seconds} s | {' | '.join(cells)} | {chosen} |"
 
 
+def option(words, name, default):
+    if name not in words:
+        return default
+    at = words.index(name)
+    value = words[at + 1]
+    del words[at:at + 2]
+    return value
+
+
 def main():
     words = sys.argv[1:]
-    quick = "--quick" in words
-    times = [5, 20, 60]
-    if "--times" in words:
-        at = words.index("--times")
-        times = [int(t) for t in words[at + 1].split(",")]
-        del words[at:at + 2]
-    words = [w for w in words if w != "--quick"]
+    times = [int(t) for t in option(words, "--times", "5,20,60").split(",")]
+    methods = option(words, "--methods", ",".join(METHODS)).split(",")
+    seconds = float(option(words, "--reference", "600"))
+    large = "--large" in words
+    words = [w for w in words if w != "--large"]
     if len(words) < 3:
-        sys.exit("usage: methods.py LUCERNA OUT_FOLDER PBRT_V4_FOLDER [--times 5,20,60] [--quick] [SCENE...]")
-    table = Table(words[0], words[1], words[2], quick)
-    print(f"| scene | time | {' | '.join(METHODS)} | which |\n|{' --- |' * (len(METHODS) + 3)}")
-    for name in words[3:] or [*COLLECTION, *GALLERY]:
-        for seconds in times:
-            print(table.row(name, seconds), flush=True)
+        sys.exit("usage: methods.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 5,20,60] [--methods path,…] "
+                 "[--reference SECONDS] [--large] [SCENE...]")
+    table = Table(words[0], words[1], words[2], seconds, large)
+    print(f"| scene | time | {' | '.join(methods)} | which |\n|{' --- |' * (len(methods) + 3)}")
+    for name in words[3:] or SCENES:
+        print(f"{name}: the reference's noise {100 * table.reference(name)[1]:.2g} %", file=sys.stderr, flush=True)
+        for t in times:
+            print(table.row(name, t, methods), flush=True)
 
 
 main()
