@@ -41,14 +41,19 @@ constexpr std::size_t kPrePassPoints = 8192;
 class FirstRadii {
   public:
     explicit FirstRadii(float radius) : largest_(radius) {}
-    FirstRadii(const PhotonMaps& maps, const DensityEstimateSettings& how, const Workers& workers)
+    FirstRadii(const PhotonMaps& maps, const DensityEstimateSettings& how, const RenderContext& context)
         : largest_(how.radius) {
+        LocalRadius::Parameters parameters{.how = how, .points = kPrePassPoints, .seed = context.seed};
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             const PhotonMap* map = maps.find(static_cast<MapKind>(kind));
             if (map && kind == static_cast<std::size_t>(MapKind::volume)) {
                 volume_ = radius_in_space(*map, how.k);
             } else if (map) {
-                found_[kind].emplace(*map, how, kPrePassPoints, workers);
+                // Caustics are estimated by photon, with neither wider discs nor probes.
+                const bool by_place = kind != static_cast<std::size_t>(MapKind::caustic);
+                parameters.wider_where_even = by_place;
+                parameters.scene = by_place ? &context.scene : nullptr;
+                found_[kind].emplace(*map, parameters, context.workers);
             }
         }
     }
@@ -62,10 +67,9 @@ class FirstRadii {
         return result;
     }
 
-    // Scene units, > 0.
-    float at(MapKind kind, const V3f& x, const V3f& n) const {
+    LocalRadius::At at(MapKind kind, const V3f& x, const V3f& n) const {
         const auto& found = found_[static_cast<std::size_t>(kind)];
-        return found ? found->at(x, n) : largest_;
+        return found ? found->at(x, n) : LocalRadius::At{largest_, false};
     }
     float volume() const { return volume_; }
 
@@ -95,8 +99,9 @@ class PassRadii final : public RadiusRule {
         : first_(first),
           scale_(static_cast<float>(std::sqrt(share))),
           volume_scale_(static_cast<float>(std::cbrt(share))) {}
-    float radius(MapKind map, const V3f& x, const V3f& n) const override {
-        return scale_ * first_.at(map, x, n);
+    LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const override {
+        const LocalRadius::At first = first_.at(map, x, n);
+        return {scale_ * first.radius, first.whole};
     }
     float volume_radius() const override { return volume_scale_ * first_.volume(); }
 
@@ -104,6 +109,9 @@ class PassRadii final : public RadiusRule {
     const FirstRadii& first_;
     float scale_, volume_scale_;
 };
+
+// Probes of an estimate: passes are averaged, and a few are right in the mean.
+constexpr ProbeEffort kPassProbes{.photons = 4, .directions = 1, .places = 8};
 
 // The maps that every pass builds and looks at.
 PhotonMapSettings map_settings(const ProgressiveSettings& of) {
@@ -113,6 +121,7 @@ PhotonMapSettings map_settings(const ProgressiveSettings& of) {
     settings.lights = of.lights;
     settings.indirect = IndirectMethod::map;
     settings.estimate = of.estimate;
+    settings.estimate.probes = kPassProbes;
     settings.pre_pass = of.pre_pass;
     settings.max_depth = of.max_depth;
     settings.quantity = of.quantity;
@@ -128,7 +137,9 @@ class ProgressiveSession final : public Session {
           schedule_(static_cast<double>(settings.alpha)),
           context_(context.prepared_by({})),  // of every pass alike
           pre_pass_(std::move(pre_pass)),
-          radii_(std::move(radii)) {}
+          radii_(std::move(radii)) {
+        if (context.view && samples_ > 1) edges_ = PixelEdges(context.scene, *context.view, context.workers);
+    }
 
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
@@ -138,6 +149,7 @@ class ProgressiveSession final : public Session {
         parts.radii = std::make_unique<PassRadii>(radii_, share);
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
         parts.samples = samples_;
+        parts.edges = &edges_;
         return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
     }
 
@@ -148,6 +160,7 @@ class ProgressiveSession final : public Session {
     RenderContext context_;
     std::optional<ImportancePrePass> pre_pass_;
     FirstRadii radii_;
+    PixelEdges edges_;
 };
 
 struct RadiusPrePass {
@@ -173,7 +186,7 @@ std::optional<RadiusPrePass> find_first_radii(const ProgressiveSettings& setting
     }
     const PhotonMaps maps = build_photon_maps(context.scene, parameters, context.workers, context.monitor);
     if (context.monitor.stopped()) return std::nullopt;
-    return RadiusPrePass{FirstRadii(maps, how, context.workers),
+    return RadiusPrePass{FirstRadii(maps, how, context),
                          static_cast<std::int64_t>(maps.ledger.paths)};
 }
 

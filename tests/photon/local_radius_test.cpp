@@ -1,5 +1,5 @@
 // The radius that holds k photons, on photons of a known density.
-#include "photon/density_estimate.h"
+#include "photon/local_radius.h"
 
 #include <gtest/gtest.h>
 
@@ -33,10 +33,10 @@ DensityEstimateSettings nearest(int k, float largest) {
 TEST(LocalRadius, UniformDensity_HoldsKPhotons) {
     constexpr int kPhotons = 20'000, kNearest = 50;
     const PhotonMap map = uniform_square(kPhotons, 1);
-    const LocalRadius radius(map, nearest(kNearest, 1), 2000, Workers{2});
+    const LocalRadius radius(map, {.how = nearest(kNearest, 1), .points = 2000}, Workers{2});
     RunningStats r2;
     for (float x = -0.7F; x <= 0.7F; x += 0.05F) {
-        for (float y = -0.7F; y <= 0.7F; y += 0.05F) r2.add(double{sqr(radius.at({x, y, 0}, kUp))});
+        for (float y = -0.7F; y <= 0.7F; y += 0.05F) r2.add(double{sqr(radius.at({x, y, 0}, kUp).radius)});
     }
     // The area that holds k+1 photons: (k+1)/(photons per area). The radius stands where a photon does, and
     // k + 1 of the others are looked for.
@@ -46,13 +46,13 @@ TEST(LocalRadius, UniformDensity_HoldsKPhotons) {
 
 TEST(LocalRadius, FewPhotonsOrWrongSideOrNone_IsTheLargest) {
     const PhotonMap few = uniform_square(20, 2);
-    EXPECT_EQ(LocalRadius(few, nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+    EXPECT_EQ(LocalRadius(few, {.how = nearest(50, 0.5F), .points = 100}, Workers{}).at(V3f(0.0F), kUp).radius, 0.5F);
     const PhotonMap many = uniform_square(20'000, 3);
     const LocalRadius radius(many, nearest(50, 0.5F), 100, Workers{});
-    EXPECT_LT(radius.at(V3f(0.0F), kUp), 0.2F);
-    EXPECT_EQ(radius.at(V3f(0.0F), -kUp), 0.5F) << "no photon came from below";
-    EXPECT_EQ(radius.at({3, 0, 0}, kUp), 0.5F) << "none near";
-    EXPECT_EQ(LocalRadius(PhotonMap(Photons{}), nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+    EXPECT_LT(radius.at(V3f(0.0F), kUp).radius, 0.2F);
+    EXPECT_EQ(radius.at(V3f(0.0F), -kUp).radius, 0.5F) << "no photon came from below";
+    EXPECT_EQ(radius.at({3, 0, 0}, kUp).radius, 0.5F) << "none near";
+    EXPECT_EQ(LocalRadius(PhotonMap(Photons{}), {.how = nearest(50, 0.5F), .points = 100}, Workers{}).at(V3f(0.0F), kUp).radius, 0.5F);
 }
 
 TEST(LocalRadius, AllPhotonsAtOnePoint_IsTheLargest) {
@@ -60,13 +60,13 @@ TEST(LocalRadius, AllPhotonsAtOnePoint_IsTheLargest) {
     for (int i = 0; i < 100; ++i) {
         photons.add(V3f(0.0F), PackedDirection(kUp), {PackedDirection(-kUp), Rgb(1.0F), 0, kNoCell});
     }
-    EXPECT_EQ(LocalRadius(PhotonMap(photons), nearest(50, 0.5F), 100, Workers{}).at(V3f(0.0F), kUp), 0.5F);
+    EXPECT_EQ(LocalRadius(PhotonMap(photons), {.how = nearest(50, 0.5F), .points = 100}, Workers{}).at(V3f(0.0F), kUp).radius, 0.5F);
 }
 
 TEST(LocalRadius, AnyNumberOfThreads_SameRadii) {
     const PhotonMap map = uniform_square(5000, 4);
-    const LocalRadius one(map, nearest(20, 1), 1000, Workers{1}), five(map, nearest(20, 1), 1000, Workers{5});
-    for (float x = -1; x < 1; x += 0.1F) EXPECT_EQ(one.at({x, 0, 0}, kUp), five.at({x, 0, 0}, kUp));
+    const LocalRadius one(map, {.how = nearest(20, 1), .points = 1000}, Workers{1}), five(map, {.how = nearest(20, 1), .points = 1000}, Workers{5});
+    for (float x = -1; x < 1; x += 0.1F) EXPECT_EQ(one.at({x, 0, 0}, kUp).radius, five.at({x, 0, 0}, kUp).radius);
 }
 
 }  // namespace local_radius_test
