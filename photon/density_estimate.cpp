@@ -15,6 +15,9 @@ bool irradiance_suffices(const Bsdf& bsdf) {
     return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
 }
 
+// Room for the photons of most estimates, at once.
+constexpr std::size_t kExpected = 256;
+
 template <typename Carry>
 DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, float error,
                                                 Carry&& carry) const {
@@ -23,6 +26,7 @@ DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, floa
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> found;
+        found.reserve(kExpected);
         map_.index().within(x, metric, most2, found);
         return sum({x, n, most2, error}, found, carry);
     }
@@ -104,7 +108,8 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
             if (!probing_) return {1, 1};
             Sampler sampler = probing_->sampler;
             std::array<ProbedPhoton, kProbedPhotons> some;
-            const std::span<const ProbedPhoton> picked = pick(disc, found, sampler.next(), std::span(some).first(settings_.probes.photons));
+            const std::span<const ProbedPhoton> picked =
+                pick(disc, found, sampler.next(), std::span(some).first(settings_.probes.photons));
             if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
             const ProbeNumbers turned{sampler.next(), sampler.next2()};

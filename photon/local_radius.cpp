@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "photon/evenness.h"
 #include "photon/irradiance.h"
 #include "photon/probes.h"
-#include "photon/structure_test.h"
 
 namespace lucerna {
 namespace {
@@ -30,7 +30,7 @@ Photons thinned(const PhotonMap& map, std::size_t points) {
 // Of photons within a disc, nearest first.
 bool has_structure(const PhotonMap& map, const V3f& n, const TangentMetric& metric,
                    std::span<const Neighbour> found, float r2) {
-    StructureTest test(n);
+    EvennessTest test(n);
     for (const Neighbour& neighbour : found) {
         const Photon& photon = map.photons()[neighbour.index];
         const V3f offset = metric.crossing(map.positions()[neighbour.index], photon.direction.unpack());

@@ -160,9 +160,9 @@ bool has_whole_rim(const Prober& prober, std::span<const ProbedPhoton> photons, 
         const V2f rim(0.75F + 0.25F * u.place.x,
                       (static_cast<float>(i) + u.place.y) / static_cast<float>(places));
         const V3f y = prober.place(rim);
-        whole = prober.goes_on(y) ||
-                (prober.is_open(y) &&
-                 prober.counts(y, true, photons[pick(i % 2, 2, u.first, photons.size())].d));
+        whole =
+            prober.goes_on(y) ||
+            (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, u.first, photons.size())].d));
     }
     return whole;
 }
@@ -209,8 +209,8 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
             arrived[j] += prober.counts(y, open, seen[pick(j, directions, u.first, counted)]);
     }
     for (std::size_t j = 0; j < directions; ++j) {
-        sum +=
-            static_cast<float>(effort.places) / static_cast<float>(std::max(arrived[j], 1));  // the photon itself
+        sum += static_cast<float>(effort.places) /
+               static_cast<float>(std::max(arrived[j], 1));  // the photon itself
     }
     return {static_cast<float>(directions) / sum, part};
 }

@@ -65,8 +65,8 @@ struct ProbeEffort {
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
              std::span<const ProbedPhoton> photons, const ProbeNumbers& u, const ProbeEffort& effort = {});
 
-// Whether no place at the disc's rim is cut off, and all of the photons count: then probe() would find nothing
-// to correct, as far as few rays tell.
+// Whether no place at the disc's rim is cut off, and all of the photons count: then probe() would find
+// nothing to correct, as far as few rays tell.
 bool is_whole(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
               std::span<const ProbedPhoton> photons, const ProbeNumbers& u);
 

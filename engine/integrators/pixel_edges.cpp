@@ -40,7 +40,8 @@ PixelEdges::PixelEdges(const Scene& scene, const View& view, const Workers& work
                 const V2f film(static_cast<float>(x0_ + static_cast<std::int64_t>(x)),
                                static_cast<float>(y0_ + y));
                 const Ray ray = view.camera->ray(film, V2f(0.5F, 0.5F));
-                if (const auto hit = scene.intersect(ray)) row[x] = {hit->at.p, face_forward(hit->at.n, -ray.d), true};
+                if (const auto hit = scene.intersect(ray))
+                    row[x] = {hit->at.p, face_forward(hit->at.n, -ray.d), true};
             }
             return row;
         };

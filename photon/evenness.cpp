@@ -1,10 +1,10 @@
-#include "photon/structure_test.h"
+#include "photon/evenness.h"
 
 #include <algorithm>
 
 namespace lucerna {
 
-void StructureTest::add(const V3f& offset, float rho2, const Rgb& power) {
+void EvennessTest::add(const V3f& offset, float rho2, const Rgb& power) {
     const auto ring = std::min(static_cast<std::size_t>(rho2 * float{kRings}), kRings - 1);
     const std::size_t sector =
         (offset.dot(frame_.s) < 0 ? std::size_t{1} : 0) + (offset.dot(frame_.t) < 0 ? std::size_t{2} : 0);
@@ -13,7 +13,7 @@ void StructureTest::add(const V3f& offset, float rho2, const Rgb& power) {
     squares_ += w * w;
 }
 
-bool StructureTest::finds_structure() const {
+bool EvennessTest::finds_structure() const {
     V3d total(0.0);
     for (const V3d& sum : sums_) total += sum;
     for (int c = 0; c < 3; ++c) {

@@ -11,9 +11,9 @@
 // relative standard deviation c between cells adds c² S²/Q to its mean, S²/Q being the number of photons for
 // equal powers: what the test finds is what stands out of the noise of as many photons.
 //
-// Each colour channel is tested for itself, so that a border between two colours is found; together they
-// reject even light as often as stated. Photons of a net are more even than independent ones, and those of
-// the same path are no nearer to each other than any: both make it reject even light less often.
+// Each colour channel is tested for itself, so that a border between two colours is found; together they find
+// structure in even light as often as stated, and less often where photons are of a net: these lie more
+// evenly than independent ones.
 #pragma once
 
 #include <array>
@@ -23,10 +23,10 @@
 
 namespace lucerna {
 
-class StructureTest {
+class EvennessTest {
   public:
     // Of a disc with unit normal n.
-    explicit StructureTest(const V3f& n) : frame_(n) {}
+    explicit EvennessTest(const V3f& n) : frame_(n) { sums_.fill(V3d(0.0)); }
 
     // A photon that crosses the disc at `offset` from its centre, at the share rho2 in [0,1] of the squared
     // radius.
@@ -43,7 +43,7 @@ class StructureTest {
     static constexpr double kCritical = 27.917;
 
     Frame frame_;
-    std::array<V3d, kCells> sums_{};
+    std::array<V3d, kCells> sums_;
     V3d squares_{0.0};
 };
 
