@@ -49,29 +49,20 @@ TEST(Evenness, EvenLight_IsRefusedAtTheStatedRate) {
 
 TEST(Evenness, StructureIsFound) {
     constexpr int kTrials = 500;
-    const auto thinned = [](float share, Sampler& sampler) {
-        return Rgb(sampler.next() < share ? 1.0F : 0.0F);
+    // Half of them land, or more.
+    const auto share_of = [](int photons, auto&& density) {
+        return found_share(kTrials, photons, [&](float x, float y, Sampler& sampler) {
+            return Rgb(sampler.next() < density(x, y) ? 1.0F : 0.0F);
+        });
     };
-    EXPECT_GT(found_share(kTrials, 240, [](float x, float, Sampler&) { return Rgb(x < 0 ? 1.0F : 0.0F); }),
-              0.99)
-        << "an edge";
-    EXPECT_GT(
-        found_share(kTrials, 240, [&](float x, float, Sampler& s) { return thinned(0.5F + 0.45F * x, s); }),
-        0.9)
-        << "a gradient";
-    EXPECT_GT(
-        found_share(kTrials, 240,
-                    [&](float x, float y, Sampler& s) { return thinned(1 - 0.8F * (x * x + y * y), s); }),
-        0.9)
-        << "a spot";
-    EXPECT_GT(found_share(kTrials, 240,
-                          [](float x, float, Sampler&) { return x < 0 ? Rgb(1, 0, 0) : Rgb(0, 0.3F, 0); }),
-              0.99)
-        << "two colours of the same luminance";
-    EXPECT_LT(
-        found_share(kTrials, 60, [&](float x, float, Sampler& s) { return thinned(0.5F + 0.02F * x, s); }),
-        0.05)
+    EXPECT_GT(share_of(240, [](float x, float) { return x < 0 ? 1.0F : 0.0F; }), 0.99) << "an edge";
+    EXPECT_GT(share_of(600, [](float x, float) { return 0.5F + 0.45F * x; }), 0.95) << "a gradient";
+    EXPECT_GT(share_of(600, [](float x, float y) { return 1 - 0.8F * (x * x + y * y); }), 0.95) << "a spot";
+    EXPECT_LT(share_of(120, [](float x, float) { return 0.5F + 0.02F * x; }), 0.05)
         << "what does not stand out of the noise";
+    const double colours = found_share(
+        kTrials, 240, [](float x, float, Sampler&) { return x < 0 ? Rgb(1, 0, 0) : Rgb(0, 0.3F, 0); });
+    EXPECT_GT(colours, 0.99) << "two colours of about the same luminance";
 }
 
 TEST(Evenness, NoPhotons_NoStructure) {
