@@ -15,6 +15,9 @@ bool irradiance_suffices(const Bsdf& bsdf) {
     return bsdf.is_lambertian() && (bsdf.shading_normal() - bsdf.geometric_normal()).length2() < sqr(kSame);
 }
 
+// Room for the photons of most estimates, at once.
+constexpr std::size_t kExpected = 256;
+
 template <typename Carry>
 DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, float error,
                                                 Carry&& carry) const {
@@ -23,6 +26,7 @@ DensityEstimateResult DensityEstimate::estimate(const V3f& x, const V3f& n, floa
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> found;
+        found.reserve(kExpected);
         map_.index().within(x, metric, most2, found);
         return sum({x, n, most2, error}, found, carry);
     }
@@ -104,13 +108,14 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
             if (!probing_) return {1, 1};
             Sampler sampler = probing_->sampler;
             std::array<ProbedPhoton, kProbedPhotons> some;
-            const std::span<const ProbedPhoton> picked = pick(disc, found, sampler.next(), some);
+            const std::span<const ProbedPhoton> picked =
+                pick(disc, found, sampler.next(), std::span(some).first(settings_.probes.photons));
             if (picked.empty()) return {1, 1};
             const TangentMetric metric(disc.x, disc.n, settings_.metric, settings_.ratio);
             const ProbeNumbers turned{sampler.next(), sampler.next2()};
             const ProbedDisc asked{disc.x,           disc.n,    disc.r2, metric.ball2(disc.r2),
                                    settings_.kernel, disc.error};
-            return probe(probing_->scene, asked, metric, picked, turned);
+            return probe(probing_->scene, asked, metric, picked, turned, settings_.probes);
         }
     }
     return {1, 1};
@@ -155,48 +160,6 @@ DensityEstimateResult DensityEstimate::incident(const SurfacePoint& at, Incident
     for (std::size_t j = 0; j < LateLight::kLevels; ++j)
         late.beyond[j] += result.scale * found_late.beyond[j];
     return result;
-}
-
-namespace {
-
-// Every n-th photon: evenly spread, since a map is ordered in space.
-Photons thinned(const PhotonMap& map, std::size_t points) {
-    const std::size_t stride = std::max<std::size_t>((map.size() + points - 1) / points, 1);
-    Photons some;
-    for (std::size_t i = 0; i < map.size(); i += stride) {
-        some.add(map.positions()[i], map.normals()[i], map.photons()[i], map.bounces()[i]);
-    }
-    return some;
-}
-
-}  // namespace
-
-LocalRadius::LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
-                         const Workers& workers)
-    : places_(thinned(map, points)), radii_(places_.size()), largest_(how.radius) {
-    constexpr std::int64_t kGrain = 256;
-    parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
-        const V3f& x = places_.positions()[i];
-        const TangentMetric metric(x, places_.normals()[i].unpack(), how.metric, how.ratio);
-        // The photon that stands here is one of those found: k more beside it.
-        const auto k = static_cast<std::size_t>(how.k) + 1;
-        const float r2 = NearPhotons(map, x, metric, k, sqr(how.radius)).radius2();
-        // Where all of them lie at one point, a radius of 0 would never hold any other photon.
-        radii_[i] = r2 > 0 ? std::sqrt(r2) : largest_;
-    });
-}
-
-double LocalRadius::mean() const {
-    if (radii_.empty()) return double{largest_};
-    double sum = 0;
-    for (const float radius : radii_) sum += double{radius};
-    return sum / static_cast<double>(radii_.size());
-}
-
-float LocalRadius::at(const V3f& x, const V3f& n) const {
-    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
-    const NearPhotons near(places_, x, metric, 1, sqr(largest_));
-    return near.found().empty() ? largest_ : radii_[near.found().front().index];
 }
 
 }  // namespace lucerna

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "engine/base/parallel.h"
 #include "engine/base/path_limits.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
@@ -26,6 +25,7 @@ struct DensityEstimateSettings {
     KernelShape kernel = KernelShape::epanechnikov;
     MetricKind metric = MetricKind::projected;
     Boundary boundary = Boundary::none;
+    ProbeEffort probes = {};  // of Boundary::probes
     // Of the photons found those count whose paths have bounced so often at most; the others take their part
     // in how large the disc is, and bring nothing.
     int most_bounces = kMaxBounces;
@@ -128,26 +128,6 @@ class DensityEstimate {
     DensityEstimateSettings settings_;
     std::optional<Probing> probing_;
     std::span<const float> radii_;  // by photon; empty: one radius by place
-};
-
-// How far one must look for k photons: known at some photons of a map, looked up anywhere.
-class LocalRadius {
-  public:
-    // At most some `points` of the map's photons, spread evenly over them, learn the radius that `how` finds:
-    // that of the k nearest, the photon itself left out, or the largest where there are fewer.
-    LocalRadius(const PhotonMap& map, const DensityEstimateSettings& how, std::size_t points,
-                const Workers& workers);
-
-    // The radius at the nearest of these photons on n's side (unit), scene units, > 0; the largest radius
-    // where none is that near.
-    float at(const V3f& x, const V3f& n) const;
-    // Over these photons; the largest radius if there are none.
-    double mean() const;
-
-  private:
-    PhotonMap places_;
-    std::vector<float> radii_;  // of each place
-    float largest_;
 };
 
 }  // namespace lucerna

@@ -1,5 +1,6 @@
 #include "photon/probes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -149,24 +150,41 @@ class Prober {
     V3f eye_;
 };
 
+// Edges and walls cut off the rim first: where it is open, so is the rest. Each of two directions is asked at
+// opposite places, `places` being a multiple of 4: one of these is beyond any edge that comes near.
+bool has_whole_rim(const Prober& prober, std::span<const ProbedPhoton> photons, const ProbeNumbers& u,
+                   std::size_t places) {
+    bool whole = true;
+    for (std::size_t i = 0; whole && i < places; ++i) {
+        const V2f rim(0.75F + 0.25F * u.place.x,
+                      (static_cast<float>(i) + u.place.y) / static_cast<float>(places));
+        const V3f y = prober.place(rim);
+        whole =
+            prober.goes_on(y) ||
+            (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, u.first, photons.size())].d));
+    }
+    return whole;
+}
+
 }  // namespace
 
+bool is_whole(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
+              std::span<const ProbedPhoton> photons, const ProbeNumbers& u) {
+    constexpr std::size_t kRimPlaces = 8;
+    const Prober prober(scene, disc, metric);
+    // At the very rim.
+    const ProbeNumbers outermost{u.first, {0.95F, u.place.y}};
+    return has_whole_rim(prober, photons, outermost, kRimPlaces) &&
+           std::all_of(photons.begin(), photons.end(),
+                       [&](const ProbedPhoton& photon) { return prober.counts(photon); });
+}
+
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons, const ProbeNumbers& u) {
+             std::span<const ProbedPhoton> photons, const ProbeNumbers& u, const ProbeEffort& effort) {
     const Prober prober(scene, disc, metric);
     const std::size_t count = photons.size();
 
-    // Edges and walls cut off the rim first: where it is open, so is the rest. Each of two directions is
-    // asked at opposite places: one of these is beyond any edge that comes near.
-    constexpr std::size_t kRimProbes = 4;
-    bool whole = true;
-    for (std::size_t i = 0; whole && i < kRimProbes; ++i) {
-        const V2f rim(0.75F + 0.25F * u.place.x, (static_cast<float>(i) + u.place.y) / kRimProbes);
-        const V3f y = prober.place(rim);
-        whole = prober.goes_on(y) ||
-                (prober.is_open(y) && prober.counts(y, true, photons[pick(i % 2, 2, u.first, count)].d));
-    }
-
+    const bool whole = has_whole_rim(prober, photons, u, 4);
     std::array<V3f, kProbedPhotons> seen;
     // Where nothing is near that could hide any, a few will do.
     const std::size_t asked = whole ? (count + 3) / 4 : count;
@@ -180,18 +198,18 @@ Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& me
     if (whole) return {1, part};
 
     // The same places for all directions: what they have in common is no scatter between their shares.
-    const std::size_t directions = std::min(counted, kProbedDirections);
+    const std::size_t directions = std::min(counted, effort.directions);
     float sum = 0;
-    std::array<int, kProbedDirections> arrived{};
-    for (int i = 0; i < kProbes; ++i) {
-        const V3f y = prober.place(probe_place(i, kProbes, u.place));
+    std::array<int, kProbedPhotons> arrived{};
+    for (int i = 0; i < effort.places; ++i) {
+        const V3f y = prober.place(probe_place(i, effort.places, u.place));
         const bool open = prober.is_open(y);
         for (std::size_t j = 0; j < directions; ++j)
             arrived[j] += prober.counts(y, open, seen[pick(j, directions, u.first, counted)]);
     }
     for (std::size_t j = 0; j < directions; ++j) {
-        sum +=
-            static_cast<float>(kProbes) / static_cast<float>(std::max(arrived[j], 1));  // the photon itself
+        sum += static_cast<float>(effort.places) /
+               static_cast<float>(std::max(arrived[j], 1));  // the photon itself
     }
     return {static_cast<float>(directions) / sum, part};
 }

@@ -50,14 +50,24 @@ struct ProbeNumbers {
     V2f place;
 };
 
+// How many rays an estimate asks. Fewer are right in the mean all the same: for estimates of which many are
+// averaged.
 inline constexpr std::size_t kProbedPhotons = 8;
-inline constexpr std::size_t kProbedDirections = 2;  // of photons that count
-inline constexpr int kProbes = 16;                   // of each direction
+struct ProbeEffort {
+    std::size_t photons = kProbedPhotons;  // 1 to kProbedPhotons
+    std::size_t directions = 2;            // of photons that count
+    int places = 16;                       // of each direction
+};
 
 // `photons`: at least one, at most kProbedPhotons, each standing for as much of what was found as any other.
 // Photons' directions are found with a probability in proportion to their share: so shares are averaged
 // harmonically, which makes the mean of 1/share right.
 Probed probe(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
-             std::span<const ProbedPhoton> photons, const ProbeNumbers& u);
+             std::span<const ProbedPhoton> photons, const ProbeNumbers& u, const ProbeEffort& effort = {});
+
+// Whether no place at the disc's rim is cut off, and all of the photons count: then probe() would find
+// nothing to correct, as far as few rays tell.
+bool is_whole(const Scene& scene, const ProbedDisc& disc, const TangentMetric& metric,
+              std::span<const ProbedPhoton> photons, const ProbeNumbers& u);
 
 }  // namespace lucerna

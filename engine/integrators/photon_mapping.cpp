@@ -125,7 +125,7 @@ std::vector<float> radii_of(const PhotonMap& caustics, const RadiusRule& radii, 
             const V3f n = caustics.normals()[i].unpack();
             // Never less than the surface's error: as for an estimate.
             const SurfacePoint at = surface_point_of(context.scene, caustics.positions()[i], n);
-            result[i] = std::max(radii.radius(MapKind::caustic, at.p, n), at.error);
+            result[i] = std::max(radii.radius(MapKind::caustic, at.p, n).radius, at.error);
         }
     });
     return result;
@@ -312,6 +312,7 @@ class PhotonMapEstimator final : public Estimator {
           radii_(std::move(parts.radii)),
           caustic_radii_(std::move(state.caustic_radii)),
           samples_(parts.samples),
+          edges_(parts.edges),
           guided_{settings.guide.defensive_weight,
                   settings.guide.candidates > 0 ? settings.guide.candidates : candidates_that_pay(scene)},
           lights_(scene, settings.lights) {}
@@ -320,7 +321,7 @@ class PhotonMapEstimator final : public Estimator {
         return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler);
     }
     Rgb Li_at(const V2f& film, const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, Splits{splitting_.at(film)}, sampler);
+        return camera_sample(ray, Splits{splitting_.at(film)}, sampler, edges_ && edges_->at(film));
     }
 
     // Learns how many samples of each kind pay where, if the settings leave that open.
@@ -351,9 +352,10 @@ class PhotonMapEstimator final : public Estimator {
 
     // ---- Li --------------------------------------------------------------------------------------------
 
-    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler) const {
+    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler, bool at_edge = false) const {
         const int most = most_bounces(settings_.max_depth);
-        if (samples_ > 1) {
+        // Across an edge estimates differ as samples do.
+        if (samples_ > 1 && !at_edge) {
             // Of 2^k samples in a row, beginning at a multiple of that, exactly one: numbers are stratified.
             const auto samples = static_cast<float>(samples_);
             splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
@@ -664,7 +666,9 @@ class PhotonMapEstimator final : public Estimator {
             const SurfacePoint& at = hit.at;
             own.k = 0;  // all
             // Below the surface's own error float32 cannot tell points apart.
-            own.radius = std::max(radii_->radius(kind, at.p, vertex.normal()), at.error);
+            const LocalRadius::At found = radii_->radius(kind, at.p, vertex.normal());
+            own.radius = std::max(found.radius, at.error);
+            if (found.whole) own.boundary = Boundary::none;
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
                 return DensityEstimate(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
@@ -701,7 +705,8 @@ class PhotonMapEstimator final : public Estimator {
     std::optional<IrradiancePoints> irradiance_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
-    int samples_;  // PhotonMapPass's
+    int samples_;              // PhotonMapPass's
+    const PixelEdges* edges_;  // PhotonMapPass's
     GuidedLightSettings guided_;
     LightChooser lights_;
     Splitting splitting_;

@@ -8,12 +8,14 @@
 #include "engine/guiding/guide.h"
 #include "engine/guiding/importance_pre_pass.h"
 #include "engine/integrators/integrator.h"
+#include "engine/integrators/pixel_edges.h"
 #include "engine/integrators/settings.h"
 #include "engine/scene/scene.h"
 #include "photon/build_maps.h"
 #include "photon/density_estimate.h"
 #include "photon/deposit.h"
 #include "photon/irradiance.h"
+#include "photon/local_radius.h"
 
 namespace lucerna {
 
@@ -21,8 +23,8 @@ namespace lucerna {
 class RadiusRule {
   public:
     virtual ~RadiusRule() = default;
-    // Scene units, > 0. n: unit, on the side that is seen.
-    virtual float radius(MapKind map, const V3f& x, const V3f& n) const = 0;
+    // n: unit, on the side that is seen. What is whole needs no probes.
+    virtual LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const = 0;
     // In space, for the Volume map.
     virtual float volume_radius() const = 0;
 };
@@ -42,7 +44,10 @@ struct PhotonMapPass {
     const LearnedEmission* emission = nullptr;  // by which light paths are emitted; null: by power
     const GuideMap* guides = nullptr;           // for the direct methods that go by one
     MapFiles files = {};
-    int samples = 1;  // camera samples of a pixel by this pass; one of them estimates density from the maps
+    // Camera samples of a pixel by this pass; one of them estimates density from the maps, or, in pixels that
+    // show an edge (`edges`, if not null), every one.
+    int samples = 1;
+    const PixelEdges* edges = nullptr;
 };
 
 // Both passes of photon mapping: makes maps, and what camera rays see by them. Null if the monitor stopped

@@ -2,22 +2,30 @@
 //
 // A pass builds maps of its own, a function of (seed, pass), and has some camera samples of every pixel. One
 // of them looks at the maps, and stands for all: at the first diffuse surface all photons within a fixed
-// radius count. An estimate costs as much as several camera samples, and photons are of one pass whoever looks
-// at them. Direct light is sampled by every sample (or read from the Direct map with the estimate), mirrors,
-// glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x
-// is
+// radius count. An estimate costs as much as several camera samples, and photons are of one pass whoever
+// looks at them. Direct light is sampled by every sample (or read from the Direct map with the estimate),
+// mirrors, glass and gloss are followed, all as in photon_mapping.cpp. The radius of pass i at x is
 //
 //   r_i(x)² = s_i r_1(x)²,
 //
 // s_i the sequence of photon/radius_schedule.h and r_1(x) the radius that holds k photons near x in pre-pass
-// maps, which are made once, before the first pass, of as many light paths as a pass has.
+// maps, which are made once, before the first pass, of as many light paths as a pass has; where the light on
+// a wider disc is even by their word (photon/evenness.h), the radius that holds up to 4 k [Lin 2020].
+//
+// How wide. Noise falls as 1/k, the bias grows as k; both shrink with the passes by the same sequences, so
+// that the k that balances them in the first pass does so in all of them. Unevenness that the test of 4 k
+// photons does not find is no larger than their noise, and neither is its bias: there the wider disc has a
+// quarter of the variance. Whether a disc is cut off by edges or walls, so that estimates need probes, is
+// found at the same places once: as radii shrink, what is whole stays whole.
 //
 // Why that is consistent. The pre-pass's photons are those of no pass. Given r_1, which is then a fixed
 // function of the place with a positive lower and a finite upper bound, the passes are independent and each
 // is the estimate of a fixed radius that the theory speaks of; so the mean converges for whatever r_1 the
-// pre-pass happened to find, and therefore on the average over pre-passes. A radius found in the pass's own
-// map would be a function of the photons it then averages over: unbiased in the limit only if photons fell
-// independently of each other, which those of one light path, and those of a net, do not.
+// pre-pass happened to find, whether or not it missed structure, and therefore on the average over
+// pre-passes. Probes correct a bias that vanishes with the radius: where they are left out by mistake the
+// mean converges, too. A radius found in the pass's own map would be a function of the photons it then
+// averages over: unbiased in the limit only if photons fell independently of each other, which those of one
+// light path, and those of a net, do not.
 #include <fmt/format.h>
 
 #include <array>
@@ -37,18 +45,27 @@ constexpr std::uint32_t kRadiusPrePass = 0xffffffffU;
 // Points at which the first radius is known, at most, per map. Radii change as slowly as the light does.
 constexpr std::size_t kPrePassPoints = 8192;
 
+// A caustic's own structure is finer than that of indirect light: its discs hold one photon in so many of k.
+constexpr int kCausticShare = 2;
+
 // r_1: one length, or what the pre-pass found near by.
 class FirstRadii {
   public:
     explicit FirstRadii(float radius) : largest_(radius) {}
-    FirstRadii(const PhotonMaps& maps, const DensityEstimateSettings& how, const Workers& workers)
+    FirstRadii(const PhotonMaps& maps, const DensityEstimateSettings& how, const RenderContext& context)
         : largest_(how.radius) {
+        LocalRadius::Parameters parameters{.how = how, .points = kPrePassPoints, .seed = context.seed};
         for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
             const PhotonMap* map = maps.find(static_cast<MapKind>(kind));
             if (map && kind == static_cast<std::size_t>(MapKind::volume)) {
                 volume_ = radius_in_space(*map, how.k);
             } else if (map) {
-                found_[kind].emplace(*map, how, kPrePassPoints, workers);
+                // Caustics are estimated by photon, with neither wider discs nor probes.
+                const bool caustic = kind == static_cast<std::size_t>(MapKind::caustic);
+                parameters.how.k = caustic ? (how.k + kCausticShare - 1) / kCausticShare : how.k;
+                parameters.wider_where_even = !caustic;
+                parameters.scene = caustic ? nullptr : &context.scene;
+                found_[kind].emplace(*map, parameters, context.workers);
             }
         }
     }
@@ -62,10 +79,9 @@ class FirstRadii {
         return result;
     }
 
-    // Scene units, > 0.
-    float at(MapKind kind, const V3f& x, const V3f& n) const {
+    LocalRadius::At at(MapKind kind, const V3f& x, const V3f& n) const {
         const auto& found = found_[static_cast<std::size_t>(kind)];
-        return found ? found->at(x, n) : largest_;
+        return found ? found->at(x, n) : LocalRadius::At{largest_, false};
     }
     float volume() const { return volume_; }
 
@@ -95,8 +111,9 @@ class PassRadii final : public RadiusRule {
         : first_(first),
           scale_(static_cast<float>(std::sqrt(share))),
           volume_scale_(static_cast<float>(std::cbrt(share))) {}
-    float radius(MapKind map, const V3f& x, const V3f& n) const override {
-        return scale_ * first_.at(map, x, n);
+    LocalRadius::At radius(MapKind map, const V3f& x, const V3f& n) const override {
+        const LocalRadius::At first = first_.at(map, x, n);
+        return {scale_ * first.radius, first.whole};
     }
     float volume_radius() const override { return volume_scale_ * first_.volume(); }
 
@@ -104,6 +121,9 @@ class PassRadii final : public RadiusRule {
     const FirstRadii& first_;
     float scale_, volume_scale_;
 };
+
+// Probes of an estimate: passes are averaged, and a few are right in the mean.
+constexpr ProbeEffort kPassProbes{.photons = 4, .directions = 1, .places = 8};
 
 // The maps that every pass builds and looks at.
 PhotonMapSettings map_settings(const ProgressiveSettings& of) {
@@ -113,6 +133,7 @@ PhotonMapSettings map_settings(const ProgressiveSettings& of) {
     settings.lights = of.lights;
     settings.indirect = IndirectMethod::map;
     settings.estimate = of.estimate;
+    settings.estimate.probes = kPassProbes;
     settings.pre_pass = of.pre_pass;
     settings.max_depth = of.max_depth;
     settings.quantity = of.quantity;
@@ -128,7 +149,9 @@ class ProgressiveSession final : public Session {
           schedule_(static_cast<double>(settings.alpha)),
           context_(context.prepared_by({})),  // of every pass alike
           pre_pass_(std::move(pre_pass)),
-          radii_(std::move(radii)) {}
+          radii_(std::move(radii)) {
+        if (context.view && samples_ > 1) edges_ = PixelEdges(context.scene, *context.view, context.workers);
+    }
 
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
@@ -138,6 +161,7 @@ class ProgressiveSession final : public Session {
         parts.radii = std::make_unique<PassRadii>(radii_, share);
         parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
         parts.samples = samples_;
+        parts.edges = &edges_;
         return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
     }
 
@@ -148,6 +172,7 @@ class ProgressiveSession final : public Session {
     RenderContext context_;
     std::optional<ImportancePrePass> pre_pass_;
     FirstRadii radii_;
+    PixelEdges edges_;
 };
 
 struct RadiusPrePass {
@@ -173,8 +198,7 @@ std::optional<RadiusPrePass> find_first_radii(const ProgressiveSettings& setting
     }
     const PhotonMaps maps = build_photon_maps(context.scene, parameters, context.workers, context.monitor);
     if (context.monitor.stopped()) return std::nullopt;
-    return RadiusPrePass{FirstRadii(maps, how, context.workers),
-                         static_cast<std::int64_t>(maps.ledger.paths)};
+    return RadiusPrePass{FirstRadii(maps, how, context), static_cast<std::int64_t>(maps.ledger.paths)};
 }
 
 class ProgressiveIntegrator final : public Integrator {

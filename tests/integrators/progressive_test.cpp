@@ -1,6 +1,8 @@
 // Passes of photon maps: their mean against closed forms, with the slopes that the theory gives.
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "engine/integrators/integrator.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
@@ -299,6 +301,46 @@ testing::RegionMeans of_samples(int samples) {
 TEST(Progressive, SamplesOfAPass_ShareOneEstimateWithoutBias) {
     const testing::RegionMeans each = of_samples(1);
     for (const int samples : {3, 4}) testing::expect_agrees(of_samples(samples), each, "shared", 0.01);
+}
+
+// --- structure: a lamp that a screen hides from half of the floor ---
+
+// The mean of the Direct map's irradiance, over that of the lamp, at places to both sides of the shadow's
+// edge and on it, where half of the floor around is lit.
+double error_at_shadow(int passes) {
+    SceneMaker make;
+    make.quad({-9, 0, -9}, {0, 0, 18}, {18, 0, 0}, make.diffuse(Rgb(kAlbedo)));
+    make.quad({0, 0.5F, -9}, {0, 0, 18}, {9, 0, 0}, make.diffuse(Rgb(0.0F)));  // x > 0 is dark
+    make.light(make_point_light({0, 1, 0}, Rgb(1.0F)));
+    ProgressiveSettings settings = of_direct_map(2.0F / 3);
+    settings.photons = 20'000;
+    settings.estimate.radius = 0;
+    Passes all(make.build(), settings, 6);
+    constexpr int kPlaces = 16;
+    std::array<double, kPlaces> sums{};
+    for (int pass = 0; pass < passes; ++pass) {
+        const auto estimator = all.pass(static_cast<std::uint32_t>(pass));
+        for (int i = 0; i < kPlaces; ++i) {
+            Sampler sampler(1, Purpose::test, static_cast<std::uint32_t>(pass),
+                            static_cast<std::uint64_t>(i));
+            const float x = 0.04F * (static_cast<float>(i) - 7.5F);
+            sums[static_cast<std::size_t>(i)] +=
+                double{estimator->Li({{x, 0.2F, 0.1F}, {0, -1, 0}}, sampler).x} * M_PI / double{kAlbedo};
+        }
+    }
+    double square = 0;
+    for (int i = 0; i < kPlaces; ++i) {
+        const double x = 0.04 * (i - 7.5);
+        const double truth = x < 0 ? std::pow(1 + x * x + 0.01, -1.5) : 0;
+        square += sqr(sums[static_cast<std::size_t>(i)] / passes - truth) / kPlaces;
+    }
+    return std::sqrt(square);
+}
+
+TEST(Progressive, EdgeOfAShadow_ErrorFallsWithPasses) {
+    const double first = error_at_shadow(1), some = error_at_shadow(16), many = error_at_shadow(128);
+    EXPECT_LT(some, 0.9 * first);
+    EXPECT_LT(many, 0.8 * some);
 }
 
 }  // namespace progressive_test

@@ -1,0 +1,61 @@
+#include "engine/integrators/pixel_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/scene/camera.h"
+
+namespace lucerna {
+namespace {
+
+struct Seen {
+    V3f p{0.0F}, n{0.0F};
+    bool hit = false;
+};
+
+// Whether both lie on what may be one surface without an edge: nearly of the same direction, and the way from
+// one to the other along it.
+bool same_surface(const Seen& a, const Seen& b) {
+    constexpr float kSameWay = 0.95F, kAlong = 0.2F;
+    if (!a.hit || !b.hit) return a.hit == b.hit;
+    const V3f way = b.p - a.p;
+    const float off = std::max(std::fabs(a.n.dot(way)), std::fabs(b.n.dot(way)));
+    return a.n.dot(b.n) > kSameWay && off <= kAlong * way.length();
+}
+
+}  // namespace
+
+PixelEdges::PixelEdges(const Scene& scene, const View& view, const Workers& workers)
+    : x0_(static_cast<std::int64_t>(std::floor(view.begin.x))),
+      y0_(static_cast<std::int64_t>(std::floor(view.begin.y))),
+      width_(static_cast<std::int64_t>(std::ceil(view.end.x)) - x0_),
+      height_(static_cast<std::int64_t>(std::ceil(view.end.y)) - y0_),
+      edges_(static_cast<std::size_t>(width_ * height_)) {
+    constexpr std::int64_t kRows = 8;
+    parallel_ranges(workers, height_, kRows, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+        const auto corners_of_row = [&](std::int64_t y) {
+            std::vector<Seen> row(static_cast<std::size_t>(width_) + 1);
+            for (std::size_t x = 0; x < row.size(); ++x) {
+                const V2f film(static_cast<float>(x0_ + static_cast<std::int64_t>(x)),
+                               static_cast<float>(y0_ + y));
+                const Ray ray = view.camera->ray(film, V2f(0.5F, 0.5F));
+                if (const auto hit = scene.intersect(ray))
+                    row[x] = {hit->at.p, face_forward(hit->at.n, -ray.d), true};
+            }
+            return row;
+        };
+        std::vector<Seen> above = corners_of_row(begin);
+        for (std::int64_t y = begin; y < end; ++y) {
+            std::vector<Seen> below = corners_of_row(y + 1);
+            for (std::size_t x = 0; x + 1 < above.size(); ++x) {
+                const bool whole = same_surface(above[x], above[x + 1]) && same_surface(above[x], below[x]) &&
+                                   same_surface(above[x], below[x + 1]);
+                edges_[static_cast<std::size_t>(y * width_) + x] = !whole;
+            }
+            above.swap(below);
+        }
+    });
+}
+
+}  // namespace lucerna
