@@ -8,10 +8,10 @@
 //
 // Over the field of two elements, sample number s is a polynomial s(t) with the bits of s as coefficients,
 // and the digits of the two Sobol dimensions are its power series at t = 0 and at t = 1. What makes 2^k
-// samples a net is that a polynomial of degree below k cannot vanish at 0 and at 1 in k ways together. The
-// rest of the rational functions obeys the same law: of those with a pole of order j at most at the place of
-// degree 2, q = t² + t + 1, beside the polynomials there are 4^j times as many, and none vanishes in k + 2j
-// ways. So a pixel with the Morton number P, digits P_0, P_1 … in base 4 from the lowest, adds
+// samples a net is that a polynomial of degree below k cannot vanish at 0 and at 1 in k ways together. Other
+// rational functions obey the same law [Niederreiter and Xing 1996]: with a pole of order j at most at
+// q = t² + t + 1 beside the polynomials there are 4^j times as many, and none but 0 vanishes in k + 2j ways.
+// So a pixel with the Morton number P, digits P_0, P_1 … in base 4 from the lowest, adds
 //     sum over j of P_j(t) / q^(j+1),   P_j(t) of degree 0 or 1,
 // and of every aligned block of 2^j × 2^j pixels any aligned 2^k samples are a net of 2^(k+2j) points, for
 // all k and j; those of each pixel are a net as ever.
