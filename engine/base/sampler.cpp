@@ -36,7 +36,7 @@ Sampler Sampler::stratified(std::uint64_t seed, Purpose purpose, std::uint64_t f
     Sampler sampler;
     const auto h = hash(seed, family, static_cast<std::uint32_t>(purpose) + 1, kDeriveKey);
     sampler.key_ = join(h[0], h[1]);
-    sampler.index_ = index;
+    sampler.take_index(index);
     sampler.stratified_ = true;
     return sampler;
 }
@@ -107,7 +107,7 @@ Sampler Sampler::split_alike(std::uint32_t branch, std::uint32_t index, std::uin
     if (!stratified_) return split_stratified(branch, index);
     Sampler child = split_alike(branch);
     const std::uint64_t number = std::uint64_t{index_} * count + index;
-    child.index_ = static_cast<std::uint32_t>(number);
+    child.take_index(static_cast<std::uint32_t>(number));
     // A sequence has 2^32 points. What is beyond them goes to others, all of which are independent.
     if (const std::uint64_t sequence = number >> 32; sequence > 0) {
         const auto h = hash(child.key_, sequence, 0, kDeriveKey);
@@ -120,7 +120,7 @@ Sampler Sampler::split_stratified(std::uint32_t branch, std::uint32_t index) con
     Sampler child = split(branch);
     const auto h = hash(child.key_, branch, 0, kDeriveKey);
     child.key_ = join(h[0], h[1]);
-    child.index_ = index;
+    child.take_index(index);
     child.stratified_ = true;
     return child;
 }
@@ -136,6 +136,7 @@ Cdf::Cdf(std::span<const double> weights) {
 
 Cdf::Draw Cdf::draw(float u) const {
     assert(total() > 0);
+    if (size() == 1) return {0, 1, u};  // one light, one triangle: nothing to look for
     const double x = static_cast<double>(u) * upto_.back();
     // The first boundary beyond x closes the item that holds x; an item of weight 0 closes where it opens.
     auto beyond = std::upper_bound(upto_.begin() + 1, upto_.end(), x);

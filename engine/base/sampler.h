@@ -74,6 +74,10 @@ class Sampler {
     using Scrambles = std::array<std::uint32_t, 4>;
 
     Sampler() = default;
+    void take_index(std::uint32_t index) {
+        index_ = index;
+        reversed_index_ = reverse_bits(index);
+    }
     std::uint64_t path() const { return stratified_ ? std::uint64_t{pixel_} << 32 | index_ : path_; }
     // The same path of one pixel of an image, by its Morton number.
     Sampler in_pixel(std::uint32_t pixel) const {
@@ -90,12 +94,15 @@ class Sampler {
     NetPixel::Offsets offsets(const Scrambles& h) const {
         return in_image_ ? net_pixel_.offsets(h[3]) : NetPixel::Offsets{0, 0};
     }
+    std::uint32_t shuffled(std::uint32_t seed) const {
+        return reverse_bits(owen_scramble_reversed(reversed_index_, seed));
+    }
     float number(const Scrambles& h) const {
-        const std::uint32_t i = owen_scramble(index_, h[0]) ^ offsets(h).x;
+        const std::uint32_t i = shuffled(h[0]) ^ offsets(h).x;
         return to_unit(reverse_bits(owen_scramble_reversed(i, h[1])));
     }
     V2f point(const Scrambles& h) const {
-        const std::uint32_t i = owen_scramble(index_, h[0]);
+        const std::uint32_t i = shuffled(h[0]);
         const NetPixel::Offsets add = offsets(h);
         return {to_unit(reverse_bits(owen_scramble_reversed(i ^ add.x, h[1]))),
                 to_unit(reverse_bits(owen_scramble_reversed(sobol_1_reversed(i) ^ add.y, h[2])))};
@@ -103,7 +110,7 @@ class Sampler {
 
     std::uint64_t key_ = 0;
     std::uint64_t path_ = 0;
-    std::uint32_t index_ = 0;
+    std::uint32_t index_ = 0, reversed_index_ = 0;  // of a stratified path
     std::uint32_t draw_ = 0;
     std::uint32_t pixel_ = 0;  // Morton number
     bool stratified_ = false;
@@ -122,7 +129,7 @@ class SamplerFamily {
     // The family must outlive its samplers and stay where it is.
     Sampler path(std::uint32_t index) const {
         Sampler sampler = begin_;
-        sampler.index_ = index;
+        sampler.take_index(index);
         sampler.scrambles_ = scrambles_.data();
         sampler.known_ = kDraws;
         return sampler;

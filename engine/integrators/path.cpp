@@ -60,8 +60,8 @@ class PathEstimator final : public Estimator {
             if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice);
 
             // Go on.
-            const V2f u_lobe_survive = sampler.next2();
-            BsdfU u{u_lobe_survive.x, sampler.next2()};
+            BsdfU u{sampler.next(), sampler.next2()};
+            const float u_survive = sampler.next();
             if (!specular) splits = 0;
             if (splits > 0) {
                 Sampler own = sampler.split_alike(kGlassBranch);
@@ -87,7 +87,7 @@ class PathEstimator final : public Estimator {
             // Russian roulette by the throughput that is left.
             if (bounce + 1 < kPathRouletteFrom) continue;
             const float survival = path_survival(throughput, eta_scale);
-            if (!(u_lobe_survive.y < survival)) break;  // also when the throughput is black: survival is 0
+            if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
         return result;
