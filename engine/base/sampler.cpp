@@ -36,13 +36,13 @@ Sampler Sampler::stratified(std::uint64_t seed, Purpose purpose, std::uint64_t f
     Sampler sampler;
     const auto h = hash(seed, family, static_cast<std::uint32_t>(purpose) + 1, kDeriveKey);
     sampler.key_ = join(h[0], h[1]);
-    sampler.index_ = index;
+    sampler.take_index(index);
     sampler.stratified_ = true;
     return sampler;
 }
 
 std::uint32_t Sampler::word(std::uint32_t draw, std::uint32_t lane) const {
-    return hash(key_, stratified_ ? index_ : path_, draw, 0)[lane];
+    return hash(key_, path(), draw, 0)[lane];
 }
 
 std::uint32_t Sampler::bits() {
@@ -56,8 +56,7 @@ Sampler::Scrambles Sampler::scrambles(std::uint64_t key, std::uint32_t draw) {
 
 float Sampler::next_unknown() {
     if (!stratified_) return to_unit(bits());
-    const Scrambles h = scrambles(key_, draw_++);
-    return to_unit(reverse_bits(owen_scramble_reversed(shuffled(h[0]), h[1])));
+    return number(scrambles(key_, draw_++));
 }
 
 V2f Sampler::next2_unknown() {
@@ -74,9 +73,20 @@ SamplerFamily::SamplerFamily(std::uint64_t seed, Purpose purpose, std::uint64_t 
     }
 }
 
+Sampler ImageSamplers::at(const V2i& pixel, std::uint32_t index) const {
+    assert(pixel.x >= 0 && pixel.y >= 0);
+    constexpr std::uint32_t kSide = 0xffffU;
+    const auto x = static_cast<std::uint32_t>(pixel.x), y = static_cast<std::uint32_t>(pixel.y);
+    const std::uint32_t number = morton(x & kSide, y & kSide);
+    // A family has 2^32 pixels: images that are larger have several.
+    const std::uint32_t block = x >> 16 | (y >> 16) << 16;
+    if (block == 0) return family_.path(index, number);
+    return Sampler::stratified(seed_, purpose_, block, index).in_pixel(number);
+}
+
 Sampler Sampler::split(std::uint32_t branch) const {
     Sampler child;
-    const auto h = hash(key_, stratified_ ? index_ : path_, draw_, kSplit);
+    const auto h = hash(key_, path(), draw_, kSplit);
     child.key_ = join(h[0], h[1]);
     child.path_ = branch;
     return child;
@@ -84,18 +94,25 @@ Sampler Sampler::split(std::uint32_t branch) const {
 
 Sampler Sampler::split_alike(std::uint32_t branch) const {
     if (!stratified_) return split(branch);
-    Sampler child;
+    Sampler child = *this;
     const auto h = hash(key_, branch, draw_, kSplitAlike);
     child.key_ = join(h[0], h[1]);
-    child.index_ = index_;
-    child.stratified_ = true;
+    child.draw_ = 0;
+    child.known_ = 0;
+    child.scrambles_ = nullptr;
     return child;
 }
 
 Sampler Sampler::split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const {
     if (!stratified_) return split_stratified(branch, index);
     Sampler child = split_alike(branch);
-    child.index_ = index_ * count + index;
+    const std::uint64_t number = std::uint64_t{index_} * count + index;
+    child.take_index(static_cast<std::uint32_t>(number));
+    // A sequence has 2^32 points. What is beyond them goes to others, all of which are independent.
+    if (const std::uint64_t sequence = number >> 32; sequence > 0) {
+        const auto h = hash(child.key_, sequence, 0, kDeriveKey);
+        child.key_ = join(h[0], h[1]);
+    }
     return child;
 }
 
@@ -103,7 +120,7 @@ Sampler Sampler::split_stratified(std::uint32_t branch, std::uint32_t index) con
     Sampler child = split(branch);
     const auto h = hash(child.key_, branch, 0, kDeriveKey);
     child.key_ = join(h[0], h[1]);
-    child.index_ = index;
+    child.take_index(index);
     child.stratified_ = true;
     return child;
 }
@@ -119,6 +136,7 @@ Cdf::Cdf(std::span<const double> weights) {
 
 Cdf::Draw Cdf::draw(float u) const {
     assert(total() > 0);
+    if (size() == 1) return {0, 1, u};  // one light, one triangle: nothing to look for
     const double x = static_cast<double>(u) * upto_.back();
     // The first boundary beyond x closes the item that holds x; an item of weight 0 closes where it opens.
     auto beyond = std::upper_bound(upto_.begin() + 1, upto_.end(), x);

@@ -6,7 +6,8 @@
 // `Sampler` draws independent numbers (Philox [Salmon 2011]). `Sampler::stratified` draws, for the paths
 // 0, 1, 2 … of one key, numbers that are well distributed together: every 2D draw is a point of an
 // Owen-scrambled (0,2)-sequence whose index is shuffled anew for each draw ("padding"), so any 2^k
-// consecutive paths are a net.
+// consecutive paths from a multiple of 2^k on are a net. `ImageSamplers` do the same for the samples of an
+// image's pixels, which are a net together with those of the pixels around (pixel_net.h).
 #pragma once
 
 #include <array>
@@ -18,6 +19,7 @@
 #include <vector>
 
 #include "engine/base/net.h"
+#include "engine/base/pixel_net.h"
 #include "engine/base/vec.h"
 
 namespace lucerna {
@@ -45,8 +47,7 @@ class Sampler {
 
     float next() {  // [0, 1)
         if (draw_ >= known_) return next_unknown();
-        const Scrambles& h = scrambles_[draw_++];
-        return to_unit(reverse_bits(owen_scramble_reversed(shuffled(h[0]), h[1])));
+        return number(scrambles_[draw_++]);
     }
     V2f next2() {  // [0, 1)²
         if (draw_ >= known_) return next2_unknown();
@@ -60,33 +61,61 @@ class Sampler {
     // paths of its family that branch off after as many draws.
     Sampler split_alike(std::uint32_t branch) const;
     // The same, for one of `count` > 0 samples of that branch: all of them are stratified among each other,
-    // those of one path as well as those of all paths of the family.
+    // those of one path as well as those of all paths of the family, in an image those of pixels around.
     Sampler split_alike(std::uint32_t branch, std::uint32_t index, std::uint32_t count) const;
-    // An independent sampler for sample `index` of `branch`: the samples of one branch are stratified among each other.
+    // An independent sampler for sample `index` of `branch`: the samples of one branch are stratified among
+    // each other.
     Sampler split_stratified(std::uint32_t branch, std::uint32_t index) const;
 
   private:
     friend class SamplerFamily;
-    // What a family's draw is shuffled and scrambled by.
+    friend class ImageSamplers;
+    // What a family's draw is shuffled and scrambled by: the index, both dimensions, the pixel.
     using Scrambles = std::array<std::uint32_t, 4>;
 
     Sampler() = default;
+    void take_index(std::uint32_t index) {
+        index_ = index;
+        reversed_index_ = reverse_bits(index);
+    }
+    std::uint64_t path() const { return stratified_ ? std::uint64_t{pixel_} << 32 | index_ : path_; }
+    // The same path of one pixel of an image, by its Morton number.
+    Sampler in_pixel(std::uint32_t pixel) const {
+        Sampler sampler = *this;
+        sampler.pixel_ = pixel;
+        sampler.net_pixel_ = NetPixel(pixel);
+        sampler.in_image_ = true;
+        return sampler;
+    }
     std::uint32_t word(std::uint32_t draw, std::uint32_t lane) const;
     static Scrambles scrambles(std::uint64_t key, std::uint32_t draw);
     float next_unknown();
     V2f next2_unknown();
-    std::uint32_t shuffled(std::uint32_t seed) const { return owen_scramble(index_, seed); }
+    NetPixel::Offsets offsets(const Scrambles& h) const {
+        return in_image_ ? net_pixel_.offsets(h[3]) : NetPixel::Offsets{0, 0};
+    }
+    std::uint32_t shuffled(std::uint32_t seed) const {
+        return reverse_bits(owen_scramble_reversed(reversed_index_, seed));
+    }
+    float number(const Scrambles& h) const {
+        const std::uint32_t i = shuffled(h[0]) ^ offsets(h).x;
+        return to_unit(reverse_bits(owen_scramble_reversed(i, h[1])));
+    }
     V2f point(const Scrambles& h) const {
         const std::uint32_t i = shuffled(h[0]);
-        return {to_unit(reverse_bits(owen_scramble_reversed(i, h[1]))),
-                to_unit(reverse_bits(owen_scramble_reversed(sobol_1_reversed(i), h[2])))};
+        const NetPixel::Offsets add = offsets(h);
+        return {to_unit(reverse_bits(owen_scramble_reversed(i ^ add.x, h[1]))),
+                to_unit(reverse_bits(owen_scramble_reversed(sobol_1_reversed(i) ^ add.y, h[2])))};
     }
 
     std::uint64_t key_ = 0;
     std::uint64_t path_ = 0;
-    std::uint32_t index_ = 0;
+    std::uint32_t index_ = 0, reversed_index_ = 0;  // of a stratified path
     std::uint32_t draw_ = 0;
+    std::uint32_t pixel_ = 0;  // Morton number
     bool stratified_ = false;
+    bool in_image_ = false;
+    NetPixel net_pixel_;       // in an image
     std::uint32_t known_ = 0;  // so many draws' scrambles stand in the family's table
     const Scrambles* scrambles_ = nullptr;
 };
@@ -100,17 +129,34 @@ class SamplerFamily {
     // The family must outlive its samplers and stay where it is.
     Sampler path(std::uint32_t index) const {
         Sampler sampler = begin_;
-        sampler.index_ = index;
+        sampler.take_index(index);
         sampler.scrambles_ = scrambles_.data();
         sampler.known_ = kDraws;
         return sampler;
     }
+    // The same for one pixel of an image.
+    Sampler path(std::uint32_t index, std::uint32_t pixel) const { return path(index).in_pixel(pixel); }
 
   private:
     // More than nearly all paths make.
     static constexpr std::uint32_t kDraws = 64;
     Sampler begin_;
     std::array<Sampler::Scrambles, kDraws> scrambles_;
+};
+
+// The samples of an image's pixels: one family for all of them.
+class ImageSamplers {
+  public:
+    ImageSamplers(std::uint64_t seed, Purpose purpose)
+        : seed_(seed), purpose_(purpose), family_(seed, purpose, 0) {}
+
+    // Sample `index` of a pixel, x and y >= 0. These must outlive it and stay where they are.
+    Sampler at(const V2i& pixel, std::uint32_t index) const;
+
+  private:
+    std::uint64_t seed_;
+    Purpose purpose_;
+    SamplerFamily family_;
 };
 
 // A discrete distribution over n items: build O(n), draw O(log n).

@@ -1,5 +1,7 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
+#include <algorithm>
+
 #include "engine/base/path_limits.h"
 #include "engine/integrators/integrator.h"
 #include "engine/scene/media_traversal.h"
@@ -9,6 +11,16 @@
 
 namespace lucerna {
 namespace {
+
+// Russian roulette of paths that ask the lights at every bounce. What the first bounces bring is most of the
+// light and of its variance; later ones are taken as often as they count, and that is more often than by
+// their throughput: paths that end as early as that save less time than they add variance.
+constexpr int kPathRouletteFrom = 2;
+constexpr float kPathSurvival = 3;
+
+float path_survival(const Rgb& throughput, float eta_scale) {
+    return std::min(kMaxSurvival, kPathSurvival * survival_of(throughput, eta_scale));
+}
 
 class PathEstimator final : public Estimator {
   public:
@@ -73,8 +85,8 @@ class PathEstimator final : public Estimator {
             ray = Ray{hit->at.towards(sample->wi), sample->wi};
 
             // Russian roulette by the throughput that is left.
-            if (bounce + 1 < kRouletteFrom) continue;
-            const float survival = survival_of(throughput, eta_scale);
+            if (bounce + 1 < kPathRouletteFrom) continue;
+            const float survival = path_survival(throughput, eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
@@ -142,8 +154,8 @@ Rgb MediaPathEstimator::Li(const Ray& camera_ray, Sampler& sampler) const {
         // Russian roulette by the throughput that is left.
         const float u_survive = sampler.next();
         if (is_black(path.throughput)) break;
-        if (bounce + 1 < kRouletteFrom) continue;
-        const float survival = survival_of(path.throughput, path.eta_scale);
+        if (bounce + 1 < kPathRouletteFrom) continue;
+        const float survival = path_survival(path.throughput, path.eta_scale);
         if (!(u_survive < survival)) break;
         path.throughput /= survival;
     }

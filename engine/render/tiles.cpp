@@ -10,9 +10,7 @@ namespace lucerna {
 Film::Sample PixelSampler::sample(const Estimator& estimator, const V2i& at, int sample) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
-    const auto pixel = static_cast<std::uint64_t>(whole.y) * static_cast<std::uint64_t>(job_.film.width) +
-                       static_cast<std::uint64_t>(whole.x);
-    Sampler sampler = Sampler::stratified(seed_, Purpose::camera, pixel, static_cast<std::uint32_t>(sample));
+    Sampler sampler = samplers_.at(whole, static_cast<std::uint32_t>(sample));
     const FilterSampler::Sample place = filter_.sample(sampler.next2());
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();

@@ -17,14 +17,15 @@ namespace lucerna {
 // Samples of the pixels of a job's image, by their numbers.
 class PixelSampler {
   public:
-    PixelSampler(const Job& job, std::uint64_t seed) : job_(job), seed_(seed), filter_(job.film.filter) {}
+    PixelSampler(const Job& job, std::uint64_t seed)
+        : job_(job), samplers_(seed, Purpose::camera), filter_(job.film.filter) {}
 
     // `at` counts from the corner of what is rendered.
     Film::Sample sample(const Estimator& estimator, const V2i& at, int sample) const;
 
   private:
     const Job& job_;
-    std::uint64_t seed_;
+    ImageSamplers samplers_;
     FilterSampler filter_;
 };
 

@@ -108,7 +108,9 @@ bool has_parts(const Scene& scene);
 class LightChooser {
   public:
     LightChooser(const Scene& scene, LightSelection selection)
-        : tree_(selection == LightSelection::tree ? &scene.light_tree() : nullptr) {}
+        // With one light there is nothing that a tree could know better.
+        : tree_(selection == LightSelection::tree && !nothing_to_choose(scene) ? &scene.light_tree()
+                                                                               : nullptr) {}
     // At a surface seen from the side of wo.
     LightChoice at(const SurfacePoint& x, const Bsdf& bsdf, const V3f& wo) const {
         if (!tree_) return {};
