@@ -1,19 +1,24 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
+#include <optional>
+
 #include "engine/base/path_limits.h"
+#include "engine/guiding/directional_guide.h"
 #include "engine/integrators/integrator.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/medium.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/specular_chain.h"
+#include "photon/density_estimate.h"
 
 namespace lucerna {
 namespace {
 
 class PathEstimator final : public Estimator {
   public:
-    PathEstimator(const Scene& scene, const PathSettings& settings)
-        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+    // `guides` outlive it; null: none.
+    PathEstimator(const Scene& scene, const PathSettings& settings, const DirectionGuideMap* guides)
+        : scene_(scene), settings_(settings), guides_(guides), lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
         const Rgb result = follow({camera_ray}, kGlassSplits, sampler);
@@ -27,13 +32,15 @@ class PathEstimator final : public Estimator {
         float eta_scale = 1;
         EmissionRule rule = EmissionRule::all();
         int bounce = 0;
+        // How many times more densely directions were drawn than by the BSDFs alone.
+        float density_ratio = 1;
     };
 
     // What a path brings from there on. At the first `splits` smooth boundaries, if the eye sees them, it is
     // followed both ways.
     Rgb follow(Path path, int splits, Sampler& sampler) const {
         Rgb result(0);
-        auto& [ray, throughput, eta_scale, rule, bounce] = path;
+        auto& [ray, throughput, eta_scale, rule, bounce, density_ratio] = path;
         for (; bounce < kMaxBounces; ++bounce) {
             const auto hit = scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
@@ -45,7 +52,10 @@ class PathEstimator final : public Estimator {
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
             const LightChoice choice = specular ? LightChoice() : lights_.at(hit->at, bsdf, wo);
-            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice);
+            const GuidedBsdf directions(bsdf, wo, guide_at(*hit, bsdf, wo));
+            if (!specular) {
+                result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice, directions);
+            }
 
             // Go on.
             BsdfU u{sampler.next(), sampler.next2()};
@@ -58,31 +68,39 @@ class PathEstimator final : public Estimator {
                     if (const auto& way = split->fainter) {
                         const Ray other{hit->at.towards(way->wi), way->wi};
                         result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
-                                          EmissionRule::all(), bounce + 1},
+                                          EmissionRule::all(), bounce + 1, density_ratio},
                                          splits, own);
                     }
                     u = split->brighter;
                     throughput *= split->share;
                 }
             }
-            const auto sample = bsdf.sample(wo, u, Transport::radiance);
-            if (!sample) break;
-            throughput *= sample->weight;
-            eta_scale *= sample->eta_scale;
-            rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
-            ray = Ray{hit->at.towards(sample->wi), sample->wi};
+            const auto guided = directions.sample(u);
+            if (!guided) break;
+            const BsdfSample& sample = guided->sample;
+            throughput *= sample.weight;
+            eta_scale *= sample.eta_scale;
+            density_ratio *= guided->ratio;
+            rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
+            ray = Ray{hit->at.towards(sample.wi), sample.wi};
 
-            // Russian roulette by the throughput that is left.
+            // Russian roulette by the throughput that is left. Directions that were drawn more densely
+            // because they matter carry less of it: without that they would be ended as unimportant.
             if (bounce + 1 < kRouletteFrom) continue;
-            const float survival = survival_of(throughput, eta_scale);
+            const float survival = survival_of(throughput * std::max(density_ratio, 1.0F), eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
         return result;
     }
 
+    DirectionGuide guide_at(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+        return guides_ ? guides_->at(hit.at.p, bsdf, wo) : DirectionGuide();
+    }
+
     const Scene& scene_;
     PathSettings settings_;
+    const DirectionGuideMap* guides_;
     LightChooser lights_;
 };
 
@@ -244,16 +262,40 @@ bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metere
     return true;
 }
 
+class PathSession final : public Session {
+  public:
+    PathSession(const Scene& scene, const PathSettings& settings, std::optional<DirectionGuideMap> guides)
+        : scene_(scene), settings_(settings), guides_(std::move(guides)) {}
+    std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
+                                          PassStatistics& /*statistics*/) const override {
+        if (!scene_.media().empty()) return std::make_unique<MediaPathEstimator>(scene_, settings_);
+        return std::make_unique<PathEstimator>(scene_, settings_, guides_ ? &*guides_ : nullptr);
+    }
+
+  private:
+    const Scene& scene_;
+    PathSettings settings_;
+    std::optional<DirectionGuideMap> guides_;
+};
+
 class PathIntegrator final : public Integrator {
   public:
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
     std::unique_ptr<const Session> begin(const RenderContext& context,
-                                         OnceStatistics& /*statistics*/) const override {
-        return session_without_state(
-            [&scene = context.scene, settings = settings_]() -> std::unique_ptr<const Estimator> {
-                if (!scene.media().empty()) return std::make_unique<MediaPathEstimator>(scene, settings);
-                return std::make_unique<PathEstimator>(scene, settings);
-            });
+                                         OnceStatistics& statistics) const override {
+        std::optional<DirectionGuideMap> guides;
+        if (settings_.guide_paths > 0 && context.scene.media().empty()) {
+            const Stopwatch building;
+            const float radius = largest_radius(diagonal(context.scene));
+            guides = build_direction_guides(
+                context.scene,
+                {settings_.guide_paths, context.seed, settings_.lights, {settings_.guide_k, radius, settings_.bsdf_share}},
+                context.workers, context.monitor);
+            if (context.monitor.stopped()) return nullptr;
+            statistics.seconds.add("guide", building.seconds());
+            statistics.guides = {0, guides->stations()};
+        }
+        return std::make_unique<PathSession>(context.scene, settings_, std::move(guides));
     }
 
   private:
