@@ -26,6 +26,13 @@ constexpr float kLeastGain = 1.3F;
 // Of BSDFs with other lobes beside the diffuse ones: what transmits stays possible whatever is guessed.
 constexpr float kMostGuided = 0.9F;
 
+// Between a shading normal and its station's normal: cosine. A frame that is turned far says little, and by a
+// right angle nothing.
+constexpr float kLeastFacing = 0.7F;
+// The share of stations at which guiding pays, at the least, for it to be done at all.
+constexpr double kLeastPaying = 0.2;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
 constexpr float kBelowOne = 0x1.fffffep-1F;
 
 // The cell of a coordinate in [0,1].
@@ -109,8 +116,10 @@ DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& st
     frame_.t = ns.cross(frame_.s);
 }
 
-V3f DirectionGuide::sample(const V2f& u) const {
-    return frame_.to_world(square_to_cosine_hemisphere(histogram_->warp(u)));
+DirectionGuide::Sample DirectionGuide::sample(const V2f& u) const {
+    const V2f at = histogram_->warp(u);
+    const V3f local = square_to_cosine_hemisphere(at);
+    return {frame_.to_world(local), histogram_->density(at) * cosine_hemisphere_pdf_w(local.z)};
 }
 
 float DirectionGuide::pdf_w(const V3f& wi) const {
@@ -164,6 +173,7 @@ class HistogramSum {
     float sum_ = 0, squares_ = 0;
 };
 
+// None: guiding does not pay there.
 std::optional<SquareHistogram> histogram_at(const PhotonMap& map, const DirectionGuiding& settings,
                                             const V3f& x, const V3f& n) {
     const TangentMetric metric(x, n, MetricKind::euclidean, 1);
@@ -183,32 +193,38 @@ std::optional<SquareHistogram> histogram_at(const PhotonMap& map, const Directio
 
 DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuiding& settings,
                                      const Workers& workers)
-    : settings_(settings) {
+    : radius_(settings.radius), photons_(map.size()) {
     assert(settings.k >= 1 && settings.k <= DirectionGuiding::kMostPhotons);
-    const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kStationOverlap, 1);
+    const std::size_t stride =
+        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kStationOverlap, 1);
     for (std::size_t i = 0; i < map.size(); i += stride) {
         places_.push_back(map.positions()[i]);
         normals_.push_back(map.normals()[i]);
     }
-    histograms_.resize(places_.size());
-    pays_.resize(places_.size());
+    std::vector<std::optional<SquareHistogram>> made(places_.size());
     constexpr std::int64_t kGrain = 64;
     parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
-        const auto histogram = histogram_at(map, settings_, places_[i], normals_[i].unpack());
-        pays_[i] = histogram ? 1 : 0;
-        if (histogram) histograms_[i] = *histogram;
+        made[i] = histogram_at(map, settings, places_[i], normals_[i].unpack());
     });
-    if (!places_.empty()) index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+    for (const auto& histogram : made) {
+        numbers_.push_back(histogram ? static_cast<std::uint32_t>(histograms_.size()) : kNone);
+        if (histogram) histograms_.push_back(*histogram);
+    }
+    // Where it pays hardly anywhere, a look-up at each point costs more than it brings.
+    const double paying = static_cast<double>(histograms_.size());
+    if (paying < kLeastPaying * static_cast<double>(places_.size())) histograms_.clear();
+    if (!histograms_.empty()) index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
 }
 
 DirectionGuide DirectionGuideMap::at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const {
     if (!index_ || !bsdf.has_diffuse()) return {};
     const float side = bsdf.geometric_normal().dot(wo) < 0 ? -1.0F : 1.0F;
-    const V3f n = side * bsdf.geometric_normal();
-    const auto nearest = index_->nearest_facing(x, n, kFacingAlike, sqr(settings_.radius));
-    if (!nearest || pays_[nearest->index] == 0) return {};
-    return {histograms_[nearest->index], Frame(normals_[nearest->index].unpack()),
-            side * bsdf.shading_normal()};
+    const V3f n = side * bsdf.geometric_normal(), ns = side * bsdf.shading_normal();
+    const auto nearest = index_->nearest_facing(x, n, kFacingAlike, sqr(radius_));
+    if (!nearest || numbers_[nearest->index] == kNone) return {};
+    const V3f normal = normals_[nearest->index].unpack();
+    if (normal.dot(ns) < kLeastFacing) return {};
+    return {histograms_[numbers_[nearest->index]], Frame(normal), ns};
 }
 
 namespace {
@@ -220,11 +236,17 @@ struct UnsampledHits : LightPathVisitor {
     float share = 0;  // of a path among all
     Photons photons;
 
+    float kept = 0;  // of the photons that count in part, what has not been stored yet
+
     void hit(const LightPathHit& at) {
         if (!at.bsdf.has_diffuse()) return;
-        const float left = at.path.bounces() == 0 ? left_by_light_samples(at) : 1.0F;
-        if (!(left > 0)) return;
-        photons.add_hit(at.hit.at, at.d, at.power * (share * left), at.start.light, at.start.cell);
+        if (at.path.bounces() == 0) {
+            // Of those that count for a share one in so many is stored: all in a map weigh about alike.
+            kept += left_by_light_samples(at);
+            if (kept < 1) return;
+            kept -= 1;
+        }
+        photons.add_hit(at.hit.at, at.d, at.power * share, at.start.light, at.start.cell);
     }
 
     // Of light straight from a lamp: the share that multiple importance sampling leaves to rays drawn by the
@@ -301,13 +323,16 @@ GuidedBsdf::GuidedBsdf(const Bsdf& bsdf, const V3f& wo, const DirectionGuide& gu
 
 float GuidedBsdf::pdf_w(const V3f& wi) const {
     if (share_ == 0) return bsdf_.pdf_w(wo_, wi);
-    return mixture(wi, share_ < 1 ? bsdf_.pdf_w(wo_, wi) : 0.0F);
+    return share_ * guide_.pdf_w(wi) + (share_ < 1 ? (1 - share_) * bsdf_.pdf_w(wo_, wi) : 0.0F);
 }
 
 std::optional<GuidedBsdf::Sample> GuidedBsdf::sample(const BsdfU& u) const {
     BsdfSample drawn{};
+    float of_guide = 0;
     if (u.lobe < share_) {
-        drawn.wi = guide_.sample(u.direction);
+        const DirectionGuide::Sample own = guide_.sample(u.direction);
+        drawn.wi = own.wi;
+        of_guide = own.pdf_w;
     } else {
         const BsdfU own{std::min((u.lobe - share_) / (1 - share_), kBelowOne), u.direction};
         const auto sample = bsdf_.sample(wo_, own, Transport::radiance);
@@ -318,9 +343,10 @@ std::optional<GuidedBsdf::Sample> GuidedBsdf::sample(const BsdfU& u) const {
             drawn.weight /= 1 - share_;
             return Sample{drawn, 1 - share_};
         }
+        of_guide = guide_.pdf_w(drawn.wi);
     }
     const float of_bsdf = bsdf_.pdf_w(wo_, drawn.wi);
-    drawn.pdf_w = mixture(drawn.wi, of_bsdf);
+    drawn.pdf_w = share_ * of_guide + (1 - share_) * of_bsdf;
     if (!(drawn.pdf_w > 0)) return std::nullopt;
     const float cosine = std::fabs(drawn.wi.dot(bsdf_.shading_normal()));
     drawn.weight = bsdf_.f(wo_, drawn.wi, Transport::radiance) * (cosine / drawn.pdf_w);

@@ -63,7 +63,11 @@ class DirectionGuide {
 
     // Nothing to go by: the others must not be asked.
     bool empty() const { return !histogram_; }
-    V3f sample(const V2f& u) const;
+    struct Sample {
+        V3f wi;
+        float pdf_w;
+    };
+    Sample sample(const V2f& u) const;
     // Density per solid angle; 0 below the shading normal's horizon.
     float pdf_w(const V3f& wi) const;
 
@@ -90,15 +94,18 @@ class DirectionGuideMap {
     // At x, for what scatters towards wo; empty where no station is near, or where guiding does not pay.
     DirectionGuide at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const;
 
+    // Those at which guiding pays.
     std::size_t stations() const { return histograms_.size(); }
+    std::size_t photons() const { return photons_; }  // that they are made of
 
   private:
-    DirectionGuiding settings_;
+    float radius_ = 0;
+    std::size_t photons_ = 0;
     std::vector<V3f> places_;
     std::vector<PackedDirection> normals_;  // on the side that is lit
+    std::vector<std::uint32_t> numbers_;    // of their histograms, or kNone: guiding does not pay there
     std::vector<SquareHistogram> histograms_;
-    std::vector<std::uint8_t> pays_;  // by station: whether to guide there
-    std::unique_ptr<PhotonIndex> index_;
+    std::unique_ptr<PhotonIndex> index_;  // of the places by their normals; null: none
 };
 
 // Photons on surfaces with a diffuse part, as far as light samples, chosen among the lights as said, do not
@@ -129,10 +136,6 @@ class GuidedBsdf final : public DirectionDensity {
     std::optional<Sample> sample(const BsdfU& u) const;
 
   private:
-    float mixture(const V3f& wi, float of_bsdf) const {
-        return share_ * guide_.pdf_w(wi) + (1 - share_) * of_bsdf;
-    }
-
     const Bsdf& bsdf_;
     V3f wo_;
     DirectionGuide guide_;

@@ -44,9 +44,9 @@ struct DensityEstimatePair {
 // What pass 1 makes and pass 2 reads; maps that are absent are not read.
 struct PhotonMappingState {
     PhotonMaps maps;
-    std::optional<IrradiancePoints> irradiance;  // looked up by gather rays where they land
+    std::optional<IrradiancePoints> irradiance;   // looked up by gather rays where they land
     std::optional<DirectionGuideMap> directions;  // of gather rays
-    std::vector<float> caustic_radii;            // progressive: the radius of each photon of the Caustic map
+    std::vector<float> caustic_radii;             // progressive: the radius of each photon of the Caustic map
 };
 
 // -----------------------------------------------------------------------------------------------------
@@ -266,10 +266,10 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
     const PhotonMap* global = state.maps.find(MapKind::global);
     if (settings.guide_gather && settings.indirect == IndirectMethod::gather && global) {
         const Stopwatch building;
-        const float radius = density_settings(settings, context.scene).eye.radius;
-        state.directions.emplace(*global,
-                                 DirectionGuiding{settings.direction_k, radius, settings.cosine_share},
-                                 context.workers);
+        DirectionGuiding guiding;
+        guiding.radius = density_settings(settings, context.scene).eye.radius;
+        guiding.defensive_weight = settings.cosine_share;
+        state.directions.emplace(*global, guiding, context.workers);
         context.statistics.seconds.add("guide", building.seconds());
     }
     return state;

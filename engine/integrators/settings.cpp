@@ -89,12 +89,13 @@ Field boundary(Boundary& target) {
 }
 
 std::vector<Field> fields_of(PathSettings& s) {
-    return {whole("guidepaths", "light paths whose photons guide bounces; 0: none", 0, 4294967296.0,
-                  s.guide_paths),
-            whole("dirk", "photons of a histogram", 1, 1024, s.guide_k),
-            real("bsdfshare", "defensive mixture weight: least share of the BSDF's own density beside the guide's",
-                 0.01, 1, s.bsdf_share),
-            max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
+    return {
+        whole("guidepaths", "light paths whose photons guide bounces where that pays, about 100000; 0: none",
+              0, 4294967296.0, s.guide_paths),
+        real("bsdfshare",
+             "defensive mixture weight: least share of the BSDF's own density beside the guide's", 0.01, 1,
+             s.bsdf_share),
+        max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
@@ -129,7 +130,6 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "alone)",
                {"gather", "map", "none"}, s.indirect),
         flag("guidegather", "photons of the Global map guide gather rays", s.guide_gather),
-        whole("dirk", "photons of a histogram", 1, 1024, s.direction_k),
         real("cosineshare",
              "defensive mixture weight: least share of the cosine's own density beside the guide's", 0.01, 1,
              s.cosine_share),

@@ -25,7 +25,6 @@ namespace lucerna {
 // The unbiased reference.
 struct PathSettings {
     std::int64_t guide_paths = 0;  // light paths whose photons guide bounces; 0: none do
-    int guide_k = 256;
     float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
     int max_depth = 0;             // see max_depth_of()
     LightSelection lights = LightSelection::tree;
@@ -50,10 +49,9 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
-    bool guide_gather = false;     // whether photons guide gather rays
-    int direction_k = 256;
-    float cosine_share = 0.25F;    // defensive mixture weight of that: the least share of the cosine's density
-    int gather_rays = 0;  // per camera sample; 0: as many as pay where it looks (splitting.h)
+    bool guide_gather = false;   // whether photons guide gather rays
+    float cosine_share = 0.25F;  // defensive mixture weight of that: the least share of the cosine's density
+    int gather_rays = 0;         // per camera sample; 0: as many as pay where it looks (splitting.h)
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
     // Light samples at each such point; 0: gather rays sample the lights themselves where they land.
