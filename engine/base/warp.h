@@ -24,6 +24,18 @@ inline V2f square_to_disc(const V2f& u) {
     return {r * std::cos(phi), r * std::sin(phi)};
 }
 
+// Its inverse: of the unit disc, or a place just outside by rounding.
+inline V2f disc_to_square(const V2f& p) {
+    const float r = std::sqrt(p.x * p.x + p.y * p.y);
+    if (r == 0) return {0.5F, 0.5F};
+    const float x = std::fabs(p.x), y = std::fabs(p.y);
+    // The angle within a wedge of 90 degrees around an axis, over a quarter of pi.
+    const float share = std::atan2(std::min(x, y), std::max(x, y)) * (4 * kInvPi);
+    const V2f c = x > y ? V2f(std::copysign(r, p.x), std::copysign(r * share, p.y))
+                        : V2f(std::copysign(r * share, p.x), std::copysign(r, p.y));
+    return {std::clamp(0.5F * (c.x + 1), 0.0F, 1.0F), std::clamp(0.5F * (c.y + 1), 0.0F, 1.0F)};
+}
+
 // Upper hemisphere about +z, density cos/pi (Malley).
 inline V3f square_to_cosine_hemisphere(const V2f& u) {
     const V2f p = square_to_disc(u);

@@ -1,13 +1,17 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
 #include <algorithm>
+#include <optional>
 
+#include "engine/base/image.h"
 #include "engine/base/path_limits.h"
+#include "engine/guiding/directional_guide.h"
 #include "engine/integrators/integrator.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/medium.h"
 #include "engine/transport/direct_light.h"
 #include "engine/transport/specular_chain.h"
+#include "photon/density_estimate.h"
 
 namespace lucerna {
 namespace {
@@ -22,14 +26,30 @@ float path_survival(const Rgb& throughput, float eta_scale) {
     return std::min(kMaxSurvival, kPathSurvival * survival_of(throughput, eta_scale));
 }
 
+// Photons guide so many bounces of a path at the most: those after them bring little, and a look-up costs as
+// much at each.
+constexpr int kGuidedBounces = 3;
+
 class PathEstimator final : public Estimator {
   public:
-    PathEstimator(const Scene& scene, const PathSettings& settings)
-        : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
+    // `guides` outlive it; null: none.
+    PathEstimator(const Scene& scene, const PathSettings& settings, const DirectionGuideMap* guides)
+        : scene_(scene), settings_(settings), guides_(guides), lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
         const Rgb result = follow({camera_ray}, kGlassSplits, sampler);
         return settings_.quantity == Quantity::illuminance ? meter_reading(result) : result;
+    }
+
+    // The same, with how many times more densely its directions were drawn than without guides.
+    struct Weighed {
+        Rgb radiance;
+        float density_ratio;
+    };
+    Weighed weighed(const Ray& camera_ray, Sampler& sampler) const {
+        Weighed result{Rgb(0), 1};
+        result.radiance = follow({camera_ray}, kGlassSplits, sampler, &result.density_ratio);
+        return result;
     }
 
   private:
@@ -39,13 +59,15 @@ class PathEstimator final : public Estimator {
         float eta_scale = 1;
         EmissionRule rule = EmissionRule::all();
         int bounce = 0;
+        // How many times more densely directions were drawn than by the BSDFs alone.
+        float density_ratio = 1;
     };
 
     // What a path brings from there on. At the first `splits` smooth boundaries, if the eye sees them, it is
     // followed both ways.
-    Rgb follow(Path path, int splits, Sampler& sampler) const {
+    Rgb follow(Path path, int splits, Sampler& sampler, float* ratio = nullptr) const {
         Rgb result(0);
-        auto& [ray, throughput, eta_scale, rule, bounce] = path;
+        auto& [ray, throughput, eta_scale, rule, bounce, density_ratio] = path;
         for (; bounce < kMaxBounces; ++bounce) {
             const auto hit = scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
@@ -57,7 +79,12 @@ class PathEstimator final : public Estimator {
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
             const LightChoice choice = specular ? LightChoice() : lights_.at(hit->at, bsdf, wo);
-            if (!specular) result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice);
+            const bool guided_here = guides_ && bounce < kGuidedBounces;
+            const GuidedBsdf directions(bsdf, wo,
+                                        guided_here ? guides_->at(hit->at.p, bsdf, wo) : DirectionGuide());
+            if (!specular) {
+                result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice, directions);
+            }
 
             // Go on.
             BsdfU u{sampler.next(), sampler.next2()};
@@ -70,31 +97,36 @@ class PathEstimator final : public Estimator {
                     if (const auto& way = split->fainter) {
                         const Ray other{hit->at.towards(way->wi), way->wi};
                         result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
-                                          EmissionRule::all(), bounce + 1},
+                                          EmissionRule::all(), bounce + 1, density_ratio},
                                          splits, own);
                     }
                     u = split->brighter;
                     throughput *= split->share;
                 }
             }
-            const auto sample = bsdf.sample(wo, u, Transport::radiance);
-            if (!sample) break;
-            throughput *= sample->weight;
-            eta_scale *= sample->eta_scale;
-            rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
-            ray = Ray{hit->at.towards(sample->wi), sample->wi};
+            const auto guided = directions.sample(u);
+            if (!guided) break;
+            const BsdfSample& sample = guided->sample;
+            throughput *= sample.weight;
+            eta_scale *= sample.eta_scale;
+            density_ratio *= guided->ratio;
+            rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
+            ray = Ray{hit->at.towards(sample.wi), sample.wi};
 
-            // Russian roulette by the throughput that is left.
+            // Russian roulette by the throughput that is left. Directions that were drawn more densely
+            // because they matter carry less of it: without that they would be ended as unimportant.
             if (bounce + 1 < kPathRouletteFrom) continue;
-            const float survival = path_survival(throughput, eta_scale);
+            const float survival = path_survival(throughput * std::max(density_ratio, 1.0F), eta_scale);
             if (!(u_survive < survival)) break;  // also when the throughput is black: survival is 0
             throughput /= survival;
         }
+        if (ratio) *ratio = density_ratio;
         return result;
     }
 
     const Scene& scene_;
     PathSettings settings_;
+    const DirectionGuideMap* guides_;
     LightChooser lights_;
 };
 
@@ -256,19 +288,95 @@ bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metere
     return true;
 }
 
+// Whether guided paths pay: a pilot looks at pixels all over the view. A guided path of value x whose
+// directions were drawn r times more densely says what paths without guides would do, too: their second
+// moment is the mean of r x². No clock is asked, so that the same settings give the same image.
+bool guides_pay(const PathEstimator& guided, const RenderContext& context) {
+    constexpr std::size_t kPixels = 512;
+    constexpr int kSamples = 8;
+    constexpr double kCost = 1.5;  // of a guided path beside a plain one, pessimistically
+    struct Pixel {
+        double mean = 0, guided = 0, plain = 0;  // second moments
+    };
+    std::vector<Pixel> pixels(kPixels);
+    const View& view = *context.view;
+    parallel_each(context.workers, kPixels, 4, [&](std::size_t i) {
+        Sampler where =
+            Sampler::stratified(context.seed, Purpose::importance, 1, static_cast<std::uint32_t>(i));
+        const V2f pixel = view.begin + where.next2() * (view.end - view.begin);
+        for (std::uint32_t n = 0; n < kSamples; ++n) {
+            Sampler sampler = where.split(n);
+            const V2f lens = sampler.next2();
+            const auto path = guided.weighed(view.camera->ray(pixel, lens), sampler);
+            const double x = is_finite(path.radiance) ? double{luminance(path.radiance)} : 0.0;
+            pixels[i].mean += x / kSamples;
+            pixels[i].guided += x * x / kSamples;
+            pixels[i].plain += x * x * double{path.density_ratio} / kSamples;
+        }
+    });
+    double mean = 0, of_guided = 0, of_plain = 0;
+    for (const Pixel& pixel : pixels) mean += pixel.mean / kPixels;
+    for (const Pixel& pixel : pixels) {
+        const double scale = error_scale2(pixel.mean, mean);
+        if (!(scale > 0)) continue;
+        const double variance = (pixel.guided - sqr(pixel.mean)) * kSamples / (kSamples - 1);
+        const double square = sqr(pixel.mean) - variance / kSamples;  // of the true mean
+        of_guided += variance / scale;
+        of_plain += (pixel.plain - square) / scale;
+    }
+    return of_plain > kCost * of_guided;
+}
+
+class PathSession final : public Session {
+  public:
+    PathSession(const Scene& scene, const PathSettings& settings, std::optional<DirectionGuideMap> guides)
+        : scene_(scene), settings_(settings), guides_(std::move(guides)) {}
+    std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
+                                          PassStatistics& /*statistics*/) const override {
+        if (!scene_.media().empty()) return std::make_unique<MediaPathEstimator>(scene_, settings_);
+        return std::make_unique<PathEstimator>(scene_, settings_, guides_ ? &*guides_ : nullptr);
+    }
+
+  private:
+    const Scene& scene_;
+    PathSettings settings_;
+    std::optional<DirectionGuideMap> guides_;
+};
+
 class PathIntegrator final : public Integrator {
   public:
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
     std::unique_ptr<const Session> begin(const RenderContext& context,
-                                         OnceStatistics& /*statistics*/) const override {
-        return session_without_state(
-            [&scene = context.scene, settings = settings_]() -> std::unique_ptr<const Estimator> {
-                if (!scene.media().empty()) return std::make_unique<MediaPathEstimator>(scene, settings);
-                return std::make_unique<PathEstimator>(scene, settings);
-            });
+                                         OnceStatistics& statistics) const override {
+        std::optional<DirectionGuideMap> guides;
+        // Places where media scatter have no photons of their own here: such scenes stay plain.
+        if (settings_.guide_paths > 0 && context.scene.media().empty()) {
+            guides = make_guides(context, statistics);
+            if (context.monitor.stopped()) return nullptr;
+        }
+        return std::make_unique<PathSession>(context.scene, settings_, std::move(guides));
     }
 
   private:
+    // None where they do not pay.
+    std::optional<DirectionGuideMap> make_guides(const RenderContext& context,
+                                                 OnceStatistics& statistics) const {
+        const Stopwatch building;
+        DirectionGuideParameters parameters{settings_.guide_paths, context.seed, settings_.lights, {}};
+        parameters.settings.radius = largest_radius(diagonal(context.scene));
+        parameters.settings.defensive_weight = settings_.bsdf_share;
+        std::optional<DirectionGuideMap> guides(
+            build_direction_guides(context.scene, parameters, context.workers, context.monitor));
+        if (context.monitor.stopped()) return std::nullopt;
+        const bool any = guides->stations() > 0;
+        if (!any || (context.view && !guides_pay({context.scene, settings_, &*guides}, context))) {
+            guides.reset();
+        }
+        statistics.seconds.add("guide", building.seconds());
+        statistics.guides = {guides ? guides->photons() : 0, guides ? guides->stations() : 0};
+        return guides;
+    }
+
     PathSettings settings_;
 };
 

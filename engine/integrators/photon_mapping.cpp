@@ -23,6 +23,7 @@
 #include <cmath>
 
 #include "engine/base/monitor.h"
+#include "engine/guiding/directional_guide.h"
 #include "engine/guiding/guide.h"
 #include "engine/integrators/splitting.h"
 #include "engine/transport/direct_light.h"
@@ -43,8 +44,9 @@ struct DensityEstimatePair {
 // What pass 1 makes and pass 2 reads; maps that are absent are not read.
 struct PhotonMappingState {
     PhotonMaps maps;
-    std::optional<IrradiancePoints> irradiance;  // looked up by gather rays where they land
-    std::vector<float> caustic_radii;            // progressive: the radius of each photon of the Caustic map
+    std::optional<IrradiancePoints> irradiance;   // looked up by gather rays where they land
+    std::optional<DirectionGuideMap> directions;  // of gather rays
+    std::vector<float> caustic_radii;             // progressive: the radius of each photon of the Caustic map
 };
 
 // -----------------------------------------------------------------------------------------------------
@@ -261,6 +263,15 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
         context.statistics.irradiance_points = state.irradiance->size();
         if (context.monitor.stopped()) return std::nullopt;
     }
+    const PhotonMap* global = state.maps.find(MapKind::global);
+    if (settings.guide_gather && settings.indirect == IndirectMethod::gather && global) {
+        const Stopwatch building;
+        DirectionGuiding guiding;
+        guiding.radius = density_settings(settings, context.scene).eye.radius;
+        guiding.defensive_weight = settings.cosine_share;
+        state.directions.emplace(*global, guiding, context.workers);
+        context.statistics.seconds.add("guide", building.seconds());
+    }
     return state;
 }
 
@@ -309,6 +320,7 @@ class PhotonMapEstimator final : public Estimator {
           maps_(std::move(state.maps)),
           guides_(parts.guides),
           irradiance_(std::move(state.irradiance)),
+          directions_(std::move(state.directions)),
           radii_(std::move(parts.radii)),
           caustic_radii_(std::move(state.caustic_radii)),
           samples_(parts.samples),
@@ -579,11 +591,14 @@ class PhotonMapEstimator final : public Estimator {
     // elsewhere.
     Rgb gather_ray(const Vertex& vertex, int left, Sampler& sampler) const {
         const BsdfU u{sampler.next(), sampler.next2()};
-        const auto sample = vertex.bsdf.sample(vertex.wo, u, Transport::radiance);
-        if (!sample) return Rgb(0);
-        const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
-        return sample->weight * Li({ray, vertex.medium_towards(sample->wi), EmissionRule::none(), left - 1},
-                                   Stage::gather, {}, sampler);
+        DirectionGuide guide;
+        if (directions_) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
+        const auto drawn = GuidedBsdf(vertex.bsdf, vertex.wo, guide).sample(u);
+        if (!drawn) return Rgb(0);
+        const BsdfSample& sample = drawn->sample;
+        const Ray ray{vertex.hit.at.towards(sample.wi), sample.wi};
+        return sample.weight * Li({ray, vertex.medium_towards(sample.wi), EmissionRule::none(), left - 1},
+                                  Stage::gather, {}, sampler);
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------
@@ -703,6 +718,7 @@ class PhotonMapEstimator final : public Estimator {
     PhotonMaps maps_;
     const GuideMap* guides_;  // null: none
     std::optional<IrradiancePoints> irradiance_;
+    std::optional<DirectionGuideMap> directions_;
     std::unique_ptr<const RadiusRule> radii_;
     std::vector<float> caustic_radii_;
     int samples_;              // PhotonMapPass's

@@ -89,7 +89,13 @@ Field boundary(Boundary& target) {
 }
 
 std::vector<Field> fields_of(PathSettings& s) {
-    return {max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
+    return {
+        whole("guidepaths", "light paths whose photons guide bounces where that pays, about 100000; 0: none",
+              0, 4294967296.0, s.guide_paths),
+        real("bsdfshare",
+             "defensive mixture weight: least share of the BSDF's own density beside the guide's", 0.01, 1,
+             s.bsdf_share),
+        max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {
@@ -123,6 +129,10 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
                "alone)",
                {"gather", "map", "none"}, s.indirect),
+        flag("guidegather", "photons of the Global map guide gather rays", s.guide_gather),
+        real("cosineshare",
+             "defensive mixture weight: least share of the cosine's own density beside the guide's", 0.01, 1,
+             s.cosine_share),
         whole("gatherrays",
               "final-gather rays per camera sample; 0: as many as pay at each place, and light samples and "
               "density estimates likewise",

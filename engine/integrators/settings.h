@@ -24,7 +24,9 @@ namespace lucerna {
 
 // The unbiased reference.
 struct PathSettings {
-    int max_depth = 0;  // see max_depth_of()
+    std::int64_t guide_paths = 0;  // light paths whose photons guide bounces; 0: none do
+    float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
+    int max_depth = 0;             // see max_depth_of()
     LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
 };
@@ -47,7 +49,9 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
-    int gather_rays = 0;  // per camera sample; 0: as many as pay where it looks (splitting.h)
+    bool guide_gather = false;   // whether photons guide gather rays
+    float cosine_share = 0.25F;  // defensive mixture weight of that: the least share of the cosine's density
+    int gather_rays = 0;         // per camera sample; 0: as many as pay where it looks (splitting.h)
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.
     int precompute = 4;
     // Light samples at each such point; 0: gather rays sample the lights themselves where they land.

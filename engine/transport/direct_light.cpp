@@ -85,6 +85,20 @@ Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,
     return ask_light(scene, vertex, sampler, choice).radiance;
 }
 
+namespace {
+
+struct GuidedVertex : Vertex {
+    const DirectionDensity& drawn_by;
+    float pdf_w(const V3f& w) const { return drawn_by.pdf_w(w); }
+};
+
+}  // namespace
+
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const DirectionDensity& drawn_by) {
+    return ask_light(scene, GuidedVertex{vertex, drawn_by}, sampler, choice).radiance;
+}
+
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
     return unshadowed_at(vertex, drawn);
 }

@@ -65,6 +65,19 @@ struct EmissionRule {
 Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice);
 Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
 
+// By which density directions are drawn at a vertex, where it is not the BSDF's alone.
+class DirectionDensity {
+  public:
+    // Per solid angle, without deltas.
+    virtual float pdf_w(const V3f& wi) const = 0;
+
+  protected:
+    ~DirectionDensity() = default;
+};
+// The first of these, beside directions drawn so.
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const DirectionDensity& drawn_by);
+
 // What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
 // What of it arrives: 0 if something stands in between, else what media let pass.

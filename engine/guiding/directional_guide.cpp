@@ -1,0 +1,357 @@
+#include "engine/guiding/directional_guide.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numeric>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/base/warp.h"
+#include "photon/tangent_metric.h"
+#include "photon/trace_light_paths.h"
+
+namespace lucerna {
+namespace {
+
+// Of the photons in a histogram, one in so many is a station: they overlap.
+constexpr int kStationOverlap = 8;
+// Between the normals of a point and of the station that it takes: cosine.
+constexpr float kFacingAlike = 0.9F;
+// As many photons, evenly over all directions, are counted beside those found.
+constexpr float kEvenPhotons = 16;
+// Below this second moment of its density, which is the gain in variance if light comes as the photons say,
+// a histogram is left alone.
+constexpr float kLeastGain = 1.3F;
+// Of BSDFs with other lobes beside the diffuse ones: what transmits stays possible whatever is guessed.
+constexpr float kMostGuided = 0.9F;
+
+// Between a shading normal and its station's normal: cosine. A frame that is turned far says little, and by a
+// right angle nothing.
+constexpr float kLeastFacing = 0.7F;
+// The share of stations at which guiding pays, at the least, for it to be done at all.
+constexpr double kLeastPaying = 0.2;
+constexpr std::uint32_t kNone = ~std::uint32_t{0};
+
+constexpr float kBelowOne = 0x1.fffffep-1F;
+
+// The cell of a coordinate in [0,1].
+std::size_t cell_of(float x) {
+    return std::min(static_cast<std::size_t>(x * SquareHistogram::kSide), SquareHistogram::kSide - 1);
+}
+
+// How many of the bounds, but for the last, are not above x.
+std::size_t bin_of(const std::array<std::uint16_t, SquareHistogram::kSide>& bounds, std::uint32_t x) {
+    std::uint32_t bin = 0;
+    for (std::size_t i = 0; i + 1 < bounds.size(); ++i) bin += bounds[i] <= x ? 1U : 0U;
+    return bin;
+}
+
+struct Step {
+    float begin, size;  // times 2^16
+};
+Step step_of(const std::array<std::uint16_t, SquareHistogram::kSide>& bounds, std::size_t bin) {
+    const std::uint32_t begin = bin == 0 ? 0 : bounds[bin - 1];
+    const std::uint32_t end = bin + 1 == bounds.size() ? 65536 : bounds[bin];
+    return {static_cast<float>(begin), static_cast<float>(end - begin)};
+}
+
+}  // namespace
+
+SquareHistogram::SquareHistogram() {
+    for (std::size_t i = 0; i < kSide; ++i) rows_[i] = static_cast<std::uint16_t>((i + 1) * 65536 / kSide);
+    cells_.fill(rows_);
+}
+
+SquareHistogram::Bounds SquareHistogram::bounds_of(std::span<const float, kSide> weights) {
+    const float sum = std::accumulate(weights.begin(), weights.end(), 0.0F);
+    Bounds bounds{};
+    float upto = 0;
+    std::uint32_t before = 0;
+    for (std::size_t i = 0; i + 1 < kSide; ++i) {
+        upto += weights[i];
+        const auto bound = static_cast<std::uint32_t>(upto / sum * kWhole + 0.5F);
+        // Each step is one at the least, and room is left for those to come.
+        before = std::clamp(bound, before + 1, static_cast<std::uint32_t>(65536 - (kSide - 1 - i)));
+        bounds[i] = static_cast<std::uint16_t>(before);
+    }
+    return bounds;
+}
+
+SquareHistogram::SquareHistogram(std::span<const float, kCells> weights) {
+    std::array<float, kSide> rows{};
+    for (std::size_t row = 0; row < kSide; ++row) {
+        const auto cells = std::span<const float, kSide>(weights.data() + row * kSide, kSide);
+        rows[row] = std::accumulate(cells.begin(), cells.end(), 0.0F);
+        cells_[row] = bounds_of(cells);
+    }
+    rows_ = bounds_of(rows);
+}
+
+V2f SquareHistogram::warp(const V2f& u) const {
+    const auto along = [](const Bounds& bounds, float x, std::size_t& bin) {
+        const float scaled = x * kWhole;
+        bin = bin_of(bounds, static_cast<std::uint32_t>(scaled));
+        const Step step = step_of(bounds, bin);
+        const float inside = (scaled - step.begin) / step.size;
+        return std::min((static_cast<float>(bin) + inside) / static_cast<float>(kSide), kBelowOne);
+    };
+    std::size_t row = 0, cell = 0;
+    const float y = along(rows_, u.y, row);
+    const float x = along(cells_[row], u.x, cell);
+    return {x, y};
+}
+
+float SquareHistogram::density(const V2f& at) const {
+    constexpr float kScale = static_cast<float>(kCells) / (kWhole * kWhole);
+    const std::size_t row = cell_of(at.y);
+    return step_of(rows_, row).size * step_of(cells_[row], cell_of(at.x)).size * kScale;
+}
+
+DirectionGuide::DirectionGuide(const SquareHistogram& histogram, const Frame& station, const V3f& ns)
+    : histogram_(&histogram), frame_(station) {
+    // The station's tangent, moved into the plane across ns: the frame of one station turns smoothly with ns.
+    frame_.n = ns;
+    frame_.s = (station.s - ns.dot(station.s) * ns).normalized();
+    frame_.t = ns.cross(frame_.s);
+}
+
+DirectionGuide::Sample DirectionGuide::sample(const V2f& u) const {
+    const V2f at = histogram_->warp(u);
+    const V3f local = square_to_cosine_hemisphere(at);
+    return {frame_.to_world(local), histogram_->density(at) * cosine_hemisphere_pdf_w(local.z)};
+}
+
+float DirectionGuide::pdf_w(const V3f& wi) const {
+    const V3f local = frame_.to_local(wi);
+    if (!(local.z > 0)) return 0;
+    return histogram_->density(disc_to_square({local.x, local.y})) * cosine_hemisphere_pdf_w(local.z);
+}
+
+namespace {
+
+// What the photons around a station say, for one thread.
+class HistogramSum {
+  public:
+    // Each photon is shared out among the four cells whose centres are nearest.
+    void add(const V2f& at, float weight) {
+        constexpr auto kLast = static_cast<float>(SquareHistogram::kSide - 1);
+        const float x = std::clamp(at.x * SquareHistogram::kSide - 0.5F, 0.0F, kLast);
+        const float y = std::clamp(at.y * SquareHistogram::kSide - 0.5F, 0.0F, kLast);
+        const auto i = static_cast<std::size_t>(x), j = static_cast<std::size_t>(y);
+        const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+        const std::size_t right = std::min(i + 1, SquareHistogram::kSide - 1);
+        const std::size_t above = std::min(j + 1, SquareHistogram::kSide - 1);
+        cell(i, j) += weight * (1 - fx) * (1 - fy);
+        cell(right, j) += weight * fx * (1 - fy);
+        cell(i, above) += weight * (1 - fx) * fy;
+        cell(right, above) += weight * fx * fy;
+        sum_ += weight;
+        squares_ += weight * weight;
+    }
+    // None: nothing was added, or light comes about evenly.
+    std::optional<SquareHistogram> histogram(float defensive_weight) const {
+        if (!(sum_ > 0) || !std::isfinite(squares_)) return std::nullopt;
+        const float photons = sum_ * sum_ / squares_;  // that weigh alike and say as much
+        constexpr auto kCells = static_cast<float>(SquareHistogram::kCells);
+        float second = 0;
+        for (const float cell : cells_) second += sqr(cell / sum_) * kCells;
+        // Scattered by chance, photons have that much of it more; each fills about 9/4 cells.
+        const float gain = second - kCells / (photons * 2.25F);
+        if (gain < kLeastGain) return std::nullopt;
+        const float guided = (1 - defensive_weight) * photons / (photons + kEvenPhotons);
+        std::array<float, SquareHistogram::kCells> weights;
+        for (std::size_t i = 0; i < weights.size(); ++i) {
+            weights[i] = guided * cells_[i] / sum_ + (1 - guided) / kCells;
+        }
+        return SquareHistogram(weights);
+    }
+
+  private:
+    float& cell(std::size_t x, std::size_t y) { return cells_[y * SquareHistogram::kSide + x]; }
+    std::array<float, SquareHistogram::kCells> cells_{};
+    float sum_ = 0, squares_ = 0;
+};
+
+// None: guiding does not pay there.
+std::optional<SquareHistogram> histogram_at(const PhotonMap& map, const DirectionGuiding& settings,
+                                            const V3f& x, const V3f& n) {
+    const TangentMetric metric(x, n, MetricKind::euclidean, 1);
+    const NearPhotons near(map, x, metric, static_cast<std::size_t>(settings.k), sqr(settings.radius));
+    const Frame frame(n);
+    HistogramSum sum;
+    for (const Neighbour& neighbour : near.found()) {
+        if (map.normals()[neighbour.index].unpack().dot(n) < kFacingAlike) continue;
+        const Photon& photon = map.photons()[neighbour.index];
+        const V3f from = frame.to_local(-photon.direction.unpack());
+        if (from.z > 0) sum.add(disc_to_square({from.x, from.y}), luminance(photon.power));
+    }
+    return sum.histogram(settings.defensive_weight);
+}
+
+}  // namespace
+
+DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuiding& settings,
+                                     const Workers& workers)
+    : radius_(settings.radius), photons_(map.size()) {
+    assert(settings.k >= 1 && settings.k <= DirectionGuiding::kMostPhotons);
+    const std::size_t stride =
+        std::max<std::size_t>(static_cast<std::size_t>(settings.k) / kStationOverlap, 1);
+    for (std::size_t i = 0; i < map.size(); i += stride) {
+        places_.push_back(map.positions()[i]);
+        normals_.push_back(map.normals()[i]);
+    }
+    std::vector<std::optional<SquareHistogram>> made(places_.size());
+    constexpr std::int64_t kGrain = 64;
+    parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
+        made[i] = histogram_at(map, settings, places_[i], normals_[i].unpack());
+    });
+    for (const auto& histogram : made) {
+        numbers_.push_back(histogram ? static_cast<std::uint32_t>(histograms_.size()) : kNone);
+        if (histogram) histograms_.push_back(*histogram);
+    }
+    // Where it pays hardly anywhere, a look-up at each point costs more than it brings.
+    const double paying = static_cast<double>(histograms_.size());
+    if (paying < kLeastPaying * static_cast<double>(places_.size())) histograms_.clear();
+    if (!histograms_.empty()) index_ = make_photon_index(IndexKind::tree, places_, normals_, workers);
+}
+
+DirectionGuide DirectionGuideMap::at(const V3f& x, const Bsdf& bsdf, const V3f& wo) const {
+    if (!index_ || !bsdf.has_diffuse()) return {};
+    const float side = bsdf.geometric_normal().dot(wo) < 0 ? -1.0F : 1.0F;
+    const V3f n = side * bsdf.geometric_normal(), ns = side * bsdf.shading_normal();
+    const auto nearest = index_->nearest_facing(x, n, kFacingAlike, sqr(radius_));
+    if (!nearest || numbers_[nearest->index] == kNone) return {};
+    const V3f normal = normals_[nearest->index].unpack();
+    if (normal.dot(ns) < kLeastFacing) return {};
+    return {histograms_[numbers_[nearest->index]], Frame(normal), ns};
+}
+
+namespace {
+
+// Stores what light samples do not find, of one chunk of paths.
+struct UnsampledHits : LightPathVisitor {
+    const Scene* scene = nullptr;
+    const LightChooser* lights = nullptr;
+    float share = 0;  // of a path among all
+    Photons photons;
+
+    float kept = 0;  // of the photons that count in part, what has not been stored yet
+
+    void hit(const LightPathHit& at) {
+        if (!at.bsdf.has_diffuse()) return;
+        if (at.path.bounces() == 0) {
+            // Of those that count for a share one in so many is stored: all in a map weigh about alike.
+            kept += left_by_light_samples(at);
+            if (kept < 1) return;
+            kept -= 1;
+        }
+        photons.add_hit(at.hit.at, at.d, at.power * share, at.start.light, at.start.cell);
+    }
+
+    // Of light straight from a lamp: the share that multiple importance sampling leaves to rays drawn by the
+    // cosine. Much of a sky's, whose light samples most often end at a wall; next to nothing of small lamps'.
+    float left_by_light_samples(const LightPathHit& at) const {
+        const Light& light = *scene->lights()[at.start.light];
+        if (light.is_delta() || light.only_particles()) return 0;
+        const SurfacePoint& x = at.hit.at;
+        const Ray ray{x.towards(-at.d), -at.d};
+        std::optional<EmittedRadiance> seen = light.Le(ray);
+        if (!seen) {
+            const SurfacePoint& from = at.start.from;
+            seen = light.Le_on_surface(ray, (from.p - x.p).length(), from.n);
+        }
+        const float cosine = std::fabs(at.d.dot(x.n));
+        const LightChoice choice = lights->at(x, at.bsdf, -at.d);
+        const float of_light = choice.pdf_w(*scene, at.start.light, *seen);
+        if (!(cosine > 0) || !(of_light > 0)) return 0;
+        return power_heuristic(cosine_hemisphere_pdf_w(cosine), of_light);
+    }
+};
+
+// Throws InputError for more photons than there is memory for, by what the first paths left.
+void require_memory_for_photons(const std::vector<UnsampledHits>& chunks, std::int64_t paths,
+                                std::int64_t all) {
+    constexpr double kBytesOfHit = sizeof(V3f) + sizeof(PackedDirection) + sizeof(Photon), kTree = 32;
+    const double photons =
+        expected_of(chunks, paths, all, [](const UnsampledHits& chunk) { return chunk.photons.size(); });
+    require_memory(static_cast<std::uint64_t>(photons * (3 * kBytesOfHit + kTree)),
+                   fmt::format("about {:.2g} photons that guide from {} light paths", photons, all),
+                   "fewer are accepted (guidepaths)");
+}
+
+}  // namespace
+
+DirectionGuideMap build_direction_guides(const Scene& scene, const DirectionGuideParameters& parameters,
+                                         const Workers& workers, Monitor& monitor) {
+    require_path_numbers("guide", parameters.paths);
+    LightPaths paths;
+    paths.count = parameters.paths;
+    paths.seed = parameters.seed;
+    paths.phase = "guide";
+    const LightChooser lights(scene, parameters.lights);
+    std::vector<UnsampledHits> chunks;
+    trace_light_paths(
+        {scene, workers, monitor}, paths, chunks,
+        [&](std::int64_t /*count*/) {
+            UnsampledHits chunk;
+            chunk.scene = &scene;
+            chunk.lights = &lights;
+            chunk.share = 1.0F / static_cast<float>(parameters.paths);
+            return chunk;
+        },
+        require_memory_for_photons);
+    Photons all;
+    for (const UnsampledHits& chunk : chunks) all.append(chunk.photons);
+    return {PhotonMap(all, IndexKind::tree, workers), parameters.settings, workers};
+}
+
+namespace {
+
+// How often the guide draws in place of the BSDF.
+float guided_share(const Bsdf& bsdf, const V3f& wo) {
+    if (bsdf.is_diffuse()) return 1;
+    if (!bsdf.has_diffuse()) return 0;
+    const float all = bsdf.guessed_albedo(wo);
+    return all > 0 ? std::min(kMostGuided * bsdf.diffuse_part().guessed_albedo(wo) / all, kMostGuided) : 0.0F;
+}
+
+}  // namespace
+
+GuidedBsdf::GuidedBsdf(const Bsdf& bsdf, const V3f& wo, const DirectionGuide& guide)
+    : bsdf_(bsdf), wo_(wo), guide_(guide), share_(guide.empty() ? 0.0F : guided_share(bsdf, wo)) {}
+
+float GuidedBsdf::pdf_w(const V3f& wi) const {
+    if (share_ == 0) return bsdf_.pdf_w(wo_, wi);
+    return share_ * guide_.pdf_w(wi) + (share_ < 1 ? (1 - share_) * bsdf_.pdf_w(wo_, wi) : 0.0F);
+}
+
+std::optional<GuidedBsdf::Sample> GuidedBsdf::sample(const BsdfU& u) const {
+    BsdfSample drawn{};
+    float of_guide = 0;
+    if (u.lobe < share_) {
+        const DirectionGuide::Sample own = guide_.sample(u.direction);
+        drawn.wi = own.wi;
+        of_guide = own.pdf_w;
+    } else {
+        const BsdfU own{std::min((u.lobe - share_) / (1 - share_), kBelowOne), u.direction};
+        const auto sample = bsdf_.sample(wo_, own, Transport::radiance);
+        if (!sample) return std::nullopt;
+        if (share_ == 0) return Sample{*sample};
+        drawn = *sample;
+        if (drawn.delta) {
+            drawn.weight /= 1 - share_;
+            return Sample{drawn, 1 - share_};
+        }
+        of_guide = guide_.pdf_w(drawn.wi);
+    }
+    const float of_bsdf = bsdf_.pdf_w(wo_, drawn.wi);
+    drawn.pdf_w = share_ * of_guide + (1 - share_) * of_bsdf;
+    if (!(drawn.pdf_w > 0)) return std::nullopt;
+    const float cosine = std::fabs(drawn.wi.dot(bsdf_.shading_normal()));
+    drawn.weight = bsdf_.f(wo_, drawn.wi, Transport::radiance) * (cosine / drawn.pdf_w);
+    if (is_black(drawn.weight)) return std::nullopt;
+    return Sample{drawn, of_bsdf > 0 ? drawn.pdf_w / of_bsdf : 1.0F};
+}
+
+}  // namespace lucerna
