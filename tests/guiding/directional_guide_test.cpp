@@ -154,12 +154,22 @@ TEST(DirectionGuide, Path_ThroughAnOpening_KeepsItsMean) {
     EXPECT_GT(sigmas_apart(guided, plain, 1.25), 4) << "a weight that is wrong by a quarter is refused";
 }
 
-TEST(DirectionGuide, GatherRays_ThroughAnOpening_VaryLess) {
-    const Scene scene = lit_through_an_opening(false);
-    PhotonMapSettings plain = photon_map(false), guided = photon_map(true);
-    plain.photons = guided.photons = 400'000;
-    const double of_plain = radiance(scene, plain, 1, 20'000).variance();
-    EXPECT_LT(radiance(scene, guided, 1, 20'000).variance(), 0.8 * of_plain);
+// A dark room that is lit by one bright patch of its ceiling.
+Scene lit_by_a_patch() {
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.2F)));
+    make.quad_light({0.47F, 0.94F, 0.47F}, {0, 0, 0.06F}, {0.06F, 0, 0}, make.diffuse(Rgb(0)), Rgb(90));
+    return make.build();
+}
+
+TEST(DirectionGuide, WhereOnePatchLightsARoom_VarianceFalls) {
+    const Scene scene = lit_by_a_patch();
+    const RunningStats plain = radiance(scene, path(0), 1, 50'000);
+    const RunningStats guided = radiance(scene, path(50'000), 2, 50'000);
+    EXPECT_LT(sigmas_apart(guided, plain), 4);
+    EXPECT_LT(guided.variance(), 0.5 * plain.variance()) << plain.variance();
+    const double of_plain = radiance(scene, photon_map(false), 1, 5'000).variance();
+    EXPECT_LT(radiance(scene, photon_map(true), 1, 5'000).variance(), 0.5 * of_plain);
 }
 
 TEST(DirectionGuide, PathAndPhotonMap_WithGlass_KeepTheirMeans) {
