@@ -249,18 +249,13 @@ struct UnsampledHits : LightPathVisitor {
         photons.add_hit(at.hit.at, at.d, at.power * share, at.start.light, at.start.cell);
     }
 
-    // Of light straight from a lamp: the share that multiple importance sampling leaves to rays drawn by the
-    // cosine. Much of a sky's, whose light samples most often end at a wall; next to nothing of small lamps'.
+    // Of light straight from a sky: the share that multiple importance sampling leaves to rays drawn by the
+    // cosine, for light samples of it most often end at a wall. Lamps that have a place are theirs.
     float left_by_light_samples(const LightPathHit& at) const {
         const Light& light = *scene->lights()[at.start.light];
-        if (light.is_delta() || light.only_particles()) return 0;
         const SurfacePoint& x = at.hit.at;
-        const Ray ray{x.towards(-at.d), -at.d};
-        std::optional<EmittedRadiance> seen = light.Le(ray);
-        if (!seen) {
-            const SurfacePoint& from = at.start.from;
-            seen = light.Le_on_surface(ray, (from.p - x.p).length(), from.n);
-        }
+        const auto seen = light.Le({x.towards(-at.d), -at.d});
+        if (!seen || !std::isinf(seen->distance)) return 0;
         const float cosine = std::fabs(at.d.dot(x.n));
         const LightChoice choice = lights->at(x, at.bsdf, -at.d);
         const float of_light = choice.pdf_w(*scene, at.start.light, *seen);

@@ -1,7 +1,9 @@
 // The path tracer: unbiased, with next-event estimation and MIS at every vertex. The judge of everything
 // else.
 #include <algorithm>
+#include <array>
 #include <optional>
+#include <vector>
 
 #include "engine/base/image.h"
 #include "engine/base/path_limits.h"
@@ -314,17 +316,22 @@ bool guides_pay(const PathEstimator& guided, const RenderContext& context) {
             pixels[i].plain += x * x * double{path.density_ratio} / kSamples;
         }
     });
-    double mean = 0, of_guided = 0, of_plain = 0;
+    double mean = 0;
     for (const Pixel& pixel : pixels) mean += pixel.mean / kPixels;
-    for (const Pixel& pixel : pixels) {
+    // Rare bright paths decide such sums: every quarter of the pixels must say that it pays.
+    std::array<double, 4> of_guided{}, of_plain{};
+    for (std::size_t i = 0; i < kPixels; ++i) {
+        const Pixel& pixel = pixels[i];
         const double scale = error_scale2(pixel.mean, mean);
         if (!(scale > 0)) continue;
         const double variance = (pixel.guided - sqr(pixel.mean)) * kSamples / (kSamples - 1);
         const double square = sqr(pixel.mean) - variance / kSamples;  // of the true mean
-        of_guided += variance / scale;
-        of_plain += (pixel.plain - square) / scale;
+        of_guided[i % of_guided.size()] += variance / scale;
+        of_plain[i % of_plain.size()] += (pixel.plain - square) / scale;
     }
-    return of_plain > kCost * of_guided;
+    bool pays = true;
+    for (std::size_t i = 0; i < of_plain.size(); ++i) pays = pays && of_plain[i] > kCost * of_guided[i];
+    return pays;
 }
 
 class PathSession final : public Session {
