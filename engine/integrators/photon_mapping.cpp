@@ -239,6 +239,16 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
 
 namespace {
 
+// Whether the numbers of samples, and where gather rays are guided, are left to a pilot.
+bool is_split_by_pilot(const PhotonMapSettings& settings) {
+    return settings.gather_rays == 0 && settings.indirect == IndirectMethod::gather;
+}
+bool may_guide(const PhotonMapSettings& settings) {
+    if (settings.indirect != IndirectMethod::gather) return false;
+    return settings.guide_gather == GatherGuiding::on ||
+           (settings.guide_gather == GatherGuiding::where_it_pays && is_split_by_pilot(settings));
+}
+
 // All of pass 1. None if the monitor stopped it.
 std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, const PassContext& context,
                                              const PhotonMapPass& parts) {
@@ -264,7 +274,7 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
         if (context.monitor.stopped()) return std::nullopt;
     }
     const PhotonMap* global = state.maps.find(MapKind::global);
-    if (settings.guide_gather && settings.indirect == IndirectMethod::gather && global) {
+    if (may_guide(settings) && global) {
         const Stopwatch building;
         DirectionGuiding guiding;
         guiding.radius = density_settings(settings, context.scene).eye.radius;
@@ -339,12 +349,12 @@ class PhotonMapEstimator final : public Estimator {
     // Learns how many samples of each kind pay where, if the settings leave that open.
     void split(const PassContext& context) {
         splitting_ = Splitting(fixed_numbers(settings_));
-        const bool open = settings_.gather_rays == 0 && settings_.indirect == IndirectMethod::gather;
-        if (!open || !context.view) return;
+        if (!is_split_by_pilot(settings_) || !context.view) return;
         splitting_ = Splitting(*context.view, context.seed, context.pass, context.workers,
                                [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
                                    return camera_sample(ray, Splits{{}, &pilot}, sampler);
                                });
+        if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
     }
 
   private:
@@ -538,7 +548,7 @@ class PhotonMapEstimator final : public Estimator {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
             result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
-                             sampler, [&](Sampler& own) { return sample_direct(vertex, own); });
+                             sampler, [&](Sampler& own) { return Sampled{sample_direct(vertex, own)}; });
         } else if (splits.estimates > 0) {
             result = splits.estimates * estimate(MapKind::direct, vertex, how, sampler).value;
         }
@@ -549,15 +559,23 @@ class PhotonMapEstimator final : public Estimator {
                                                 estimate(MapKind::global, vertex, how, sampler).value);
         }
         if (maps_.find(MapKind::caustic)) {
-            result += some_of(
-                numbers.caustic_estimates, kCausticBranch, throughput, pilot ? &pilot->caustic : nullptr,
-                sampler, [&](Sampler& own) { return estimate(MapKind::caustic, vertex, how, own).value; });
+            result += some_of(numbers.caustic_estimates, kCausticBranch, throughput,
+                              pilot ? &pilot->caustic : nullptr, sampler, [&](Sampler& own) {
+                                  return Sampled{estimate(MapKind::caustic, vertex, how, own).value};
+                              });
         }
         if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
+        const bool guided = pilot || numbers.guided || settings_.guide_gather == GatherGuiding::on;
         return result + some_of(numbers.gather_rays, kGatherBranch, throughput,
                                 pilot ? &pilot->gather : nullptr, sampler,
-                                [&](Sampler& own) { return gather_ray(vertex, left, own); });
+                                [&](Sampler& own) { return gather_ray(vertex, left, guided, own); });
     }
+
+    // A sample of some kind, and how many times more densely guiding drew it.
+    struct Sampled {
+        Rgb value;
+        float ratio = 1;
+    };
 
     // The mean of `number` samples of one kind at a place that the camera sees, each by numbers of its own;
     // of a number that is not whole, one more by chance, and below 1 one by that chance, divided by it. In a
@@ -570,9 +588,10 @@ class PhotonMapEstimator final : public Estimator {
                 Sampler own = sampler.split_alike(branch + kBranches * i);
                 return take(own);
             };
-            const Rgb a = sample(0), b = sample(1);
-            pilot->add(double{luminance(throughput * a)}, double{luminance(throughput * b)});
-            return 0.5F * (a + b);
+            const Sampled a = sample(0), b = sample(1);
+            pilot->add(double{luminance(throughput * a.value)}, double{luminance(throughput * b.value)},
+                       double{a.ratio}, double{b.ratio});
+            return 0.5F * (a.value + b.value);
         }
         const float whole = std::floor(number);
         int count = static_cast<int>(whole);
@@ -582,23 +601,23 @@ class PhotonMapEstimator final : public Estimator {
         const auto most = static_cast<std::uint32_t>(std::ceil(number));
         for (int i = 0; i < count; ++i) {
             Sampler own = sampler.split_alike(branch, static_cast<std::uint32_t>(i), most);
-            sum += take(own);
+            sum += take(own).value;
         }
         return sum / (number < 1 ? number : static_cast<float>(count));  // number > 0
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
     // elsewhere.
-    Rgb gather_ray(const Vertex& vertex, int left, Sampler& sampler) const {
+    Sampled gather_ray(const Vertex& vertex, int left, bool guided, Sampler& sampler) const {
         const BsdfU u{sampler.next(), sampler.next2()};
         DirectionGuide guide;
-        if (directions_) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
+        if (directions_ && guided) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
         const auto drawn = GuidedBsdf(vertex.bsdf, vertex.wo, guide).sample(u);
-        if (!drawn) return Rgb(0);
+        if (!drawn) return {Rgb(0)};
         const BsdfSample& sample = drawn->sample;
         const Ray ray{vertex.hit.at.towards(sample.wi), sample.wi};
-        return sample.weight * Li({ray, vertex.medium_towards(sample.wi), EmissionRule::none(), left - 1},
-                                  Stage::gather, {}, sampler);
+        const EyePath path{ray, vertex.medium_towards(sample.wi), EmissionRule::none(), left - 1};
+        return {sample.weight * Li(path, Stage::gather, {}, sampler), drawn->ratio};
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------

@@ -129,7 +129,10 @@ std::vector<Field> fields_of(PhotonMapSettings& s) {
                "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
                "alone)",
                {"gather", "map", "none"}, s.indirect),
-        flag("guidegather", "photons of the Global map guide gather rays", s.guide_gather),
+        choice("guidegather",
+               "photons of the Global map guide gather rays: auto (where it pays; needs gatherrays=0), on or "
+               "off",
+               {"auto", "on", "off"}, s.guide_gather),
         real("cosineshare",
              "defensive mixture weight: least share of the cosine's own density beside the guide's", 0.01, 1,
              s.cosine_share),

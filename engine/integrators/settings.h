@@ -39,6 +39,9 @@ struct DirectSettings {
 };
 
 enum class DirectMethod : std::uint8_t { mc, map, gated, guided };
+// Whether photons guide gather rays: where a pilot finds that it pays (with gather_rays = 0, as it is the
+// pilot of their number), always or never.
+enum class GatherGuiding : std::uint8_t { where_it_pays, on, off };
 enum class IndirectMethod : std::uint8_t { gather, map, none };
 
 struct PhotonMapSettings {
@@ -49,7 +52,7 @@ struct PhotonMapSettings {
     LightSelection lights = LightSelection::tree;
     DirectGuiding guide;  // of `gated` and `guided`
     IndirectMethod indirect = IndirectMethod::gather;
-    bool guide_gather = false;   // whether photons guide gather rays
+    GatherGuiding guide_gather = GatherGuiding::where_it_pays;
     float cosine_share = 0.25F;  // defensive mixture weight of that: the least share of the cosine's density
     int gather_rays = 0;         // per camera sample; 0: as many as pay where it looks (splitting.h)
     // Precomputed irradiance, a point for one photon in n; 0: estimate at each gather ray's end.

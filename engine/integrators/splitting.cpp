@@ -24,12 +24,23 @@ constexpr double kStratified = 4;
 // sees no edge, and there is one in nearly every cell.
 constexpr double kLeastOwnVariance = 0.02;
 
+// A guided ray takes so many times as long; and what few samples tell of variances is uncertain.
+constexpr double kGuidedRay = 1.5;
+
 }  // namespace
+
+bool SplitMoments::choose_guiding() {
+    if (unguided_variance() > kGuidedRay * variance) return true;
+    variance = std::max(0.0, unguided_variance());
+    second_moment = unguided_moment;
+    return false;
+}
 
 void Splitting::Cell::add(const Cell& other, double scale) {
     const auto sum = [scale](SplitMoments& to, const SplitMoments& more) {
         to.variance += scale * more.variance;
         to.second_moment += scale * more.second_moment;
+        to.unguided_moment += scale * more.unguided_moment;
         to.places += more.places;
     };
     for (std::size_t i = 0; i < kShareClasses; ++i) {
@@ -78,10 +89,12 @@ SplitPlan Splitting::best(const Cell& cell) {
         if (i > 0) {
             plan[i].gather_rays = plan[i - 1].gather_rays;
             plan[i].caustic_estimates = plan[i - 1].caustic_estimates;
+            plan[i].guided = plan[i - 1].guided;
         }
         const double share{kMostShare[i]};
-        const SplitMoments& gather = cell.kinds[i].gather;
+        SplitMoments gather = cell.kinds[i].gather;
         if (gather.places > 0) {
+            plan[i].guided = gather.choose_guiding();
             double rays = number(0.5 * gather.variance, gather.places, kGatherRay);
             if (rays < 1) rays = std::min(number(0.5 * gather.second_moment, gather.places, kGatherRay), 1.0);
             plan[i].gather_rays =
@@ -117,6 +130,13 @@ void Splitting::settle(const std::vector<Cell>& pixels) {
             plans_[static_cast<std::size_t>(y * across_ + x)] = best(sum);
         }
     }
+}
+
+bool Splitting::any_guided() const {
+    const auto is_guided = [](const SplitNumbers& numbers) { return numbers.guided; };
+    return std::any_of(plans_.begin(), plans_.end(), [&](const SplitPlan& plan) {
+        return std::any_of(plan.begin(), plan.end(), is_guided);
+    });
 }
 
 std::size_t Splitting::cell_of(const V2f& film) const {

@@ -31,6 +31,7 @@ namespace lucerna {
 // Of each kind, on average; those below 1 are chances.
 struct SplitNumbers {
     float light_samples = 1, gather_rays = 4, caustic_estimates = 1;
+    bool guided = false;  // whether photons guide the gather rays
 };
 
 // Classes of places by their throughput, the share of what they send that reaches the pixel: class i has at
@@ -49,13 +50,21 @@ using SplitPlan = std::array<SplitNumbers, kShareClasses>;
 struct SplitMoments {
     double variance = 0;       // of one sample, the place given: (a - b)²/2
     double second_moment = 0;  // of one sample: a b, the square of its mean, and that
-    double places = 0;         // at which it was looked at
+    // The second moment that samples would have had without guiding, as those taken tell: each one's square
+    // by how many times more densely it was drawn.
+    double unguided_moment = 0;
+    double places = 0;  // at which it was looked at
 
-    void add(double a, double b) {
+    void add(double a, double b, double ratio_a = 1, double ratio_b = 1) {
         variance += 0.5 * (a - b) * (a - b);
         second_moment += 0.5 * (a * a + b * b);
+        unguided_moment += 0.5 * (a * a * ratio_a + b * b * ratio_b);
         ++places;
     }
+    // variance = second moment - mean², and the mean is the same.
+    double unguided_variance() const { return unguided_moment - second_moment + variance; }
+    // Without guiding where it does not pay. True: it does.
+    bool choose_guiding();
 };
 struct SplitKinds {
     SplitMoments light, gather, caustic;
@@ -75,6 +84,8 @@ class Splitting {
     // For a camera sample there, in pixels of the whole film.
     const SplitPlan& at(const V2f& film) const { return plans_[cell_of(film)]; }
     std::size_t cells() const { return plans_.size(); }
+    // Whether photons guide gather rays anywhere.
+    bool any_guided() const;
 
     static SplitPlan everywhere_alike(const SplitNumbers& numbers) {
         SplitPlan plan;

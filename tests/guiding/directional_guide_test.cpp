@@ -124,7 +124,7 @@ PhotonMapSettings photon_map(bool guided) {
     PhotonMapSettings settings;
     settings.photons = 50'000;
     settings.gather_rays = 2;
-    settings.guide_gather = guided;
+    settings.guide_gather = guided ? GatherGuiding::on : GatherGuiding::off;
     return settings;
 }
 

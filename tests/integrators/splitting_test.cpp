@@ -64,12 +64,46 @@ SplitPlan plan(int places) {
 }
 
 // Ten times less of a place's light reaches the pixel: ten times fewer gather rays, by the root of the
-// variance.
+// variance of 2; below one ray it is that of the second moment, 3.
 TEST(Splitting, FaintPlaces_GetFewerGatherRays) {
     const SplitPlan found = plan(1);
     ASSERT_EQ(share_class(0.1F), kShareClasses - 1);
-    EXPECT_NEAR(found.front().gather_rays / found.back().gather_rays, 10, 1.5);
+    EXPECT_NEAR(found.front().gather_rays / found.back().gather_rays, 10 * std::sqrt(2.0 / 3), 1.5);
     EXPECT_GT(found.front().gather_rays, 1);
+    EXPECT_LT(found.back().gather_rays, 1);
+}
+
+// Two kinds of directions: one in a hundred brings 100, all others nothing; guiding draws those that do
+// `ratio` times as often, and they count so much less.
+SplitNumbers numbers_guided(double ratio) {
+    const Camera camera = testing::small_cornell_camera(64);
+    const View view{&camera, V2f(0, 0), V2f(64, 64)};
+    const Splitting splitting(view, 3, 0, Workers{2}, [&](const Ray&, Sampler& sampler, SplitPilot& pilot) {
+        const double chance = 0.01 * ratio, otherwise = (1 - chance) / 0.99;
+        const auto draw = [&] { return double{sampler.next()} < chance; };
+        const bool a = draw(), b = draw();
+        const double bright = 100 / ratio;
+        pilot[0].gather.add(a ? bright : 0, b ? bright : 0, a ? ratio : otherwise, b ? ratio : otherwise);
+        return Rgb(static_cast<float>(1 + 0.5 * ((a ? bright : 0) + (b ? bright : 0))));
+    });
+    return splitting.at({32, 32})[0];
+}
+
+TEST(Splitting, Guiding_IsChosenWhereItLowersTheVariance) {
+    EXPECT_TRUE(numbers_guided(10).guided);
+    EXPECT_FALSE(numbers_guided(1).guided) << "it does nothing";
+    EXPECT_FALSE(numbers_guided(0.5).guided) << "it looks away from the light";
+}
+
+// Where it is not chosen the numbers are those of rays that are not guided.
+TEST(Splitting, GuidingThatDoesNotPay_LeavesTheVarianceWithoutIt) {
+    SplitMoments moments;
+    moments.add(4, 0, 0.5, 0.5);
+    EXPECT_DOUBLE_EQ(moments.variance, 8);
+    EXPECT_DOUBLE_EQ(moments.unguided_variance(), 4) << "E x² is 4 in place of 8, and the mean² 0";
+    EXPECT_FALSE(moments.choose_guiding());
+    EXPECT_DOUBLE_EQ(moments.variance, 4);
+    EXPECT_DOUBLE_EQ(moments.second_moment, 4);
 }
 
 TEST(Splitting, Pilot_IsTheSameForAnyNumberOfThreads) {
