@@ -1,5 +1,6 @@
 #include "photon/irradiance.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/base/path_limits.h"
@@ -150,13 +151,25 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
         }
         phase.advance(static_cast<std::uint64_t>(end - begin));
     });
+    reach_ = reach_of_most();
     index_ =
         make_photon_index(sources.maps.front()->index_kind(), places_.positions, places_.normals, workers);
 }
 
+// A search in vain looks at every point within reach: where photons are few some discs are so wide that this
+// would take longer than all else.
+float IrradiancePoints::reach_of_most() const {
+    if (values_.empty()) return 0;
+    std::vector<float> radii;
+    for (const Value& value : values_) radii.push_back(value.radius);
+    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+    std::nth_element(radii.begin(), middle, radii.end());
+    return 2 * *middle;
+}
+
 std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, const V3f& n, float radius,
                                                                  int most_bounces) const {
-    const auto nearest = index_->nearest_facing(x, n, kSameNormal, radius * radius);
+    const auto nearest = index_->nearest_facing(x, n, kSameNormal, sqr(std::min(radius, reach_)));
     if (!nearest) return std::nullopt;
     const Value& value = values_[nearest->index];
     const std::optional<float> share = share_within(value, most_bounces);

@@ -86,10 +86,10 @@ class IrradiancePoints {
         const IncidentLight* light;  // the same by where it comes from; as long as the points live
         float share;                 // of both, that paths of so few bounces bring
     };
-    // The nearest point within `radius` whose normal is within some 25° of n, if x lies within that point's
-    // own disc and nothing stands between. Of paths that may have fewer bounces than the photons that count
-    // there (`most_bounces`, where the points' own limit is more) it gives the share in luminance. None:
-    // estimate it yourself.
+    // The nearest point within `radius`, and not much farther away than its disc is wide at most points,
+    // whose normal is within some 25° of n, if x lies within that point's own disc and nothing stands
+    // between. Of paths that may have fewer bounces than the photons that count there (`most_bounces`, where
+    // the points' own limit is more) it gives the share in luminance. None: estimate it yourself.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
                                  int most_bounces = kMaxBounces) const;
 
@@ -108,12 +108,14 @@ class IrradiancePoints {
     static constexpr float kWhole = 65535;
     static std::array<std::uint16_t, LateLight::kLevels> shares_of_shorter(const LateLight& late, float all);
     std::optional<float> share_within(const Value& value, int most_bounces) const;
+    float reach_of_most() const;
     bool is_hidden(const V3f& x, const V3f& n, const V3f& point) const;
 
     const Scene* scene_;
     int most_bounces_;  // of the photons that count
     SurfacePoints places_;
     std::vector<Value> values_;
+    float reach_ = 0;                     // how far away they are looked for
     std::unique_ptr<PhotonIndex> index_;  // by their normals
 };
 

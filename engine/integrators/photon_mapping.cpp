@@ -631,13 +631,13 @@ class PhotonMapEstimator final : public Estimator {
     // caustics are evaluated here, and the ray continues for the rest.
     GatherShading shade_gather(const Vertex& vertex, float length, int left, Sampler& sampler) const {
         const DensityEstimateSettings how = within(left, estimates_.gather);
-        const IndirectAtGatherHit indirect = indirect_at_gather_hit(vertex, how, sampler);
-        if (indirect.radius > length) {
+        const auto indirect = indirect_at_gather_hit(vertex, how, sampler);
+        if (!indirect || indirect->radius > length) {
             const Rgb sampled = sample_direct(vertex, sampler);
             return {sampled + estimate(MapKind::caustic, vertex, how, sampler).value, true};
         }
-        if (indirect.has_direct) return {indirect.radiance, false};
-        return {direct(vertex, how, sampler) + indirect.radiance, false};
+        if (indirect->has_direct) return {indirect->radiance, false};
+        return {direct(vertex, how, sampler) + indirect->radiance, false};
     }
 
     struct IndirectAtGatherHit {
@@ -645,21 +645,27 @@ class PhotonMapEstimator final : public Estimator {
         float radius;     // of the Global map's estimate
         bool has_direct;  // or what the Direct map would say is still missing
     };
-    // Indirect light and caustics where a gather ray ended: what was precomputed there, or, where no point is
-    // near, estimates.
-    IndirectAtGatherHit indirect_at_gather_hit(const Vertex& vertex, const DensityEstimateSettings& how,
-                                               const Sampler& sampler) const {
+    // Indirect light and caustics where a gather ray ended: what was precomputed there; estimates where
+    // nothing is precomputed. None where no point is near: on what is too small for points, or seldom lit, an
+    // estimate would take its photons from elsewhere, and its probes as many rays as a dozen paths.
+    std::optional<IndirectAtGatherHit> indirect_at_gather_hit(const Vertex& vertex,
+                                                              const DensityEstimateSettings& how,
+                                                              const Sampler& sampler) const {
         if (irradiance_) {
             const V3f& p = vertex.hit.at.p;
             if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
                 const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                          ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                          : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
-                return {found->share * radiance, found->radius, holds_direct(settings_, scene_)};
+                return IndirectAtGatherHit{found->share * radiance, found->radius,
+                                           holds_direct(settings_, scene_)};
             }
+            // Light that only particles carry is found by estimates alone.
+            if (settings_.direct != DirectMethod::map) return std::nullopt;
         }
         const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler);
-        return {global.value + estimate(MapKind::caustic, vertex, how, sampler).value, global.radius, false};
+        return IndirectAtGatherHit{global.value + estimate(MapKind::caustic, vertex, how, sampler).value,
+                                   global.radius, false};
     }
 
     // ---- Direct light, density estimates, media --------------------------------------------------------
