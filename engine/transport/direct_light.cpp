@@ -53,14 +53,15 @@ AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, c
 // drawn far more densely than directions of the BSDF, the power heuristic leaves the latter next to nothing,
 // at the price of a ray: it is taken sometimes [Russian roulette; Veach 1997, 10.4.1], so that its variance,
 // which falls by the square of the densities' ratio, still is the smaller one. Never under a sky: what is
-// drawn densely there (the sun) says nothing about the rest of it, which only BSDF samples find well.
+// drawn densely there (the sun) says nothing about the rest of it, which only BSDF samples find well; nor
+// beside several lights, where that of one says nothing about the others.
 float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
                          const std::optional<LightChoice::Draw>& drawn) {
     constexpr float kLeast = 0.125F;
     // A diffuse surface's largest density; how many times more densely lights are drawn for the chance to
     // fall.
     constexpr float kDensity = kInvPi, kMargin = 4;
-    if (!bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
+    if (scene.lights().size() > 1 || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
     return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
 }
 
