@@ -16,13 +16,11 @@ constexpr double kCameraSample = 2, kLightSample = 2.5, kGatherRay = 3, kCaustic
 constexpr double kMostLightSamples = 8, kMostGatherRays = 32;
 constexpr double kLeastGatherRays = 0.25, kLeastCausticEstimates = 0.1;
 
-// A pixel's camera samples, and the first light sample of each, are stratified among each other, where those
-// of the pilot are not: what they leave is so many times less than it shows (4 is about that of 16 to 64
-// samples of light and edges in rooms).
-constexpr double kStratified = 4;
 // A camera sample's own variance is taken for this share of its square at the least: a pilot of few pixels
-// sees no edge, and there is one in nearly every cell.
-constexpr double kLeastOwnVariance = 0.02;
+// sees no edge, there is one in nearly every cell, and what is left of a difference of two variances is
+// seldom as small as it looks. (That a pixel's camera samples are stratified, where those of the pilot are
+// not, makes up for little of it: of few samples at edges and of many lamps, hardly anything.)
+constexpr double kLeastOwnVariance = 0.1;
 
 // A guided ray takes so many times as long; and what few samples tell of variances is uncertain.
 constexpr double kGuidedRay = 1.5;
@@ -60,7 +58,7 @@ SplitPlan Splitting::best(const Cell& cell) {
     double of_kinds = 0;
     for (const SplitKinds& kinds : cell.kinds)
         of_kinds += 0.5 * (kinds.light.variance + kinds.gather.variance);
-    double variance = std::max(cell.between - 0.5 * of_kinds, kLeastOwnVariance * cell.square) / kStratified;
+    double variance = std::max(cell.between - 0.5 * of_kinds, kLeastOwnVariance * cell.square);
     double cost = kCameraSample;
     // `of`: the variance, or second moment, of one sample of the kind; `places` of all camera samples.
     const auto number = [&](double of, double places, double each) {
@@ -73,7 +71,7 @@ SplitPlan Splitting::best(const Cell& cell) {
         // No such place was met: no reason to spend more than at those of the class above.
         if (i > 0) plan[i].light_samples = plan[i - 1].light_samples;
         if (!(light.places > 0)) continue;
-        const double left = 0.5 * light.variance / kStratified;
+        const double left = 0.5 * light.variance;
         const double lights = std::clamp(number(left, light.places, kLightSample), 1.0, kMostLightSamples);
         plan[i].light_samples = static_cast<float>(lights);
     }
@@ -82,7 +80,7 @@ SplitPlan Splitting::best(const Cell& cell) {
     for (std::size_t i = 0; i < kShareClasses; ++i) {
         const SplitMoments& light = cell.kinds[i].light;
         const double lights{plan[i].light_samples};
-        variance += 0.5 * light.variance / (lights * kStratified);
+        variance += 0.5 * light.variance / lights;
         cost += lights * kLightSample * light.places / cell.samples;
     }
     for (std::size_t i = 0; i < kShareClasses; ++i) {
