@@ -84,7 +84,7 @@ bool Trial::run(double seconds) {
             const double begin = clock.seconds();
             if (!prepare(kPreparing * seconds)) return false;
             const int first = static_cast<int>(passes_++) * samples;
-            sample_blocks(0, std::min(kBlocksOfPasses, places_.size()), first, first + samples);
+            sample_blocks(0, places_.size(), first, first + samples);
             last = clock.seconds() - begin;
         } while (passes_ < 2 || clock.seconds() + last < seconds);
         return !monitor_.stopped();

@@ -52,7 +52,6 @@ class Trial {
 
   private:
     static constexpr int kSamplesAtOnce = 2;
-    static constexpr std::size_t kBlocksOfPasses = 64;
 
     // Within so many seconds, with less than the settings ask for if need be.
     bool prepare(double seconds);
