@@ -24,11 +24,11 @@ namespace lucerna {
 
 // The unbiased reference.
 struct PathSettings {
-    std::int64_t guide_paths = 0;  // light paths whose photons guide bounces; 0: none do
-    float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
-    int max_depth = 0;             // see max_depth_of()
+    int max_depth = 0;  // see max_depth_of()
     LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
+    std::int64_t guide_paths = 0;  // light paths whose photons guide bounces; 0: none do
+    float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
 };
 
 // Direct light only; mirrors and glass are followed.

@@ -45,11 +45,11 @@ TEST(MethodCost, Maps_WorkGrowsWithTheTimeThereIs) {
         const Expectation best = best_in(seconds, cost);
         EXPECT_GT(best.work, before);
         before = best.work;
-        EXPECT_LE(0.1 * best.work, 0.5 * seconds);
+        EXPECT_LE(0.1 * best.work, 0.25 * seconds);
         const double samples = (seconds - 0.1 * best.work) / 0.5;
         EXPECT_DOUBLE_EQ(best.error, std::sqrt(0.04 / best.work + 0.01 / samples));
         // No other power of two would do better.
-        for (double work = 1; 0.1 * work <= 0.5 * seconds; work *= 2) {
+        for (double work = 1; 0.1 * work <= 0.25 * seconds; work *= 2) {
             EXPECT_LE(best.error, std::sqrt(0.04 / work + 0.01 / ((seconds - 0.1 * work) / 0.5)) + 1e-12);
         }
     }
@@ -110,10 +110,11 @@ TEST(TailExponent, OfFiniteVariance_IsNone) {
 }
 
 TEST(TailExponent, OfATailWithoutVariance_TellsHowItGrows) {
-    for (const double index : {1.2, 1.5, 1.8}) {
-        const double found = tail_exponent(deviations([&](double u) { return std::pow(1 - u, -1 / index); }));
-        EXPECT_NEAR(found, 2 / index - 1, 0.07) << index;
-    }
+    const auto found = [](double index) {
+        return tail_exponent(deviations([&](double u) { return std::pow(1 - u, -1 / index); }));
+    };
+    for (const double index : {1.2, 1.5}) EXPECT_NEAR(found(index), 2 / index - 1, 0.07) << index;
+    EXPECT_EQ(found(1.8), 0) << "so light a tail blocks of different noise have together";
 }
 
 // A method whose rare samples the trial has hardly met is worse in a long render than its trial shows.
