@@ -72,9 +72,9 @@ void expect_igi_agrees(const std::string& scene, const std::string& reference) {
     const auto means = [&](const std::string& of, const std::string& integrator, int spp) {
         return region_means(job_of(of, integrator, spp, size), 4, everywhere, part);
     };
-    const RegionMeans path = means(reference, "path", 512);
+    const RegionMeans path = means(reference, "path", 2048);
     const auto by_igi = [&](float mindist, bool compensate) {
-        Job job = job_of(scene, "igi", 32, size);
+        Job job = job_of(scene, "igi", 128, size);
         IgiSettings& igi = std::get<IgiSettings>(job.integrator);
         igi.nsets = 128;
         igi.mindist = mindist;
