@@ -133,8 +133,7 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights)
         if (light.only_particles() || !(light.power() > 0)) continue;
         auto bounds = light.bounds();
         if (!bounds) {
-            beside_.push_back(i);
-            positions_[i] = {true, false, 0};
+            (light.is_delta() ? suns_ : beside_).push_back(i);
             continue;
         }
         // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
@@ -143,6 +142,11 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights)
         if (light.arriving(middle(bounds->box))) estimating_[i] = &light;
         building.items.push_back({*bounds, i});
     }
+    if (suns_.size() > kMostSuns) {
+        beside_.insert(beside_.end(), suns_.begin(), suns_.end());
+        suns_.clear();
+    }
+    for (const std::uint32_t i : beside_) positions_[i] = {true, false, 0};
     if (building.items.empty()) return;
     building.least_side = 1e-4F * all.size().length();
     nodes_.reserve(2 * building.items.size());

@@ -1,9 +1,13 @@
 // Which light to ask, of many: by what each may send to the place that asks.
 //
 // A binary tree of bounds over the lights. A draw descends from its root, at every node to the child that
-// is more important, in proportion; the probability of a light is the product along its way. Lights without a
-// place (skies, the sun) stand beside the tree: each is as probable as the tree as a whole. A light that can
-// estimate what arrives from it (a measured lamp) is weighed by that instead of its bounds, in its leaf.
+// is more important, in proportion; the probability of a light is the product along its way. Skies, which
+// have no place, stand beside the tree: each is as probable as the tree as a whole. A light that can estimate
+// what arrives from it (a measured lamp) is weighed by that instead of its bounds, in its leaf.
+//
+// Suns (lights of one direction, the same everywhere) are not chosen: whoever asks a light asks all of them
+// as well. One shadow ray tells all about a sun, where the choice between it and the sky would be most of the
+// noise of a sunlit place.
 //
 // Source: [Conty Estevez and Kulla 2018], without the splitting.
 #pragma once
@@ -27,6 +31,8 @@ enum class LightSelection : std::uint8_t { power, tree };
 class LightTree {
   public:
     LightTree() = default;
+    static constexpr std::size_t kMostSuns = 4;  // where there are more, one is chosen as of other lights
+
     // Lights without power, and those that only particles carry, are left out. The lights must live on.
     explicit LightTree(std::span<const std::unique_ptr<Light>> lights);
 
@@ -39,6 +45,9 @@ class LightTree {
     std::optional<Pick> pick(const V3f& x, const V3f& n, float u) const;
     // Of pick() giving this light.
     float probability(const V3f& x, const V3f& n, std::uint32_t light) const;
+
+    // Those that pick() never gives, each to be asked beside what it gives.
+    std::span<const std::uint32_t> suns() const { return suns_; }
 
     std::size_t lights_in_tree() const { return (nodes_.size() + 1) / 2; }
 
@@ -61,7 +70,8 @@ class LightTree {
     float tree_share() const;
 
     std::vector<Node> nodes_;
-    std::vector<std::uint32_t> beside_;     // lights without a place
+    std::vector<std::uint32_t> beside_;  // lights without a place
+    std::vector<std::uint32_t> suns_;
     std::vector<Position> positions_;       // by light
     std::vector<const Light*> estimating_;  // by light: itself, if it estimates what arrives; or null
 };

@@ -103,26 +103,41 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
 
 namespace {
 
-// The part of its light that each photon left from, and the share of all photons that left from it: they were
-// emitted by flux, as the plain choice is made.
+// The part of its light that each photon left from, and how probable the plain choice makes it. Photons are
+// emitted by flux, so their shares are those of a choice by power.
 struct PhotonParts {
     std::vector<CellId> parts;  // of each photon's light, or kNoSample
-    std::vector<float> plain;
+    std::vector<float> plain;   // with a tree: beside the other parts of its light
+    const LightTree* tree;      // null: by power
 
-    PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights, const Workers& workers)
-        : parts(map.size()), plain(map.size()) {
+    PhotonParts(const PhotonMap& map, std::span<const std::unique_ptr<Light>> lights,
+                const LightTree* plainly, const Workers& workers)
+        : parts(map.size()), plain(map.size()), tree(plainly) {
+        const auto suns = tree ? tree->suns() : std::span<const std::uint32_t>();
         constexpr std::int64_t kGrain = 1 << 14;
         parallel_each(workers, map.size(), kGrain, [&](std::size_t i) {
             const Photon& photon = map.photons()[i];
             const Light& light = *lights[photon.light];
-            parts[i] = light.only_particles() ? kNoSample : light.part_of(photon.cell);
+            const bool sampled =
+                !light.only_particles() && std::find(suns.begin(), suns.end(), photon.light) == suns.end();
+            parts[i] = sampled ? light.part_of(photon.cell) : kNoSample;
         });
         std::unordered_map<std::uint64_t, float> counts;
         const auto key = [&](std::size_t i) { return Guide::key(map.photons()[i].light, parts[i]); };
-        for (std::size_t i = 0; i < parts.size(); ++i) ++counts[key(i)];
+        std::vector<float> of_light(lights.size());
         for (std::size_t i = 0; i < parts.size(); ++i) {
-            plain[i] = counts[key(i)] / static_cast<float>(parts.size());
+            ++counts[key(i)];
+            ++of_light[map.photons()[i].light];
         }
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            const float all = tree ? of_light[map.photons()[i].light] : static_cast<float>(parts.size());
+            plain[i] = counts[key(i)] / all;
+        }
+    }
+
+    // That a place asks this light for this part, without photons.
+    float plain_probability(std::uint32_t light, std::uint32_t photon, const V3f& x, const V3f& n) const {
+        return tree ? tree->probability(x, n, light) * plain[photon] : plain[photon];
     }
 };
 
@@ -141,22 +156,23 @@ std::size_t samples_near(const PhotonMap& map, const PhotonParts& photon_parts, 
         const float x2 = near.radius2() > 0 ? neighbour.key / near.radius2() : 0.0F;
         samples[size++] = {photon.light, part,
                            luminance(photon.power) * kernel(KernelShape::epanechnikov, x2),
-                           photon_parts.plain[neighbour.index]};
+                           photon_parts.plain_probability(photon.light, neighbour.index, x, n)};
     }
     return size;
 }
 
 }  // namespace
 
-GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights,
+GuideMap::GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
                    const GuideSettings& settings, const Workers& workers)
     : map_(std::move(map)), settings_(settings) {
     assert(settings.k >= 0 && settings.k <= GuideSettings::kMostPhotons);
-    if (settings.k > 0 && map_.size() > 0) cache_distributions(lights, workers);
+    if (settings.k > 0 && map_.size() > 0) cache_distributions(lights, tree, workers);
 }
 
-void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> lights, const Workers& workers) {
-    const PhotonParts photon_parts(map_, lights, workers);
+void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
+                                   const Workers& workers) {
+    const PhotonParts photon_parts(map_, lights, tree, workers);
     // A distribution for every few of the photons that each one counts: they overlap. In the order of the
     // map.
     const std::size_t stride = std::max<std::size_t>(static_cast<std::size_t>(settings_.k) / kOverlap, 1);
@@ -259,7 +275,8 @@ GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, con
         require_memory_for_guides);
     Photons all;
     for (const FirstHits& chunk : chunks) all.append(chunk.photons);
-    return {PhotonMap(all), scene.lights(), parameters.settings, workers};
+    const LightTree* const tree = parameters.lights == LightSelection::tree ? &scene.light_tree() : nullptr;
+    return {PhotonMap(all), scene.lights(), tree, parameters.settings, workers};
 }
 
 }  // namespace lucerna

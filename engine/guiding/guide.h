@@ -59,9 +59,10 @@ float make_histogram(std::span<const PartSample> samples, std::vector<Guide::Cho
 class GuideMap {
   public:
     // `lights` are the scene's, by which the photons' lights are numbered. Photons of lights that only
-    // particles carry are no samples.
-    GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const GuideSettings& settings,
-             const Workers& workers);
+    // particles carry are no samples. `tree`: by which the plain choice is made, and whose suns are no
+    // samples either, as all of them are asked; null: by power.
+    GuideMap(PhotonMap map, std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
+             const GuideSettings& settings, const Workers& workers);
 
     // On the side of n (unit): the nearest cached distribution within the radius. Lives as long as this.
     Guide at(const V3f& x, const V3f& n) const;
@@ -77,7 +78,8 @@ class GuideMap {
         std::size_t first, size;  // among the choices
         float defensive_weight;
     };
-    void cache_distributions(std::span<const std::unique_ptr<Light>> lights, const Workers& workers);
+    void cache_distributions(std::span<const std::unique_ptr<Light>> lights, const LightTree* tree,
+                             const Workers& workers);
 
     PhotonMap map_;
     GuideSettings settings_;
@@ -95,6 +97,7 @@ struct GuideParameters {
     std::uint64_t seed = 0;
     std::uint32_t pass = 0;
     GuideSettings settings;
+    LightSelection lights = LightSelection::tree;  // the plain choice
 };
 GuideMap build_guides(const Scene& scene, const GuideParameters& parameters, const Workers& workers,
                       Monitor& monitor);

@@ -142,6 +142,10 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, cons
         result.radiance =
             all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler);
     }
+    for (const std::uint32_t sun : choice.suns()) {
+        if (const auto from_sun = sunlight(scene_, vertex, sun, sampler))
+            result.radiance += from_sun->radiance;
+    }
 
     // Ask the BSDF.
     const BsdfU u{sampler.next(), sampler.next2()};

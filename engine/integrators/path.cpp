@@ -8,6 +8,7 @@
 #include "engine/base/image.h"
 #include "engine/base/path_limits.h"
 #include "engine/guiding/directional_guide.h"
+#include "engine/guiding/guide.h"
 #include "engine/integrators/integrator.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/medium.h"
@@ -31,12 +32,19 @@ float path_survival(const Rgb& throughput, float eta_scale) {
 // Photons guide so many bounces of a path at the most: those after them bring little, and a look-up costs as
 // much at each.
 constexpr int kGuidedBounces = 3;
+// Defensive mixture weight: the least share of the plain choice of a light.
+constexpr float kLeastPlainChoice = 0.25F;
 
 class PathEstimator final : public Estimator {
   public:
-    // `guides` outlive it; null: none.
-    PathEstimator(const Scene& scene, const PathSettings& settings, const DirectionGuideMap* guides)
-        : scene_(scene), settings_(settings), guides_(guides), lights_(scene, settings.lights) {}
+    // Guides outlive it; null: none.
+    PathEstimator(const Scene& scene, const PathSettings& settings, const GuideMap* light_guides,
+                  const DirectionGuideMap* guides)
+        : scene_(scene),
+          settings_(settings),
+          light_guides_(light_guides),
+          guides_(guides),
+          lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
         const Rgb result = follow({camera_ray}, kGlassSplits, sampler);
@@ -55,6 +63,13 @@ class PathEstimator final : public Estimator {
     }
 
   private:
+    LightChoice choice_at(const Vertex& x, int bounce) const {
+        const LightChoice plain = lights_.at(x.hit.at, x.bsdf, x.wo);
+        if (!light_guides_ || bounce >= kGuidedBounces) return plain;
+        const Guide guide = light_guides_->at(x.hit.at.p, x.normal());
+        return plain.guided(guide, std::max(kLeastPlainChoice, guide.defensive_weight()));
+    }
+
     struct Path {
         Ray ray;
         Rgb throughput{1.0F};
@@ -80,7 +95,7 @@ class PathEstimator final : public Estimator {
             const Bsdf bsdf = metered ? white_receiver(*hit) : scene_.bsdf(*hit);
             const V3f wo = -ray.d;
             const bool specular = bsdf.is_delta();
-            const LightChoice choice = specular ? LightChoice() : lights_.at(hit->at, bsdf, wo);
+            const LightChoice choice = specular ? LightChoice() : choice_at({*hit, bsdf, wo}, bounce);
             const bool guided_here = guides_ && bounce < kGuidedBounces;
             const GuidedBsdf directions(bsdf, wo,
                                         guided_here ? guides_->at(hit->at.p, bsdf, wo) : DirectionGuide());
@@ -128,6 +143,7 @@ class PathEstimator final : public Estimator {
 
     const Scene& scene_;
     PathSettings settings_;
+    const GuideMap* light_guides_;
     const DirectionGuideMap* guides_;
     LightChooser lights_;
 };
@@ -336,17 +352,23 @@ bool guides_pay(const PathEstimator& guided, const RenderContext& context) {
 
 class PathSession final : public Session {
   public:
-    PathSession(const Scene& scene, const PathSettings& settings, std::optional<DirectionGuideMap> guides)
-        : scene_(scene), settings_(settings), guides_(std::move(guides)) {}
+    PathSession(const Scene& scene, const PathSettings& settings, std::optional<GuideMap> light_guides,
+                std::optional<DirectionGuideMap> guides)
+        : scene_(scene),
+          settings_(settings),
+          light_guides_(std::move(light_guides)),
+          guides_(std::move(guides)) {}
     std::unique_ptr<const Estimator> pass(std::uint32_t /*index*/, Monitor& /*monitor*/,
                                           PassStatistics& /*statistics*/) const override {
         if (!scene_.media().empty()) return std::make_unique<MediaPathEstimator>(scene_, settings_);
-        return std::make_unique<PathEstimator>(scene_, settings_, guides_ ? &*guides_ : nullptr);
+        return std::make_unique<PathEstimator>(scene_, settings_, light_guides_ ? &*light_guides_ : nullptr,
+                                               guides_ ? &*guides_ : nullptr);
     }
 
   private:
     const Scene& scene_;
     PathSettings settings_;
+    std::optional<GuideMap> light_guides_;
     std::optional<DirectionGuideMap> guides_;
 };
 
@@ -355,13 +377,24 @@ class PathIntegrator final : public Integrator {
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
     std::unique_ptr<const Session> begin(const RenderContext& context,
                                          OnceStatistics& statistics) const override {
+        std::optional<GuideMap> light_guides;
         std::optional<DirectionGuideMap> guides;
+        if (settings_.guide_lights > 0 && context.scene.media().empty() &&
+            !nothing_to_choose(context.scene)) {
+            const Stopwatch building;
+            GuideParameters parameters{settings_.guide_lights, context.seed, 0, {}, settings_.lights};
+            parameters.settings.radius = largest_radius(diagonal(context.scene));
+            light_guides = build_guides(context.scene, parameters, context.workers, context.monitor);
+            if (context.monitor.stopped()) return nullptr;
+            statistics.seconds.add("guide", building.seconds());
+        }
         // Places where media scatter have no photons of their own here: such scenes stay plain.
         if (settings_.guide_paths > 0 && context.scene.media().empty()) {
             guides = make_guides(context, statistics);
             if (context.monitor.stopped()) return nullptr;
         }
-        return std::make_unique<PathSession>(context.scene, settings_, std::move(guides));
+        return std::make_unique<PathSession>(context.scene, settings_, std::move(light_guides),
+                                             std::move(guides));
     }
 
   private:
@@ -376,7 +409,7 @@ class PathIntegrator final : public Integrator {
             build_direction_guides(context.scene, parameters, context.workers, context.monitor));
         if (context.monitor.stopped()) return std::nullopt;
         const bool any = guides->stations() > 0;
-        if (!any || (context.view && !guides_pay({context.scene, settings_, &*guides}, context))) {
+        if (!any || (context.view && !guides_pay({context.scene, settings_, nullptr, &*guides}, context))) {
             guides.reset();
         }
         statistics.seconds.add("guide", building.seconds());

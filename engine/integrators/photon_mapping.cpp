@@ -150,7 +150,7 @@ int kept_where_rays_land(const PhotonMapSettings& settings) {
 }
 
 // Of an irradiance point's sampler; its probes have a sampler of their own.
-constexpr std::uint32_t kLightSamplesBranch = 1;
+constexpr std::uint32_t kLightSamplesBranch = 1, kSunsBranch = 2;
 
 // Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
 // radiance times π is the irradiance.
@@ -166,6 +166,11 @@ void add_direct_light(const Scene& scene, const LightChooser& lights, const Surf
     const LightChoice choice = lights.at(at, white, hit.wo);
     const Vertex vertex{hit, white, hit.wo};
     const float scale = kPi / static_cast<float>(samples);
+    Sampler to_suns = point.split(kSunsBranch);
+    for (const std::uint32_t sun : choice.suns()) {
+        if (const auto from_sun = sunlight(scene, vertex, sun, to_suns))
+            light.add(kPi * from_sun->radiance, from_sun->w);
+    }
     for (int i = 0; i < samples; ++i) {
         Sampler sampler = point.split_stratified(kLightSamplesBranch, static_cast<std::uint32_t>(i));
         const float u_light = sampler.next();
@@ -821,7 +826,7 @@ std::optional<GuideMap> emit_guides(const PhotonMapSettings& settings, const Ren
     const Stopwatch building;
     const float radius = density_settings(settings, context.scene).eye.radius;
     const GuideParameters parameters{
-        settings.guide.photons, context.seed, 0, {gate ? 0 : settings.guide.k, radius}};
+        settings.guide.photons, context.seed, 0, {gate ? 0 : settings.guide.k, radius}, settings.lights};
     GuideMap map = build_guides(context.scene, parameters, context.workers, context.monitor);
     statistics.seconds.add("guide", building.seconds());
     statistics.guides = {map.map().size(), map.distributions()};

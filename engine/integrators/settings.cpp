@@ -90,12 +90,16 @@ Field boundary(Boundary& target) {
 
 std::vector<Field> fields_of(PathSettings& s) {
     return {
+        whole("guidelights", "light paths whose first hits guide the choice of lights, about 200000; 0: none",
+              0, 4294967296.0, s.guide_lights),
         whole("guidepaths", "light paths whose photons guide bounces where that pays, about 100000; 0: none",
               0, 4294967296.0, s.guide_paths),
         real("bsdfshare",
              "defensive mixture weight: least share of the BSDF's own density beside the guide's", 0.01, 1,
              s.bsdf_share),
-        max_depth(s.max_depth), lights(s.lights), quantity(s.quantity)};
+        max_depth(s.max_depth),
+        lights(s.lights),
+        quantity(s.quantity)};
 }
 
 std::vector<Field> fields_of(DirectSettings& s) {

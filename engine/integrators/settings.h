@@ -27,7 +27,8 @@ struct PathSettings {
     int max_depth = 0;  // see max_depth_of()
     LightSelection lights = LightSelection::tree;
     Quantity quantity = Quantity::radiance;
-    std::int64_t guide_paths = 0;  // light paths whose photons guide bounces; 0: none do
+    std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: none do
+    std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: none do
     float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
 };
 

@@ -30,10 +30,20 @@ Rgb unshadowed_at(const Place& place, const LightChoice::Draw& drawn) {
     return result * power_heuristic(drawn.pdf_w, place.pdf_w(light_sample.w));
 }
 
-// One light, asked by a surface or by a place in a medium.
+template <typename Place>
+std::optional<Sunlight> sunlight_at(const Scene& scene, const Place& place, std::uint32_t sun,
+                                    Sampler& sampler) {
+    const auto arriving = scene.lights()[sun]->sample_Li(place.from().p, V2f(0.5F));  // of one direction
+    if (!arriving) return std::nullopt;
+    const Rgb value = place.value(arriving->w) * arriving->weight;
+    if (is_black(value)) return std::nullopt;
+    return Sunlight{value * passing(scene, place, *arriving, sampler), arriving->w};
+}
+
+// One light, asked by a surface or by a place in a medium; and the suns.
 struct AskedLight {
-    Rgb radiance{0.0F};                     // towards wo
-    std::optional<LightChoice::Draw> draw;  // none: nothing arrives from there
+    Rgb radiance{0.0F};                     // towards wo, with that from suns
+    std::optional<LightChoice::Draw> draw;  // none: nothing arrives from the light
 };
 template <typename Place>
 AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice) {
@@ -41,10 +51,15 @@ AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, c
     const float u_light = sampler.next();
     const V2f u_place = sampler.next2();
     AskedLight asked{Rgb(0), choice.draw(scene, place.from().p, u_light, u_place)};
-    if (!asked.draw) return asked;
-    asked.radiance = unshadowed_at(place, *asked.draw);
-    if (!is_black(asked.radiance)) {
-        asked.radiance *= passing(scene, place, asked.draw->light_sample, sampler);
+    if (asked.draw) {
+        asked.radiance = unshadowed_at(place, *asked.draw);
+        if (!is_black(asked.radiance)) {
+            asked.radiance *= passing(scene, place, asked.draw->light_sample, sampler);
+        }
+    }
+    for (const std::uint32_t sun : choice.suns()) {
+        if (const auto from_sun = sunlight_at(scene, place, sun, sampler))
+            asked.radiance += from_sun->radiance;
     }
     return asked;
 }
@@ -61,7 +76,8 @@ float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
     // A diffuse surface's largest density; how many times more densely lights are drawn for the chance to
     // fall.
     constexpr float kDensity = kInvPi, kMargin = 4;
-    if (scene.lights().size() > 1 || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
+    if (scene.lights().size() > 1 || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0))
+        return 1;
     return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
 }
 
@@ -106,6 +122,11 @@ Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler) {
     return passing(scene, vertex, light_sample, sampler);
+}
+
+std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::uint32_t sun,
+                                 Sampler& sampler) {
+    return sunlight_at(scene, vertex, sun, sampler);
 }
 
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,

@@ -61,7 +61,7 @@ struct EmissionRule {
     EmissionRule through_specular() const { return kind == Kind::none ? none() : all(); }
 };
 
-// Radiance towards wo from one light, chosen and asked for a direction.
+// Radiance towards wo from one light, chosen and asked for a direction, and from all suns of the choice.
 Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice);
 Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
 
@@ -83,6 +83,14 @@ Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
 // What of it arrives: 0 if something stands in between, else what media let pass.
 Rgb transmitted_share(const Scene& scene, const Vertex& vertex, const LightSample& light_sample,
                       Sampler& sampler);
+
+// What a sun of LightChoice::suns() sends towards wo. None: nothing, whatever stands in between.
+struct Sunlight {
+    Rgb radiance;
+    V3f w;  // unit, towards the sun
+};
+std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::uint32_t sun,
+                                 Sampler& sampler);
 
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.

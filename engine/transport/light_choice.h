@@ -79,6 +79,12 @@ class LightChoice {
     // None: nothing arrives from there. u in [0,1).
     std::optional<Draw> draw(const Scene& scene, const V3f& x, float u_light, const V2f& u_place) const;
 
+    // Lights that draw() does not choose among: all are to be asked, beside what it gives
+    // (lights/light_tree.h).
+    std::span<const std::uint32_t> suns() const {
+        return tree_ ? tree_->suns() : std::span<const std::uint32_t>();
+    }
+
     // Density per solid angle with which draw() would have chosen this light and this direction.
     float pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const;
 

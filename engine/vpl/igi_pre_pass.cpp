@@ -125,6 +125,7 @@ std::optional<GuideMap> guides(const IgiSettings& settings, const RenderContext&
     if (nothing_to_choose(context.scene) || settings.pre_pass.defensive_weight == 1) return std::nullopt;
     GuideParameters parameters{settings.pre_pass.paths, context.seed, kEmissionPrePass, {}};
     parameters.settings.radius = largest_radius(diagonal(context.scene));  // as of photon maps
+    parameters.lights = settings.lights;
     return build_guides(context.scene, parameters, context.workers, context.monitor);
 }
 
