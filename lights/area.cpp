@@ -12,6 +12,7 @@
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "lights/analytic.h"
+#include "lights/triangle_parts.h"
 
 namespace lucerna {
 namespace {
@@ -22,6 +23,7 @@ constexpr double kTwoPi = 6.28318530717958647692;
 struct Place {
     V3d p, n;
     float extent;  // scene units
+    CellId part = kNoCell;
 
     SurfacePoint surface() const {
         const V3f q(p);
@@ -106,17 +108,75 @@ class Triangles {
             areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out
         }
         by_area_ = Cdf(areas);
+        make_parts(areas);
     }
 
     double area() const { return by_area_.total(); }
-
+    // Uniform in area.
     Place at(const V2f& u) const {
         const Cdf::Draw draw = by_area_.draw(u.x);
-        const V3i& triangle = shape_.triangles[draw.item];
+        return place(draw.item, {draw.remainder, u.y});
+    }
+
+    // None if it is one flat piece. Powers are shares of area.
+    std::span<const LightBounds> part_bounds() const { return part_bounds_; }
+    double area_of(CellId part) const { return parts_[part].by_area.total(); }
+    CellId part_of(std::uint32_t triangle) const { return parts_.empty() ? kNoCell : part_of_[triangle]; }
+    Place in_part(CellId part, const V2f& u) const {
+        const Part& piece = parts_[part];
+        const Cdf::Draw draw = piece.by_area.draw(u.x);
+        return place(piece.triangles[draw.item], {draw.remainder, u.y});
+    }
+
+    LightBounds bounds() const {
+        std::optional<LightBounds> all;
+        for (std::uint32_t i = 0; i < shape_.triangles.size(); ++i) {
+            if (const auto one = bounds_of(i)) all = all ? union_of(*all, *one) : *one;
+        }
+        return all.value_or(LightBounds{});
+    }
+
+  private:
+    struct Part {
+        std::vector<std::uint32_t> triangles;
+        Cdf by_area;
+    };
+
+    void make_parts(std::span<const double> areas) {
+        if (!(area() > 0)) return;
+        part_of_ = parts_of_triangles(shape_.p, shape_.triangles);
+        const std::uint32_t count = *std::max_element(part_of_.begin(), part_of_.end()) + 1;
+        if (count < 2) return;
+        parts_.resize(count);
+        for (std::uint32_t i = 0; i < part_of_.size(); ++i) parts_[part_of_[i]].triangles.push_back(i);
+        for (Part& part : parts_) {
+            std::vector<double> own;
+            std::optional<LightBounds> all;
+            for (const std::uint32_t i : part.triangles) {
+                own.push_back(areas[i]);
+                if (const auto one = bounds_of(i)) all = all ? union_of(*all, *one) : *one;
+            }
+            part.by_area = Cdf(own);
+            part_bounds_.push_back(all.value_or(LightBounds{}));
+            part_bounds_.back().power = static_cast<float>(part.by_area.total() / area());
+        }
+    }
+
+    std::optional<LightBounds> bounds_of(std::uint32_t i) const {
+        const V3i& triangle = shape_.triangles[i];
+        const V3d across = cross(triangle);
+        if (!std::isfinite(across.length2()) || !(across.length2() > 0)) return std::nullopt;
+        LightBounds one{{}, V3f(shape_.reverse ? -across.normalized() : across.normalized()), 0};
+        for (int c = 0; c < 3; ++c) one.box.extendBy(vertex(triangle, c));
+        return one;
+    }
+
+    Place place(std::size_t item, const V2f& u) const {
+        const V3i& triangle = shape_.triangles[item];
         const V3d p0(vertex(triangle, 0));
         const V3d e1 = V3d(vertex(triangle, 1)) - p0;
         const V3d e2 = V3d(vertex(triangle, 2)) - p0;
-        const V2f b = square_to_triangle({draw.remainder, u.y});
+        const V2f b = square_to_triangle(u);
         V3d n = e1.cross(e2).normalized();  // area > 0: the Cdf never draws others
         if (shape_.reverse) n.negate();
         float extent = 0;
@@ -124,23 +184,10 @@ class Triangles {
             const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
             extent = std::max(extent, static_cast<float>(side));
         }
-        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent};
+        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent,
+                part_of(static_cast<std::uint32_t>(item))};
     }
 
-    LightBounds bounds() const {
-        std::optional<LightBounds> all;
-        for (const V3i& triangle : shape_.triangles) {
-            const V3d across = cross(triangle);
-            if (!std::isfinite(across.length2()) || !(across.length2() > 0)) continue;
-            const V3f n(shape_.reverse ? -across.normalized() : across.normalized());
-            LightBounds one{{}, n, 0};
-            for (int i = 0; i < 3; ++i) one.box.extendBy(vertex(triangle, i));
-            all = all ? union_of(*all, one) : one;
-        }
-        return all.value_or(LightBounds{});
-    }
-
-  private:
     const V3f& vertex(const V3i& triangle, int corner) const {
         const auto index = static_cast<std::size_t>(triangle[corner]);
         assert(index < shape_.p.size());
@@ -153,6 +200,9 @@ class Triangles {
 
     TriangleEmitter shape_;
     Cdf by_area_;
+    std::vector<std::uint32_t> part_of_;  // each triangle's
+    std::vector<Part> parts_;             // none: one piece
+    std::vector<LightBounds> part_bounds_;
 };
 
 class Disk {
@@ -173,6 +223,11 @@ class Disk {
         return {p, V3d(frame_.n), extent_};
     }
 
+    std::span<const LightBounds> part_bounds() const { return {}; }
+    double area_of(CellId /*part*/) const { return area(); }
+    CellId part_of(std::uint32_t /*primitive*/) const { return kNoCell; }
+    Place in_part(CellId /*part*/, const V2f& u) const { return at(u); }
+
     LightBounds bounds() const {
         const V3f n = frame_.n;
         const auto reach = [&](float c) { return 0.5F * extent_ * std::sqrt(std::max(0.0F, 1 - c * c)); };
@@ -191,31 +246,60 @@ class Disk {
 template <typename Shape>
 class FlatLight final : public Light {
   public:
-    FlatLight(Shape shape, const Lambertian& emission) : shape_(std::move(shape)), emission_(emission) {}
+    FlatLight(Shape shape, const Lambertian& emission) : shape_(std::move(shape)), emission_(emission) {
+        for (LightBounds part : shape_.part_bounds()) {
+            part.two_sided = emission_.two_sided();
+            parts_.push_back(part);
+        }
+    }
 
     std::string_view kind() const override { return "area"; }
     Rgb flux() const override { return emission_.flux(shape_.area()); }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(shape_.area() > 0)) return std::nullopt;
-        return emission_.sample_Le(shape_.at(u.position), u.direction, shape_.area());
+        const Place place = shape_.at(u.position);
+        auto particle = emission_.sample_Le(place, u.direction, shape_.area());
+        if (particle) particle->cell = place.part;
+        return particle;
     }
-    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u, std::optional<CellId>) const override {
+    std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
+                                         std::optional<CellId> part) const override {
         if (!(shape_.area() > 0)) return std::nullopt;
-        return emission_.towards(shape_.at(u), x, shape_.area());
+        const bool restricted = part && *part < parts_.size();
+        const Place place = restricted ? shape_.in_part(*part, u) : shape_.at(u);
+        const double area = restricted ? shape_.area_of(*part) : shape_.area();
+        if (!(area > 0)) return std::nullopt;
+        auto sample = emission_.towards(place, x, area);
+        if (sample) sample->part = densities(sample->pdf_w, area, place.part);
+        return sample;
     }
-    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n) const override {
-        return emission_.Le_by_area(ray, t, n, shape_.area());
+    CellId part_of(CellId cell) const override { return parts_.empty() ? kNoCell : cell; }
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n,
+                                  std::uint32_t primitive) const override {
+        EmittedRadiance seen = emission_.Le_by_area(ray, t, n, shape_.area());
+        seen.part = densities(seen.pdf_w, shape_.area(), shape_.part_of(primitive));
+        return seen;
     }
     std::optional<LightBounds> bounds() const override {
         LightBounds bounds = shape_.bounds();
-        if (emission_.two_sided()) bounds.theta_o = kPi;
+        bounds.two_sided = emission_.two_sided();
         return bounds;
     }
+    std::span<const LightBounds> part_bounds() const override { return parts_; }
 
   private:
+    // Of a direction that leads to a place in that part, from its density if places are uniform over `area`.
+    std::optional<PartPdf> densities(float pdf_w, double area, CellId part) const {
+        if (part == kNoCell) return std::nullopt;
+        const double per_area = double{pdf_w} * area;
+        return PartPdf{part, static_cast<float>(per_area / shape_.area()),
+                       static_cast<float>(per_area / shape_.area_of(part))};  // it has the place: area > 0
+    }
+
     Shape shape_;
     Lambertian emission_;
+    std::vector<LightBounds> parts_;
 };
 
 class SphereLight final : public Light {
@@ -261,7 +345,8 @@ class SphereLight final : public Light {
                                         1 / (kTwoPi * h_max));
     }
 
-    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n) const override {
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& n,
+                                  std::uint32_t /*primitive*/) const override {
         if (!outside(ray.o)) return emission_.Le_by_area(ray, t, n, area());
         const bool front = n.dot(ray.d) < 0;
         if (!shines_out() || !(front || emission_.two_sided())) return {Rgb(0.0F), 0, t};

@@ -109,14 +109,19 @@ class Light {
     virtual std::optional<EmittedRadiance> Le(const Ray& /*ray*/) const { return std::nullopt; }
 
     // Emission where a ray met the scene geometry that carries this light, at distance t, with geometric
-    // normal n on the shape's own (emitting) side.
-    virtual EmittedRadiance Le_on_surface(const Ray& /*ray*/, float t, const V3f& /*n*/) const {
+    // normal n on the shape's own (emitting) side. `primitive`: of a mesh, its triangle there.
+    virtual EmittedRadiance Le_on_surface(const Ray& /*ray*/, float t, const V3f& /*n*/,
+                                          std::uint32_t /*primitive*/) const {
         return {Rgb(0), 0, t};
     }
 
     // Where it is and which way it shines; its power is left to whoever asks. None: it has no place (a sky),
     // or none is known.
     virtual std::optional<LightBounds> bounds() const { return std::nullopt; }
+    // Bounds of its parts, with each one's share of its power; part i is named by cell i. A choice among
+    // lights is then one among these parts. Empty: the light is chosen as a whole, and chooses among parts
+    // itself.
+    virtual std::span<const LightBounds> part_bounds() const { return {}; }
     // How much of its flux arrives at x, estimated: irradiance of a surface there that faces the light, over
     // flux() [1 / scene unit²]; what stands in between is left aside. None: nothing better is known than
     // bounds(). An estimate of 0 does not say that nothing arrives.

@@ -10,6 +10,7 @@ LightImportance::LightImportance(const LightBounds& bounds)
     : centre_(0.5F * (bounds.box.min + bounds.box.max)),
       axis_(bounds.axis),
       r2_(0.25F * bounds.box.size().length2()),
+      two_sided_(bounds.two_sided),
       cos_o_(std::cos(bounds.theta_o)),
       sin_o_(std::sin(bounds.theta_o)),
       cos_e_(std::cos(bounds.theta_e)),
@@ -28,7 +29,8 @@ LightImportance::Seen LightImportance::seen_from(const V3f& x, const V3f& n) con
     const V3f w = d > 0 ? way / d : axis_;  // from the light to x
 
     const light_importance::Filled filled(d2, r2_);
-    const float cos_w = std::clamp(axis_.dot(w), -1.0F, 1.0F);
+    const float cos_axis = std::clamp(axis_.dot(w), -1.0F, 1.0F);
+    const float cos_w = two_sided_ ? std::fabs(cos_axis) : cos_axis;
     const float shining = light_importance::shining(filled, cos_w, cos_o_, sin_o_, cos_e_);
     // A place within the box is as near as its rim, for all that is known; the last bound is for a point
     // light at x.
@@ -55,22 +57,28 @@ LightBounds union_of(const LightBounds& a, const LightBounds& b) {
     all.box.extendBy(b.box);
     all.theta_e = std::max(a.theta_e, b.theta_e);
     all.power = a.power + b.power;
+    all.two_sided = a.two_sided || b.two_sided;
+    // An axis of what shines both ways may be taken either way.
+    const bool turned = all.two_sided && a.axis.dot(b.axis) < 0;
+    const V3f a_axis = turned && a.two_sided ? -a.axis : a.axis;
+    const V3f b_axis = turned && !a.two_sided ? -b.axis : b.axis;
+    all.axis = a_axis;
     // The narrowest cone around both.
-    const float apart = std::acos(std::clamp(a.axis.dot(b.axis), -1.0F, 1.0F));
+    const float apart = std::acos(std::clamp(a_axis.dot(b_axis), -1.0F, 1.0F));
     if (std::min(apart + b.theta_o, kPi) <= a.theta_o) return all;
     if (std::min(apart + a.theta_o, kPi) <= b.theta_o) {
-        all.axis = b.axis;
+        all.axis = b_axis;
         all.theta_o = b.theta_o;
         return all;
     }
     all.theta_o = 0.5F * (a.theta_o + apart + b.theta_o);
-    const V3f side = b.axis - a.axis.dot(b.axis) * a.axis;
+    const V3f side = b_axis - a_axis.dot(b_axis) * a_axis;
     if (all.theta_o >= kPi || !(side.length2() > 1e-12F)) {  // opposite axes have no plane between them
         all.theta_o = kPi;
         return all;
     }
     const float turn = all.theta_o - a.theta_o;
-    all.axis = (std::cos(turn) * a.axis + std::sin(turn) * side.normalized()).normalized();
+    all.axis = (std::cos(turn) * a_axis + std::sin(turn) * side.normalized()).normalized();
     return all;
 }
 

@@ -16,7 +16,8 @@ struct LightBounds {
     V3f axis{0, 0, 1};  // unit; of the emitting normals
     // All normals lie within theta_o of the axis, all light within theta_e of some normal [rad].
     float theta_o = kPi, theta_e = kPi / 2;
-    float power = 0;  // >= 0, in any unit that all share
+    bool two_sided = false;  // the same light leaves to the other side of the axis
+    float power = 0;         // >= 0, in any unit that all share
 };
 
 // Bounds of both.
@@ -93,6 +94,7 @@ class LightImportance {
 
     V3f centre_{0, 0, 0}, axis_{0, 0, 1};
     float r2_ = 0;  // of the sphere around the box, squared
+    bool two_sided_ = false;
     float cos_o_ = -1, sin_o_ = 0, cos_e_ = 0;
     float power_ = 0;
 };

@@ -41,6 +41,7 @@ struct LightTree::Building {
     struct Item {
         LightBounds bounds;
         std::uint32_t light;
+        CellId part;
     };
     LightTree& tree;
     std::vector<Item> items;
@@ -51,8 +52,9 @@ struct LightTree::Building {
         const auto at = tree.nodes_.size();
         if (end - begin == 1) {
             const Item& item = items[begin];
-            tree.nodes_.push_back({LightImportance(item.bounds), item.light, true});
-            tree.positions_[item.light] = {true, true, turns};
+            tree.nodes_.push_back({LightImportance(item.bounds), item.light, item.part, true});
+            const std::uint32_t part = item.part == kNoCell ? 0 : item.part;
+            tree.turns_[tree.positions_[item.light].first + part] = turns;
             return item.bounds;
         }
         const std::size_t middle_item = split(begin, end, depth);
@@ -61,7 +63,7 @@ struct LightTree::Building {
         const auto next = static_cast<std::uint32_t>(tree.nodes_.size());
         const LightBounds second = build(middle_item, end, turns | std::uint64_t{1} << depth, depth + 1);
         const LightBounds all = union_of(first, second);
-        tree.nodes_[at] = {LightImportance(all), next, false};
+        tree.nodes_[at] = {LightImportance(all), next, kNoCell, false};
         return all;
     }
 
@@ -137,16 +139,29 @@ LightTree::LightTree(std::span<const std::unique_ptr<Light>> lights)
             continue;
         }
         // Shares of the whole, so that neither tiny nor huge powers leave float32; no light is lost to it.
-        bounds->power = std::max(static_cast<float>(light.power() / total), 1e-30F);
+        const auto share = [&](double of_light) {
+            return std::max(static_cast<float>(of_light * light.power() / total), 1e-30F);
+        };
         all.extendBy(bounds->box);
+        const auto parts = light.part_bounds();
+        const auto first = static_cast<std::uint32_t>(turns_.size());
+        positions_[i] = {true, true, std::max(1U, static_cast<std::uint32_t>(parts.size())), first};
+        turns_.resize(turns_.size() + positions_[i].parts);
+        for (CellId part = 0; part < parts.size(); ++part) {
+            LightBounds one = parts[part];
+            one.power = share(double{one.power});
+            building.items.push_back({one, i, part});
+        }
+        if (!parts.empty()) continue;
+        bounds->power = share(1);
         if (light.arriving(middle(bounds->box))) estimating_[i] = &light;
-        building.items.push_back({*bounds, i});
+        building.items.push_back({*bounds, i, kNoCell});
     }
     if (suns_.size() > kMostSuns) {
         beside_.insert(beside_.end(), suns_.begin(), suns_.end());
         suns_.clear();
     }
-    for (const std::uint32_t i : beside_) positions_[i] = {true, false, 0};
+    for (const std::uint32_t i : beside_) positions_[i].known = true;
     if (building.items.empty()) return;
     building.least_side = 1e-4F * all.size().length();
     nodes_.reserve(2 * building.items.size());
@@ -177,7 +192,7 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
         const float rest = (u - down) / (1 - down);  // beside_ is not empty: down < 1
         const auto count = static_cast<float>(beside_.size());
         const auto i = std::min(static_cast<std::size_t>(rest * count), beside_.size() - 1);
-        return Pick{beside_[i], (1 - down) / count};
+        return Pick{beside_[i], kNoCell, (1 - down) / count};
     }
     u = std::min(u / down, kBelowOne);
     float probability = down;
@@ -192,21 +207,23 @@ std::optional<LightTree::Pick> LightTree::pick(const V3f& x, const V3f& n, float
         node = first ? node + 1 : nodes_[node].next;
     }
     if (!(probability > 0)) return std::nullopt;
-    return Pick{nodes_[node].next, probability};
+    return Pick{nodes_[node].next, nodes_[node].part, probability};
 }
 
-float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light) const {
+float LightTree::probability(const V3f& x, const V3f& n, std::uint32_t light, CellId part) const {
     const Position& position = positions_[light];
     if (!position.known) return 0;
     const float down = tree_share();
     if (!position.placed) return (1 - down) / static_cast<float>(beside_.size());
     float probability = down;
     if (nodes_[0].leaf) return importance(nodes_[0], x, n) > 0 ? probability : 0.0F;
+    assert(position.parts == 1 || part < position.parts);
+    const std::uint64_t turns = turns_[position.first + (position.parts > 1 ? part : 0)];
     std::uint32_t node = 0;
     for (int depth = 0; !nodes_[node].leaf; ++depth) {
         const float p = first_child_probability(node, x, n);
         if (p < 0) return 0;
-        const bool second = (position.turns >> depth & 1) != 0;
+        const bool second = (turns >> depth & 1) != 0;
         probability *= second ? 1 - p : p;
         node = second ? nodes_[node].next : node + 1;
     }

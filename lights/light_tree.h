@@ -3,7 +3,8 @@
 // A binary tree of bounds over the lights. A draw descends from its root, at every node to the child that
 // is more important, in proportion; the probability of a light is the product along its way. Skies, which
 // have no place, stand beside the tree: each is as probable as the tree as a whole. A light that can estimate
-// what arrives from it (a measured lamp) is weighed by that instead of its bounds, in its leaf.
+// what arrives from it (a measured lamp) is weighed by that instead of its bounds, in its leaf. A light of
+// many parts (a mesh) has a leaf for each of them.
 //
 // Suns (lights of one direction, the same everywhere) are not chosen: whoever asks a light asks all of them
 // as well. One shadow ray tells all about a sun, where the choice between it and the sky would be most of the
@@ -38,30 +39,35 @@ class LightTree {
 
     struct Pick {
         std::uint32_t light;
+        CellId part;        // kNoCell: the light as a whole
         float probability;  // > 0
     };
     // For a point x with normal n on the side seen, if it is of an opaque surface; or 0. None: no light can
     // send anything there. u in [0,1).
     std::optional<Pick> pick(const V3f& x, const V3f& n, float u) const;
-    // Of pick() giving this light.
-    float probability(const V3f& x, const V3f& n, std::uint32_t light) const;
+    // Of pick() giving this light and part; `part` is of no matter where the light is picked as a whole.
+    float probability(const V3f& x, const V3f& n, std::uint32_t light, CellId part = kNoCell) const;
+    bool picks_parts_of(std::uint32_t light) const { return positions_[light].parts > 1; }
 
     // Those that pick() never gives, each to be asked beside what it gives.
     std::span<const std::uint32_t> suns() const { return suns_; }
 
+    // Parts count for one each.
     std::size_t lights_in_tree() const { return (nodes_.size() + 1) / 2; }
 
   private:
     struct Node {
         LightImportance importance;
         std::uint32_t next;  // inner: the second child, the first follows at once; leaf: the light
+        CellId part;
         bool leaf;
     };
     // How a light is reached.
     struct Position {
         bool known = false;       // among the lights that are chosen at all
         bool placed = false;      // in the tree
-        std::uint64_t turns = 0;  // from the root: bit i set, the second child at depth i
+        std::uint32_t parts = 1;  // leaves of their own
+        std::uint32_t first = 0;  // of their turns
     };
     struct Building;
     float importance(const Node& node, const V3f& x, const V3f& n) const;
@@ -72,7 +78,8 @@ class LightTree {
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> beside_;  // lights without a place
     std::vector<std::uint32_t> suns_;
-    std::vector<Position> positions_;       // by light
+    std::vector<Position> positions_;   // by light
+    std::vector<std::uint64_t> turns_;  // to each leaf from the root: bit i set, the second child at depth i
     std::vector<const Light*> estimating_;  // by light: itself, if it estimates what arrives; or null
 };
 

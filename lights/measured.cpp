@@ -446,7 +446,8 @@ class MeasuredLight final : public Light {
     }
 
     // The shape, where the light of the ray's line begins on it and not further on.
-    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& /*n*/) const override {
+    EmittedRadiance Le_on_surface(const Ray& ray, float t, const V3f& /*n*/,
+                                  std::uint32_t /*primitive*/) const override {
         const EmittedRadiance dark{Rgb(0.0F), 0, t};
         if (!shape_ || !(flux_ > 0)) return dark;
         V3d on_line, along;

@@ -137,7 +137,9 @@ struct PhotonParts {
 
     // That a place asks this light for this part, without photons.
     float plain_probability(std::uint32_t light, std::uint32_t photon, const V3f& x, const V3f& n) const {
-        return tree ? tree->probability(x, n, light) * plain[photon] : plain[photon];
+        if (!tree) return plain[photon];
+        const float probability = tree->probability(x, n, light, parts[photon]);
+        return tree->picks_parts_of(light) ? probability : probability * plain[photon];
     }
 };
 

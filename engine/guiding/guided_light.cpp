@@ -114,7 +114,11 @@ float bsdf_chance(const Vertex& vertex, const Candidates& all) {
 }  // namespace
 
 int candidates_that_pay(const Scene& scene) {
-    return has_parts(scene) ? 16 : 4;
+    // Parts among which the tree does not choose.
+    const bool fields = std::any_of(scene.lights().begin(), scene.lights().end(), [](const auto& light) {
+        return light->part_of(0) != kNoCell && light->part_bounds().empty();
+    });
+    return fields ? 16 : 4;
 }
 
 DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,

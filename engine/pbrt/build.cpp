@@ -73,7 +73,7 @@ EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts,
                         const std::vector<std::size_t>& mesh_of) {
     if (area.surface == AreaSpec::Surface::quadric) return quadric_emitter(parts.quadrics[area.index]);
     const Mesh& mesh = parts.meshes[mesh_of[area.index]];
-    return TriangleEmitter{mesh.p, mesh.triangles, mesh.traits.reverse_orientation};
+    return TriangleEmitter{mesh.p, kept_triangles(mesh), mesh.traits.reverse_orientation};
 }
 
 // Makes the light of a spec, its colour times `factor`.

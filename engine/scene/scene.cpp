@@ -252,6 +252,7 @@ Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
     hit.wo = -ray.d;
     hit.material = traits.material;
     hit.light = traits.light;
+    hit.primitive = primitive.primitive;
     hit.media = traits.media;
     return hit;
 }

@@ -48,6 +48,7 @@ struct Hit {
     float t = 0;
     std::uint32_t material = 0;
     std::int32_t light = kNoLight;
+    std::uint32_t primitive = 0;  // of the shape; of a mesh, the triangle
     MediumInterface media;
 };
 

@@ -67,6 +67,12 @@ Box3f bounds_of(const Shapes& shapes) {
     return box;
 }
 
+std::vector<V3i> kept_triangles(const Mesh& mesh) {
+    std::vector<V3i> kept = mesh.triangles;
+    std::erase_if(kept, [&mesh](const V3i& triangle) { return is_degenerate(mesh, triangle); });
+    return kept;
+}
+
 ShapeSet::ShapeSet(Shapes shapes, std::span<const Material> materials)
     : shapes_(std::move(shapes)), materials_(materials) {
     take_meshes();

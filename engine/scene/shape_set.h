@@ -31,6 +31,9 @@ inline bool is_usable(const V3f& p) {
 // The box of what is there to be met, interfaces included.
 Box3f bounds_of(const Shapes& shapes);
 
+// The triangles that the scene keeps: those with an area and finite vertices, in their order.
+std::vector<V3i> kept_triangles(const Mesh& mesh);
+
 class ShapeSet {
   public:
     // Leaves out triangles of zero area or with a vertex that is no usable number, and gives every mesh the

@@ -69,15 +69,15 @@ AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, c
 // at the price of a ray: it is taken sometimes [Russian roulette; Veach 1997, 10.4.1], so that its variance,
 // which falls by the square of the densities' ratio, still is the smaller one. Never under a sky: what is
 // drawn densely there (the sun) says nothing about the rest of it, which only BSDF samples find well; nor
-// beside several lights, where that of one says nothing about the others.
+// beside several lights, or parts of one, where that of one says nothing about the others.
 float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
                          const std::optional<LightChoice::Draw>& drawn) {
     constexpr float kLeast = 0.125F;
     // A diffuse surface's largest density; how many times more densely lights are drawn for the chance to
     // fall.
     constexpr float kDensity = kInvPi, kMargin = 4;
-    if (scene.lights().size() > 1 || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0))
-        return 1;
+    const bool one_light = scene.lights().size() == 1 && scene.lights()[0]->part_bounds().empty();
+    if (!one_light || !bsdf.is_diffuse() || scene.has_sky() || !drawn || !(drawn->pdf_w > 0)) return 1;
     return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
 }
 
@@ -133,7 +133,7 @@ Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit
                      const EmissionRule& rule) {
     if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
     const auto light = static_cast<std::uint32_t>(hit->light);
-    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(ray, hit->t, hit->at.n);
+    const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(ray, hit->t, hit->at.n, hit->primitive);
     return seen.radiance * rule.share(scene, light, seen);
 }
 

@@ -48,18 +48,24 @@ bool has_parts(const Scene& scene) {
 std::optional<LightChoice::Plain> LightChoice::pick_plainly(const Scene& scene, float u) const {
     if (tree_) {
         const auto pick = tree_->pick(x_, n_, u);
-        return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+        return pick ? std::optional(Plain{pick->light, pick->part, pick->probability}) : std::nullopt;
     }
     const auto pick = scene.picker().pick(u);
-    return pick ? std::optional(Plain{pick->light, pick->probability}) : std::nullopt;
+    return pick ? std::optional(Plain{pick->light, kNoCell, pick->probability}) : std::nullopt;
 }
 
-float LightChoice::plain_probability(const Scene& scene, std::uint32_t light) const {
-    return tree_ ? tree_->probability(x_, n_, light) : scene.picker().probability(light);
+float LightChoice::plain_density(const Scene& scene, std::uint32_t light, const PartPdf& pdf,
+                                 const std::optional<Plain>& plain) const {
+    if (!tree_) {
+        const float probability = plain ? plain->probability : scene.picker().probability(light);
+        return probability * pdf.whole_pdf_w;
+    }
+    const float probability = plain ? plain->probability : tree_->probability(x_, n_, light, pdf.part);
+    return probability * (tree_->picks_parts_of(light) ? pdf.part_pdf_w : pdf.whole_pdf_w);
 }
 
 float LightChoice::mixture(float plain, std::uint32_t light, const PartPdf& pdf) const {
-    float density = defensive_weight_ * plain * pdf.whole_pdf_w;
+    float density = defensive_weight_ * plain;
     if (defensive_weight_ < 1)
         density += (1 - defensive_weight_) * guide_.probability(light, pdf.part) * pdf.part_pdf_w;
     return density;
@@ -74,6 +80,7 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
         plain = pick_plainly(scene, std::min(u_light / defensive_weight_, kBelowOne));
         if (!plain) return std::nullopt;
         draw.light = plain->light;
+        if (plain->part != kNoCell) part = plain->part;
     } else {
         const Guide::Choice& choice =
             guide_.draw(std::min((u_light - defensive_weight_) / (1 - defensive_weight_), kBelowOne));
@@ -88,8 +95,7 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
     // drawn.
     const bool delta = light.is_delta();
     const PartPdf pdf = delta ? whole(1) : light_sample->part.value_or(whole(light_sample->pdf_w));
-    const float density =
-        mixture(plain ? plain->probability : plain_probability(scene, draw.light), draw.light, pdf);
+    const float density = mixture(plain_density(scene, draw.light, pdf, plain), draw.light, pdf);
     if (!(density > 0) || !std::isfinite(density)) return std::nullopt;
     draw.light_sample = *light_sample;
     draw.gain = (delta ? 1 : light_sample->pdf_w) / density;
@@ -98,7 +104,8 @@ std::optional<LightChoice::Draw> LightChoice::draw(const Scene& scene, const V3f
 }
 
 float LightChoice::pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
-    return mixture(plain_probability(scene, light), light, seen.part.value_or(whole(seen.pdf_w)));
+    const PartPdf pdf = seen.part.value_or(whole(seen.pdf_w));
+    return mixture(plain_density(scene, light, pdf, std::nullopt), light, pdf);
 }
 
 }  // namespace lucerna

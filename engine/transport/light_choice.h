@@ -89,14 +89,17 @@ class LightChoice {
     float pdf_w(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const;
 
   private:
-    // Of a light and a direction towards it, from the plain choice's probability of the light.
-    float mixture(float plain, std::uint32_t light, const PartPdf& pdf) const;
     struct Plain {
         std::uint32_t light;
+        CellId part;  // kNoCell: the light chooses
         float probability;
     };
     std::optional<Plain> pick_plainly(const Scene& scene, float u) const;
-    float plain_probability(const Scene& scene, std::uint32_t light) const;
+    // Densities of a light and a direction towards it: by the plain choice, whose probability `plain` holds
+    // if that drew; and by both strategies.
+    float plain_density(const Scene& scene, std::uint32_t light, const PartPdf& pdf,
+                        const std::optional<Plain>& plain) const;
+    float mixture(float plain, std::uint32_t light, const PartPdf& pdf) const;
 
     const LightTree* tree_ = nullptr;
     V3f x_{0, 0, 0}, n_{0, 0, 0};
