@@ -22,6 +22,14 @@ constexpr int kMostGlossyBounces = 8;
 // hides nothing.
 constexpr float kLift = 0.05F;
 
+// How far from a point its light, `all` of it, is about the same: by a share of the distance to its lamps,
+// and by more where they are only a part of it.
+float far_enough(const NearLight& near, float all) {
+    constexpr float kOfDistance = 0.25F;
+    return near.irradiance > 0 ? kOfDistance * near.distance * std::max(all / near.irradiance, 1.0F)
+                               : INFINITY;
+}
+
 // How far it is along the surface to whatever stands on it, at most `most`. What is thinner than the gaps
 // between the rays is missed.
 float room_around(const Scene& scene, const SurfacePoint& at, float most) {
@@ -143,9 +151,13 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
                     DensityEstimate(*map, sources.how, probing).incident(at, sum, late);
                 deepest = std::max(deepest, more.deepest);
             }
-            if (sources.more) sources.more(places_.numbers[i], at, sum);
+            const NearLight near = sources.more ? sources.more(places_.numbers[i], at, sum) : NearLight();
             const IncidentLight light = sum.light();
-            values_[i] = {light, own.radius, scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
+            const float within = std::min(own.radius, far_enough(near, luminance(light.irradiance())));
+            values_[i] = {light,
+                          own.radius,
+                          within,
+                          scene_ ? room_around(*scene_, at, own.radius) : INFINITY,
                           shares_of_shorter(late, luminance(light.irradiance())),
                           static_cast<BounceCount>(deepest)};
         }
@@ -174,7 +186,7 @@ std::optional<IrradiancePoints::Found> IrradiancePoints::nearest(const V3f& x, c
     const Value& value = values_[nearest->index];
     const std::optional<float> share = share_within(value, most_bounces);
     if (!share) return std::nullopt;
-    if (nearest->key > sqr(value.radius)) return std::nullopt;
+    if (nearest->key > sqr(value.within)) return std::nullopt;
     if (nearest->key > sqr(value.room) && is_hidden(x, n, places_.positions[nearest->index])) {
         return std::nullopt;
     }

@@ -8,6 +8,10 @@
 // light is not that of this side. Each point knows how much room there is around it along the surface; from
 // further away than that it is looked up only if it is seen.
 //
+// Nor is a point right for places much farther from it than a lamp is: beside a ceiling's panel that also
+// shines up, the ceiling behind it is bright, and seen by nobody. Each point knows how far away its lamps
+// are.
+//
 // Where the points stand. Christensen takes every n-th photon, and that photon counts itself: its estimate is
 // too bright by kernel(0)/k, 2/k. Leaving it out makes the estimate at the point unbiased (Slivnyak), and
 // what is looked up too dark: a point is looked up from all places nearer to it than to another, so points
@@ -64,6 +68,13 @@ struct BounceParameters {
 SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers);
 
+// Light from what may be near: how much, and from how far on (harmonic) average. It changes by twice its
+// share of that distance, where a light of density is already a mean over its disc.
+struct NearLight {
+    float irradiance = 0;  // luminance
+    float distance = INFINITY;
+};
+
 // What the points add up.
 struct IrradianceSources {
     std::span<const PhotonMap* const> maps;  // one at least
@@ -71,7 +82,7 @@ struct IrradianceSources {
     std::optional<Probing> probing = {};  // by whose chance each point gets its own; none: what stands
                                           // between is not asked
     // Adds light beside that of the maps, at the place of that number; none: nothing. Called from any thread.
-    std::function<void(std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light)> more = {};
+    std::function<NearLight(std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light)> more = {};
 };
 
 class IrradiancePoints {
@@ -87,9 +98,10 @@ class IrradiancePoints {
         float share;                 // of both, that paths of so few bounces bring
     };
     // The nearest point within `radius`, and not much farther away than its disc is wide at most points,
-    // whose normal is within some 25° of n, if x lies within that point's own disc and nothing stands
-    // between. Of paths that may have fewer bounces than the photons that count there (`most_bounces`, where
-    // the points' own limit is more) it gives the share in luminance. None: estimate it yourself.
+    // whose normal is within some 25° of n, if x lies within that point's own disc, near it beside the lamps
+    // that shine there, and nothing stands between. Of paths that may have fewer bounces than the photons
+    // that count there (`most_bounces`, where the points' own limit is more) it gives the share in luminance.
+    // None: estimate it yourself.
     std::optional<Found> nearest(const V3f& x, const V3f& n, float radius,
                                  int most_bounces = kMaxBounces) const;
 
@@ -99,7 +111,8 @@ class IrradiancePoints {
     struct Value {
         IncidentLight light;
         float radius;
-        float room;  // scene units: a point so near is seen
+        float within;  // scene units: how far away it is looked up
+        float room;    // a point so near is seen
         // Of the irradiance: what is left for paths that are shorter by j + 1 bounces (LateLight), times
         // kWhole.
         std::array<std::uint16_t, LateLight::kLevels> shorter;

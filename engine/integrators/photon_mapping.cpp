@@ -154,8 +154,8 @@ constexpr std::uint32_t kLightSamplesBranch = 1, kSunsBranch = 2;
 
 // Direct light at a point, sampled in both ways as direct_light() does it for a white surface there, whose
 // radiance times π is the irradiance.
-void add_direct_light(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
-                      const Sampler& point, int samples, IncidentLightSum& light) {
+NearLight add_direct_light(const Scene& scene, const LightChooser& lights, const SurfacePoint& at,
+                           const Sampler& point, int samples, IncidentLightSum& light) {
     Hit hit;
     hit.at = at;
     hit.ns = at.n;
@@ -166,10 +166,16 @@ void add_direct_light(const Scene& scene, const LightChooser& lights, const Surf
     const LightChoice choice = lights.at(at, white, hit.wo);
     const Vertex vertex{hit, white, hit.wo};
     const float scale = kPi / static_cast<float>(samples);
+    float sum = 0, over_distance = 0;
+    const auto add = [&](const Rgb& irradiance, const V3f& wi, float distance) {
+        light.add(irradiance, wi);
+        sum += luminance(irradiance);
+        over_distance += luminance(irradiance) / std::max(distance, at.error);  // error > 0
+    };
     Sampler to_suns = point.split(kSunsBranch);
     for (const std::uint32_t sun : choice.suns()) {
         if (const auto from_sun = sunlight(scene, vertex, sun, to_suns))
-            light.add(kPi * from_sun->radiance, from_sun->w);
+            add(kPi * from_sun->radiance, from_sun->w, INFINITY);
     }
     for (int i = 0; i < samples; ++i) {
         Sampler sampler = point.split_stratified(kLightSamplesBranch, static_cast<std::uint32_t>(i));
@@ -178,18 +184,19 @@ void add_direct_light(const Scene& scene, const LightChooser& lights, const Surf
         if (const auto drawn = choice.draw(scene, at.p, u_light, u_place)) {
             const Rgb asked = unshadowed(vertex, *drawn);
             if (!is_black(asked)) {
-                light.add(scale * asked * transmitted_share(scene, vertex, drawn->light_sample, sampler),
-                          drawn->light_sample.w);
+                add(scale * asked * transmitted_share(scene, vertex, drawn->light_sample, sampler),
+                    drawn->light_sample.w, drawn->light_sample.distance);
             }
         }
         const BsdfU u{sampler.next(), sampler.next2()};
         const auto sample = white.sample(hit.wo, u, Transport::radiance);
         if (!sample) continue;
         const Ray ray{at.towards(sample->wi), sample->wi};
-        const Rgb found =
-            emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice));
-        light.add(scale * sample->weight * found, sample->wi);
+        const auto met = scene.intersect(ray);
+        const Rgb found = emission(scene, ray, met, EmissionRule::mis(sample->pdf_w, choice));
+        add(scale * sample->weight * found, sample->wi, met ? met->t : INFINITY);
     }
+    return {sum, over_distance > 0 ? sum / over_distance : INFINITY};
 }
 
 // A point for one photon in so many, as the time allows: by that of a few, and then of more, for the first
@@ -233,7 +240,7 @@ IrradiancePoints precompute_irradiance(const PassContext& context, const PhotonM
         sources.more = [&, lights = LightChooser(context.scene, settings.lights)](
                            std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light) {
             const Sampler point(context.seed, Purpose::gather, context.pass, number);
-            add_direct_light(context.scene, lights, at, point, settings.precompute_lights, light);
+            return add_direct_light(context.scene, lights, at, point, settings.precompute_lights, light);
         };
     }
     BounceParameters bounce{static_cast<std::size_t>(settings.precompute), context.seed, context.pass};
