@@ -221,7 +221,8 @@ TEST(LampOnShape, APointBehindSButBeforeItsPane_IsLit) {
         const Ray back{{0.005F, 0, -0.01F}, in->w};
         const auto hit = scene.intersect(back);
         ASSERT_TRUE(hit);
-        const EmittedRadiance seen = scene.lights()[0]->Le_on_surface(back, hit->t, hit->at.n);
+        const EmittedRadiance seen =
+            scene.lights()[0]->Le_on_surface(back, hit->t, hit->at.n, hit->primitive);
         EXPECT_NEAR(seen.pdf_w, in->pdf_w, 2e-3F * in->pdf_w);
         EXPECT_TRUE(scene.unoccluded({{0.005F, 0, -0.01F}}, in->w, in->distance));
     }

@@ -190,7 +190,7 @@ TEST(AreaLight, LeOnSurface_KnowsTheDensityThatSampleLiUsed) {
             // Directions that graze the emitter end beside it in float32.
             if (!hit || std::fabs(hit->n.dot(V3d(ray.d))) < 0.02) continue;
             const EmittedRadiance seen =
-                lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n));
+                lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n), 0);
             EXPECT_NEAR(seen.pdf_w / light_sample->pdf_w, 1, 1e-3F) << lamp.name;
             const Rgb radiance = light_sample->weight * light_sample->pdf_w;
             EXPECT_LT(std::fabs(luminance(radiance - seen.radiance)), 1e-4F) << lamp.name;
@@ -212,7 +212,7 @@ TEST(AreaLight, DensityOverAllDirections_IntegratesToOne) {
             const Ray ray{{0, 0, 0}, random_direction(s)};
             EmittedRadiance seen{Rgb(0), 0, 0};
             if (const auto hit = lamp.intersect(ray)) {
-                seen = lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n));
+                seen = lamp.light->Le_on_surface(ray, static_cast<float>(hit->t), V3f(hit->n), 0);
             }
             density.add(4 * kPiD * static_cast<double>(seen.pdf_w));
             by_Le.add(4 * kPiD * static_cast<double>(luminance(seen.radiance) * std::fabs(ray.d.z)));
@@ -519,10 +519,10 @@ TEST(AreaLight, BackOfOneSided_IsDarkAndOfTwoSidedIsNot) {
     const DiskEmitter disk{{0, 0, 2}, {0, 0, -1}, 1};
     const Ray from_behind{{0.1F, 0, 4}, {0, 0, -1}};
     const auto one = make_area_light(disk, Rgb(1), false);
-    EXPECT_TRUE(is_black(one->Le_on_surface(from_behind, 2, disk.n).radiance));
-    EXPECT_FALSE(is_black(one->Le_on_surface({{0.1F, 0, 0}, {0, 0, 1}}, 2, disk.n).radiance));
+    EXPECT_TRUE(is_black(one->Le_on_surface(from_behind, 2, disk.n, 0).radiance));
+    EXPECT_FALSE(is_black(one->Le_on_surface({{0.1F, 0, 0}, {0, 0, 1}}, 2, disk.n, 0).radiance));
     const auto two = make_area_light(disk, Rgb(1), true);
-    EXPECT_FALSE(is_black(two->Le_on_surface(from_behind, 2, disk.n).radiance));
+    EXPECT_FALSE(is_black(two->Le_on_surface(from_behind, 2, disk.n, 0).radiance));
     EXPECT_TRUE(two->sample_Li(from_behind.o, {0.5F, 0.5F}));
     EXPECT_FLOAT_EQ(two->flux().x, 2 * one->flux().x);
 }

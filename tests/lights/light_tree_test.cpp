@@ -91,7 +91,9 @@ TEST(LightBounds, EveryParticle_StartsInsideAndFliesWithinTheCone) {
             const auto e = light->sample_Le(u);
             if (!e) continue;
             EXPECT_TRUE(box.intersects(e->from.p)) << light->kind() << " " << e->from.p;
-            const float angle = std::acos(std::clamp(bounds->axis.dot(e->d), -1.0F, 1.0F));
+            const float along = bounds->axis.dot(e->d);
+            const float angle =
+                std::acos(std::clamp(bounds->two_sided ? std::fabs(along) : along, -1.0F, 1.0F));
             EXPECT_LE(angle, bounds->theta_o + bounds->theta_e + 1e-3F) << light->kind();
         }
     }
@@ -105,6 +107,7 @@ TEST(LightBounds, Together_HoldBothCones) {
             LightBounds bounds{Box3f(p, p + V3f(0.1F)), random_direction(sampler)};
             bounds.theta_o = sampler.next() < 0.3F ? 0 : kPi * sampler.next();
             bounds.power = sampler.next();
+            bounds.two_sided = sampler.next() < 0.3F;
             return bounds;
         };
         const LightBounds a = random();
@@ -116,11 +119,23 @@ TEST(LightBounds, Together_HoldBothCones) {
         EXPECT_NEAR(all.axis.length(), 1, 1e-5F);
         for (const LightBounds& one : {a, b}) {
             EXPECT_TRUE(all.box.intersects(one.box.min) && all.box.intersects(one.box.max));
-            const float apart = std::acos(std::clamp(all.axis.dot(one.axis), -1.0F, 1.0F));
+            const float along = all.axis.dot(one.axis);
+            EXPECT_TRUE(all.two_sided || !one.two_sided);
+            const float apart = std::acos(std::clamp(all.two_sided ? std::fabs(along) : along, -1.0F, 1.0F));
             EXPECT_LE(std::min(apart + one.theta_o, kPi), all.theta_o + 1e-3F);
         }
         EXPECT_LE(all.theta_o, kPi);
     }
+}
+
+// Of any of a light's parts.
+double probability_of(const LightTree& tree, const Lights& lights, const V3f& x, const V3f& n,
+                      std::uint32_t light) {
+    const std::size_t parts = lights[light]->part_bounds().size();
+    if (parts == 0) return double{tree.probability(x, n, light)};
+    double sum = 0;
+    for (CellId part = 0; part < parts; ++part) sum += double{tree.probability(x, n, light, part)};
+    return sum;
 }
 
 TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) {
@@ -140,12 +155,12 @@ TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) 
             const auto pick = tree.pick(x, n, sampler.next());
             ++observed[pick ? pick->light : lights.size()];
             if (!pick) continue;
-            EXPECT_NEAR(pick->probability, tree.probability(x, n, pick->light), 1e-6F);
+            EXPECT_NEAR(pick->probability, tree.probability(x, n, pick->light, pick->part), 1e-6F);
         }
         std::vector<double> expected;
         double sum = 0;
         for (std::uint32_t i = 0; i < lights.size(); ++i) {
-            expected.push_back(kDraws * double{tree.probability(x, n, i)});
+            expected.push_back(kDraws * probability_of(tree, lights, x, n, i));
             sum += expected.back();
         }
         expected.push_back(std::max(0.0, kDraws - sum));
@@ -154,10 +169,32 @@ TEST(LightTree, Picks_ComeWithTheProbabilityStated_AndTheTestSeesWhenTheyDoNot) 
         // Another place's probabilities.
         std::vector<double> wrong;
         for (std::uint32_t i = 0; i < lights.size(); ++i) {
-            wrong.push_back(kDraws * double{tree.probability(x + V3f(0.3F), n, i)});
+            wrong.push_back(kDraws * probability_of(tree, lights, x + V3f(0.3F), n, i));
         }
         wrong.push_back(0);
         EXPECT_FALSE(testing::chi_square(observed, wrong).accepted());
+    }
+}
+
+TEST(LightTree, FewSuns_AreNotPicked_ManyAre) {
+    const SceneSphere sphere{{0, 0, 0}, 5};
+    for (const std::size_t suns : {std::size_t{1}, LightTree::kMostSuns, LightTree::kMostSuns + 1}) {
+        Lights lights;
+        lights.push_back(make_infinite_light(Rgb(1.0F), sphere));
+        for (std::size_t i = 0; i < suns; ++i)
+            lights.push_back(make_distant_light({0, -1, 0}, Rgb(1.0F), sphere));
+        const LightTree tree(lights);
+        const bool asked_beside = suns <= LightTree::kMostSuns;
+        EXPECT_EQ(tree.suns().size(), asked_beside ? suns : 0);
+        const V3f x(0, 0, 0), up(0, 1, 0);
+        EXPECT_FLOAT_EQ(tree.probability(x, up, 0),
+                        asked_beside ? 1.0F : 1.0F / static_cast<float>(suns + 1));
+        EXPECT_EQ(tree.probability(x, up, 1) > 0, !asked_beside);
+        for (const float u : {0.0F, 0.3F, 0.999F}) {
+            const auto pick = tree.pick(x, up, u);
+            ASSERT_TRUE(pick);
+            if (asked_beside) EXPECT_EQ(pick->light, 0U);
+        }
     }
 }
 
@@ -175,7 +212,8 @@ TEST(LightTree, LightThatArrives_HasAChance) {
             if (!in || !(luminance(in->weight) > 0)) continue;
             if (n != V3f(0.0F) && !(n.dot(in->w) > 0)) continue;
             ++arrived;
-            EXPECT_GT(tree.probability(x, n, l), 0) << lights[l]->kind() << " at " << x;
+            EXPECT_GT(tree.probability(x, n, l, in->part ? in->part->part : kNoCell), 0)
+                << lights[l]->kind() << " at " << x;
         }
     }
     EXPECT_GT(arrived, 10'000);

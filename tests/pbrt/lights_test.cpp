@@ -161,7 +161,7 @@ TEST(Lights, AreaEmission_LeavesOnTheSideOfTheGeometry) {
             EXPECT_EQ(hit->light, 0);
             EXPECT_NEAR((hit->at.p - photon->from.p).length(), 0, 1e-5F);
             const EmittedRadiance seen = scene.lights()[0]->Le_on_surface(
-                {photon->from.p + back * photon->d, -photon->d}, hit->t, hit->at.n);
+                {photon->from.p + back * photon->d, -photon->d}, hit->t, hit->at.n, hit->primitive);
             EXPECT_EQ(seen.radiance, Rgb(1.0F)) << turn << shape;
         }
     }
