@@ -99,13 +99,15 @@ constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
 
 // The noise at p times each of kNoiseLanes frequencies, which rise; the first `count` are wanted.
 std::array<double, kNoiseLanes> noise_of(const V3d& p, const double* frequencies, std::size_t count) {
+    std::array<double, kNoiseLanes> noise{};
 #if LUCERNA_NOISE_LANES
     // Not where p is no number.
-    if ((std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
-        return NoiseLanes(kPermutation, kGradientParts).at(p, frequencies);
+    if (has_noise_lanes() &&
+        (std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
+        noise_lanes(kPermutation, kGradientParts, p, frequencies, noise.data());
+        return noise;
     }
 #endif
-    std::array<double, kNoiseLanes> noise{};
     for (std::size_t i = 0; i < count; ++i) noise[i] = perlin_noise(frequencies[i] * p);
     return noise;
 }
