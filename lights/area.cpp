@@ -57,7 +57,7 @@ class Lambertian {
         const SurfacePoint from = place.surface();
         V3f local = square_to_cosine_hemisphere(u);
         if (back) local.z = -local.z;
-        return LeSample{from, Frame(from.n).to_world(local).normalized(), weight};
+        return LeSample{from, unit(Frame(from.n).to_world(local)), weight};
     }
 
     // From x to a place chosen uniformly in area.
@@ -106,25 +106,22 @@ class Triangles {
             areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out
         }
         by_area_ = Cdf(areas);
+        for (std::size_t i = 0; i < shape_.triangles.size(); ++i) {
+            pieces_.push_back(areas[i] > 0 ? piece(shape_.triangles[i]) : Piece{});
+        }
     }
 
     double area() const { return by_area_.total(); }
 
     Place at(const V2f& u) const {
-        const Cdf::Draw draw = by_area_.draw(u.x);
+        const Cdf::Draw draw = by_area_.draw(u.x);  // never an item of weight 0
         const V3i& triangle = shape_.triangles[draw.item];
+        const Piece& piece = pieces_[draw.item];
         const V3d p0(vertex(triangle, 0));
         const V3d e1 = V3d(vertex(triangle, 1)) - p0;
         const V3d e2 = V3d(vertex(triangle, 2)) - p0;
         const V2f b = square_to_triangle({draw.remainder, u.y});
-        V3d n = e1.cross(e2).normalized();  // area > 0: the Cdf never draws others
-        if (shape_.reverse) n.negate();
-        float extent = 0;
-        for (int i = 0; i < 3; ++i) {
-            const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
-            extent = std::max(extent, static_cast<float>(side));
-        }
-        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent};
+        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, piece.n, piece.extent};
     }
 
     LightBounds bounds() const {
@@ -141,6 +138,23 @@ class Triangles {
     }
 
   private:
+    // What all places on a triangle of some area have in common.
+    struct Piece {
+        V3d n{0, 0, 0};
+        float extent = 0;
+    };
+    Piece piece(const V3i& triangle) const {
+        const V3d p0(vertex(triangle, 0));
+        const V3d e1 = V3d(vertex(triangle, 1)) - p0;
+        const V3d e2 = V3d(vertex(triangle, 2)) - p0;
+        Piece made{e1.cross(e2).normalized()};
+        if (shape_.reverse) made.n.negate();
+        for (int i = 0; i < 3; ++i) {
+            const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
+            made.extent = std::max(made.extent, static_cast<float>(side));
+        }
+        return made;
+    }
     const V3f& vertex(const V3i& triangle, int corner) const {
         const auto index = static_cast<std::size_t>(triangle[corner]);
         assert(index < shape_.p.size());
@@ -153,6 +167,7 @@ class Triangles {
 
     TriangleEmitter shape_;
     Cdf by_area_;
+    std::vector<Piece> pieces_;  // by triangle
 };
 
 class Disk {
@@ -199,6 +214,9 @@ class FlatLight final : public Light {
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
         if (!(shape_.area() > 0)) return std::nullopt;
         return emission_.sample_Le(shape_.at(u.position), u.direction, shape_.area());
+    }
+    void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const override {
+        for (std::size_t i = 0; i < u.size(); ++i) out[i] = FlatLight::sample_Le(u[i]);
     }
     std::optional<LightSample> sample_Li(const V3f& x, const V2f& u, std::optional<CellId>) const override {
         if (!(shape_.area() > 0)) return std::nullopt;

@@ -18,12 +18,14 @@ std::optional<Emission::Choice> Emission::choose(const EmissionNet::Point& point
 }
 
 void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart>> out) {
-    std::fill(out.begin(), out.end(), std::nullopt);
+    for (auto& start : out) start.reset();
 
     // Choose lights.
     choices_.clear();
+    points_.resize(out.size());
+    net_.points(first, points_);
     for (std::size_t i = 0; i < out.size(); ++i) {
-        auto choice = choose(net_.at(first + static_cast<std::uint32_t>(i)));
+        auto choice = choose(points_[i]);
         if (!choice) continue;
         choice->place = static_cast<std::uint32_t>(i);
         choices_.push_back(*choice);

@@ -76,6 +76,7 @@ class Emission {
     const Scene& scene_;
     EmissionNet net_;
     const LearnedEmission* learned_;  // null: plain
+    std::vector<EmissionNet::Point> points_;
     std::vector<Choice> choices_;
     std::vector<LeSampleU> numbers_;
     std::vector<std::optional<LeSample>> emitted_;
