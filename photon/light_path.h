@@ -132,9 +132,8 @@ class LightPath {
     // For a surface, and for a medium: samples the direction in which the path continues; false: it ends, and
     // the ledger says why.
     bool scatter(const Hit& hit, const Bsdf& bsdf) {
-        const BsdfU u{sampler_.next(), sampler_.next2()};
-        const float u_survive = sampler_.next();
-        const auto sample = bsdf.sample(-d_, u, Transport::particles);
+        const auto [u_lobe, u_direction, u_survive] = sampler_.next_of_bounce();
+        const auto sample = bsdf.sample(-d_, BsdfU{u_lobe, u_direction}, Transport::particles);
         if (!sample || is_black(sample->weight)) {
             ledger_.absorbed += V3d(power_);
             return false;

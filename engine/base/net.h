@@ -23,8 +23,25 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
-// Nested uniform scrambling of a word whose least significant bit comes first.
-inline std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t seed) {
+// Words side by side, in one vector register: a compiler does not put four or eight of them there by itself.
+using Words4 [[gnu::vector_size(16)]] = std::uint32_t;
+using Words8 [[gnu::vector_size(32)]] = std::uint32_t;
+using Floats4 [[gnu::vector_size(16)]] = float;
+using Floats8 [[gnu::vector_size(32)]] = float;
+
+// The same of each word.
+template <typename Words>
+Words reverse_bits_each(Words x) {
+    x = (x << 16) | (x >> 16);
+    x = ((x & 0x00ff00ffU) << 8) | ((x >> 8) & 0x00ff00ffU);
+    x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
+    x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
+    return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+}
+
+// Nested uniform scrambling of a word whose least significant bit comes first; or of each of several.
+template <typename Word>
+Word owen_scramble_reversed(Word x, Word seed) {
     x ^= x * 0x3d20adeaU;
     x += seed;
     x *= (seed >> 16) | 1U;
@@ -57,6 +74,14 @@ constexpr std::uint32_t sobol_1(std::uint32_t index) {
 inline float to_unit(std::uint32_t x) {
     // Through int: every processor turns those into floats.
     return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24F;
+}
+inline Floats4 to_unit_each(Words4 x) {
+    using Ints [[gnu::vector_size(16)]] = std::int32_t;
+    return __builtin_convertvector((Ints)(x >> 8), Floats4) * 0x1p-24F;
+}
+inline Floats8 to_unit_each(Words8 x) {
+    using Ints [[gnu::vector_size(32)]] = std::int32_t;
+    return __builtin_convertvector((Ints)(x >> 8), Floats8) * 0x1p-24F;
 }
 
 inline constexpr std::size_t kSobolDimensions = 5;
@@ -122,10 +147,9 @@ inline void step_to(std::uint32_t index, Words& x) {
     const Words& step = kSteps[std::min<std::size_t>(std::countr_zero(index), 31)];
     for (std::size_t d = 0; d < 8; ++d) x[d] ^= step[d];
 }
-inline std::array<float, 8> scrambled(const Words& x, const Words& seeds) {
-    std::array<float, 8> u;
-    for (std::size_t d = 0; d < 8; ++d) u[d] = to_unit(reverse_bits(owen_scramble_reversed(x[d], seeds[d])));
-    return u;
+inline Floats8 scrambled(const Words& x, const Words& seeds) {
+    const auto vector = [](const Words& w) { return Words8{w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]}; };
+    return to_unit_each(reverse_bits_each(owen_scramble_reversed(vector(x), vector(seeds))));
 }
 
 }  // namespace sobol
