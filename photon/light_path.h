@@ -129,11 +129,14 @@ class LightPath {
         return crossing.scattered;
     }
 
-    // For a surface, and for a medium: samples the direction in which the path continues; false: it ends, and
-    // the ledger says why.
-    bool scatter(const Hit& hit, const Bsdf& bsdf) {
+    // At a surface: samples the direction in which the path continues, and draws the number of its roulette.
+    std::optional<BsdfSample> sample(const Bsdf& bsdf) {
         const auto [u_lobe, u_direction, u_survive] = sampler_.next_of_bounce();
-        const auto sample = bsdf.sample(-d_, BsdfU{u_lobe, u_direction}, Transport::particles);
+        u_survive_ = u_survive;
+        return bsdf.sample(-d_, BsdfU{u_lobe, u_direction}, Transport::particles);
+    }
+    // With that sample, and at a place in a medium: goes on; false: the path ends, and the ledger says why.
+    bool scatter(const Hit& hit, const Bsdf& bsdf, const std::optional<BsdfSample>& sample) {
         if (!sample || is_black(sample->weight)) {
             ledger_.absorbed += V3d(power_);
             return false;
@@ -145,7 +148,7 @@ class LightPath {
         const Rgb of_class = scattered * bounced.scale;
         if (bounced.scale != Rgb(1.0F)) ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path of power 0 goes on.
-        if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive)) return false;
+        if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive_)) return false;
         path_.bounce(bounced.specular);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
@@ -184,28 +187,39 @@ class LightPath {
     SurfacePoint from_;
     V3f d_;
     Rgb power_;
-    Rgb arriving_{0.0F};  // before the last segment
+    Rgb arriving_{0.0F};   // before the last segment
+    float u_survive_ = 0;  // of the last bounce's roulette
     PathClass path_;
     std::int32_t medium_;
 };
 
 // What happens at the end of a segment: the visitor stores it, the path is scattered. False: it ends there.
-template <typename OnHit, typename OnScatter, typename OnEscape>
-bool interact(const Scene& scene, LightPath& light_path, const std::optional<Hit>& hit,
-              const std::optional<MediaTraversal::Scattered>& scattered, const LightPathStart& start,
-              Ledger& ledger, OnHit&& on_hit, OnScatter&& on_scatter, OnEscape&& on_escape) {
-    if (is_black(light_path.power())) return false;  // absorbed on the way, and booked
+
+// Whether that is at the surface that it hits, if it hits any.
+inline bool is_at_surface(const LightPath& light_path, const std::optional<Hit>& hit,
+                          const std::optional<MediaTraversal::Scattered>& scattered) {
+    return hit && !scattered && !is_black(light_path.power());  // black: absorbed on the way, and booked
+}
+// If so. `sample` is the path's own there.
+template <typename OnHit>
+bool interact_at_surface(LightPath& light_path, const Hit& hit, const Bsdf& bsdf,
+                         const std::optional<BsdfSample>& sample, const LightPathStart& start, Ledger& ledger,
+                         OnHit&& on_hit) {
+    ++ledger.hits;
+    on_hit(LightPathHit{hit, bsdf, light_path.d(), light_path.power(), light_path.path(), start});
+    return light_path.scatter(hit, bsdf, sample);
+}
+// If not.
+template <typename OnScatter, typename OnEscape>
+bool interact_elsewhere(LightPath& light_path, const std::optional<MediaTraversal::Scattered>& scattered,
+                        const LightPathStart& start, Ledger& ledger, OnScatter&& on_scatter,
+                        OnEscape&& on_escape) {
+    if (is_black(light_path.power())) return false;
     if (scattered) {
         ++ledger.scatterings;
         on_scatter(LightPathScatter{scattered->p, scattered->g, light_path.d(), light_path.power(),
                                     light_path.path(), start});
         return light_path.scatter(*scattered);
-    }
-    if (hit) {
-        ++ledger.hits;
-        const Bsdf bsdf = scene.bsdf(*hit);
-        on_hit(LightPathHit{*hit, bsdf, light_path.d(), light_path.power(), light_path.path(), start});
-        return light_path.scatter(*hit, bsdf);
     }
     ledger.escaped += V3d(light_path.power());
     on_escape(
@@ -227,8 +241,13 @@ void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& 
         const Ray ray = light_path.ray();
         std::optional<Hit> hit = scene.intersect(ray);
         const auto scattered = light_path.propagate(ray, hit);
-        if (!interact(scene, light_path, hit, scattered, start, ledger, on_hit, on_scatter, on_escape))
+        if (is_at_surface(light_path, hit, scattered)) {
+            const Bsdf bsdf = scene.bsdf(*hit);
+            const auto sample = light_path.sample(bsdf);
+            if (!interact_at_surface(light_path, *hit, bsdf, sample, start, ledger, on_hit)) return;
+        } else if (!interact_elsewhere(light_path, scattered, start, ledger, on_scatter, on_escape)) {
             return;
+        }
     }
     ledger.cut += V3d(light_path.power());
 }

@@ -74,12 +74,21 @@ class LightPathGroup {
             hits_[i].reset();
             if (closest_[i]) scene_.intersect(rays_[i], *closest_[i], hits_[i].emplace());
         }
+        for (std::uint32_t i = 0; i < count; ++i) {
+            LightPath& path = slots_[order_[i]]->light_path;
+            scattered_[i] = path.propagate(rays_[i], hits_[i]);
+            bsdfs_[i].reset();
+            if (is_at_surface(path, hits_[i], scattered_[i])) bsdfs_[i].emplace(BsdfAt{scene_, *hits_[i]});
+        }
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (bsdfs_[i]) samples_[i] = slots_[order_[i]]->light_path.sample(*bsdfs_[i]);
+        }
         // Those that end make room behind the others, whose order stays.
         std::array<std::uint32_t, kSize> ended;
         std::uint32_t going_on = 0, ends = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
             const std::uint32_t slot = order_[i];
-            if (finish_segment(*slots_[slot], rays_[i], hits_[i])) {
+            if (finish_segment(*slots_[slot], i)) {
                 order_[going_on++] = slot;
             } else {
                 ended[ends++] = slot;
@@ -89,12 +98,20 @@ class LightPathGroup {
         under_way_ = going_on;
     }
 
-    // False: the path has come to its end.
-    bool finish_segment(Slot& slot, const Ray& ray, std::optional<Hit>& hit) {
-        const auto scattered = slot.light_path.propagate(ray, hit);
-        if (!interact(scene_, slot.light_path, hit, scattered, slot.start, ledger_, on_hit_, on_scatter_,
-                      on_escape_))
-            return false;
+    // Becomes a Bsdf in the place where that is wanted.
+    struct BsdfAt {
+        const Scene& scene;
+        const Hit& hit;
+        operator Bsdf() const { return scene.bsdf(hit); }
+    };
+
+    // Segment i of this step. False: the path has come to its end.
+    bool finish_segment(Slot& slot, std::uint32_t i) {
+        const bool goes_on = bsdfs_[i] ? interact_at_surface(slot.light_path, *hits_[i], *bsdfs_[i],
+                                                             samples_[i], slot.start, ledger_, on_hit_)
+                                       : interact_elsewhere(slot.light_path, scattered_[i], slot.start,
+                                                            ledger_, on_scatter_, on_escape_);
+        if (!goes_on) return false;
         const PathClass& path = slot.light_path.path();
         if (!is_of_use(path, use_) || int(path.bounces()) > longest_) {
             ledger_.not_followed += V3d(slot.light_path.power());
@@ -120,6 +137,9 @@ class LightPathGroup {
     std::array<Ray, kSize> rays_;
     std::array<std::optional<ClosestHit>, kSize> closest_;
     std::array<std::optional<Hit>, kSize> hits_;
+    std::array<std::optional<MediaTraversal::Scattered>, kSize> scattered_;
+    std::array<std::optional<Bsdf>, kSize> bsdfs_;  // where it is at a surface
+    std::array<std::optional<BsdfSample>, kSize> samples_;
 };
 
 }  // namespace lucerna
