@@ -66,7 +66,32 @@ class NoiseLanes {
         const auto along = [&](double coordinate) {
             return Axis(_mm512_mul_pd(f, _mm512_set1_pd(coordinate)));
         };
-        const Axis x = along(px), y = along(py), z = along(pz);
+        at(along(px), along(py), along(pz), out);
+    }
+    // At eight places, within kLanesReach.
+    void at(const double* px, const double* py, const double* pz, double* out) const {
+        const auto along = [](const double* coordinates) { return Axis(_mm512_loadu_pd(coordinates)); };
+        at(along(px), along(py), along(pz), out);
+    }
+
+  private:
+    struct Axis {
+        __m512d within, weight;
+        __m128i cell;  // modulo 256, a byte for each lane
+
+        explicit Axis(__m512d x) {
+            const __m512d floor = _mm512_roundscale_pd(x, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+            within = _mm512_sub_pd(x, floor);
+            const __m512d t = within;
+            const __m512d inner = _mm512_add_pd(
+                _mm512_mul_pd(t, _mm512_sub_pd(_mm512_mul_pd(t, _mm512_set1_pd(6)), _mm512_set1_pd(15))),
+                _mm512_set1_pd(10));
+            weight = _mm512_mul_pd(_mm512_mul_pd(_mm512_mul_pd(t, t), t), inner);
+            cell = _mm512_cvtepi64_epi8(_mm512_cvtpd_epi64(floor));  // takes the lowest byte
+        }
+    };
+
+    void at(const Axis& x, const Axis& y, const Axis& z, double* out) const {
         const __m512i hash = hash_corners(x.cell, y.cell, z.cell);
         // Corners in the order of hash_corners: x first, then y, then z.
         const __m512d one = _mm512_set1_pd(1);
@@ -84,26 +109,9 @@ class NoiseLanes {
         _mm512_storeu_pd(out, between(z.weight, plane(below, z.within), plane(above, z1)));
     }
 
-  private:
     static __m512d between(__m512d t, __m512d a, __m512d b) {
         return _mm512_add_pd(a, _mm512_mul_pd(t, _mm512_sub_pd(b, a)));
     }
-
-    struct Axis {
-        __m512d within, weight;
-        __m128i cell;  // modulo 256, a byte for each lane
-
-        explicit Axis(__m512d x) {
-            const __m512d floor = _mm512_roundscale_pd(x, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-            within = _mm512_sub_pd(x, floor);
-            const __m512d t = within;
-            const __m512d inner = _mm512_add_pd(
-                _mm512_mul_pd(t, _mm512_sub_pd(_mm512_mul_pd(t, _mm512_set1_pd(6)), _mm512_set1_pd(15))),
-                _mm512_set1_pd(10));
-            weight = _mm512_mul_pd(_mm512_mul_pd(_mm512_mul_pd(t, t), t), inner);
-            cell = _mm512_cvtepi64_epi8(_mm512_cvtpd_epi64(floor));  // takes the lowest byte
-        }
-    };
 
     __m512i look_up(__m512i index) const {
         const __m512i low = _mm512_permutex2var_epi8(permutation_[0], index, permutation_[1]);
@@ -143,6 +151,11 @@ inline void noise_lanes(const std::array<std::uint8_t, 256>& permutation,
                         const std::array<std::array<double, 16>, 3>& gradients, const V3d& p,
                         const double* frequencies, double* out) {
     NoiseLanes(permutation, gradients).at(p.x, p.y, p.z, frequencies, out);
+}
+inline void noise_lanes(const std::array<std::uint8_t, 256>& permutation,
+                        const std::array<std::array<double, 16>, 3>& gradients, const double* x,
+                        const double* y, const double* z, double* out) {
+    NoiseLanes(permutation, gradients).at(x, y, z, out);
 }
 
 #ifdef __clang__
