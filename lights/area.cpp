@@ -59,7 +59,7 @@ class Lambertian {
         const SurfacePoint from = place.surface();
         V3f local = square_to_cosine_hemisphere(u);
         if (back) local.z = -local.z;
-        return LeSample{from, Frame(from.n).to_world(local).normalized(), weight};
+        return LeSample{from, unit(Frame(from.n).to_world(local)), weight};
     }
 
     // From x to a place chosen uniformly in area.
@@ -108,6 +108,9 @@ class Triangles {
             areas.push_back(std::isfinite(area) ? area : 0.0);  // the scene leaves such triangles out
         }
         by_area_ = Cdf(areas);
+        for (std::size_t i = 0; i < shape_.triangles.size(); ++i) {
+            pieces_.push_back(areas[i] > 0 ? piece(shape_.triangles[i]) : Piece{});
+        }
         make_parts(areas);
     }
 
@@ -123,9 +126,9 @@ class Triangles {
     double area_of(CellId part) const { return parts_[part].by_area.total(); }
     CellId part_of(std::uint32_t triangle) const { return parts_.empty() ? kNoCell : part_of_[triangle]; }
     Place in_part(CellId part, const V2f& u) const {
-        const Part& piece = parts_[part];
-        const Cdf::Draw draw = piece.by_area.draw(u.x);
-        return place(piece.triangles[draw.item], {draw.remainder, u.y});
+        const Part& own = parts_[part];
+        const Cdf::Draw draw = own.by_area.draw(u.x);
+        return place(own.triangles[draw.item], {draw.remainder, u.y});
     }
 
     LightBounds bounds() const {
@@ -172,22 +175,33 @@ class Triangles {
     }
 
     Place place(std::size_t item, const V2f& u) const {
-        const V3i& triangle = shape_.triangles[item];
+        const V3i& triangle = shape_.triangles[item];  // of some area: a Cdf never draws others
+        const Piece& piece = pieces_[item];
         const V3d p0(vertex(triangle, 0));
         const V3d e1 = V3d(vertex(triangle, 1)) - p0;
         const V3d e2 = V3d(vertex(triangle, 2)) - p0;
         const V2f b = square_to_triangle(u);
-        V3d n = e1.cross(e2).normalized();  // area > 0: the Cdf never draws others
-        if (shape_.reverse) n.negate();
-        float extent = 0;
-        for (int i = 0; i < 3; ++i) {
-            const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
-            extent = std::max(extent, static_cast<float>(side));
-        }
-        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, n, extent,
+        return {p0 + static_cast<double>(b.x) * e1 + static_cast<double>(b.y) * e2, piece.n, piece.extent,
                 part_of(static_cast<std::uint32_t>(item))};
     }
 
+    // What all places on a triangle of some area have in common.
+    struct Piece {
+        V3d n{0, 0, 0};
+        float extent = 0;
+    };
+    Piece piece(const V3i& triangle) const {
+        const V3d p0(vertex(triangle, 0));
+        const V3d e1 = V3d(vertex(triangle, 1)) - p0;
+        const V3d e2 = V3d(vertex(triangle, 2)) - p0;
+        Piece made{e1.cross(e2).normalized()};
+        if (shape_.reverse) made.n.negate();
+        for (int i = 0; i < 3; ++i) {
+            const double side = std::max({std::fabs(e1[i]), std::fabs(e2[i]), std::fabs(e1[i] - e2[i])});
+            made.extent = std::max(made.extent, static_cast<float>(side));
+        }
+        return made;
+    }
     const V3f& vertex(const V3i& triangle, int corner) const {
         const auto index = static_cast<std::size_t>(triangle[corner]);
         assert(index < shape_.p.size());
@@ -203,6 +217,7 @@ class Triangles {
     std::vector<std::uint32_t> part_of_;  // each triangle's
     std::vector<Part> parts_;             // none: one piece
     std::vector<LightBounds> part_bounds_;
+    std::vector<Piece> pieces_;  // by triangle
 };
 
 class Disk {
@@ -262,6 +277,9 @@ class FlatLight final : public Light {
         auto particle = emission_.sample_Le(place, u.direction, shape_.area());
         if (particle) particle->cell = place.part;
         return particle;
+    }
+    void sample_Le_many(std::span<const LeSampleU> u, std::span<std::optional<LeSample>> out) const override {
+        for (std::size_t i = 0; i < u.size(); ++i) out[i] = FlatLight::sample_Le(u[i]);
     }
     std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,
                                          std::optional<CellId> part) const override {

@@ -13,6 +13,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "engine/base/net.h"
 #include "engine/base/sampler.h"
@@ -33,14 +34,31 @@ class EmissionNet {
     Point at(std::uint32_t path) const {
         if (kind_ == Kind::pairs) return pairs_at(path);
         // The first dimensions are the best distributed: they go to the particle.
-        const auto x = scrambled_sobol(path, seeds_);
+        return joint(path, sobol::words_of(path));
+    }
+    // Those of the paths first, first + 1 …
+    void points(std::uint32_t first, std::span<Point> out) const {
+        if (kind_ == Kind::pairs) {
+            for (std::size_t i = 0; i < out.size(); ++i)
+                out[i] = pairs_at(first + static_cast<std::uint32_t>(i));
+            return;
+        }
+        sobol::Words words = sobol::words_of(first);
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const std::uint32_t path = first + static_cast<std::uint32_t>(i);
+            if (i > 0) sobol::step_to(path, words);
+            out[i] = joint(path, words);
+        }
+    }
+
+  private:
+    Point joint(std::uint32_t path, const sobol::Words& words) const {
+        const auto x = sobol::scrambled(words, seeds_);
         return {x[4],
                 {{x[0], x[1]},
                  {x[2], x[3]},
                  owen_scramble_reversed(path, salt_)}};  // the salt: one for every path
     }
-
-  private:
     Point pairs_at(std::uint32_t path) const;
     // Point of a (0,2)-sequence whose index is shuffled: blocks of 2^k stay blocks.
     static V2f pair(std::uint32_t path, const std::array<std::uint32_t, 3>& h) {
@@ -50,7 +68,7 @@ class EmissionNet {
     }
 
     Kind kind_;
-    std::array<std::uint32_t, kSobolDimensions> seeds_;
+    sobol::Words seeds_{};  // of the dimensions that there are
     std::uint32_t salt_;
     std::array<std::array<std::uint32_t, 3>, 3> pairs_{};  // shuffle and scrambles: place, direction, light
 };
@@ -59,7 +77,7 @@ inline EmissionNet::EmissionNet(std::uint64_t seed, Purpose purpose, std::uint32
     : kind_(kind) {
     // A path's number has 32 bits: no path has this sampler.
     Sampler numbers(seed, purpose, pass, ~std::uint64_t{0});
-    for (std::uint32_t& word : seeds_) word = numbers.bits();
+    for (std::size_t d = 0; d < kSobolDimensions; ++d) seeds_[d] = numbers.bits();
     salt_ = numbers.bits();
     for (auto& pair : pairs_) {
         for (std::uint32_t& word : pair) word = numbers.bits();

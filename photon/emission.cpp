@@ -18,28 +18,44 @@ std::optional<Emission::Choice> Emission::choose(const EmissionNet::Point& point
 }
 
 void Emission::start(std::uint32_t first, std::span<std::optional<LightPathStart>> out) {
-    std::fill(out.begin(), out.end(), std::nullopt);
+    for (auto& start : out) start.reset();
 
     // Choose lights.
     choices_.clear();
+    points_.resize(out.size());
+    net_.points(first, points_);
     for (std::size_t i = 0; i < out.size(); ++i) {
-        auto choice = choose(net_.at(first + static_cast<std::uint32_t>(i)));
+        auto choice = choose(points_[i]);
         if (!choice) continue;
         choice->place = static_cast<std::uint32_t>(i);
         choices_.push_back(*choice);
     }
 
     // Ask each of them once.
-    const auto by_light = [](const Choice& a, const Choice& b) {
-        return a.light != b.light ? a.light < b.light : a.place < b.place;
-    };
-    if (scene_.lights().size() > 1) std::sort(choices_.begin(), choices_.end(), by_light);
+    if (scene_.lights().size() > 1) sort_by_light();
     for (std::size_t from = 0; from < choices_.size();) {
         std::size_t to = from + 1;
         while (to < choices_.size() && choices_[to].light == choices_[from].light) ++to;
         emit_group(std::span(choices_).subspan(from, to - from), out);
         from = to;
     }
+}
+
+// Places of a light keep their order.
+void Emission::sort_by_light() {
+    const std::size_t lights = scene_.lights().size();
+    if (lights > kBatch) {
+        std::stable_sort(choices_.begin(), choices_.end(),
+                         [](const Choice& a, const Choice& b) { return a.light < b.light; });
+        return;
+    }
+    // By counting: a comparison of lights that were drawn cannot be foreseen.
+    begins_.assign(lights + 1, 0);
+    for (const Choice& choice : choices_) ++begins_[choice.light + 1];
+    for (std::size_t light = 1; light < lights; ++light) begins_[light + 1] += begins_[light];
+    sorted_.resize(choices_.size());
+    for (const Choice& choice : choices_) sorted_[begins_[choice.light]++] = choice;
+    choices_.swap(sorted_);
 }
 
 void Emission::emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out) {

@@ -71,12 +71,15 @@ class Emission {
         LeSampleU u;
     };
     std::optional<Choice> choose(const EmissionNet::Point& point) const;
+    void sort_by_light();
     void emit_group(std::span<const Choice> group, std::span<std::optional<LightPathStart>> out);
 
     const Scene& scene_;
     EmissionNet net_;
     const LearnedEmission* learned_;  // null: plain
-    std::vector<Choice> choices_;
+    std::vector<EmissionNet::Point> points_;
+    std::vector<Choice> choices_, sorted_;
+    std::vector<std::uint32_t> begins_;  // by light: where its choices go
     std::vector<LeSampleU> numbers_;
     std::vector<std::optional<LeSample>> emitted_;
     std::vector<std::optional<LightPathStart>> starts_;

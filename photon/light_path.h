@@ -114,38 +114,29 @@ class LightPath {
 
     Ray ray() const { return {from_.towards(d_), d_}; }
 
-    // One segment: the surface at its end, or where a medium scatters it before that; neither: it escapes.
-    struct Segment {
-        std::optional<Hit> hit;
-        std::optional<MediaTraversal::Scattered> scattered;
-    };
-    // To the next surface, or to where a medium scatters. The power may be black after it.
-    Segment propagate() {
-        return propagate(ray(), [this](const Ray& ray) { return scene_.intersect(ray); });
-    }
-    // The same along ray(), where what it hits is found by hit(ray).
-    template <typename HitBy>
-    Segment propagate(const Ray& ray, HitBy&& hit) {
-        Segment segment{hit(ray), {}};
+    // One segment along ray(), up to the surface that it hits or to where a medium scatters the path before
+    // that; neither: it escapes. The power may be black after it.
+    std::optional<MediaTraversal::Scattered> propagate(const Ray& ray, std::optional<Hit>& hit) {
         // Shading normals are turned towards wo for rays from the eye alone; wo = 0 disables that, and light
         // that hits a surface from behind is absorbed.
-        if (segment.hit) segment.hit->wo = V3f(0.0F);
-        if (scene_.media().empty()) return segment;
-        const MediaTraversal crossing = traverse_media(scene_, ray, segment.hit, medium_, power_, sampler_);
+        if (hit) hit->wo = V3f(0.0F);
+        if (scene_.media().empty()) return std::nullopt;
+        const MediaTraversal crossing = traverse_media(scene_, ray, hit, medium_, power_, sampler_);
         ledger_.media += V3d(power_) - V3d(crossing.power);
         arriving_ = power_;
         power_ = crossing.power;
         medium_ = crossing.medium;
-        segment.scattered = crossing.scattered;
-        return segment;
+        return crossing.scattered;
     }
 
-    // For a surface, and for a medium: samples the direction in which the path continues; false: it ends, and
-    // the ledger says why.
-    bool scatter(const Hit& hit, const Bsdf& bsdf) {
-        const BsdfU u{sampler_.next(), sampler_.next2()};
-        const float u_survive = sampler_.next();
-        const auto sample = bsdf.sample(-d_, u, Transport::particles);
+    // At a surface: samples the direction in which the path continues, and draws the number of its roulette.
+    std::optional<BsdfSample> sample(const Bsdf& bsdf) {
+        const auto [u_lobe, u_direction, u_survive] = sampler_.next_of_bounce();
+        u_survive_ = u_survive;
+        return bsdf.sample(-d_, BsdfU{u_lobe, u_direction}, Transport::particles);
+    }
+    // With that sample, and at a place in a medium: goes on; false: the path ends, and the ledger says why.
+    bool scatter(const Hit& hit, const Bsdf& bsdf, const std::optional<BsdfSample>& sample) {
         if (!sample || is_black(sample->weight)) {
             ledger_.absorbed += V3d(power_);
             return false;
@@ -155,9 +146,9 @@ class LightPath {
         // The class scales by a factor of mean 1; the difference is booked as roulette's, whose mean is 0.
         const BounceClass bounced = classify(bsdf, -d_, *sample, specular_below_, sampler_);
         const Rgb of_class = scattered * bounced.scale;
-        ledger_.roulette += V3d(scattered) - V3d(of_class);
+        if (bounced.scale != Rgb(1.0F)) ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path of power 0 goes on.
-        if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive)) return false;
+        if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive_)) return false;
         path_.bounce(bounced.specular);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
@@ -196,29 +187,39 @@ class LightPath {
     SurfacePoint from_;
     V3f d_;
     Rgb power_;
-    Rgb arriving_{0.0F};  // before the last segment
+    Rgb arriving_{0.0F};   // before the last segment
+    float u_survive_ = 0;  // of the last bounce's roulette
     PathClass path_;
     std::int32_t medium_;
 };
 
 // What happens at the end of a segment: the visitor stores it, the path is scattered. False: it ends there.
-template <typename OnHit, typename OnScatter, typename OnEscape>
-bool interact(const Scene& scene, LightPath& light_path, const LightPath::Segment& segment,
-              const LightPathStart& start, Ledger& ledger, OnHit&& on_hit, OnScatter&& on_scatter,
-              OnEscape&& on_escape) {
-    if (is_black(light_path.power())) return false;  // absorbed on the way, and booked
-    if (segment.scattered) {
+
+// Whether that is at the surface that it hits, if it hits any.
+inline bool is_at_surface(const LightPath& light_path, const std::optional<Hit>& hit,
+                          const std::optional<MediaTraversal::Scattered>& scattered) {
+    return hit && !scattered && !is_black(light_path.power());  // black: absorbed on the way, and booked
+}
+// If so. `sample` is the path's own there.
+template <typename OnHit>
+bool interact_at_surface(LightPath& light_path, const Hit& hit, const Bsdf& bsdf,
+                         const std::optional<BsdfSample>& sample, const LightPathStart& start, Ledger& ledger,
+                         OnHit&& on_hit) {
+    ++ledger.hits;
+    on_hit(LightPathHit{hit, bsdf, light_path.d(), light_path.power(), light_path.path(), start});
+    return light_path.scatter(hit, bsdf, sample);
+}
+// If not.
+template <typename OnScatter, typename OnEscape>
+bool interact_elsewhere(LightPath& light_path, const std::optional<MediaTraversal::Scattered>& scattered,
+                        const LightPathStart& start, Ledger& ledger, OnScatter&& on_scatter,
+                        OnEscape&& on_escape) {
+    if (is_black(light_path.power())) return false;
+    if (scattered) {
         ++ledger.scatterings;
-        on_scatter(LightPathScatter{segment.scattered->p, segment.scattered->g, light_path.d(),
-                                    light_path.power(), light_path.path(), start});
-        return light_path.scatter(*segment.scattered);
-    }
-    if (segment.hit) {
-        ++ledger.hits;
-        const Bsdf bsdf = scene.bsdf(*segment.hit);
-        on_hit(
-            LightPathHit{*segment.hit, bsdf, light_path.d(), light_path.power(), light_path.path(), start});
-        return light_path.scatter(*segment.hit, bsdf);
+        on_scatter(LightPathScatter{scattered->p, scattered->g, light_path.d(), light_path.power(),
+                                    light_path.path(), start});
+        return light_path.scatter(*scattered);
     }
     ledger.escaped += V3d(light_path.power());
     on_escape(
@@ -237,9 +238,16 @@ void trace_light_path(const Scene& scene, const LightPathStart& start, Sampler& 
                       float specular_below = 0) {
     LightPath light_path(scene, start, sampler, ledger, specular_below);
     for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
-        if (!interact(scene, light_path, light_path.propagate(), start, ledger, on_hit, on_scatter,
-                      on_escape))
+        const Ray ray = light_path.ray();
+        std::optional<Hit> hit = scene.intersect(ray);
+        const auto scattered = light_path.propagate(ray, hit);
+        if (is_at_surface(light_path, hit, scattered)) {
+            const Bsdf bsdf = scene.bsdf(*hit);
+            const auto sample = light_path.sample(bsdf);
+            if (!interact_at_surface(light_path, *hit, bsdf, sample, start, ledger, on_hit)) return;
+        } else if (!interact_elsewhere(light_path, scattered, start, ledger, on_scatter, on_escape)) {
             return;
+        }
     }
     ledger.cut += V3d(light_path.power());
 }

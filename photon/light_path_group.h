@@ -58,29 +58,37 @@ class LightPathGroup {
         LightPathStart start;
         Sampler sampler;
         LightPath light_path;
-        Ray ray;
-        std::optional<ClosestHit> closest;
         int segments = 0;
     };
 
-    // A segment of every path.
+    // A segment of every path. In loops of little work each, so that the processor has steps of several paths
+    // at hand while one path waits for a root, a quotient or a guess that was wrong.
     void step() {
-        for (std::uint32_t i = 0; i < under_way_; ++i) {
-            Slot& slot = *slots_[order_[i]];
-            slot.ray = slot.light_path.ray();
-            slot.closest = scene_.closest_hit(slot.ray);
-            if (slot.closest) scene_.prefetch_corners(*slot.closest);
+        const std::uint32_t count = under_way_;
+        for (std::uint32_t i = 0; i < count; ++i) rays_[i] = slots_[order_[i]]->light_path.ray();
+        scene_.closest_hits({rays_.data(), count}, {closest_.data(), count});
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (closest_[i]) scene_.prefetch_vertices(*closest_[i]);
         }
-        for (std::uint32_t i = 0; i < under_way_; ++i) {
-            Slot& slot = *slots_[order_[i]];
-            if (slot.closest) scene_.prefetch_vertices(*slot.closest);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            hits_[i].reset();
+            if (closest_[i]) scene_.intersect(rays_[i], *closest_[i], hits_[i].emplace());
+        }
+        for (std::uint32_t i = 0; i < count; ++i) {
+            LightPath& path = slots_[order_[i]]->light_path;
+            scattered_[i] = path.propagate(rays_[i], hits_[i]);
+            bsdfs_[i].reset();
+            if (is_at_surface(path, hits_[i], scattered_[i])) bsdfs_[i].emplace(BsdfAt{scene_, *hits_[i]});
+        }
+        for (std::uint32_t i = 0; i < count; ++i) {
+            if (bsdfs_[i]) samples_[i] = slots_[order_[i]]->light_path.sample(*bsdfs_[i]);
         }
         // Those that end make room behind the others, whose order stays.
         std::array<std::uint32_t, kSize> ended;
         std::uint32_t going_on = 0, ends = 0;
-        for (std::uint32_t i = 0; i < under_way_; ++i) {
+        for (std::uint32_t i = 0; i < count; ++i) {
             const std::uint32_t slot = order_[i];
-            if (finish_next_segment(*slots_[slot])) {
+            if (finish_segment(*slots_[slot], i)) {
                 order_[going_on++] = slot;
             } else {
                 ended[ends++] = slot;
@@ -90,15 +98,20 @@ class LightPathGroup {
         under_way_ = going_on;
     }
 
-    // False: the path has come to its end.
-    bool finish_next_segment(Slot& slot) {
-        const auto hit = [&](const Ray& ray) {
-            return slot.closest ? std::optional<Hit>(scene_.intersect(ray, *slot.closest)) : std::nullopt;
-        };
-        const LightPath::Segment segment = slot.light_path.propagate(slot.ray, hit);
-        if (!interact(scene_, slot.light_path, segment, slot.start, ledger_, on_hit_, on_scatter_,
-                      on_escape_))
-            return false;
+    // Becomes a Bsdf in the place where that is wanted.
+    struct BsdfAt {
+        const Scene& scene;
+        const Hit& hit;
+        operator Bsdf() const { return scene.bsdf(hit); }
+    };
+
+    // Segment i of this step. False: the path has come to its end.
+    bool finish_segment(Slot& slot, std::uint32_t i) {
+        const bool goes_on = bsdfs_[i] ? interact_at_surface(slot.light_path, *hits_[i], *bsdfs_[i],
+                                                             samples_[i], slot.start, ledger_, on_hit_)
+                                       : interact_elsewhere(slot.light_path, scattered_[i], slot.start,
+                                                            ledger_, on_scatter_, on_escape_);
+        if (!goes_on) return false;
         const PathClass& path = slot.light_path.path();
         if (!is_of_use(path, use_) || int(path.bounces()) > longest_) {
             ledger_.not_followed += V3d(slot.light_path.power());
@@ -120,6 +133,13 @@ class LightPathGroup {
     std::array<std::optional<Slot>, kSize> slots_;
     std::array<std::uint32_t, kSize> order_;  // of slots: first those under way, then those free
     std::uint32_t under_way_ = 0;
+    // Of the segments of this step, in their order.
+    std::array<Ray, kSize> rays_;
+    std::array<std::optional<ClosestHit>, kSize> closest_;
+    std::array<std::optional<Hit>, kSize> hits_;
+    std::array<std::optional<MediaTraversal::Scattered>, kSize> scattered_;
+    std::array<std::optional<Bsdf>, kSize> bsdfs_;  // where it is at a surface
+    std::array<std::optional<BsdfSample>, kSize> samples_;
 };
 
 }  // namespace lucerna

@@ -6,6 +6,7 @@
 // and Kuo 2008].
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -22,8 +23,25 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
     return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
-// Nested uniform scrambling of a word whose least significant bit comes first.
-inline std::uint32_t owen_scramble_reversed(std::uint32_t x, std::uint32_t seed) {
+// Words side by side, in one vector register: a compiler does not put four or eight of them there by itself.
+using Words4 [[gnu::vector_size(16)]] = std::uint32_t;
+using Words8 [[gnu::vector_size(32)]] = std::uint32_t;
+using Floats4 [[gnu::vector_size(16)]] = float;
+using Floats8 [[gnu::vector_size(32)]] = float;
+
+// The same of each word.
+template <typename Words>
+Words reverse_bits_each(Words x) {
+    x = (x << 16) | (x >> 16);
+    x = ((x & 0x00ff00ffU) << 8) | ((x >> 8) & 0x00ff00ffU);
+    x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
+    x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
+    return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+}
+
+// Nested uniform scrambling of a word whose least significant bit comes first; or of each of several.
+template <typename Word>
+Word owen_scramble_reversed(Word x, Word seed) {
     x ^= x * 0x3d20adeaU;
     x += seed;
     x *= (seed >> 16) | 1U;
@@ -54,7 +72,16 @@ constexpr std::uint32_t sobol_1(std::uint32_t index) {
 
 // [0,1) from the upper 24 bits: every value is exact in a float and 1 is never reached.
 inline float to_unit(std::uint32_t x) {
-    return static_cast<float>(x >> 8) * 0x1p-24F;
+    // Through int: every processor turns those into floats.
+    return static_cast<float>(static_cast<std::int32_t>(x >> 8)) * 0x1p-24F;
+}
+inline Floats4 to_unit_each(Words4 x) {
+    using Ints [[gnu::vector_size(16)]] = std::int32_t;
+    return __builtin_convertvector((Ints)(x >> 8), Floats4) * 0x1p-24F;
+}
+inline Floats8 to_unit_each(Words8 x) {
+    using Ints [[gnu::vector_size(32)]] = std::int32_t;
+    return __builtin_convertvector((Ints)(x >> 8), Floats8) * 0x1p-24F;
 }
 
 inline constexpr std::size_t kSobolDimensions = 5;
@@ -63,7 +90,8 @@ namespace sobol {
 
 // A column of the generator matrices per bit of the index, all dimensions side by side (eight words: one
 // vector register), each word reversed, as the scrambling wants it.
-using Columns = std::array<std::array<std::uint32_t, 8>, 32>;
+using Words = std::array<std::uint32_t, 8>;
+using Columns = std::array<Words, 32>;
 
 // A primitive polynomial modulo 2 by its degree and inner coefficients, and the first numbers of its
 // recurrence.
@@ -96,6 +124,34 @@ constexpr Columns make_columns() {
 }
 inline constexpr Columns kColumns = make_columns();
 
+// The sums of the first 1, 2 … 32 columns: by which points of consecutive indices differ.
+inline constexpr Columns kSteps = [] {
+    Columns steps = kColumns;
+    for (std::size_t k = 1; k < 32; ++k) {
+        for (std::size_t d = 0; d < 8; ++d) steps[k][d] ^= steps[k - 1][d];
+    }
+    return steps;
+}();
+
+// Of a point before it is scrambled: as kColumns has them.
+inline Words words_of(std::uint32_t index) {
+    Words x{};
+    for (; index != 0; index &= index - 1) {
+        const Words& column = kColumns[static_cast<std::size_t>(std::countr_zero(index))];
+        for (std::size_t d = 0; d < 8; ++d) x[d] ^= column[d];
+    }
+    return x;
+}
+// From the words of the point before to those of point `index`.
+inline void step_to(std::uint32_t index, Words& x) {
+    const Words& step = kSteps[std::min<std::size_t>(std::countr_zero(index), 31)];
+    for (std::size_t d = 0; d < 8; ++d) x[d] ^= step[d];
+}
+inline Floats8 scrambled(const Words& x, const Words& seeds) {
+    const auto vector = [](const Words& w) { return Words8{w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]}; };
+    return to_unit_each(reverse_bits_each(owen_scramble_reversed(vector(x), vector(seeds))));
+}
+
 }  // namespace sobol
 
 // Point `index` of Sobol's sequence in five dimensions, each scrambled on its own by a seed: any 2^k
@@ -103,11 +159,7 @@ inline constexpr Columns kColumns = make_columns();
 // together.
 inline std::array<float, kSobolDimensions> scrambled_sobol(
     std::uint32_t index, const std::array<std::uint32_t, kSobolDimensions>& seeds) {
-    std::array<std::uint32_t, 8> x{};
-    for (; index != 0; index &= index - 1) {
-        const auto& column = sobol::kColumns[static_cast<std::size_t>(std::countr_zero(index))];
-        for (std::size_t d = 0; d < 8; ++d) x[d] ^= column[d];
-    }
+    const sobol::Words x = sobol::words_of(index);
     std::array<float, kSobolDimensions> u{};
     for (std::size_t d = 0; d < kSobolDimensions; ++d) {
         u[d] = to_unit(reverse_bits(owen_scramble_reversed(x[d], seeds[d])));

@@ -134,12 +134,28 @@ Cdf::Cdf(std::span<const double> weights) {
     }
 }
 
+std::vector<double>::const_iterator Cdf::first_beyond(double x) const {
+    // Of a few items by steps without a branch: which one is drawn cannot be foreseen.
+    constexpr std::size_t kFew = 64;
+    const auto items = upto_.begin() + 1;
+    if (size() > kFew) return std::upper_bound(items, upto_.end(), x);
+    const double* first = upto_.data() + 1;
+    std::size_t n = size();
+    while (n > 1) {
+        const std::size_t half = n / 2;
+        first += half * static_cast<std::size_t>(first[half - 1] <= x);
+        n -= half;
+    }
+    first += static_cast<std::size_t>(*first <= x);
+    return upto_.begin() + (first - upto_.data());
+}
+
 Cdf::Draw Cdf::draw(float u) const {
     assert(total() > 0);
     if (size() == 1) return {0, 1, u};  // one light, one triangle: nothing to look for
     const double x = static_cast<double>(u) * upto_.back();
     // The first boundary beyond x closes the item that holds x; an item of weight 0 closes where it opens.
-    auto beyond = std::upper_bound(upto_.begin() + 1, upto_.end(), x);
+    auto beyond = first_beyond(x);
     if (beyond == upto_.end()) {
         // Rounding put x on the last boundary: take the last item that has weight.
         beyond = std::lower_bound(upto_.begin() + 1, upto_.end(), upto_.back());

@@ -53,6 +53,30 @@ class Sampler {
         if (draw_ >= known_) return next2_unknown();
         return point(scrambles_[draw_++]);
     }
+    // next(), next2() and next(), worked out together: what a bounce draws.
+    struct Bounce {
+        float first;
+        V2f second;
+        float third;
+    };
+    Bounce next_of_bounce() {
+        if (draw_ + 3 > known_ || in_image_) {
+            const float first = next();
+            const V2f second = next2();
+            return {first, second, next()};
+        }
+        const Scrambles& a = scrambles_[draw_];
+        const Scrambles& b = scrambles_[draw_ + 1];
+        const Scrambles& c = scrambles_[draw_ + 2];
+        draw_ += 3;
+        const std::uint32_t r = reversed_index_;
+        Words4 i =
+            reverse_bits_each(owen_scramble_reversed(Words4{r, r, r, r}, Words4{a[0], b[0], b[0], c[0]}));
+        i[2] = sobol_1_reversed(i[2]);
+        const Floats4 u =
+            to_unit_each(reverse_bits_each(owen_scramble_reversed(i, Words4{a[1], b[1], b[2], c[1]})));
+        return {u[0], {u[1], u[2]}, u[3]};
+    }
     std::uint32_t bits();  // 32 independent bits (never stratified)
 
     // An independent sampler for a branch of this path (a gather ray, a light loop), by its number.
@@ -181,6 +205,8 @@ class Cdf {
     std::size_t size() const { return upto_.empty() ? 0 : upto_.size() - 1; }
 
   private:
+    std::vector<double>::const_iterator first_beyond(double x) const;
+
     std::vector<double> upto_;  // upto_[i] = sum of the first i weights
 };
 

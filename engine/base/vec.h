@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lucerna {
 
@@ -48,6 +49,16 @@ inline bool is_finite(const Rgb& c) {
 }
 inline bool is_finite(const V3f& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// v.normalized(), bit for bit, without the call that Imath's is: vectors too short to be squared are rare.
+template <typename T>
+Imath::Vec3<T> unit(const Imath::Vec3<T>& v) {
+    const T length2 = v.length2();
+    if (length2 < 2 * std::numeric_limits<T>::min()) [[unlikely]]
+        return v.normalized();
+    const T length = std::sqrt(length2);
+    return {v.x / length, v.y / length, v.z / length};
 }
 
 // n or -n, whichever lies on w's side [Pharr et al. 2023, 3.3: FaceForward]; n itself where w lies in its

@@ -405,24 +405,27 @@ Accelerator::Accelerator(const ShapeSet& world, const std::vector<ShapeSet>& pro
     : impl_(std::make_unique<Impl>(world, prototypes, instances, origin, threads)) {}
 Accelerator::~Accelerator() = default;
 
-std::optional<ClosestHit> Accelerator::nearest(const Ray& ray, unsigned layers) const {
+void Accelerator::nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest) const {
     RayContext context = impl_->context(ray, false);
     const RTCRayHit found = intersected(impl_->scene.get(), ray, layers, context);
     const RTCHit& hit = found.hit;
-    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
 
     const std::uint32_t instance =
         hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? kNoInstance : hit.instID[0] - impl_->world.geometries();
     const ShapeSet& set =
         instance == kNoInstance ? impl_->world : impl_->sets[impl_->instances[instance].prototype];
-    if (hit.geomID >= set.quadrics_id()) return ClosestHit{context.nearest, instance};
-    return ClosestHit{{hit.geomID,
-                       hit.primID,
-                       static_cast<double>(found.ray.tfar),
-                       static_cast<double>(hit.u),
-                       static_cast<double>(hit.v),
-                       {hit.Ng_x, hit.Ng_y, hit.Ng_z}},
-                      instance};
+    if (hit.geomID >= set.quadrics_id()) {
+        closest = ClosestHit{context.nearest, instance};
+        return;
+    }
+    closest = ClosestHit{{hit.geomID,
+                          hit.primID,
+                          static_cast<double>(found.ray.tfar),
+                          static_cast<double>(hit.u),
+                          static_cast<double>(hit.v),
+                          {hit.Ng_x, hit.Ng_y, hit.Ng_z}},
+                         instance};
 }
 
 bool Accelerator::occluded(const Ray& from, unsigned layers) const {

@@ -26,8 +26,9 @@ class Accelerator {
     Accelerator(Accelerator&&) = delete;
     Accelerator& operator=(Accelerator&&) = delete;
 
-    // The nearest surface of these layers at 0 < t <= ray.t_max. The ray must be of usable numbers.
-    std::optional<ClosestHit> nearest(const Ray& ray, unsigned layers) const;
+    // The nearest surface of these layers at 0 < t <= ray.t_max; `closest` is left alone if there is none.
+    // The ray must be of usable numbers.
+    void nearest(const Ray& ray, unsigned layers, std::optional<ClosestHit>& closest) const;
     // Whether there is any.
     bool occluded(const Ray& ray, unsigned layers) const;
 

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/warp.h"
 #include "engine/scene/lobe_models.h"
 
 namespace lucerna {
@@ -13,11 +14,11 @@ namespace {
 Frame frame_along(const V3f& ns, const V3f& dpdu) {
     const V3f across = dpdu - ns.dot(dpdu) * ns;
     const float length = across.length();
-    Frame frame(ns);
-    if (length > 1e-6F * dpdu.length() && std::isfinite(length)) {
-        frame.s = across / length;
-        frame.t = ns.cross(frame.s);
-    }
+    if (!(length > 1e-6F * dpdu.length() && std::isfinite(length))) return Frame(ns);
+    Frame frame;
+    frame.n = ns;
+    frame.s = across / length;
+    frame.t = ns.cross(frame.s);
     return frame;
 }
 
@@ -145,6 +146,12 @@ Bsdf::Bsdf(const Lobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu)
     assert(is_sound_lobe(lobe));
 }
 
+Bsdf::Bsdf(const DiffuseLobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu)
+    : diffuse_(1), frame_(frame_along(ns, dpdu)), ng_(ng) {
+    assert(is_sound(lobe));
+    lobes_[0] = lobe;
+}
+
 Bsdf::Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f& dpdu)
     : count_(0), frame_(frame_along(ns, dpdu)), ng_(ng) {
     assert(lobes.size() <= kMaxLobes);
@@ -188,12 +195,20 @@ float Bsdf::pdf_w(const V3f& wo, const V3f& wi) const {
 std::optional<BsdfSample> Bsdf::sample(const V3f& wo, const BsdfU& u, Transport transport) const {
     const float side = side_of(ng_, wo);
     const Local at{to_local(frame_, wo, side), V3f(0.0F), side > 0, false};
+    if (is_lambertian()) {  // as most are: the same without a table of functions
+        const V3f w = square_to_cosine_hemisphere(u.direction);
+        if (!(w.z > 0) || (transport == Transport::particles && at.wo.z < 0)) return std::nullopt;
+        const V3f wi = unit(frame_.to_world({w.x, w.y, side * w.z}));
+        if (!(side * ng_.dot(wi) > 0)) return std::nullopt;  // below, of the two normals, the geometric one's
+        return BsdfSample{wi, std::get_if<DiffuseLobe>(&lobes_[0])->albedo, cosine_hemisphere_pdf_w(w.z),
+                          false, false};
+    }
     const Draw drawn =
         count_ == 1 ? draw_of(lobes_[0], at, u, transport) : draw_one(lobes(), at, u, transport);
     if (!drawn) return std::nullopt;
     BsdfSample sample{-wo, drawn->weight, drawn->pdf_w, drawn->delta, drawn->transmission, drawn->eta_scale};
     if (drawn->straight) return sample;  // exactly, also along the surface
-    sample.wi = frame_.to_world({drawn->wi.x, drawn->wi.y, side * drawn->wi.z}).normalized();
+    sample.wi = unit(frame_.to_world({drawn->wi.x, drawn->wi.y, side * drawn->wi.z}));
     // Both normals must agree on the side, or light would leak.
     const float cos_g = side * ng_.dot(sample.wi);
     if (cos_g == 0 || sample.transmission != (cos_g < 0)) return std::nullopt;

@@ -55,6 +55,7 @@ class Bsdf {
     // caller's care. Lambertian lobes are added up into one, black ones left out.
     Bsdf(std::span<const Lobe> lobes, const V3f& ns, const V3f& ng, const V3f& dpdu);
     Bsdf(const Lobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu);
+    Bsdf(const DiffuseLobe& lobe, const V3f& ns, const V3f& ng, const V3f& dpdu);
 
     // The BSDF's value, without the cosine, without delta parts. Which side wi and wo are on is decided by
     // ng.

@@ -158,6 +158,11 @@ Bsdf make_bsdf(const Material& material, const Hit& hit, const V3d& origin) {
         }
         ns = bent_normal(*relief, hit, point);
     }
+    if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.model)) {
+        if (const auto sigma = diffuse->sigma.constant_value(); sigma && !(*sigma > 0)) {
+            return {DiffuseLobe{as_share(diffuse->reflectance.at(point))}, ns, hit.at.n, hit.dpdu};
+        }
+    }
     LobeList list;
     add_lobes(material.model, point, list);
     if (list.size() == 1) return {list.all().front(), ns, hit.at.n, hit.dpdu};

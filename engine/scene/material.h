@@ -4,6 +4,7 @@
 // they hold, no material reflects more than arrives.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -191,6 +192,17 @@ class LobeList {
     std::array<Lobe, Bsdf::kMaxLobes> lobes_;  // most_lobes() bounds what is added
     std::size_t count_ = 0;
 };
+
+// Brought into a range; what is not a number counts as the least.
+inline float in_range(float x, float least, float most) {
+    return x > least ? std::min(x, most) : least;
+}
+inline Rgb in_range(const Rgb& c, float least, float most) {
+    return {in_range(c.x, least, most), in_range(c.y, least, most), in_range(c.z, least, most)};
+}
+inline Rgb as_share(const Rgb& c) {
+    return in_range(c, 0, 1);
+}
 
 void add_lobes(const MaterialModel& model, const TexturePoint& point, LobeList& list);
 

@@ -10,14 +10,8 @@ namespace {
 
 // --- Numbers from textures
 
-float in_range(float x, float least, float most) {
-    return x > least ? std::min(x, most) : least;  // what is not a number counts as the least
-}
-Rgb in_range(const Rgb& c, float least, float most) {
-    return {in_range(c.x, least, most), in_range(c.y, least, most), in_range(c.z, least, most)};
-}
 Rgb share_of(const RgbTexture& texture, const TexturePoint& point) {
-    return in_range(texture.at(point), 0, 1);
+    return as_share(texture.at(point));
 }
 Rgb share_of(const std::optional<RgbTexture>& texture, const TexturePoint& point, float otherwise) {
     return texture ? share_of(*texture, point) : Rgb(otherwise);

@@ -2,7 +2,8 @@
 // step (AVX-512 VBMI); behind texture_noise.cpp.
 //
 // The arithmetic is that of one place at a time, in the same order and without fused steps, so both give the
-// same bits.
+// same bits. A portable build therefore asks the processor when it runs, and does not need a build of its own
+// for it.
 #pragma once
 
 #include <array>
@@ -11,8 +12,7 @@
 
 #include "engine/base/vec.h"
 
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512BW__) && defined(__AVX512VL__) && \
-    defined(__AVX512VBMI__)
+#if defined(__x86_64__) && defined(__GNUC__)
 #define LUCERNA_NOISE_LANES 1
 #include <immintrin.h>
 #else
@@ -28,6 +28,26 @@ inline constexpr double kLanesReach = 0x1p50;
 
 #if LUCERNA_NOISE_LANES
 
+// Whether noise_lanes() may be called.
+inline bool has_noise_lanes() {
+    static const bool has = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                            __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+                            __builtin_cpu_supports("avx512vbmi");
+    return has;
+}
+
+// All functions from here to the end of the region are compiled for that processor, whatever the build is
+// for; nothing of it is called from elsewhere but noise_lanes().
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx512vbmi"))), \
+                             apply_to = function)
+#else
+#pragma GCC diagnostic push  // registers that the compiler's own header leaves undefined on purpose
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx512vbmi")
+#endif
+
 // Perlin's permutation, and the components of the sixteen gradients, as registers hold them.
 class NoiseLanes {
   public:
@@ -41,36 +61,20 @@ class NoiseLanes {
     }
 
     // At p times each of the eight frequencies; all products within kLanesReach.
-    std::array<double, kNoiseLanes> at(const V3d& p, const double* frequencies) const {
+    void at(double px, double py, double pz, const double* frequencies, double* out) const {
         const __m512d f = _mm512_loadu_pd(frequencies);
         const auto along = [&](double coordinate) {
             return Axis(_mm512_mul_pd(f, _mm512_set1_pd(coordinate)));
         };
-        const Axis x = along(p.x), y = along(p.y), z = along(p.z);
-        const __m512i hash = hash_corners(x.cell, y.cell, z.cell);
-        // Corners in the order of hash_corners: x first, then y, then z.
-        const __m512d one = _mm512_set1_pd(1);
-        const __m512d x1 = _mm512_sub_pd(x.within, one), y1 = _mm512_sub_pd(y.within, one),
-                      z1 = _mm512_sub_pd(z.within, one);
-        const __m256i below = _mm512_castsi512_si256(hash), above = _mm512_extracti64x4_epi64(hash, 1);
-        const auto along_x = [&](__m128i pair, __m512d ry, __m512d rz) {
-            return between(x.weight, gradient(pair, x.within, ry, rz),
-                           gradient(_mm_unpackhi_epi64(pair, pair), x1, ry, rz));
-        };
-        const auto plane = [&](__m256i four, __m512d rz) {
-            return between(y.weight, along_x(_mm256_castsi256_si128(four), y.within, rz),
-                           along_x(_mm256_extracti128_si256(four, 1), y1, rz));
-        };
-        std::array<double, kNoiseLanes> out;
-        _mm512_storeu_pd(out.data(), between(z.weight, plane(below, z.within), plane(above, z1)));
-        return out;
+        at(along(px), along(py), along(pz), out);
+    }
+    // At eight places, within kLanesReach.
+    void at(const double* px, const double* py, const double* pz, double* out) const {
+        const auto along = [](const double* coordinates) { return Axis(_mm512_loadu_pd(coordinates)); };
+        at(along(px), along(py), along(pz), out);
     }
 
   private:
-    static __m512d between(__m512d t, __m512d a, __m512d b) {
-        return _mm512_add_pd(a, _mm512_mul_pd(t, _mm512_sub_pd(b, a)));
-    }
-
     struct Axis {
         __m512d within, weight;
         __m128i cell;  // modulo 256, a byte for each lane
@@ -86,6 +90,28 @@ class NoiseLanes {
             cell = _mm512_cvtepi64_epi8(_mm512_cvtpd_epi64(floor));  // takes the lowest byte
         }
     };
+
+    void at(const Axis& x, const Axis& y, const Axis& z, double* out) const {
+        const __m512i hash = hash_corners(x.cell, y.cell, z.cell);
+        // Corners in the order of hash_corners: x first, then y, then z.
+        const __m512d one = _mm512_set1_pd(1);
+        const __m512d x1 = _mm512_sub_pd(x.within, one), y1 = _mm512_sub_pd(y.within, one),
+                      z1 = _mm512_sub_pd(z.within, one);
+        const __m256i below = _mm512_castsi512_si256(hash), above = _mm512_extracti64x4_epi64(hash, 1);
+        const auto along_x = [&](__m128i pair, __m512d ry, __m512d rz) {
+            return between(x.weight, gradient(pair, x.within, ry, rz),
+                           gradient(_mm_unpackhi_epi64(pair, pair), x1, ry, rz));
+        };
+        const auto plane = [&](__m256i four, __m512d rz) {
+            return between(y.weight, along_x(_mm256_castsi256_si128(four), y.within, rz),
+                           along_x(_mm256_extracti128_si256(four, 1), y1, rz));
+        };
+        _mm512_storeu_pd(out, between(z.weight, plane(below, z.within), plane(above, z1)));
+    }
+
+    static __m512d between(__m512d t, __m512d a, __m512d b) {
+        return _mm512_add_pd(a, _mm512_mul_pd(t, _mm512_sub_pd(b, a)));
+    }
 
     __m512i look_up(__m512i index) const {
         const __m512i low = _mm512_permutex2var_epi8(permutation_[0], index, permutation_[1]);
@@ -120,6 +146,24 @@ class NoiseLanes {
     __m512i permutation_[4];
     __m512d gradients_[3][2];
 };
+
+inline void noise_lanes(const std::array<std::uint8_t, 256>& permutation,
+                        const std::array<std::array<double, 16>, 3>& gradients, const V3d& p,
+                        const double* frequencies, double* out) {
+    NoiseLanes(permutation, gradients).at(p.x, p.y, p.z, frequencies, out);
+}
+inline void noise_lanes(const std::array<std::uint8_t, 256>& permutation,
+                        const std::array<std::array<double, 16>, 3>& gradients, const double* x,
+                        const double* y, const double* z, double* out) {
+    NoiseLanes(permutation, gradients).at(x, y, z, out);
+}
+
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#pragma GCC diagnostic pop
+#endif
 
 #endif
 

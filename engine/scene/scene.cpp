@@ -214,11 +214,30 @@ std::optional<ClosestHit> Scene::closest_hit(const Ray& ray, unsigned layers) co
         return std::nullopt;
     }
     impl_->rays.add();
-    return impl_->accelerator->nearest(ray, layers);
+    std::optional<ClosestHit> closest;
+    impl_->accelerator->nearest(ray, layers, closest);
+    return closest;
 }
 
 std::optional<ClosestHit> Scene::closest_hit(const Ray& ray) const {
     return closest_hit(ray, kSurfaces);
+}
+
+void Scene::closest_hits(std::span<const Ray> rays, std::span<std::optional<ClosestHit>> closest) const {
+    assert(closest.size() == rays.size());
+    std::uint64_t invalid = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        closest[i].reset();
+        if (!is_usable_ray(rays[i])) {
+            ++invalid;
+            continue;
+        }
+        impl_->accelerator->nearest(rays[i], kSurfaces, closest[i]);
+        if (closest[i]) prefetch_corners(*closest[i]);
+    }
+    // Once for all: what other threads see at once is slow to count.
+    impl_->rays.add(rays.size() - invalid);
+    if (invalid > 0) impl_->invalid_rays.add(invalid);
 }
 
 void Scene::prefetch_corners(const ClosestHit& closest) const {
@@ -242,10 +261,15 @@ float Scene::distance(const Ray& ray, const ClosestHit& closest) const {
 }
 
 Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
+    Hit hit;
+    intersect(ray, closest, hit);
+    return hit;
+}
+
+void Scene::intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const {
     const PrimitiveHit& primitive = closest.primitive;
     const ShapeSet& set = impl_->set_of(closest);
-    const LocalRay there = impl_->local(ray, closest);
-    Hit hit = set.hit(set.exact(primitive, there), there);
+    set.exact_hit(primitive, impl_->local(ray, closest), hit);
     if (closest.instance != kNoInstance) hit = impl_->instances[closest.instance].placement.world(hit);
     const SurfaceTraits& traits = set.traits(primitive.geometry, primitive.primitive);
     hit.t = std::min(hit.t, ray.t_max);  // beyond it by rounding
@@ -254,7 +278,6 @@ Hit Scene::intersect(const Ray& ray, const ClosestHit& closest) const {
     hit.light = traits.light;
     hit.primitive = primitive.primitive;
     hit.media = traits.media;
-    return hit;
 }
 
 bool Scene::unoccluded(const SurfacePoint& x, const V3f& w, float distance) const {

@@ -85,6 +85,9 @@ class Scene {
     void prefetch_corners(const ClosestHit& closest) const;
     void prefetch_vertices(const ClosestHit& closest) const;
     Hit intersect(const Ray& ray, const ClosestHit& closest) const;
+    void intersect(const Ray& ray, const ClosestHit& closest, Hit& hit) const;  // in its place
+    // closest_hit() and prefetch_corners() of each ray.
+    void closest_hits(std::span<const Ray> rays, std::span<std::optional<ClosestHit>> closest) const;
     // The t of that hit, and nothing else of it.
     float distance(const Ray& ray, const ClosestHit& closest) const;
     // As intersect(), but interfaces that are borders between media count, too: is_border() tells.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 
 #include "engine/scene/scene.h"
 
@@ -187,8 +186,7 @@ PrimitiveHit ShapeSet::exact(const PrimitiveHit& m, const LocalRay& ray) const {
     const auto point = triangle_point(shapes_.meshes[m.geometry], m.primitive, ray);
     if (!point) return m;
     PrimitiveHit out = m;
-    // A ray may begin within rounding of the plane, and behind it.
-    out.t = std::max(point->t, double{std::numeric_limits<float>::min()});
+    out.t = ahead(point->t);
     out.u = point->b1;
     out.v = point->b2;
     return out;
@@ -233,6 +231,14 @@ Hit ShapeSet::hit(const PrimitiveHit& m, const LocalRay& ray) const {
     Hit hit = surface(m, ray);
     hit.t = static_cast<float>(m.t);
     return hit;
+}
+
+void ShapeSet::exact_hit(const PrimitiveHit& m, const LocalRay& ray, Hit& out) const {
+    if (m.geometry < curves_begin()) {
+        triangle_hit(shapes_.meshes[m.geometry], m, ray, out);
+    } else {
+        out = hit(exact(m, ray), ray);
+    }
 }
 
 namespace {

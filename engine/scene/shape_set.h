@@ -63,6 +63,8 @@ class ShapeSet {
     V2f uv(const PrimitiveHit& exact, const LocalRay& ray) const;
     // With its t.
     Hit hit(const PrimitiveHit& exact, const LocalRay& ray) const;
+    // hit(exact(m, ray), ray), in its place.
+    void exact_hit(const PrimitiveHit& m, const LocalRay& ray, Hit& hit) const;
     // Begins to fetch what hit() will read of a triangle: its corners' numbers, then, once these are there,
     // what stands at them.
     void prefetch_corners(const PrimitiveHit& hit) const {

@@ -70,9 +70,11 @@ V3f tangent_or(const V3d& tangent, const V3f& fallback) {
 
 // ---- triangles
 
+namespace {
+
 // [Möller and Trumbore 1997], in double.
-std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray) {
-    const auto [p0, e1, e2] = TriangleEdges(mesh, mesh.triangles[triangle]);
+std::optional<TrianglePoint> point_of(const TriangleEdges& edges, const LocalRay& ray) {
+    const auto& [p0, e1, e2] = edges;
     const V3d across = ray.d.cross(e2);
     const double determinant = e1.dot(across);
     const V3d from = ray.o - p0;
@@ -84,6 +86,29 @@ std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t tria
     return TrianglePoint{t, b1, b2};
 }
 
+void set_hit(Hit& hit, const Mesh& mesh, const V3i& t, const TriangleEdges& edges, float b1, float b2) {
+    const auto& [p0, e1, e2] = edges;
+    const float b0 = 1 - b1 - b2;
+    hit.at.p = V3f(p0 + static_cast<double>(b1) * e1 + static_cast<double>(b2) * e2);
+    hit.at.n = V3f(unit(e1.cross(e2)));  // not 0: degenerate triangles were left out
+    if (mesh.traits.reverse_orientation) hit.at.n.negate();
+    hit.at.error = surface_error(hit.at.p, extent_of(e1, e2));
+    const V2f uv0 = uv_of(mesh, t, 0), uv1 = uv_of(mesh, t, 1), uv2 = uv_of(mesh, t, 2);
+    hit.uv = b0 * uv0 + b1 * uv1 + b2 * uv2;
+    set_tangents(hit, e1, e2, uv0, uv1, uv2);
+    hit.ns = hit.at.n;
+    if (!mesh.n.empty()) {
+        hit.ns = shading_normal(
+            b0 * mesh.n[corner(t, 0)] + b1 * mesh.n[corner(t, 1)] + b2 * mesh.n[corner(t, 2)], hit.at.n);
+    }
+}
+
+}  // namespace
+
+std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t triangle, const LocalRay& ray) {
+    return point_of(TriangleEdges(mesh, mesh.triangles[triangle]), ray);
+}
+
 V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
     const V3i& t = mesh.triangles[triangle];
     return (1 - b1 - b2) * uv_of(mesh, t, 0) + b1 * uv_of(mesh, t, 1) + b2 * uv_of(mesh, t, 2);
@@ -91,22 +116,18 @@ V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
 
 Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2) {
     const V3i& t = mesh.triangles[triangle];
-    const auto [p0, e1, e2] = TriangleEdges(mesh, t);
-    const float b0 = 1 - b1 - b2;
-
     Hit hit;
-    hit.at.p = V3f(p0 + static_cast<double>(b1) * e1 + static_cast<double>(b2) * e2);
-    hit.at.n = V3f(e1.cross(e2).normalized());  // not 0: degenerate triangles were left out
-    if (mesh.traits.reverse_orientation) hit.at.n.negate();
-    hit.at.error = surface_error(hit.at.p, extent_of(e1, e2));
-    hit.uv = triangle_uv(mesh, triangle, b1, b2);
-    set_tangents(hit, e1, e2, uv_of(mesh, t, 0), uv_of(mesh, t, 1), uv_of(mesh, t, 2));
-    hit.ns = hit.at.n;
-    if (!mesh.n.empty()) {
-        hit.ns = shading_normal(
-            b0 * mesh.n[corner(t, 0)] + b1 * mesh.n[corner(t, 1)] + b2 * mesh.n[corner(t, 2)], hit.at.n);
-    }
+    set_hit(hit, mesh, t, TriangleEdges(mesh, t), b1, b2);
     return hit;
+}
+
+void triangle_hit(const Mesh& mesh, const PrimitiveHit& embrees, const LocalRay& ray, Hit& hit) {
+    const V3i& t = mesh.triangles[embrees.primitive];
+    const TriangleEdges edges(mesh, t);
+    const auto exact = point_of(edges, ray);
+    const auto [along, b1, b2] = exact ? *exact : TrianglePoint{embrees.t, embrees.u, embrees.v};
+    set_hit(hit, mesh, t, edges, static_cast<float>(b1), static_cast<float>(b2));
+    hit.t = static_cast<float>(exact ? ahead(along) : along);
 }
 
 // ---- quadrics

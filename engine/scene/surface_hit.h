@@ -2,7 +2,9 @@
 // in the frame of the shapes. Distance, material, light and media are left to the caller.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "engine/base/vec.h"
@@ -27,6 +29,13 @@ std::optional<TrianglePoint> triangle_point(const Mesh& mesh, std::uint32_t tria
 
 V2f triangle_uv(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
 Hit triangle_hit(const Mesh& mesh, std::uint32_t triangle, float b1, float b2);
+// Both at once, with the distance, where Embree says that the ray meets it.
+void triangle_hit(const Mesh& mesh, const PrimitiveHit& embrees, const LocalRay& ray, Hit& hit);
+
+// A ray may begin within rounding of a triangle's plane, and behind it.
+inline double ahead(double t) {
+    return std::max(t, double{std::numeric_limits<float>::min()});
+}
 
 Hit quadric_hit(const QuadricShape& shape, const LocalRay& ray, double t);
 

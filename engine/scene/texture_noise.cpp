@@ -99,13 +99,15 @@ constexpr std::array<std::array<double, 16>, 3> kGradientParts = [] {
 
 // The noise at p times each of kNoiseLanes frequencies, which rise; the first `count` are wanted.
 std::array<double, kNoiseLanes> noise_of(const V3d& p, const double* frequencies, std::size_t count) {
+    std::array<double, kNoiseLanes> noise{};
 #if LUCERNA_NOISE_LANES
     // Not where p is no number.
-    if ((std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
-        return NoiseLanes(kPermutation, kGradientParts).at(p, frequencies);
+    if (has_noise_lanes() &&
+        (std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * frequencies[kNoiseLanes - 1] < kLanesReach) {
+        noise_lanes(kPermutation, kGradientParts, p, frequencies, noise.data());
+        return noise;
     }
 #endif
-    std::array<double, kNoiseLanes> noise{};
     for (std::size_t i = 0; i < count; ++i) noise[i] = perlin_noise(frequencies[i] * p);
     return noise;
 }
@@ -144,19 +146,82 @@ double sum_octaves(const V3d& p, const Octaves& octaves, Shape&& shape) {
     return sum;
 }
 
+#if LUCERNA_NOISE_LANES
+// The same at several places that share the lanes between them: three places of five octaves fill two times
+// eight lanes, where one after the other would take three.
+constexpr std::size_t kMostPlaces = 3;
+
+bool share_lanes(std::span<const V3d> at, const Octaves& octaves) {
+    if (at.size() < 2 || at.size() > kMostPlaces || octaves.count < 1 ||
+        octaves.count > static_cast<int>(kNoiseLanes) || !has_noise_lanes()) {
+        return false;
+    }
+    for (const V3d& p : at) {
+        if (!((std::fabs(p.x) + std::fabs(p.y) + std::fabs(p.z)) * kFrequencies[kNoiseLanes - 1] <
+              kLanesReach))
+            return false;
+    }
+    const std::size_t wanted = at.size() * static_cast<std::size_t>(octaves.count);
+    return (wanted + kNoiseLanes - 1) / kNoiseLanes < at.size();
+}
+
+template <typename Shape>
+void sum_octaves_sharing(std::span<const V3d> at, const Octaves& octaves, std::span<double> sums,
+                         Shape&& shape) {
+    std::array<double, kMostPlaces * kNoiseLanes> x{}, y{}, z{}, noise;
+    const auto count = static_cast<std::size_t>(octaves.count);
+    std::size_t lane = 0;
+    for (const V3d& p : at) {
+        for (std::size_t i = 0; i < count; ++i, ++lane) {
+            x[lane] = kFrequencies[i] * p.x;
+            y[lane] = kFrequencies[i] * p.y;
+            z[lane] = kFrequencies[i] * p.z;
+        }
+    }
+    for (std::size_t first = 0; first < lane; first += kNoiseLanes) {
+        noise_lanes(kPermutation, kGradientParts, &x[first], &y[first], &z[first], &noise[first]);
+    }
+    lane = 0;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+        double sum = 0, amplitude = 1;
+        for (std::size_t i = 0; i < count; ++i, ++lane) {
+            sum += amplitude * shape(noise[lane]);
+            amplitude *= octaves.omega;
+        }
+        sums[k] = sum;
+    }
+}
+#endif
+
+template <typename Shape>
+void sum_octaves_each(std::span<const V3d> at, const Octaves& octaves, std::span<double> sums,
+                      Shape&& shape) {
+#if LUCERNA_NOISE_LANES
+    if (share_lanes(at, octaves)) return sum_octaves_sharing(at, octaves, sums, shape);
+#endif
+    for (std::size_t i = 0; i < at.size(); ++i) sums[i] = sum_octaves(at[i], octaves, shape);
+}
+
+double itself(double x) {
+    return x;
+}
+double size_of(double x) {
+    return std::fabs(x);
+}
+
 }  // namespace
 
 double fractal_noise(const V3d& p, const Octaves& octaves) {
-    return sum_octaves(p, octaves, [](double x) { return x; });
+    return sum_octaves(p, octaves, itself);
 }
 double turbulence(const V3d& p, const Octaves& octaves) {
-    return sum_octaves(p, octaves, [](double x) { return std::fabs(x); });
+    return sum_octaves(p, octaves, size_of);
 }
 void fractal_noise(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
-    for (std::size_t i = 0; i < at.size(); ++i) noise[i] = fractal_noise(at[i], octaves);
+    sum_octaves_each(at, octaves, noise, itself);
 }
 void turbulence(std::span<const V3d> at, const Octaves& octaves, std::span<double> noise) {
-    for (std::size_t i = 0; i < at.size(); ++i) noise[i] = turbulence(at[i], octaves);
+    sum_octaves_each(at, octaves, noise, size_of);
 }
 
 double fractal_bound(const Octaves& octaves) {

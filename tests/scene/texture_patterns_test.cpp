@@ -134,6 +134,28 @@ TEST(Noise, OctavesTogether_AreTheBitsOfOctavesOneByOne) {
     }
 }
 
+TEST(Noise, PlacesTogether_AreTheBitsOfPlacesOneByOne) {
+    Sampler s(5, Purpose::test, 0, 0);
+    for (int i = 0; i < 5000; ++i) {
+        const double size = std::pow(10.0, static_cast<double>(s.next()) * 24 - 4);
+        std::array<V3d, 4> at;
+        for (V3d& p : at) {
+            for (int c = 0; c < 3; ++c) p[c] = size * (2 * static_cast<double>(s.next()) - 1);
+        }
+        if (i % 16 == 0) at[1].y = static_cast<double>(NAN);
+        const Octaves octaves{0.3 + 0.6 * static_cast<double>(s.next()), i % 10};
+        const std::size_t count = 1 + static_cast<std::size_t>(i) % at.size();
+        const std::span<const V3d> places = std::span(at).first(count);
+        std::array<double, 4> plain{}, absolute{};
+        fractal_noise(places, octaves, std::span(plain).first(count));
+        turbulence(places, octaves, std::span(absolute).first(count));
+        for (std::size_t k = 0; k < count; ++k) {
+            ASSERT_EQ(plain[k], octave_by_octave(at[k], octaves, false)) << at[k] << octaves.count;
+            ASSERT_EQ(absolute[k], octave_by_octave(at[k], octaves, true)) << at[k] << octaves.count;
+        }
+    }
+}
+
 TEST(Textures, AskedAtManyPoints_AnswerAsAtEach) {
     const FloatTexture noise =
         scaled_texture(fbm_texture({0.6, 5}, Mapping3()), wrinkled_texture({0.4, 3}, Mapping3()));
