@@ -69,6 +69,36 @@ TEST(DirectLight, FromLampsNearAndFar_IsTheContourIntegral) {
     }
 }
 
+// A floor under a sky, with a sun and without: what each sample brings beside the sky's part is the sun, all
+// of it, in every sample.
+TEST(DirectLight, OfASunBesideASky_IsTheSameInEverySample) {
+    constexpr float kSun = 2;
+    const auto floor = [&](bool sun, bool roof) {
+        SceneMaker make;
+        make.quad({-1, -1, 0}, {2, 0, 0}, {0, 2, 0}, make.diffuse(Rgb(kAlbedo)));
+        if (roof) make.quad({-1, -1, 1}, {2, 0, 0}, {0, 2, 0}, make.diffuse(Rgb(kAlbedo)));
+        make.light(make_infinite_light(Rgb(kRadiance), {V3f(0.0F), 10}));
+        if (sun) make.light(make_distant_light({0, 0.6F, -0.8F}, Rgb(kSun), {V3f(0.0F), 10}));
+        return make.build();
+    };
+    const double from_sun = double{kAlbedo} / double{kPi} * double{kSun} * 0.8;
+    const auto sample = [&](const Scene& scene, std::uint32_t i) {
+        const Ray ray{{0.3F, 0, 0.02F}, V3f(-0.3F, 0, -0.02F).normalized()};
+        const auto hit = scene.intersect(ray);
+        const Bsdf bsdf = scene.bsdf(*hit);
+        const Vertex vertex{*hit, bsdf, -ray.d};
+        Sampler sampler = Sampler::stratified(9, Purpose::test, 0, i);
+        const LightChoice choice = LightChooser(scene, LightSelection::tree).at(hit->at, bsdf, -ray.d);
+        return double{luminance(direct_light(scene, vertex, sampler, choice).radiance)};
+    };
+    const Scene sky = floor(false, false), both = floor(true, false);
+    const Scene shaded_sky = floor(false, true), shaded = floor(true, true);
+    for (std::uint32_t i = 0; i < 200; ++i) {
+        EXPECT_NEAR(sample(both, i) - sample(sky, i), from_sun, 1e-5 * from_sun) << i;
+        EXPECT_EQ(sample(shaded, i), sample(shaded_sky, i)) << i;
+    }
+}
+
 TEST(DirectLight, OfASmallLamp_TakesLittleMoreThanItsOwnRay) {
     // Near, the lamp takes a third of the hemisphere, and both strategies are needed.
     EXPECT_GT(lit(0.1F, false).rays, 1.8);

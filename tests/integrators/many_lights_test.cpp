@@ -72,6 +72,19 @@ void expect_lights_chosen_as_set(const Scene& scene, Settings settings, const ch
         << name << ": " << tree.standard_error() / tree.mean();
 }
 
+// The lamps nearest to a place of one cell are as likely those of its neighbours, whose light a wall stops.
+TEST(ManyLights, ChoiceGuidedByPhotons_KeepsTheMeanOfPaths_WithLessNoise) {
+    const Scene scene = cells(0.5F, false);
+    PathSettings settings;
+    const RunningStats plain = seen(scene, settings);
+    settings.guide_lights = 20'000;
+    const RunningStats guided = seen(scene, settings);
+    const double sigma = std::hypot(plain.standard_error(), guided.standard_error());
+    EXPECT_LT(std::fabs(guided.mean() - plain.mean()), 4 * sigma);
+    EXPECT_GT(std::fabs(1.1 * guided.mean() - plain.mean()), 4 * sigma) << "a tenth more is refused";
+    EXPECT_LT(guided.variance(), 0.6 * plain.variance()) << plain.variance();
+}
+
 // Nothing but the fog scatters: light is asked for there alone.
 void expect_lights_chosen_by_every_method(const Scene& scene) {
     expect_lights_chosen_as_set(scene, PathSettings{}, "path");

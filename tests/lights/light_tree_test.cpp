@@ -193,7 +193,9 @@ TEST(LightTree, FewSuns_AreNotPicked_ManyAre) {
         for (const float u : {0.0F, 0.3F, 0.999F}) {
             const auto pick = tree.pick(x, up, u);
             ASSERT_TRUE(pick);
-            if (asked_beside) EXPECT_EQ(pick->light, 0U);
+            if (asked_beside) {
+                EXPECT_EQ(pick->light, 0U);
+            }
         }
     }
 }

@@ -132,7 +132,9 @@ TEST(MeshLight, PartsTogether_SendWhatTheWholeDoes_WithTheDensitiesStated) {
         Sampler sampler(2, Purpose::test, 0, i);
         const auto in = light->sample_Li(x, sampler.next2());
         whole.add(share(in));
-        if (i < 100 && in) EXPECT_FLOAT_EQ(in->part->whole_pdf_w, in->pdf_w);
+        if (i < 100 && in) {
+            EXPECT_FLOAT_EQ(in->part->whole_pdf_w, in->pdf_w);
+        }
     }
     const double sigma = std::sqrt(variance + sqr(whole.standard_error()));
     EXPECT_LT(std::fabs(sum - whole.mean()), 4 * sigma);

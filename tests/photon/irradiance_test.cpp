@@ -142,6 +142,32 @@ TEST(IrradiancePoints, Lookup_OnlyOnItsSideAndWithinItsDisc) {
     EXPECT_FALSE(points.nearest(V3f(0.5F, 0.5F, 0.09F), kUp, 0.1F));
 }
 
+// Light that comes from 4 cm away is another one a centimetre farther on; where it is a tenth of all, all is
+// about the same up to ten times as far away.
+TEST(IrradiancePoints, BesideANearLamp_AreLookedUpNearby) {
+    Monitor silent;
+    const PhotonMap map = uniform_map(kPhotons, 1);
+    const PhotonMap* maps[] = {&map};
+    SurfacePoints one;
+    one.add({V3f(0.5F, 0.5F, 0), kUp, 0}, 0);
+    const auto found_at = [&](float distance, float share, float lamp) {
+        const auto near = [&](std::uint32_t, const SurfacePoint& at, IncidentLightSum& light) {
+            light.add(Rgb(1e6F), at.n);  // beside which the photons are nothing
+            return NearLight{share * 1e6F, lamp};
+        };
+        const IrradiancePoints points(one, {maps, kSettings, {}, near}, Workers{1}, silent);
+        return points.nearest(V3f(0.5F + distance, 0.5F, 0), kUp, 1).has_value();
+    };
+    // Its disc is 0.025 wide.
+    EXPECT_TRUE(found_at(0.009F, 1, 0.04F));
+    EXPECT_FALSE(found_at(0.011F, 1, 0.04F));
+    EXPECT_TRUE(found_at(0.015F, 0.5F, 0.04F));
+    EXPECT_TRUE(found_at(0.02F, 0.1F, 0.04F));
+    EXPECT_TRUE(found_at(0.02F, 1, 0.5F));
+    EXPECT_TRUE(found_at(0.02F, 0, 1e-6F));
+    EXPECT_FALSE(found_at(0.04F, 1, 0.5F)) << "beyond the disc";
+}
+
 // A bounce that rounding sends elsewhere is one place more or less: what light the others are given by chance
 // must not go by how many come before them.
 // Photons of paths of 0 to 9 bounces, of a brightness that goes by them.
@@ -195,6 +221,7 @@ TEST(IrradiancePoints, OnePlaceLess_ChangesNothingAtTheOthers) {
     const PhotonMap* maps[] = {&map};
     const auto by_chance = [](std::uint32_t number, const SurfacePoint& at, IncidentLightSum& light) {
         light.add(Rgb(Sampler(1, Purpose::test, 0, number).next()), at.n);
+        return NearLight{};
     };
     const IrradianceSources sources{maps, kSettings, {}, by_chance};
     const SurfacePoints places = random_places(200, 5);

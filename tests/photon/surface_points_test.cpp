@@ -128,7 +128,7 @@ TEST(SurfacePoints, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
         std::atomic<int> near = 0, met = 0;
         const auto check_ray = [&](std::uint32_t number, const SurfacePoint& at,
                                    IncidentLightSum& /*light*/) {
-            if (at.p.length() > 0.02F) return;
+            if (at.p.length() > 0.02F) return NearLight{};
             Sampler own(7, Purpose::test, 0, number);
             for (int i = 0; i < 8; ++i) {
                 const V3f w = Frame(at.n).to_world(square_to_cosine_hemisphere(own.next2()));
@@ -136,6 +136,7 @@ TEST(SurfacePoints, RaysFromAnIrradiancePointNearTheScenesMiddle_LeaveItsSurface
                 ++near;
                 if (hit && hit->t < 1e-3F) ++met;
             }
+            return NearLight{};
         };
         const PhotonMap* maps[] = {&map};
         const DensityEstimateSettings how{50, 1};
