@@ -22,6 +22,8 @@ constexpr double kTrialShare = 0.15;  // of all time
 constexpr double kLongestTrial = 15;  // seconds, all methods together
 constexpr double kSecondLook = 0.35;  // of the trial, for the two that look best
 constexpr double kFirstLook = 0.5;    // seconds, before anything is known of how long an error takes
+// In less, trials tell nothing, and take half of the time that is asked for.
+constexpr double kLeastTrial = 0.25;
 
 // Photons of a trial, at the most.
 constexpr std::int64_t kTrialPhotons = 50'000, kMostPhotons = 25'600'000;
@@ -282,6 +284,7 @@ class Choosing {
     std::optional<MethodChoice> choose() {
         const std::vector<Method> methods = methods_like(job_.integrator);
         if (methods.size() < 2) return std::nullopt;
+        if (!by_error() && budget(limits_.seconds) < kLeastTrial) return untried(methods);
         for (std::size_t m = 0; m < methods.size(); ++m) {
             // More than that share of what the best one needs would not come back.
             const bool unknown = m == 0 && by_error();
@@ -365,6 +368,15 @@ class Choosing {
                                         : best_in(std::max(left, 1e-3), cost));
         }
         return result;
+    }
+
+    // Progressive passes, which are seldom far from the best, and have an image of everything soonest.
+    MethodChoice untried(const std::vector<Method>& methods) const {
+        const auto passes = std::find_if(methods.begin(), methods.end(), [](const Method& method) {
+            return std::holds_alternative<ProgressiveSettings>(method.settings);
+        });
+        return {passes->settings, std::nan(""), limits_.seconds, 0,
+                "nothing, there is too little time for it"};
     }
 
     MethodChoice best() const {

@@ -17,7 +17,8 @@ namespace lucerna {
 
 struct MethodChoice {
     IntegratorSettings settings;
-    // Expected, as Film::relative_error() counts it; and seconds of preparation and image.
+    // Expected, as Film::relative_error() counts it (not a number where nothing was tried); and seconds of
+    // preparation and image.
     double error = 0, seconds = 0;
     // The part of the error that more samples do not mend, as large as it may well be: what photons or
     // VPLs of their number leave. 0 where there is none.
@@ -32,8 +33,9 @@ struct Method {
 // What shows the same picture as `asked`, first the one that has no bias; `asked` alone if nothing else does.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
 
-// By limits.error if there is one, else by limits.seconds. Takes a twelfth of the time, or of what the best
-// method is expected to need, or little more. None if there is nothing to choose from or the user stopped it.
+// By limits.error if there is one, else by limits.seconds. Takes a seventh of the time, or of what the best
+// method is expected to need, or little more; of a second or two nothing, and takes progressive passes
+// unseen. None if there is nothing to choose from or the user stopped it.
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
                                           const Workers& workers, Monitor& monitor);
 

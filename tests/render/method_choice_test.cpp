@@ -186,6 +186,19 @@ TEST(ChooseMethod, LightThatPathsCannotFind_IsNotTakenForDarkness) {
     EXPECT_FALSE(std::holds_alternative<PathSettings>(choice->settings)) << choice->tried;
 }
 
+TEST(ChooseMethod, InASecond_NothingIsTried) {
+    Monitor silent;
+    PathSettings asked;
+    asked.max_depth = 3;
+    Limits limits;
+    limits.seconds = 1;
+    const auto choice = choose_method(job_of(asked), limits, 3, Workers{2}, silent);
+    ASSERT_TRUE(choice);
+    ASSERT_TRUE(std::holds_alternative<ProgressiveSettings>(choice->settings));
+    EXPECT_EQ(max_depth_of(choice->settings), 3);
+    EXPECT_TRUE(std::isnan(choice->error));
+}
+
 TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
     Monitor silent;
     Limits limits;
