@@ -29,7 +29,7 @@ struct PathSettings {
     Quantity quantity = Quantity::radiance;
     std::int64_t guide_lights = 0;  // light paths whose first hits guide the choice of lights; 0: none do
     std::int64_t guide_paths = 0;   // light paths whose photons guide bounces; 0: none do
-    float bsdf_share = 0.25F;      // defensive mixture weight: the least share of the BSDF's own density
+    float bsdf_share = 0.25F;       // defensive mixture weight: the least share of the BSDF's own density
 };
 
 // Direct light only; mirrors and glass are followed.
