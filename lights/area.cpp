@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include "engine/base/sampler.h"
 #include "engine/base/vec.h"
@@ -122,7 +123,14 @@ class Triangles {
     }
 
     // None if it is one flat piece. Powers are shares of area.
-    std::span<const LightBounds> part_bounds() const { return part_bounds_; }
+    std::vector<LightBounds> part_bounds() const {
+        std::vector<LightBounds> bounds;
+        for (const Part& part : parts_) {
+            bounds.push_back(bounds_of(part.triangles));
+            bounds.back().power = static_cast<float>(part.by_area.total() / area());  // > 0: there are parts
+        }
+        return bounds;
+    }
     double area_of(CellId part) const { return parts_[part].by_area.total(); }
     CellId part_of(std::uint32_t triangle) const { return parts_.empty() ? kNoCell : part_of_[triangle]; }
     Place in_part(CellId part, const V2f& u) const {
@@ -132,11 +140,9 @@ class Triangles {
     }
 
     LightBounds bounds() const {
-        std::optional<LightBounds> all;
-        for (std::uint32_t i = 0; i < shape_.triangles.size(); ++i) {
-            if (const auto one = bounds_of(i)) all = all ? union_of(*all, *one) : *one;
-        }
-        return all.value_or(LightBounds{});
+        std::vector<std::uint32_t> all(shape_.triangles.size());
+        std::iota(all.begin(), all.end(), 0U);
+        return bounds_of(all);
     }
 
   private:
@@ -154,18 +160,20 @@ class Triangles {
         for (std::uint32_t i = 0; i < part_of_.size(); ++i) parts_[part_of_[i]].triangles.push_back(i);
         for (Part& part : parts_) {
             std::vector<double> own;
-            std::optional<LightBounds> all;
-            for (const std::uint32_t i : part.triangles) {
-                own.push_back(areas[i]);
-                if (const auto one = bounds_of(i)) all = all ? union_of(*all, *one) : *one;
-            }
+            for (const std::uint32_t i : part.triangles) own.push_back(areas[i]);
             part.by_area = Cdf(own);
-            part_bounds_.push_back(all.value_or(LightBounds{}));
-            part_bounds_.back().power = static_cast<float>(part.by_area.total() / area());
         }
     }
 
-    std::optional<LightBounds> bounds_of(std::uint32_t i) const {
+    LightBounds bounds_of(std::span<const std::uint32_t> triangles) const {
+        std::optional<LightBounds> all;
+        for (const std::uint32_t i : triangles) {
+            if (const auto one = bounds_of_triangle(i)) all = all ? union_of(*all, *one) : *one;
+        }
+        return all.value_or(LightBounds{});
+    }
+    // None: it has no area.
+    std::optional<LightBounds> bounds_of_triangle(std::uint32_t i) const {
         const V3i& triangle = shape_.triangles[i];
         const V3d across = cross(triangle);
         if (!std::isfinite(across.length2()) || !(across.length2() > 0)) return std::nullopt;
@@ -216,8 +224,7 @@ class Triangles {
     Cdf by_area_;
     std::vector<std::uint32_t> part_of_;  // each triangle's
     std::vector<Part> parts_;             // none: one piece
-    std::vector<LightBounds> part_bounds_;
-    std::vector<Piece> pieces_;  // by triangle
+    std::vector<Piece> pieces_;           // by triangle
 };
 
 class Disk {
@@ -238,7 +245,7 @@ class Disk {
         return {p, V3d(frame_.n), extent_};
     }
 
-    std::span<const LightBounds> part_bounds() const { return {}; }
+    std::vector<LightBounds> part_bounds() const { return {}; }
     double area_of(CellId /*part*/) const { return area(); }
     CellId part_of(std::uint32_t /*primitive*/) const { return kNoCell; }
     Place in_part(CellId /*part*/, const V2f& u) const { return at(u); }
@@ -261,11 +268,9 @@ class Disk {
 template <typename Shape>
 class FlatLight final : public Light {
   public:
-    FlatLight(Shape shape, const Lambertian& emission) : shape_(std::move(shape)), emission_(emission) {
-        for (LightBounds part : shape_.part_bounds()) {
-            part.two_sided = emission_.two_sided();
-            parts_.push_back(part);
-        }
+    FlatLight(Shape shape, const Lambertian& emission)
+        : shape_(std::move(shape)), emission_(emission), parts_(shape_.part_bounds()) {
+        for (LightBounds& part : parts_) part.two_sided = emission_.two_sided();
     }
 
     std::string_view kind() const override { return "area"; }

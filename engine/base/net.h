@@ -16,11 +16,16 @@
 
 namespace lucerna {
 
-constexpr std::uint32_t reverse_bits(std::uint32_t x) {
-    x = __builtin_bswap32(x);
+// The bits of each byte of a word, or of each of several, reversed; the bytes stay where they are.
+template <typename Word>
+constexpr Word reverse_bits_of_bytes(Word x) {
     x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
     x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
     return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+}
+
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+    return reverse_bits_of_bytes(__builtin_bswap32(x));
 }
 
 // Words side by side, in one vector register: a compiler does not put four or eight of them there by itself.
@@ -33,10 +38,7 @@ using Floats8 [[gnu::vector_size(32)]] = float;
 template <typename Words>
 Words reverse_bits_each(Words x) {
     x = (x << 16) | (x >> 16);
-    x = ((x & 0x00ff00ffU) << 8) | ((x >> 8) & 0x00ff00ffU);
-    x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
-    x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
-    return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+    return reverse_bits_of_bytes(((x & 0x00ff00ffU) << 8) | ((x >> 8) & 0x00ff00ffU));
 }
 
 // Nested uniform scrambling of a word whose least significant bit comes first; or of each of several.

@@ -379,18 +379,12 @@ class PathIntegrator final : public Integrator {
                                          OnceStatistics& statistics) const override {
         std::optional<GuideMap> light_guides;
         std::optional<DirectionGuideMap> guides;
-        if (settings_.guide_lights > 0 && context.scene.media().empty() &&
-            !nothing_to_choose(context.scene)) {
-            const Stopwatch building;
-            GuideParameters parameters{settings_.guide_lights, context.seed, 0, {}, settings_.lights};
-            parameters.settings.radius = largest_radius(diagonal(context.scene));
-            light_guides = build_guides(context.scene, parameters, context.workers, context.monitor);
-            if (context.monitor.stopped()) return nullptr;
-            statistics.seconds.add("guide", building.seconds());
-        }
         // Places where media scatter have no photons of their own here: such scenes stay plain.
-        if (settings_.guide_paths > 0 && context.scene.media().empty()) {
-            guides = make_guides(context, statistics);
+        if (context.scene.media().empty()) {
+            if (settings_.guide_lights > 0 && !nothing_to_choose(context.scene))
+                light_guides = make_light_guides(context, statistics);
+            if (settings_.guide_paths > 0 && !context.monitor.stopped())
+                guides = make_guides(context, statistics);
             if (context.monitor.stopped()) return nullptr;
         }
         return std::make_unique<PathSession>(context.scene, settings_, std::move(light_guides),
@@ -398,6 +392,15 @@ class PathIntegrator final : public Integrator {
     }
 
   private:
+    GuideMap make_light_guides(const RenderContext& context, OnceStatistics& statistics) const {
+        const Stopwatch building;
+        GuideParameters parameters{settings_.guide_lights, context.seed, 0, {}, settings_.lights};
+        parameters.settings.radius = largest_radius(diagonal(context.scene));
+        GuideMap guides = build_guides(context.scene, parameters, context.workers, context.monitor);
+        statistics.seconds.add("guide", building.seconds());
+        return guides;
+    }
+
     // None where they do not pay.
     std::optional<DirectionGuideMap> make_guides(const RenderContext& context,
                                                  OnceStatistics& statistics) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 
 #include "engine/scene/scene.h"
 
@@ -67,8 +68,10 @@ Box3f bounds_of(const Shapes& shapes) {
 }
 
 std::vector<V3i> kept_triangles(const Mesh& mesh) {
-    std::vector<V3i> kept = mesh.triangles;
-    std::erase_if(kept, [&mesh](const V3i& triangle) { return is_degenerate(mesh, triangle); });
+    std::vector<V3i> kept;
+    kept.reserve(mesh.triangles.size());
+    std::copy_if(mesh.triangles.begin(), mesh.triangles.end(), std::back_inserter(kept),
+                 [&mesh](const V3i& triangle) { return !is_degenerate(mesh, triangle); });
     return kept;
 }
 
@@ -97,8 +100,9 @@ void ShapeSet::take_meshes() {
     for (Mesh& mesh : shapes_.meshes) {
         assert(mesh.n.empty() || mesh.n.size() == mesh.p.size());
         assert(mesh.uv.empty() || mesh.uv.size() == mesh.p.size());
-        counts_.degenerate_triangles += std::erase_if(
-            mesh.triangles, [&mesh](const V3i& triangle) { return is_degenerate(mesh, triangle); });
+        std::vector<V3i> kept = kept_triangles(mesh);
+        counts_.degenerate_triangles += mesh.triangles.size() - kept.size();
+        mesh.triangles = std::move(kept);
         if (mesh.triangles.empty()) continue;
         if (note(mesh.traits) == kSurfaces) counts_.triangles += mesh.triangles.size();
         // Embree reads vertices 16 bytes at a time and wants numbers in all of them, used or not.
