@@ -284,7 +284,12 @@ class Choosing {
     std::optional<MethodChoice> choose() {
         const std::vector<Method> methods = methods_like(job_.integrator);
         if (methods.size() < 2) return std::nullopt;
-        if (!by_error() && budget(limits_.seconds) < kLeastTrial) return untried(methods);
+        if (const Medium* medium = emitting_medium(job_.scene.media())) {
+            return unquestioned(
+                methods.front().settings,
+                fmt::format("nothing, only path shows the light that medium \"{}\" emits", medium->name));
+        }
+        if (!by_error() && budget(limits_.seconds) < kLeastTrial) return in_a_second(methods);
         for (std::size_t m = 0; m < methods.size(); ++m) {
             // More than that share of what the best one needs would not come back.
             const bool unknown = m == 0 && by_error();
@@ -371,12 +376,16 @@ class Choosing {
     }
 
     // Progressive passes, which are seldom far from the best, and have an image of everything soonest.
-    MethodChoice untried(const std::vector<Method>& methods) const {
+    MethodChoice in_a_second(const std::vector<Method>& methods) const {
         const auto passes = std::find_if(methods.begin(), methods.end(), [](const Method& method) {
             return std::holds_alternative<ProgressiveSettings>(method.settings);
         });
-        return {passes->settings, std::nan(""), limits_.seconds, 0,
-                "nothing, there is too little time for it"};
+        return unquestioned(passes->settings, "nothing, there is too little time for it");
+    }
+
+    MethodChoice unquestioned(const IntegratorSettings& settings, const std::string& why) const {
+        const double seconds = by_error() ? std::nan("") : limits_.seconds;
+        return {settings, std::nan(""), seconds, 0, why};
     }
 
     MethodChoice best() const {

@@ -60,11 +60,9 @@ void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method,
 
 void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {
     if (std::holds_alternative<PathSettings>(method)) return;
-    for (const Medium& medium : scene.media().all) {
-        if (!medium.emits()) continue;
+    if (const Medium* medium = emitting_medium(scene.media())) {
         monitor.warn(fmt::format(
-            "medium \"{}\" emits light, which is missing from this picture; path shows it", medium.name));
-        return;
+            "medium \"{}\" emits light, which is missing from this picture; path shows it", medium->name));
     }
 }
 

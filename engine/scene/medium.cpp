@@ -48,6 +48,11 @@ bool scatters(const SceneMedia& media) {
     return std::ranges::any_of(media.all, [](const Medium& medium) { return !is_black(medium.sigma_s); });
 }
 
+const Medium* emitting_medium(const SceneMedia& media) {
+    const auto found = std::ranges::find_if(media.all, &Medium::emits);
+    return found == media.all.end() ? nullptr : &*found;
+}
+
 Box3d bounds_of(const SceneMedia& media) {
     Box3d box;
     for (const Medium& medium : media.all) {

@@ -4,6 +4,7 @@
 
 #include "engine/render/render.h"
 #include "engine/render/trial.h"
+#include "tests/support/media.h"
 #include "tests/support/scenes.h"
 
 namespace lucerna {
@@ -197,6 +198,26 @@ TEST(ChooseMethod, InASecond_NothingIsTried) {
     ASSERT_TRUE(std::holds_alternative<ProgressiveSettings>(choice->settings));
     EXPECT_EQ(max_depth_of(choice->settings), 3);
     EXPECT_TRUE(std::isnan(choice->error));
+}
+
+TEST(ChooseMethod, WhereAMediumGlows_OnlyPathsShowIt) {
+    Monitor silent;
+    testing::SceneMaker make;
+    Medium fire = testing::homogeneous(Rgb(1), Rgb(0));
+    fire.name = "fire";
+    fire.emission = Rgb(1);
+    make.region(fire);
+    const Job job = testing::make_job(make.build(), testing::small_cornell_camera(2), PhotonMapSettings{}, 1);
+    Limits second, minutes, error;
+    second.seconds = 1;
+    minutes.seconds = 1000;
+    error.error = 0.1;
+    for (const Limits& limits : {second, minutes, error}) {
+        const auto choice = choose_method(job, limits, 3, Workers{2}, silent);
+        ASSERT_TRUE(choice);
+        EXPECT_TRUE(std::holds_alternative<PathSettings>(choice->settings));
+        EXPECT_NE(choice->tried.find("\"fire\""), std::string::npos) << choice->tried;
+    }
 }
 
 TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
