@@ -59,7 +59,7 @@ std::optional<MediumCrossing> crossing(const Medium& medium, const Ray& ray, dou
 Rgb scattering_at(const SceneMedia& media, std::int32_t inside, const V3f& p);
 // Whether any medium scatters anywhere.
 bool scatters(const SceneMedia& media);
-// One that emits light, of which only paths know; null if there is none.
+// The first that emits light; null if none does.
 const Medium* emitting_medium(const SceneMedia& media);
 
 // A box around all media that have bounds; empty if there are none.
