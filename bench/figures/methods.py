@@ -135,4 +135,5 @@ def main():
             print(table.row(name, t, methods), flush=True)
 
 
-main()
+if __name__ == "__main__":
+    main()

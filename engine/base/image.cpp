@@ -35,6 +35,18 @@ Image without(const Image& image, const std::array<std::string, 3>& names) {
 
 }  // namespace
 
+void add_channels(Image& image, const Image& more, const std::string& prefix) {
+    const std::size_t had = image.channels.size(), has = more.channels.size();
+    std::vector<float> data(image.data.size() + more.data.size());
+    for (std::size_t i = 0; i * had < image.data.size(); ++i) {
+        float* const to = &data[i * (had + has)];
+        std::copy_n(&image.data[i * had], had, to);
+        std::copy_n(&more.data[i * has], has, to + had);
+    }
+    image.data = std::move(data);
+    for (const std::string& name : more.channels) image.channels.push_back(prefix + name);
+}
+
 Image brought_to_srgb(Image image, bool held) {
     const ColourSpace& srgb = colour_spaces().front();
     if (!image.space || image.space == &srgb) {

@@ -50,6 +50,9 @@ struct Image {
     }
 };
 
+// The channels of another image of the same size behind an image's own, under names that begin so.
+void add_channels(Image& image, const Image& more, const std::string& prefix);
+
 // R, G and B brought to linear sRGB: below 0 outside its gamut or, `held`, mixed with grey of the same
 // luminance until none is. variance.R, .G and .B are left out where colours change, as nothing says how they
 // vary together.

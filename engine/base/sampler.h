@@ -35,7 +35,8 @@ enum class Purpose : std::uint32_t {
     test,
     tile,
     importance,
-    splitting
+    splitting,
+    camera_of_second_half
 };
 
 class Sampler {

@@ -68,10 +68,10 @@ Imath::Vec3<T> face_forward(const Imath::Vec3<T>& n, const Imath::Vec3<T>& w) {
     return n.dot(w) < 0 ? -n : n;
 }
 
-inline float sqr(float x) {
+constexpr float sqr(float x) {
     return x * x;
 }
-inline double sqr(double x) {
+constexpr double sqr(double x) {
     return x * x;
 }
 

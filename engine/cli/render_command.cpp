@@ -77,6 +77,8 @@ struct RenderCommand {
     std::string scene;
     std::string output;
     bool png = false;
+    bool layers = false;
+    std::optional<bool> denoise;     // none: where it is of use
     std::optional<double> exposure;  // stops; none: chosen from the image
     SceneOverrides overrides;
     RenderOptions options;
@@ -155,11 +157,20 @@ void limit_samples(const RenderCommand& command, Job& job) {
     }
 }
 
-// What writing the image may take: compressing noise does some 50 MB/s on a machine of today. A guess, for an
+// What is left to do after the render: denoising, and writing the image. Compressing noise does some 50 MB/s
+// on a machine of today. A guess, for an
 // end in time; where it is wrong by a factor of two nobody will notice.
-double writing_seconds(const FilmSettings& film, bool png) {
+double writing_seconds(const RenderCommand& command, const FilmSettings& film) {
     const V2i size = film.rendered_size();
-    return (png ? 0.8e-6 : 0.5e-6) * size.x * size.y;
+    const double denoising = film.two_halves ? kDenoiserSecondsPerPixel / command.options.workers.threads : 0;
+    return (denoising + (command.png ? 0.8e-6 : 0.5e-6)) * size.x * size.y;
+}
+
+// Where a picture is made for people, or time or error ends the render, unless it is to go on another day:
+// then the command line alone says what is rendered.
+bool denoises(const RenderCommand& command) {
+    const bool asked_to_show = command.png || has_limit(command.options.limits);
+    return command.layers || command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
 }
 
 // What is to be had again, bit for bit, is not chosen by the clock.
@@ -181,8 +192,11 @@ class Pictures {
     // copied for that.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
+        const Image& shown = result.denoised ? *result.denoised : result.image;
+        if (command_.png) write_png(png_beside(image_), shown, exposure(shown));
+        if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
+        if (command_.layers) add_layers(result.image, *result.layers);
         write_exr(image_, result.image);
-        if (command_.png) write_png(png_beside(image_), result.image, exposure(result.image));
     }
     // What was written, for people.
     std::vector<std::string> said(const RunFacts& facts, const RenderResult& result) const {
@@ -190,14 +204,16 @@ class Pictures {
         const std::string passes =
             report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
         const std::optional<double>& error = report.relative_error;
+        const std::string denoised =
+            report.denoised_error ? fmt::format("denoised {:.2g} %, ", 100 * *report.denoised_error) : "";
         const std::string noise = !error ? ""
                                   : facts.choice && facts.choice->beyond_noise > 0
                                       ? fmt::format("noise {:.2g} %, at most {:.2g} % beyond it, ",
                                                     100 * *error, 100 * facts.choice->beyond_noise)
                                       : fmt::format("noise {:.2g} %, ", 100 * *error);
-        std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})",
+        std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{}{})",
                                                    image_.string(), result.image.width, result.image.height,
-                                                   report.unit, passes, report.samples_done, noise,
+                                                   report.unit, passes, report.samples_done, noise, denoised,
                                                    duration_text(facts.render_seconds))};
         if (!report.pixels_apart.empty()) {
             const V2i& first = report.pixels_apart.front();
@@ -212,8 +228,9 @@ class Pictures {
         }
         if (command_.png) {
             // A factor is greater than 0: the quotient of two positive numbers, or 1.
-            lines.push_back(fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),
-                                        std::log2(exposure(result.image))));
+            lines.push_back(
+                fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),
+                            std::log2(exposure(result.denoised ? *result.denoised : result.image))));
         }
         return lines;
     }
@@ -275,6 +292,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
     limit_samples(command, job);
+    job.film.two_halves = denoises(command);
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
@@ -286,7 +304,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     // Render, showing the image as it improves. From here on there is something to keep.
     const Listening listening(frames.context.around);
     RenderOptions options = command.options;
-    const double whole = command.options.limits.seconds - writing_seconds(job.film, command.png);
+    const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
         const Stopwatch choosing;
@@ -369,6 +387,16 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_option("-o,--output", command.output,
                    "OpenEXR image (default: the scene's name for it, in this folder)")
         ->type_name("FILE.exr");
+    app.add_flag_callback(
+        "--denoise", [&command] { command.denoise = true; },
+        "also make a denoised image (default: with --png, --time and --error)");
+    app.add_flag_callback(
+           "--no-denoise", [&command] { command.denoise = false; }, "show what was measured alone")
+        ->excludes("--denoise");
+    app.add_flag(
+           "--layers", command.layers,
+           "keep in the image what a denoiser needs: halves of the samples, features of the first surface")
+        ->excludes("--no-denoise");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
     add_word(app, "--exposure", "STOPS",
              "the picture's exposure, 0 for radiance 1 as white (default: automatic)",

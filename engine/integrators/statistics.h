@@ -104,6 +104,7 @@ struct RenderReport {
     std::uint64_t rays_total = 0, rays_invalid = 0;
     std::optional<std::uint64_t> rays_prepare;  // of them, before the first of the image
     std::optional<double> relative_error;       // estimated, of the image
+    std::optional<double> denoised_error;       // the same of the denoised one
     std::vector<V2i> pixels_apart;              // that this error is without (Film::ErrorEstimate)
 
     // By dotted names, which are stable: the JSON's keys.

@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/image.h"
+#include "engine/denoise/denoise.h"
 
 namespace lucerna {
 namespace {
@@ -92,18 +93,19 @@ void Film::add_sample(Pixel& pixel, const Rgb& radiance, float weight) {
 }
 
 void Film::update_half_buffers(std::size_t pixel) {
-    if (!std::has_single_bit(count(pixel))) return;
+    if (kind_.two_halves || !std::has_single_bit(count(pixel))) return;
     half_buffers_[pixel] = {half_buffers_[pixel].last, static_cast<float>(shown(pixel))};
 }
 
-void Film::add(int x, int y, const Rgb& radiance, float weight) {
-    add_sample(pixels_[place(x, y)], radiance, weight);
+void Film::add(int x, int y, const Rgb& radiance, float weight, int half) {
+    add_sample(pixels_[static_cast<std::size_t>(half) * size_ + place(x, y)], radiance, weight);
     update_half_buffers(place(x, y));
 }
 
-void Film::add_pass(int x, int y, std::span<const Sample> samples) {
+void Film::add_pass(int x, int y, std::span<const Sample> samples, int half) {
     if (samples.empty()) return;
-    Pixel& pixel = pixels_[place(x, y)];
+    const std::size_t at = static_cast<std::size_t>(half) * size_ + place(x, y);
+    Pixel& pixel = pixels_[at];
     const auto n = static_cast<float>(samples.size());
     // The pass's own E[wL], measured from what is known of L so far: as E[w] = 1 that has no bias, and
     // nothing varies where L does not.
@@ -113,7 +115,7 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples) {
     }
     V3f value = centre;
     for (const Sample& sample : samples) value += sample.weight * (sample.radiance - centre) / n;
-    Passes& passes = passes_[place(x, y)];
+    Passes& passes = passes_[at];
     ++passes.count;
     const V3f delta = value - passes.mean;
     passes.mean += delta / static_cast<float>(passes.count);
@@ -123,37 +125,59 @@ void Film::add_pass(int x, int y, std::span<const Sample> samples) {
     update_half_buffers(place(x, y));
 }
 
-V3f Film::value(const Pixel& pixel) const {
+// [Chan et al. 1983, (2.1)]: the sums of two samples, from those of each.
+Film::Pixel Film::merged(const Pixel& a, const Pixel& b) {
+    if (b.count == 0) return a;
+    if (a.count == 0) return b;
+    const double n_a = a.count, n_b = b.count;
+    const double share = n_b / (n_a + n_b), both = n_a * share;
+    Pixel sum;
+    sum.count = a.count + b.count;
+    const double weight_delta = double{b.weight} - double{a.weight};
+    sum.weight = static_cast<float>(double{a.weight} + share * weight_delta);
+    const V3d delta = V3d(b.mean) - V3d(a.mean);
+    sum.mean = V3f(V3d(a.mean) + share * delta);
+    sum.covariance_sum = V3f(V3d(a.covariance_sum) + V3d(b.covariance_sum) + both * weight_delta * delta);
+    const V3d m2 = squared(a.root_m2) + squared(b.root_m2) + both * delta * delta;
+    sum.root_m2 = V3f(V3d(std::sqrt(m2.x), std::sqrt(m2.y), std::sqrt(m2.z)));
+    return sum;
+}
+
+Film::Passes Film::merged(const Passes& a, const Passes& b) {
+    const Pixel sum = merged(Pixel{a.mean, a.root_m2, {0, 0, 0}, 0, a.count},
+                             Pixel{b.mean, b.root_m2, {0, 0, 0}, 0, b.count});
+    return {sum.mean, sum.root_m2, sum.count};
+}
+
+V3f Film::value(const Pixel& pixel) {
     return pixel.count > 1 ? pixel.mean + pixel.covariance_sum / static_cast<float>(pixel.count - 1)
                            : pixel.mean;
 }
 
 double Film::shown(std::size_t pixel) const {
-    return double{luminance(value(pixels_[pixel]))};
+    return double{luminance(value(whole(pixel)))};
 }
 
-V3d Film::variance(std::size_t place) const {
-    if (!passes_.empty()) {
-        const Passes& passes = passes_[place];
-        const double n = passes.count;
-        return passes.count > 1 ? squared(passes.root_m2) / ((n - 1) * n) : V3d(0.0);
-    }
-    const Pixel& pixel = pixels_[place];
+V3d Film::variance(const Passes& passes) {
+    const double n = passes.count;
+    return passes.count > 1 ? squared(passes.root_m2) / ((n - 1) * n) : V3d(0.0);
+}
+
+V3d Film::variance(const Pixel& pixel) const {
     if (pixel.count < 2) return V3d(0.0);
-    const double n = pixel.count;
+    const double n = pixel.count, weight2 = sqr(double{kind_.weight});
     V3d variance;
     for (int c = 0; c < 3; ++c) {
         // Of w (L - mean L), whose mean is the covariance; too small by what the covariance itself scatters.
         const double covariance = double{pixel.covariance_sum[c]} / (n - 1);
-        variance[c] =
-            std::max(0.0, double{weight2_} * sqr(double{pixel.root_m2[c]}) / (n - 1) - sqr(covariance)) / n;
+        variance[c] = std::max(0.0, weight2 * sqr(double{pixel.root_m2[c]}) / (n - 1) - sqr(covariance)) / n;
     }
     return variance;
 }
 
 std::size_t Film::without_sample() const {
     std::size_t without = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) without += count(i) == 0 ? 1 : 0;
+    for (std::size_t i = 0; i < size_; ++i) without += count(i) == 0 ? 1 : 0;
     return without;
 }
 
@@ -169,26 +193,51 @@ std::size_t Film::shown_at(std::size_t pixel) const {
     return pixel;
 }
 
+void Film::store(const V3f& value, const V3d& variance, const V3f& scales, float* to) {
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    const V3f mean = value * scales;
+    const V3d scaled = variance * V3d(scales) * V3d(scales);
+    for (int c = 0; c < 3; ++c) {
+        to[c] = mean[c];
+        to[3 + c] = static_cast<float>(std::min(scaled[c], kLargest));
+    }
+}
+
 Image Film::develop(float scale, const WorkingSpace& colours) const {
     Image image(width_, height_, {"R", "G", "B", "variance.R", "variance.G", "variance.B"});
     if (!colours.is_srgb()) image.space = &colours.space();
     const V3f scales = colours.light_to_rgb(Rgb(scale));
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    for (std::size_t i = 0; i < size_; ++i) {
         const std::size_t at = shown_at(i);
-        const V3f mean = value(pixels_[at]) * scales;
-        const V3d scaled_variance = variance(at) * V3d(scales) * V3d(scales);
-        for (int c = 0; c < 3; ++c) {
-            image.data[6 * i + static_cast<std::size_t>(c)] = mean[c];
-            constexpr double kLargest = std::numeric_limits<float>::max();
-            image.data[6 * i + 3 + static_cast<std::size_t>(c)] =
-                static_cast<float>(std::min(scaled_variance[c], kLargest));
-        }
+        store(value(whole(at)), variance(at), scales, &image.data[6 * i]);
+    }
+    return image;
+}
+
+Image Film::develop_half(int half, float scale, const WorkingSpace& colours) const {
+    assert(kind_.two_halves);
+    Image image(width_, height_, half_channels());
+    if (!colours.is_srgb()) image.space = &colours.space();
+    const V3f scales = colours.light_to_rgb(Rgb(scale));
+    for (std::size_t i = 0; i < size_; ++i) {
+        // One half has no sample yet where the other has one: then that is all that is known.
+        const Pixel& of_half = pixels_[static_cast<std::size_t>(half) * size_ + shown_at(i)];
+        const Pixel pixel = of_half.count > 0 ? of_half : whole(shown_at(i));
+        float* const to = &image.data[kHalfChannels * i];
+        store(value(pixel), variance(pixel), scales, to);
+        to[kSamples] = static_cast<float>(of_half.count);
     }
     return image;
 }
 
 Film::Halves Film::halves(std::size_t pixel) const {
     const double n = count(pixel);  // >= 2: asked of no other
+    if (kind_.two_halves) {
+        const Pixel &a = pixels_[pixel], &b = pixels_[size_ + pixel];
+        const double n_a = a.count, n_b = b.count, both = n_a * n_b / sqr(n);
+        const double first = double{luminance(value(a))}, second = double{luminance(value(b))};
+        return {first, second, both * sqr(first - second)};
+    }
     const HalfBuffers& half_buffers = half_buffers_[pixel];
     // The larger of the two is n/2 at least, and less than n if it is the better.
     const double last = std::bit_floor(count(pixel)), before = last / 2;
@@ -215,7 +264,7 @@ double Film::around(int x, int y) const {
 
 Film::ErrorEstimate Film::error() const {
     std::vector<double> levels;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;  // none of its samples was finite
         if (count(i) == 1) return {INFINITY, {}};
         levels.push_back(std::fabs(shown(i)));
@@ -229,8 +278,8 @@ Film::ErrorEstimate Film::error() const {
     const double mean = sum / known;  // most pixels are not apart
 
     // Squares of the errors, over those of the luminances.
-    std::vector<double> by_halves(pixels_.size()), by_samples(pixels_.size());
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    std::vector<double> by_halves(size_), by_samples(size_);
+    for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;
         const V3d variance = this->variance(i);
         // Channels vary together, near enough; it makes the error rather too large than too small.
@@ -249,7 +298,7 @@ Film::ErrorEstimate Film::error() const {
     ErrorEstimate estimate;
     const double limit = limit_of_most(by_samples);
     double halves_sum = 0, halves_fourth = 0, samples_sum = 0, samples_fourth = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    for (std::size_t i = 0; i < size_; ++i) {
         if (by_samples[i] > limit) {
             const auto width = static_cast<std::size_t>(width_);
             estimate.apart.emplace_back(static_cast<int>(i % width), static_cast<int>(i / width));

@@ -14,21 +14,28 @@ namespace lucerna {
 
 class Film {
   public:
-    // `weight`: the magnitude of every sample's weight (FilterSampler::weight). `by_pass`: samples come by
-    // add_pass(), not by add().
-    explicit Film(int width, int height, float weight = 1, bool by_pass = false)
+    struct Kind {
+        float weight = 1;         // the magnitude of every sample's weight (FilterSampler::weight)
+        bool by_pass = false;     // samples come by add_pass(), not by add()
+        bool two_halves = false;  // they are of two halves that do not depend on each other
+    };
+    Film(int width, int height, const Kind& kind)
         : width_(width),
           height_(height),
-          weight2_(sqr(weight)),
-          pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
-          passes_(by_pass ? pixels_.size() : 0),
-          half_buffers_(pixels_.size()) {}
+          size_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)),
+          kind_(kind),
+          pixels_(kind.two_halves ? 2 * size_ : size_),
+          passes_(kind.by_pass ? pixels_.size() : 0),
+          half_buffers_(kind.two_halves ? 0 : size_) {}
+    Film(int width, int height) : Film(width, height, Kind()) {}
 
     int width() const { return width_; }
     int height() const { return height_; }
+    bool has_two_halves() const { return kind_.two_halves; }
 
-    // Finite radiance, W/(m² sr), of a sample with the weight that FilterSampler gave it.
-    void add(int x, int y, const Rgb& radiance, float weight = 1);
+    // Finite radiance, W/(m² sr), of a sample with the weight that FilterSampler gave it. `half`: 0 or 1, of
+    // a film of two halves; else 0.
+    void add(int x, int y, const Rgb& radiance, float weight = 1, int half = 0);
 
     struct Sample {
         Rgb radiance;
@@ -36,7 +43,7 @@ class Film {
     };
     // What one pass saw through a pixel. Its samples depend on each other (they look at the same photons),
     // those of different passes do not: the variance is taken between passes.
-    void add_pass(int x, int y, std::span<const Sample> samples);
+    void add_pass(int x, int y, std::span<const Sample> samples, int half = 0);
 
     bool has_sample(int x, int y) const { return count(place(x, y)) > 0; }
     // The first samples come in steps: 0, of one pixel in 16, 1, of one in four, and 2, of all others.
@@ -54,6 +61,8 @@ class Film {
     // exact where L does not vary, however the signs of the weights fall.
     // The film holds light (working_space.h); the image has the components of that space.
     Image develop(float scale, const WorkingSpace& colours = {}) const;
+    // One half of the samples (half_channels() of engine/denoise/denoise.h). Of a film of two halves.
+    Image develop_half(int half, float scale, const WorkingSpace& colours = {}) const;
 
     // The noise that is left, as a share: the root of the mean, over all pixels, of the squares of each
     // pixel's error of luminance over its luminance (plus a tenth of the image's mean, both squared, so that
@@ -79,8 +88,9 @@ class Film {
     // All that is known, as bytes: for going on elsewhere, by this program on a machine of its byte order.
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
-    static constexpr std::size_t bytes_per_pixel(bool by_pass) {
-        return sizeof(Pixel) + sizeof(HalfBuffers) + (by_pass ? sizeof(Passes) : 0);
+    static constexpr std::size_t bytes_per_pixel(const Kind& kind) {
+        const std::size_t half = sizeof(Pixel) + (kind.by_pass ? sizeof(Passes) : 0);
+        return kind.two_halves ? 2 * half : half + sizeof(HalfBuffers);
     }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
     void restore(std::span<const std::byte> sums);
@@ -99,41 +109,62 @@ class Film {
         V3f mean{0, 0, 0}, root_m2{0, 0, 0};
         std::uint32_t count = 0;
     };
-    // The pixel's half buffers: its luminance after the last powers of two of samples (passes, if it has
-    // them): what is stratified is whole there.
+    // Where samples are not of two halves, the pixel's half buffers: its luminance after the last powers of
+    // two of samples (passes, if it has them): what is stratified is whole there.
     struct HalfBuffers {
         float last_but_one = 0, last = 0;
     };
     // Numbers without gaps between them.
     static_assert(sizeof(Pixel) == 11 * 4 && sizeof(Passes) == 7 * 4 && sizeof(HalfBuffers) == 2 * 4);
 
-    // A pixel's samples in two parts, as equal as the half buffers allow.
+    // A pixel's samples in two parts: its halves, or as equal as the half buffers allow.
     struct Halves {
         double first, second;  // luminance
         double variance;       // of the pixel's, were the parts independent: their difference, squared
     };
+
+    // A pixel of both halves together, or of the only one; a pixel's passes alike.
+    Pixel whole(std::size_t pixel) const {
+        return kind_.two_halves ? merged(pixels_[pixel], pixels_[size_ + pixel]) : pixels_[pixel];
+    }
+    Passes whole_passes(std::size_t pixel) const {
+        return kind_.two_halves ? merged(passes_[pixel], passes_[size_ + pixel]) : passes_[pixel];
+    }
+    static Pixel merged(const Pixel& a, const Pixel& b);
+    static Passes merged(const Passes& a, const Passes& b);
 
     std::size_t shown_at(std::size_t pixel) const;
     std::size_t place(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
     }
     std::uint32_t count(std::size_t pixel) const {  // of samples or passes
-        return passes_.empty() ? pixels_[pixel].count : passes_[pixel].count;
+        const auto of = [pixel, this](const auto& sums) {
+            return sums[pixel].count + (kind_.two_halves ? sums[size_ + pixel].count : 0);
+        };
+        return kind_.by_pass ? of(passes_) : of(pixels_);
     }
     void add_sample(Pixel& pixel, const Rgb& radiance, float weight);
     void update_half_buffers(std::size_t pixel);
-    V3f value(const Pixel& pixel) const;
+    // A value and its variance as an image stores them, the light in units of `scales`.
+    static void store(const V3f& value, const V3d& variance, const V3f& scales, float* to);
+    static V3f value(const Pixel& pixel);
     double shown(std::size_t pixel) const;  // luminance of its value
-    V3d variance(std::size_t pixel) const;  // of its value; 0 while there is only one sample or pass
+    // Of the value of what has these sums, which are of samples, or of passes; 0 while there is only one.
+    V3d variance(const Pixel& pixel) const;
+    static V3d variance(const Passes& passes);
+    V3d variance(std::size_t pixel) const {
+        return kind_.by_pass ? variance(whole_passes(pixel)) : variance(whole(pixel));
+    }
     Halves halves(std::size_t pixel) const;
     // Luminance of the pixel and its neighbours, the brightest of them left out.
     double around(int x, int y) const;
 
     int width_, height_;
-    float weight2_ = 1;  // square of every sample's weight
-    std::vector<Pixel> pixels_;
-    std::vector<Passes> passes_;  // empty, or one for each pixel
-    std::vector<HalfBuffers> half_buffers_;
+    std::size_t size_;  // pixels
+    Kind kind_;
+    std::vector<Pixel> pixels_;              // of two halves: the first's, then the second's
+    std::vector<Passes> passes_;             // empty, or as many
+    std::vector<HalfBuffers> half_buffers_;  // empty, or one for each pixel
 };
 
 // Offsets from a pixel's centre, distributed as the reconstruction filter's absolute value: so every sample

@@ -157,14 +157,15 @@ std::vector<double> deviations_of(const Trial& trial, const Consensus& agreed) {
 // Of one sample, and one standard error more: where few blocks have most of it, the others may have met too
 // little. Of passes, whose density estimates have no rare samples, the largest hundredth of the blocks counts
 // as the next one does: whether one of them lies on the few pixels where a lamp glints in metal is luck,
-// which must not decide between methods. (With other methods rare bright samples may be anywhere.)
-double variance_of(const Trial& trial, const Consensus& agreed) {
+// which must not decide between methods. (With other methods rare bright samples may be
+// anywhere; a denoiser finds them.)
+double variance_of(const Trial& trial, const Consensus& agreed, bool denoised) {
     constexpr std::size_t kOneIn = 100;
     std::vector<double> sorted;
     for (std::size_t b = 0; b < trial.blocks().size(); ++b)
         sorted.push_back(agreed.share(b, trial.blocks()[b].variance_of_a_sample()));
     std::sort(sorted.begin(), sorted.end());
-    const std::size_t luck = trial.in_passes() ? sorted.size() / kOneIn : 0;
+    const std::size_t luck = trial.in_passes() || denoised ? sorted.size() / kOneIn : 0;
     RunningStats shares;
     for (std::size_t i = 0; i < sorted.size(); ++i)
         shares.add(sorted[std::min(i, sorted.size() - luck - 1)]);  // luck < their number
@@ -216,6 +217,13 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
     return igi && igi->caustics == CausticMethod::map && throws_caustics(scene);
 }
 
+// What a denoiser leaves of the squared noise: of samples that do not depend on those of pixels around a
+// seventh or so; of passes, whose density estimates blur the noise of photons over many pixels, more than
+// half (docs/denoising.md).
+double left_by_denoiser(const Trial& trial) {
+    return trial.in_passes() ? 0.55 : 0.16;
+}
+
 MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) {
     const V2i size = job.film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
@@ -223,10 +231,15 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) 
     cost.once = trial.once_seconds();
     cost.prepare = trial.prepare_seconds() - cost.once;
     cost.sample = trial.sample_seconds() * pixels;
-    cost.variance = variance_of(trial, agreed);
+    cost.variance = variance_of(trial, agreed, job.film.two_halves);
     const std::vector<double> deviations = deviations_of(trial, agreed);
     cost.seen = static_cast<double>(deviations.size()) / pixels;
     cost.tail = tail_exponent(deviations);
+    if (job.film.two_halves) {
+        cost.variance *= left_by_denoiser(trial);
+        // It knows rare samples by their variance, and what is left of them does not grow.
+        cost.tail = 0;
+    }
     if (family_of(trial.settings()) == kRays) {
         cost.variance += variance_of_missed_light(trial, agreed);
         return cost;

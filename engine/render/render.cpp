@@ -1,11 +1,13 @@
 #include "engine/render/render.h"
 
 #include <atomic>
+#include <bit>
 #include <numeric>
 #include <optional>
 
 #include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
+#include "engine/render/features.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
 #include "engine/render/progress.h"
@@ -43,8 +45,9 @@ class Run {
           integrator_(make_integrator(job.integrator, options.maps)),
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
-                FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1),
-          tiles_(job, options.seed, film_, integrator_->samples_per_pass() > 1),
+                {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
+                 job.film.two_halves}),
+          tiles_(job, options.seed, film_, integrator_->samples_per_pass()),
           samples_(static_cast<std::size_t>(tiles_.tiles())),
           first_steps_(samples_.size()),
           show_timer_(options.show ? options.show_every : kNever),
@@ -55,6 +58,12 @@ class Run {
     }
 
     RenderResult render() {
+        if (job_.film.two_halves) {
+            const Stopwatch looking;
+            features_ = render_features(job_, options_.seed, std::min(kFeatureSamples, job_.spp),
+                                        options_.workers, monitor_);
+            preparing_ += looking.seconds();
+        }
         if (in_passes_) {
             render_passes();
         } else {
@@ -65,7 +74,9 @@ class Run {
         report_.seconds.add("image", imaging_);
         warn();
         keep();
-        const RenderResult last = result();
+        const Stopwatch denoising;
+        RenderResult last = result(true);
+        if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());
         if (options_.watch) options_.watch(last);
         return last;
     }
@@ -75,6 +86,8 @@ class Run {
     // Shares of the time that is left within which preparations are to be done: of what serves all samples,
     // and of what a pass makes, of which there should be many.
     static constexpr double kPreparation = 0.25, kPassPreparation = 0.1;
+
+    static constexpr int kFeatureSamples = 4;
 
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 
@@ -129,7 +142,7 @@ class Run {
             tile_seconds_ = (imaging_ - before) * options_.workers.threads /
                             (static_cast<double>(round) * tiles_.tiles());
             progress.round(elapsed());
-            if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
+            if (has_error(rule, done)) break;
             show();
         }
         // As many tiles as there is time for get one more sample.
@@ -157,7 +170,7 @@ class Run {
             if (swept == Swept::stopped) return end("user");
             if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             progress.round(elapsed());
-            if (rule.wants_error() && rule.satisfied(done, film_.relative_error())) break;
+            if (has_error(rule, done)) break;
             show();
         }
         // A last pass for as many tiles as there is time for, if it can be prepared in it.
@@ -270,7 +283,7 @@ class Run {
     }
     void present(const std::function<void(const RenderResult&)>& to, Recurring& when) {
         const double begin = clock_.seconds();
-        to(result());
+        to(result(true));
         when.done(begin, clock_.seconds());
     }
 
@@ -306,8 +319,7 @@ class Run {
     bool enough(StopRule& rule, int done) const {
         const auto other = [this](std::int32_t samples) { return samples != report_.samples_done; };
         if (done == 0 || std::any_of(samples_.begin(), samples_.end(), other)) return false;
-        return (rule.wants_error() && rule.satisfied(done, film_.relative_error())) ||
-               rule.next(done, 1, elapsed()) == 0;
+        return has_error(rule, done) || rule.next(done, 1, elapsed()) == 0;
     }
 
     // What passes before the checkpoint reported.
@@ -334,7 +346,7 @@ class Run {
         report_.ended_by = reason;
     }
 
-    RenderResult result() const {
+    RenderResult result(bool denoised) const {
         RenderResult result{film_.develop(job_.film.scale, job_.film.colours), report_};
         RenderReport& report = result.report;
         report.samples_not_finite = tiles_.bad_samples();
@@ -345,7 +357,29 @@ class Run {
         if (std::isfinite(error.relative)) report.relative_error = error.relative;
         report.pixels_apart = std::move(error.apart);
         result.image.attributes["lucerna.unit"] = report_.unit;
+        if (!denoised || !film_.has_two_halves()) return result;
+        result.layers = layers();
+        Denoised picture = denoise(*result.layers, options_.workers);
+        result.denoised = std::move(picture.image);
+        if (report.relative_error) report.denoised_error = picture.relative_error;
         return result;
+    }
+
+    Layers layers() const {
+        const auto half = [this](int h) { return film_.develop_half(h, job_.film.scale, job_.film.colours); };
+        return {{half(0), half(1)}, features_};
+    }
+
+    // Whether so many samples, or passes, are enough for the error that is asked for: of the denoised
+    // picture, where there is one. That takes longer to tell than a round, and is not asked after each.
+    bool has_error(StopRule& rule, int done) const {
+        if (!rule.wants_error()) return false;
+        if (!film_.has_two_halves()) return rule.satisfied(done, film_.relative_error());
+        constexpr unsigned kLooks = 4;  // from one power of two to the next
+        const unsigned number = static_cast<unsigned>(done),
+                       step = std::max(1U, std::bit_floor(number) / kLooks);
+        if (done < StopRule::kLeastForError || number % step != 0) return false;
+        return rule.satisfied(done, denoise(layers(), options_.workers).relative_error);
     }
 
     // Of all renders of this image.
@@ -386,6 +420,7 @@ class Run {
     std::unique_ptr<Integrator> integrator_;
     bool in_passes_;
     Film film_;
+    Image features_;
     TileRenderer tiles_;
     std::vector<std::int32_t> samples_;  // that each tile's pixels have
     RenderReport report_;

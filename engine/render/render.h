@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/denoise/denoise.h"
 #include "engine/integrators/statistics.h"
 #include "engine/render/checkpoint.h"
 #include "engine/render/job.h"
@@ -44,6 +46,9 @@ struct RenderResult {
     // what the numbers count: "cd/m^2", "W/(m^2 sr)", "lx", "W/m^2".
     Image image;
     RenderReport report;
+    // Of a film of two halves: these, with features; and what a denoiser makes of them, R G B.
+    std::optional<Layers> layers = {};
+    std::optional<Image> denoised = {};
 };
 
 // Throws InputError for settings that cannot be met, or a checkpoint that does not fit. Stops early, with

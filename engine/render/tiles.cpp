@@ -7,15 +7,23 @@
 
 namespace lucerna {
 
-Film::Sample PixelSampler::sample(const Estimator& estimator, const V2i& at, int sample) const {
+CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
-    Sampler sampler = samplers_.at(whole, static_cast<std::uint32_t>(sample));
+    const bool halves = job_.film.two_halves;
+    const int index = halves ? number / (2 * run_) * run_ + number % run_ : number;  // in its half
+    const ImageSamplers& samplers = halves_[static_cast<std::size_t>(halves ? half(number) : 0)];
+    Sampler sampler = samplers.at(whole, static_cast<std::uint32_t>(index));
     const FilterSampler::Sample place = filter_.sample(sampler.next2());
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
-    return {estimator.Li_at(film, job_.camera.ray(film, lens), sampler), place.weight};
+    return {film, job_.camera.ray(film, lens), place.weight, sampler};
+}
+
+Film::Sample CameraSampler::radiance(const Estimator& estimator, const V2i& at, int number) const {
+    Sample sample = this->sample(at, number);
+    return {estimator.Li_at(sample.film, sample.ray, sample.sampler), sample.weight};
 }
 
 template <typename Visit>
@@ -41,17 +49,20 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
+    const auto half = [this](int sample) {
+        return film_.has_two_halves() ? camera_sampler_.half(sample) : 0;
+    };
     for (int s = first; s < end; ++s) {
-        const Film::Sample taken = pixel_sampler_.sample(estimator, at, s);
+        const Film::Sample taken = camera_sampler_.radiance(estimator, at, s);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
             pass.push_back(taken);
         } else {
-            film_.add(at.x, at.y, taken.radiance, taken.weight);
+            film_.add(at.x, at.y, taken.radiance, taken.weight, half(s));
         }
     }
-    if (by_pass_) film_.add_pass(at.x, at.y, pass);
+    if (by_pass_) film_.add_pass(at.x, at.y, pass, half(first));
 }
 
 // A sample that is not a number is left out of the image and named.

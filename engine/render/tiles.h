@@ -1,6 +1,7 @@
 // A picture's samples, tile by tile: the unit of work and of progress.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <mutex>
@@ -14,27 +15,47 @@
 
 namespace lucerna {
 
-// Samples of the pixels of a job's image, by their numbers.
-class PixelSampler {
+// The camera samples of a job's image, by pixel and number. For a film of two halves they alternate between
+// these, in runs of `samples_per_pass`, each half stratified on its own.
+class CameraSampler {
   public:
-    PixelSampler(const Job& job, std::uint64_t seed)
-        : job_(job), samplers_(seed, Purpose::camera), filter_(job.film.filter) {}
+    // `samples_per_pass`: as the integrator has it.
+    CameraSampler(const Job& job, std::uint64_t seed, int samples_per_pass)
+        : job_(job),
+          run_(std::max(1, samples_per_pass)),
+          halves_{ImageSamplers(seed, Purpose::camera), ImageSamplers(seed, Purpose::camera_of_second_half)},
+          filter_(job.film.filter) {}
 
+    struct Sample {
+        V2f film;  // place on the whole film, pixels
+        Ray ray;
+        float weight;     // FilterSampler's
+        Sampler sampler;  // for what follows
+    };
     // `at` counts from the corner of what is rendered.
-    Film::Sample sample(const Estimator& estimator, const V2i& at, int sample) const;
+    Sample sample(const V2i& at, int number) const;
+    // What an estimator sees there.
+    Film::Sample radiance(const Estimator& estimator, const V2i& at, int number) const;
+
+    int half(int number) const { return number / run_ & 1; }
 
   private:
     const Job& job_;
-    ImageSamplers samplers_;
+    int run_;
+    std::array<ImageSamplers, 2> halves_;
     FilterSampler filter_;
 };
 
 // One finished set-up: everything a tile needs. Any thread may render any tile, each tile by one at a time.
 class TileRenderer {
   public:
-    // `by_pass`: the samples of one call of render() depend on each other (the film was made for that).
-    TileRenderer(const Job& job, std::uint64_t seed, Film& film, bool by_pass)
-        : pixel_sampler_(job, seed), seed_(seed), film_(film), by_pass_(by_pass) {}
+    // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
+    // render() depend on each other (the film was made for that).
+    TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass)
+        : camera_sampler_(job, seed, samples_per_pass),
+          seed_(seed),
+          film_(film),
+          by_pass_(samples_per_pass > 1) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
 
@@ -67,7 +88,7 @@ class TileRenderer {
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
-    PixelSampler pixel_sampler_;
+    CameraSampler camera_sampler_;
     std::uint64_t seed_;
     Film& film_;
     bool by_pass_;

@@ -128,7 +128,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
     if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}});
-    const PixelSampler pixel_sampler(job_, seed_);
+    const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass());
     const auto add = [this](std::size_t block, std::size_t pixel, double value) {
         blocks_[block].pixels[pixel].add(value);
         blocks_[block].values.push_back(static_cast<float>(value));
@@ -140,7 +140,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             const V2i at = places_[block] + V2i(p % size.x, p / size.x);
             RunningStats seen;
             for (int s = first; s < last; ++s) {
-                const Film::Sample sample = pixel_sampler.sample(*estimator_, at, s);
+                const Film::Sample sample = camera_sampler.radiance(*estimator_, at, s);
                 if (!is_finite(sample.radiance)) continue;
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
                 if (in_passes()) {

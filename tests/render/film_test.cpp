@@ -31,7 +31,7 @@ TEST(Film, MeanAndVarianceOfTheMean_EqualTwoPassSums) {
 TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
     constexpr int kPixels = 4'000, kSamples = 64;
     constexpr float kWeight = 1.5F;  // + with chance 5/6, - with 1/6: mean 1
-    Film film(kPixels + 1, 1, kWeight);
+    Film film(kPixels + 1, 1, {.weight = kWeight});
     Sampler sampler(11, Purpose::test, 0, 0);
     for (int x = 0; x <= kPixels; ++x) {
         for (int s = 0; s < kSamples; ++s) {
@@ -59,7 +59,7 @@ TEST(Film, SignedWeights_AreExactOnConstantsAndUnbiased) {
 // that of what is seen; taken between samples it would be too small by their number.
 TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
     constexpr int kPixels = 4'000, kPasses = 16, kSamples = 8;
-    Film by_pass(kPixels, 1, 1, true), by_sample(kPixels, 1);
+    Film by_pass(kPixels, 1, {.by_pass = true}), by_sample(kPixels, 1);
     Sampler sampler(12, Purpose::test, 0, 0);
     for (int x = 0; x < kPixels; ++x) {
         for (int p = 0; p < kPasses; ++p) {
@@ -82,7 +82,7 @@ TEST(Film, SamplesOfAPassDependOnEachOther_VarianceIsTakenBetweenPasses) {
 
 // Filters with negative lobes, too: nothing varies where the light does not.
 TEST(Film, PassesOfSignedWeights_AreExactOnConstants) {
-    Film film(1, 1, 1.5F, true);
+    Film film(1, 1, {.weight = 1.5F, .by_pass = true});
     Sampler sampler(13, Purpose::test, 0, 0);
     for (int p = 0; p < 20; ++p) {
         std::vector<Film::Sample> samples;

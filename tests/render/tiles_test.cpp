@@ -30,7 +30,7 @@ Found render_tiles(bool backwards, int round) {
         testing::make_job(testing::integrating_sphere(0.5F, 1),
                           testing::camera({0, 0, 0}, {0, 0, 1}, kWide, kHigh, 60), PathSettings{}, kSamples);
     Film film(kWide, kHigh);
-    TileRenderer tiles(job, 7, film, false);
+    TileRenderer tiles(job, 7, film, 0);
     for (int first = 0; first < kSamples; first += round) {
         for (int i = 0; i < tiles.tiles(); ++i) {
             tiles.render(Faulty{}, backwards ? tiles.tiles() - 1 - i : i, first, first + round);
@@ -56,7 +56,7 @@ TEST(Tiles, FirstBadSampleOfARenderThatGoesOn_StaysTheFirst) {
     const Job job = testing::make_job(testing::integrating_sphere(0.5F, 1),
                                       testing::camera({0, 0, 0}, {0, 0, 1}, 40, 16, 60), PathSettings{}, 2);
     Film film(40, 16);
-    TileRenderer tiles(job, 7, film, false);
+    TileRenderer tiles(job, 7, film, 0);
     tiles.take_up_bad(3, "pixel (39, 15) sample 0");
     for (int i = 0; i < tiles.tiles(); ++i) tiles.render(Faulty{}, i, 1, 2);
     EXPECT_EQ(tiles.first_bad(), "pixel (39, 15) sample 0");
@@ -75,7 +75,7 @@ TEST(Tiles, FirstSamplesInSteps_ShowAWholeImageFromTheFirstStepOn) {
         testing::make_job(testing::integrating_sphere(0.5F, 1),
                           testing::camera({0, 0, 0}, {0, 0, 1}, kWide, kHigh, 60), PathSettings{}, 2);
     Film film(kWide, kHigh), whole(kWide, kHigh);
-    TileRenderer tiles(job, 7, film, false), at_once(job, 7, whole, false);
+    TileRenderer tiles(job, 7, film, 0), at_once(job, 7, whole, 0);
     std::size_t without = kWide * kHigh;
     for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
         for (int tile = 0; tile < tiles.tiles(); ++tile) tiles.render_first(Gradient{}, tile, 2, step);

@@ -1,0 +1,95 @@
+// lucerna denoise: an image's layers into a clean image whose error is known.
+#include "engine/denoise/denoise.h"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <memory>
+
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "engine/base/monitor.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kDenoiseFooter =
+    R"(IMAGE is what lucerna render --layers wrote: beside the light it holds both halves of the samples, and albedo, normal
+and place of what is seen. The image that is made of it has the denoised light as R, G and B.
+
+Every half is filtered by itself, and compared with the other one: so the error that is left is known, what filtering
+blurs included. Where filtering would harm, the measured light stands. What all samples share, as the photons of
+photonmap or the virtual lights of igi, neither half tells of: its error is not removed, and not counted.
+
+lucerna render does the same at its end with --denoise, and with --png, --time and --error unless --no-denoise is given.
+
+Examples:
+  lucerna render room.pbrt --spp 64 --layers -o room.exr
+  lucerna denoise room.exr -o clean.exr --png
+  lucerna compare clean.exr reference.exr)";
+
+struct DenoiseCommand {
+    std::string image, output;
+    bool png = false, quiet = false;
+    std::optional<double> exposure;  // stops; none: chosen from the image
+    Workers workers;
+};
+
+void act(const DenoiseCommand& command, const CommandContext& context) {
+    require_readable(command.image);
+    CommandFiles files;
+    files.reads(command.image);
+    files.writes(command.output, ".exr", "-o");
+    const std::filesystem::path picture = std::filesystem::path(command.output).replace_extension(".png");
+    if (command.png) files.writes(picture, ".png", "--png");
+
+    const Image image = read_exr(command.image);
+    const Layers layers = layers_of(image, command.image);
+    const Stopwatch clock;
+    Denoised denoised = denoise(layers, command.workers);
+    const double seconds = clock.seconds();
+    denoised.image.attributes = image.attributes;
+    denoised.image.attributes.erase("lucerna.broughtfrom");
+    denoised.image.attributes["lucerna.denoised"] = fmt::format("{:.3g}", denoised.relative_error);
+    write_exr(command.output, denoised.image);
+    if (!command.quiet) {
+        fmt::print(context.out, "image    {} ({} x {}, error {:.2g} %, {})\n", command.output, image.width,
+                   image.height, 100 * denoised.relative_error, duration_text(seconds));
+    }
+    if (!command.png) return;
+    const float exposure =
+        command.exposure ? static_cast<float>(std::exp2(*command.exposure)) : auto_exposure(denoised.image);
+    write_png(picture, denoised.image, exposure);
+    if (!command.quiet) {
+        fmt::print(context.out, "picture  {} (exposure {:+.2f} stops)\n", picture.string(),
+                   std::log2(exposure));
+    }
+}
+
+}  // namespace
+
+void add_denoise_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<DenoiseCommand>();
+    CLI::App& app =
+        *program.add_subcommand("denoise", "Take the noise out of an image, and say what is left");
+    app.footer(kDenoiseFooter);
+    app.add_option("IMAGE", command->image, "OpenEXR image with layers")->required();
+    app.add_option("-o,--output", command->output, "the denoised OpenEXR image")
+        ->required()
+        ->type_name("FILE.exr");
+    app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
+    add_word(app, "--exposure", "STOPS",
+             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
+             [command](const std::string& word) {
+                 command->exposure = parse_number({"--exposure"}, word, -60, 60);
+             });
+    add_threads(app, command->workers);
+    app.add_flag("--quiet", command->quiet, "say nothing but errors");
+    app.callback([command, &context] { act(*command, context); });
+}
+
+}  // namespace lucerna

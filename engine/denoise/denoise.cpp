@@ -1,0 +1,388 @@
+#include "engine/denoise/denoise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/base/colour_space.h"
+#include "engine/base/error.h"
+#include "engine/denoise/nonlocal_means.h"
+
+namespace lucerna {
+namespace {
+
+using Numbers = std::vector<double>;
+
+// Added to albedos before light is divided by them: what black surfaces send back is divided by no 0.
+constexpr float kLeastAlbedo = 0.01F;
+// Brighter pixels, as multiples of the image's mean, count as this bright when they are compared: float32
+// holds its square.
+constexpr float kBrightest = 1e15F;
+
+std::size_t area(const V2i& size) {
+    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+}
+V2i size_of(const Image& image) {
+    return {image.width, image.height};
+}
+
+// Means over squares of this half side, cut at the rim.
+Numbers smoothed(const Numbers& numbers, const V2i& size, int reach) {
+    const auto sweep = [reach](std::size_t n, auto&& in, auto&& out) {
+        const auto last = static_cast<std::ptrdiff_t>(n) - 1;
+        Numbers upto(n + 1);
+        for (std::size_t i = 0; i < n; ++i) upto[i + 1] = upto[i] + in(i);
+        for (std::ptrdiff_t i = 0; i <= last; ++i) {
+            const auto begin = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, i - reach));
+            const auto end = static_cast<std::size_t>(std::min(last, i + reach)) + 1;
+            out(static_cast<std::size_t>(i)) = (upto[end] - upto[begin]) / static_cast<double>(end - begin);
+        }
+    };
+    const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
+    Numbers across(numbers.size()), result(numbers.size());
+    for (std::size_t y = 0; y < height; ++y) {
+        sweep(
+            width, [&](std::size_t x) { return numbers[y * width + x]; },
+            [&](std::size_t x) -> double& { return across[y * width + x]; });
+    }
+    for (std::size_t x = 0; x < width; ++x) {
+        sweep(
+            height, [&](std::size_t y) { return across[y * width + x]; },
+            [&](std::size_t y) -> double& { return result[y * width + x]; });
+    }
+    return result;
+}
+
+// --- what is filtered ---
+
+// Fills three planes from three channels that follow each other.
+ColourPlanes planes_of(const Image& image, int first) {
+    ColourPlanes planes;
+    for (int c = 0; c < 3; ++c) {
+        Plane& plane = planes[static_cast<std::size_t>(c)];
+        plane = Plane(image.width, image.height);
+        plane.fill(image.width, image.height, [&](int x, int y) { return image.value(x, y, first + c); });
+    }
+    return planes;
+}
+
+float inverse_footprint(const Image& features, int x, int y) {
+    const auto position = [&](int u, int v) {
+        return V3f(features.value(u, v, kPosition), features.value(u, v, kPosition + 1),
+                   features.value(u, v, kPosition + 2));
+    };
+    const V3f here = position(x, y);
+    float nearest2 = INFINITY;
+    for (const V2i& step : {V2i(1, 0), V2i(-1, 0), V2i(0, 1), V2i(0, -1)}) {
+        const int u = x + step.x, v = y + step.y;
+        if (u < 0 || v < 0 || u >= features.width || v >= features.height) continue;
+        const float distance2 = (position(u, v) - here).length2();
+        if (distance2 > 0) nearest2 = std::min(nearest2, distance2);
+    }
+    return std::isfinite(nearest2) ? 1 / std::sqrt(nearest2) : 0;
+}
+
+FeaturePlanes feature_planes(const Image& features) {
+    const int width = features.width, height = features.height;
+    const auto plane = [&](auto&& value) {
+        Plane result(width, height);
+        result.fill(width, height, value);
+        return result;
+    };
+    FeaturePlanes planes{planes_of(features, kAlbedo),
+                         planes_of(features, kNormal),
+                         planes_of(features, kGeometricNormal),
+                         planes_of(features, kPosition),
+                         plane([&](int x, int y) { return features.value(x, y, kEmitter); }),
+                         plane([&](int x, int y) { return inverse_footprint(features, x, y); }),
+                         Plane(width, height)};
+    for (int y = 0; y < height; ++y) std::fill_n(planes.inside.row(y), width, 1.0F);
+    return planes;
+}
+
+// By how much the halves differ beside what their samples' variances tell, squared: less where samples are
+// stratified, more where they depend on each other, as those of one pass do. It is taken from wide
+// surroundings: what a pixel's weights know of the other half by this is next to nothing.
+Numbers dependence(const Layers& input) {
+    constexpr int kReach = 7;
+    constexpr double kMost = 16;
+    const V2i size = size_of(input.features);
+    const Image &a = input.halves[0], &b = input.halves[1];
+    Numbers seen(area(size)), told(area(size));
+    for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x) {
+            const std::size_t i = area({size.x, y}) + static_cast<std::size_t>(x);
+            seen[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
+            for (const Image* half : {&a, &b}) {
+                V3d deviation;
+                for (int c = 0; c < 3; ++c)
+                    deviation[c] = std::sqrt(double{half->value(x, y, kVariance + c)});
+                told[i] += sqr(double{luminance(Rgb(V3f(deviation)))});
+            }
+        }
+    }
+    seen = smoothed(seen, size, kReach), told = smoothed(told, size, kReach);
+    for (std::size_t i = 0; i < seen.size(); ++i)
+        seen[i] = told[i] > 0 ? std::clamp(seen[i] / told[i], 1 / kMost, kMost) : 1;
+    return seen;
+}
+
+// A pixel whose variance is much larger than the median around it holds light that the others have missed.
+Plane trust(const V2i& size, const ColourPlanes& variance) {
+    constexpr int kReach = 2;
+    constexpr float kMuch = 4, kLeast = 1e-4F;
+    const auto of = [&](int x, int y) {
+        return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
+    };
+    Plane trust(size.x, size.y);
+    std::vector<float> around;
+    trust.fill(size.x, size.y, [&](int x, int y) {
+        around.clear();
+        for (int v = std::max(0, y - kReach); v <= std::min(size.y - 1, y + kReach); ++v) {
+            for (int u = std::max(0, x - kReach); u <= std::min(size.x - 1, x + kReach); ++u)
+                around.push_back(of(u, v));
+        }
+        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
+        std::nth_element(around.begin(), middle, around.end());
+        const float ratio = of(x, y) / (kMuch * *middle + std::numeric_limits<float>::min());
+        return std::max(kLeast, 1 / (1 + sqr(ratio)));
+    });
+    return trust;
+}
+
+// A half's light over the albedo, and what is known of its variance: the samples' own, and where these are
+// few, that around.
+HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale) {
+    constexpr int kReach = 1;
+    constexpr double kWorth = 4;  // samples that the surroundings count for
+    const V2i size = size_of(half);
+    HalfPlanes planes;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const auto channel = static_cast<int>(c);
+        const auto divided = [&](int x, int y) {
+            return scale / (features.value(x, y, kAlbedo + channel) + kLeastAlbedo);
+        };
+        planes.value[c] = Plane(size.x, size.y);
+        planes.value[c].fill(size.x, size.y, [&](int x, int y) {
+            return std::clamp(half.value(x, y, kLight + channel) * divided(x, y), -kBrightest, kBrightest);
+        });
+        Numbers own(area(size));
+        const auto at = [&size](int x, int y) { return area({size.x, y}) + static_cast<std::size_t>(x); };
+        for (int y = 0; y < size.y; ++y) {
+            for (int x = 0; x < size.x; ++x)
+                own[at(x, y)] = double{half.value(x, y, kVariance + channel)} * sqr(double{divided(x, y)});
+        }
+        const Numbers around = smoothed(own, size, kReach);
+        planes.variance[c] = Plane(size.x, size.y);
+        planes.variance[c].fill(size.x, size.y, [&](int x, int y) {
+            const double known = std::max(0.0, double{half.value(x, y, kSamples)} - 1);  // degrees of freedom
+            const double variance = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
+            return static_cast<float>(std::min(dependence[at(x, y)] * variance, sqr(double{kBrightest})));
+        });
+    }
+    planes.trust = trust(size, planes.variance);
+    return planes;
+}
+
+// --- what it is mixed from ---
+
+// An image made of each half, and what is known of the error of their mean: by pixel, squared and relative.
+struct Estimate {
+    std::array<std::vector<Rgb>, 2> of;
+    Numbers error;
+
+    Rgb mean(std::size_t i) const { return 0.5F * (of[0][i] + of[1][i]); }
+};
+
+double luminance_of(const Rgb& c) {
+    return double{luminance(c)};
+}
+
+class Mixer {
+  public:
+    // `measured`: the halves as they are. `level`: what errors are relative to.
+    Mixer(const V2i& size, Estimate measured, const Numbers& level)
+        : size_(size), measured_(std::move(measured)), inverse_scale_(level.size()) {
+        double mean = 0;
+        for (const double l : level) mean += l / static_cast<double>(level.size());
+        for (std::size_t i = 0; i < level.size(); ++i) {
+            const double scale = error_scale2(level[i], mean);
+            inverse_scale_[i] = scale > 0 ? 1 / scale : 0;  // 0 where all is black
+        }
+        measured_.error = error(measured_);
+    }
+
+    const Estimate& measured() const { return measured_; }
+
+    // What is made of A has the squared error mean[(D_A - B)² - (A - B)²/2]; the mean of D_A and D_B that of
+    // the two, less (D_A - D_B)²/4.
+    Numbers error(const Estimate& made) const {
+        Numbers error(inverse_scale_.size());
+        for (std::size_t i = 0; i < error.size(); ++i) {
+            const double a = luminance_of(measured_.of[0][i]), b = luminance_of(measured_.of[1][i]);
+            const double d_a = luminance_of(made.of[0][i]), d_b = luminance_of(made.of[1][i]);
+            error[i] = inverse_scale_[i] *
+                       (0.5 * (sqr(d_a - b) + sqr(d_b - a) - sqr(a - b)) - 0.25 * sqr(d_a - d_b));
+        }
+        return error;
+    }
+
+    // Mixes the second into the first, in the share that makes the error least: with E the errors and d their
+    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings.
+    void mix(Estimate& first, const Estimate& second) const {
+        constexpr int kReach = 8, kSmooth = 2;
+        Numbers difference(inverse_scale_.size());
+        for (std::size_t i = 0; i < difference.size(); ++i)
+            difference[i] =
+                inverse_scale_[i] * sqr(luminance_of(first.mean(i)) - luminance_of(second.mean(i)));
+        const Numbers e1 = smoothed(first.error, size_, kReach), e2 = smoothed(second.error, size_, kReach),
+                      d2 = smoothed(difference, size_, kReach);
+        Numbers share(difference.size());
+        for (std::size_t i = 0; i < share.size(); ++i)
+            share[i] = d2[i] > 0 ? std::clamp((e1[i] - e2[i] + d2[i]) / (2 * d2[i]), 0.0, 1.0) : 0;
+        share = smoothed(share, size_, kSmooth);
+        for (std::size_t i = 0; i < share.size(); ++i) {
+            const double s = share[i];
+            for (std::size_t half = 0; half < 2; ++half)
+                first.of[half][i] += static_cast<float>(s) * (second.of[half][i] - first.of[half][i]);
+            first.error[i] += s * (second.error[i] - first.error[i]) - s * (1 - s) * difference[i];
+        }
+    }
+
+  private:
+    V2i size_;
+    Estimate measured_;
+    Numbers inverse_scale_;
+};
+
+Estimate estimate_of(const Layers& input, const std::array<Filtered, 2>& filtered, Candidate candidate,
+                     float scale) {
+    const V2i size = size_of(input.features);
+    Estimate estimate;
+    for (std::size_t half = 0; half < 2; ++half) {
+        const ColourPlanes& planes = filtered[half][static_cast<std::size_t>(candidate)];
+        for (int y = 0; y < size.y; ++y) {
+            for (int x = 0; x < size.x; ++x) {
+                Rgb c;
+                for (int k = 0; k < 3; ++k) {
+                    c[k] = planes[static_cast<std::size_t>(k)].row(y)[x] *
+                           ((input.features.value(x, y, kAlbedo + k) + kLeastAlbedo) / scale);
+                }
+                estimate.of[half].push_back(c);
+            }
+        }
+    }
+    return estimate;
+}
+
+Estimate measured(const Layers& input) {
+    Estimate estimate;
+    for (std::size_t half = 0; half < 2; ++half) {
+        const Image& image = input.halves[half];
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) estimate.of[half].push_back(image.rgb_at(x, y));
+        }
+    }
+    return estimate;
+}
+
+}  // namespace
+
+const std::vector<std::string>& feature_channels() {
+    static const std::vector<std::string> names{"albedo.R", "albedo.G", "albedo.B", "N.X",    "N.Y",
+                                                "N.Z",      "P.X",      "P.Y",      "P.Z",    "Z",
+                                                "Ng.X",     "Ng.Y",     "Ng.Z",     "emitter"};
+    return names;
+}
+
+const std::vector<std::string>& half_channels() {
+    static const std::vector<std::string> names{"R",          "G",          "B",      "variance.R",
+                                                "variance.G", "variance.B", "samples"};
+    return names;
+}
+
+namespace {
+
+constexpr const char* kHalfNames[2] = {"first.", "second."};
+
+// Some of an image's channels, by their names after `prefix`.
+Image part_of(const Image& image, const std::vector<std::string>& names, const std::string& prefix,
+              const std::string& file) {
+    std::vector<std::size_t> from;
+    for (const std::string& name : names) {
+        const auto found = std::ranges::find(image.channels, prefix + name);
+        if (found == image.channels.end()) {
+            throw InputError({file},
+                             "has no channel " + prefix + name +
+                                 ", which denoising needs; what lucerna render --layers wrote is accepted");
+        }
+        from.push_back(static_cast<std::size_t>(found - image.channels.begin()));
+    }
+    Image part(image.width, image.height, names);
+    // Only R, G and B are brought to linear sRGB when a file is read: layers are in the render's own space.
+    const auto from_space = image.attributes.find("lucerna.broughtfrom");
+    part.space = from_space != image.attributes.end() ? find_colour_space(from_space->second) : image.space;
+    for (std::size_t i = 0; i < area(size_of(image)); ++i) {
+        for (std::size_t c = 0; c < from.size(); ++c)
+            part.data[i * from.size() + c] = image.data[i * image.channels.size() + from[c]];
+    }
+    return part;
+}
+
+}  // namespace
+
+void add_layers(Image& image, const Layers& layers) {
+    for (std::size_t half = 0; half < 2; ++half) add_channels(image, layers.halves[half], kHalfNames[half]);
+    add_channels(image, layers.features, "");
+}
+
+Layers layers_of(const Image& image, const std::string& file) {
+    return {{part_of(image, half_channels(), kHalfNames[0], file),
+             part_of(image, half_channels(), kHalfNames[1], file)},
+            part_of(image, feature_channels(), "", file)};
+}
+
+Denoised denoise(const Layers& input, const Workers& workers) {
+    const V2i size = size_of(input.features);
+    Estimate raw = measured(input);
+    double mean = 0;
+    for (std::size_t i = 0; i < area(size); ++i)
+        mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
+    // Distances are relative to noise, whatever the unit; this brings all into float32's middle.
+    const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
+
+    const Numbers dependence = lucerna::dependence(input);
+    std::array<HalfPlanes, 2> halves;
+    parallel_each(workers, halves.size(), 1, [&](std::size_t half) {
+        halves[half] = half_planes(input.halves[half], input.features, dependence, scale);
+    });
+    const std::array<Filtered, 2> filtered =
+        nonlocal_means(size.x, size.y, feature_planes(input.features), halves, workers);
+    Estimate result = estimate_of(input, filtered, Candidate::wary, scale);
+    Numbers level(area(size));
+    for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
+    const Mixer mixer(size, std::move(raw), level);
+    result.error = mixer.error(result);
+    for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
+        Estimate other = estimate_of(input, filtered, candidate, scale);
+        other.error = mixer.error(other);
+        mixer.mix(result, other);
+    }
+    mixer.mix(result, mixer.measured());
+
+    Denoised denoised{Image::rgb(size.x, size.y), 0};
+    denoised.image.space = input.halves[0].space;
+    double error = 0;
+    for (std::size_t i = 0; i < level.size(); ++i) {
+        const Rgb c = result.mean(i);
+        denoised.image.data[3 * i] = c.x, denoised.image.data[3 * i + 1] = c.y,
+                                denoised.image.data[3 * i + 2] = c.z;
+        error += result.error[i] / static_cast<double>(level.size());
+    }
+    denoised.relative_error = std::sqrt(std::max(0.0, error));
+    return denoised;
+}
+
+}  // namespace lucerna

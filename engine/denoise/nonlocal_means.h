@@ -1,0 +1,86 @@
+// Non-local means over both halves of an image [Buades et al. 2005; Rousselle et al. 2012, section 4], with
+// features beside the light [Rousselle et al. 2013].
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/parallel.h"
+
+namespace lucerna {
+
+// One number for each pixel, rows first, with a rim of kRim pixels about them.
+class Plane {
+  public:
+    // Pixels about a pixel from which it takes: a square of this half side; and the patches that are
+    // compared.
+    static constexpr int kWindow = 8, kPatch = 3;
+    static constexpr int kRim = kWindow + kPatch;
+
+    Plane() = default;
+    Plane(int width, int height)
+        : stride_(width + 2 * kRim),
+          data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
+
+    // Puts a function of a pixel into every pixel, and those at the edge into the rim beside them.
+    template <typename Value>
+    void fill(int width, int height, Value&& value) {
+        for (int y = 0; y < height; ++y) {
+            float* const to = row(y);
+            for (int x = 0; x < width; ++x) to[x] = value(x, y);
+            std::fill_n(to - kRim, kRim, to[0]);
+            std::fill_n(to + width, kRim, to[width - 1]);
+        }
+        const auto copy_row = [this](int from, int to) {
+            std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
+        };
+        for (int y = 1; y <= kRim; ++y) {
+            copy_row(0, -y);
+            copy_row(height - 1, height - 1 + y);
+        }
+    }
+
+    // Of pixel (0, y); what stands before and behind a row, up to the rim, belongs to the plane.
+    float* row(int y) { return &data_[start(y)]; }
+    const float* row(int y) const { return &data_[start(y)]; }
+
+  private:
+    std::size_t start(int y) const {
+        return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
+    }
+    int stride_ = 0;
+    std::vector<float> data_;
+};
+using ColourPlanes = std::array<Plane, 3>;
+
+// What is the same for both halves.
+struct FeaturePlanes {
+    ColourPlanes albedo, normal, geometric_normal, position;
+    Plane emitter;
+    // Over the distance to the surface that the nearest pixel beside it sees; 0 where there is none.
+    Plane inverse_footprint;
+    // 1 on the image, 0 on the rim.
+    Plane inside;
+};
+struct HalfPlanes {
+    ColourPlanes value, variance;
+    Plane trust;  // in [0, 1]: by how much a pixel counts for others
+};
+
+// How a pixel weighs those around it.
+enum class Candidate : std::uint8_t {
+    trusting,  // by the likeness of their patches
+    wary,      // the same times their trust
+    loose      // the same, and patches may be less alike
+};
+inline constexpr std::size_t kCandidates = 3;
+// What a half's pixels become, by each of them.
+using Filtered = std::array<ColourPlanes, kCandidates>;
+
+std::array<Filtered, 2> nonlocal_means(int width, int height, const FeaturePlanes& features,
+                                       const std::array<HalfPlanes, 2>& halves, const Workers& workers);
+
+}  // namespace lucerna

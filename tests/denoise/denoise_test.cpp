@@ -1,0 +1,189 @@
+// The denoiser, on pictures of which the truth is known.
+#include "engine/denoise/denoise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+namespace denoise_test {
+
+constexpr int kWide = 96, kHigh = 64;
+
+struct Picture {
+    Image truth = Image::rgb(kWide, kHigh);
+    Layers layers;
+};
+
+// Two walls that meet in the middle, the right one with a fine pattern of colours, the left one with the edge
+// of a shadow across it, which no feature tells of; lit by `light`.
+Picture walls(double light = 1, double noise = 0.5, int samples = 8, unsigned seed = 1) {
+    Picture picture;
+    Image features(kWide, kHigh, feature_channels());
+    std::mt19937 random(seed);
+    // Of a sample, relative: mean 1, deviation 1.
+    std::exponential_distribution<double> sample(1);
+    for (Image& half : picture.layers.halves) half = Image(kWide, kHigh, half_channels());
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x) {
+            const bool right = x >= kWide / 2;
+            float* const f = &features.data[features.index(x, y)];
+            const float albedo = right ? ((x / 2 + y / 3) % 2 == 0 ? 0.8F : 0.2F) : 0.5F;
+            for (int c = 0; c < 3; ++c) f[kAlbedo + c] = albedo;
+            const V3f normal = right ? V3f(-0.6F, 0, -0.8F) : V3f(0, 0, -1);
+            for (int c = 0; c < 3; ++c) f[kNormal + c] = f[kGeometricNormal + c] = normal[c];
+            const float across = static_cast<float>(x) - 0.5F * kWide;
+            f[kPosition] = across, f[kPosition + 1] = static_cast<float>(y);
+            f[kPosition + 2] = right ? -0.75F * across : 0;
+            f[kDepth] = 100;
+            const bool shadow = !right && 3 * y > x + 60;
+            const double irradiance = light * (shadow ? 0.3 : 1 + 0.004 * x + 0.002 * y);
+            const double value = albedo * irradiance;
+            picture.truth.set_rgb(x, y, Rgb(static_cast<float>(value)));
+            for (Image& half : picture.layers.halves) {
+                double sum = 0, squares = 0;
+                for (int s = 0; s < samples; ++s) {
+                    const double v = value * (1 + noise * (sample(random) - 1));
+                    sum += v / samples, squares += v * v / samples;
+                }
+                float* const to = &half.data[half.index(x, y)];
+                const double variance = std::max(0.0, squares - sum * sum) / (samples - 1);
+                for (int c = 0; c < 3; ++c) {
+                    to[kLight + c] = static_cast<float>(sum);
+                    to[kVariance + c] = static_cast<float>(variance);
+                }
+                to[kSamples] = static_cast<float>(samples);
+            }
+        }
+    }
+    picture.layers.features = std::move(features);
+    return picture;
+}
+
+// As Film::ErrorEstimate has it.
+double error_of(const Picture& picture, const std::function<double(int, int)>& shown) {
+    double mean = 0, sum = 0;
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x) mean += double{picture.truth.value(x, y, 0)} / (kWide * kHigh);
+    }
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x) {
+            const double truth = double{picture.truth.value(x, y, 0)};
+            sum += sqr(shown(x, y) - truth) / error_scale2(truth, mean) / (kWide * kHigh);
+        }
+    }
+    return std::sqrt(sum);
+}
+double error_of(const Picture& picture, const Image& image) {
+    return error_of(picture, [&](int x, int y) { return double{image.value(x, y, 0)}; });
+}
+double measured_error(const Picture& picture) {
+    const auto& halves = picture.layers.halves;
+    return error_of(picture, [&](int x, int y) {
+        return 0.5 * (double{halves[0].value(x, y, 0)} + double{halves[1].value(x, y, 0)});
+    });
+}
+
+TEST(Denoise, Noise_IsRemovedAndWhatIsLeftIsSaid) {
+    for (const double noise : {0.1, 0.5, 2.0}) {
+        const Picture picture = walls(1, noise);
+        const Denoised denoised = denoise(picture.layers, {});
+        const double error = error_of(picture, denoised.image);
+        EXPECT_LT(error, 0.5 * measured_error(picture)) << noise;
+        EXPECT_GT(denoised.relative_error, error / 1.5) << noise;
+        EXPECT_LT(denoised.relative_error, error * 1.5) << noise;
+    }
+}
+
+// The statement has a meaning only if halves are independent: of one half twice, it says nearly nothing.
+TEST(Denoise, OfHalvesThatAreTheSame_SaysTooLittle) {
+    Picture picture = walls();
+    picture.layers.halves[1] = picture.layers.halves[0];
+    const Denoised denoised = denoise(picture.layers, {});
+    EXPECT_LT(denoised.relative_error, error_of(picture, denoised.image) / 1.5);
+}
+
+// A pattern of light that no feature tells of, as fine as pixels: what would blur it stays away.
+TEST(Denoise, WhereItWouldHarm_TheMeasuredImageStands) {
+    Picture picture = walls(1, 0.02);
+    std::mt19937 random(7);
+    for (int y = 0; y < kHigh; ++y) {
+        for (int x = 0; x < kWide; ++x) {
+            const float factor = random() % 2 == 0 ? 1.0F : 0.5F;
+            for (int c = 0; c < 3; ++c) {
+                picture.truth.value(x, y, c) *= factor;
+                for (Image& half : picture.layers.halves) {
+                    half.value(x, y, kLight + c) *= factor;
+                    half.value(x, y, kVariance + c) *= factor * factor;
+                }
+            }
+        }
+    }
+    const double error = error_of(picture, denoise(picture.layers, {}).image);
+    EXPECT_LT(error, 1.05 * measured_error(picture));
+}
+
+TEST(Denoise, AnyNumberOfThreads_GivesTheSameBits) {
+    const Picture picture = walls();
+    const Denoised one = denoise(picture.layers, {1}), three = denoise(picture.layers, {3});
+    EXPECT_EQ(one.image.data, three.image.data);
+    EXPECT_EQ(one.relative_error, three.relative_error);
+}
+
+// From 1e-18 to 1e18 W/(m² sr), whose squares float32 holds as little as no light at all.
+TEST(Denoise, AtTheExtremesOfLight_ItIsTheSamePicture) {
+    const Picture usual = walls();
+    const Denoised expected = denoise(usual.layers, {});
+    for (const double light : {1e-18, 1e18}) {
+        Picture picture = walls(light);
+        for (Image& half : picture.layers.halves) {
+            for (int y = 0; y < kHigh; ++y) {
+                for (int x = 0; x < kWide; ++x) {
+                    EXPECT_TRUE(std::isfinite(half.value(x, y, kVariance)));
+                }
+            }
+        }
+        const Denoised denoised = denoise(picture.layers, {});
+        EXPECT_NEAR(error_of(picture, denoised.image), error_of(usual, expected.image), 1e-3) << light;
+        EXPECT_NEAR(denoised.relative_error, expected.relative_error, 1e-3) << light;
+    }
+    const Denoised black = denoise(walls(0).layers, {});
+    EXPECT_EQ(black.relative_error, 0);
+    for (const float v : black.image.data) EXPECT_EQ(v, 0);
+}
+
+TEST(Denoise, OnePixel_IsItself) {
+    const Picture picture = walls();
+    const auto corner = [](const Image& image) {
+        Image one(1, 1, image.channels);
+        std::copy_n(image.data.begin(), image.channels.size(), one.data.begin());
+        return one;
+    };
+    const Layers& all = picture.layers;
+    const Layers one{{corner(all.halves[0]), corner(all.halves[1])}, corner(all.features)};
+    const Denoised denoised = denoise(one, {});
+    EXPECT_NEAR(denoised.image.data[0], 0.5F * (one.halves[0].data[0] + one.halves[1].data[0]), 1e-6F);
+}
+
+TEST(DenoiseLayers, AddedToAnImage_AreFoundAgain) {
+    const Picture picture = walls();
+    Image image = picture.truth;
+    add_layers(image, picture.layers);
+    const Layers found = layers_of(image, "room.exr");
+    EXPECT_EQ(found.halves[1].data, picture.layers.halves[1].data);
+    EXPECT_EQ(found.features.data, picture.layers.features.data);
+    try {
+        layers_of(picture.truth, "room.exr");
+        ADD_FAILURE() << "there are none";
+    } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("room.exr: has no channel first.R"), std::string::npos)
+            << error.what();
+    }
+}
+
+}  // namespace denoise_test
+}  // namespace lucerna
