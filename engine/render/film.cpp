@@ -249,12 +249,12 @@ Film::Halves Film::halves(std::size_t pixel) const {
     return halves;
 }
 
-double Film::around(int x, int y) const {
+double Film::around(std::span<const double> shown, int x, int y) const {
     double sum = 0, most = -std::numeric_limits<double>::infinity();
     int pixels = 0;
     for (int v = std::max(0, y - 1); v < std::min(height_, y + 2); ++v) {
         for (int u = std::max(0, x - 1); u < std::min(width_, x + 2); ++u, ++pixels) {
-            const double value = shown(place(u, v));
+            const double value = shown[place(u, v)];
             sum += value;
             most = std::max(most, value);
         }
@@ -263,11 +263,12 @@ double Film::around(int x, int y) const {
 }
 
 Film::ErrorEstimate Film::error() const {
-    std::vector<double> levels;
+    std::vector<double> shown(size_), levels;
     for (std::size_t i = 0; i < size_; ++i) {
+        shown[i] = this->shown(i);
         if (count(i) == 0) continue;  // none of its samples was finite
         if (count(i) == 1) return {INFINITY, {}};
-        levels.push_back(std::fabs(shown(i)));
+        levels.push_back(std::fabs(shown[i]));
     }
     if (levels.empty()) return {INFINITY, {}};
     const double brightest = limit_of_most(levels);
@@ -289,7 +290,7 @@ Film::ErrorEstimate Film::error() const {
         if (own <= 0) continue;
         const Halves halves = this->halves(i);
         const auto width = static_cast<std::size_t>(width_);
-        const double level = std::max(around(static_cast<int>(i % width), static_cast<int>(i / width)),
+        const double level = std::max(around(shown, static_cast<int>(i % width), static_cast<int>(i / width)),
                                       std::min(halves.first, halves.second));
         const double scale = error_scale2(level, mean);
         by_halves[i] = halves.variance / scale;

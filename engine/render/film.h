@@ -156,8 +156,8 @@ class Film {
         return kind_.by_pass ? variance(whole_passes(pixel)) : variance(whole(pixel));
     }
     Halves halves(std::size_t pixel) const;
-    // Luminance of the pixel and its neighbours, the brightest of them left out.
-    double around(int x, int y) const;
+    // Of what the pixel and its neighbours show, the brightest of them left out.
+    double around(std::span<const double> shown, int x, int y) const;
 
     int width_, height_;
     std::size_t size_;  // pixels

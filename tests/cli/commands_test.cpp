@@ -134,10 +134,55 @@ TEST_F(RunRender, Error_EndsTheRender) {
               0);
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_EQ(stats["notes"]["ended_by"], "error");
-    EXPECT_LE(stats["numbers"]["error.relative"], 0.05);
+    EXPECT_LE(stats["numbers"]["error.denoised"], 0.05);
+    EXPECT_GT(stats["numbers"]["error.relative"], 0.05) << "of the measured image";
 }
 
-// What is said can be said again: the same options make the same picture.
+TEST_F(RunRender, LayersOfAnImage_AreDenoisedLikeTheRender) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--spp", "8", "--layers"}).code, 0);
+    const Outcome outcome = lucerna_run({"denoise", "a.exr", "-o", "clean.exr", "--png"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("clean.exr"));
+    EXPECT_THAT(outcome.out, HasSubstr("error "));
+    const Image both = read_exr("a.exr"), clean = read_exr("clean.exr");
+    EXPECT_EQ(files(), (std::vector<std::string>{"a.exr", "clean.exr", "clean.png", "scene.pbrt"}));
+    EXPECT_EQ(clean.attributes.count("lucerna.denoised"), 1U);
+    const auto channel = [&](const std::string& name) {
+        return static_cast<int>(std::ranges::find(both.channels, name) - both.channels.begin());
+    };
+    double changed = 0;
+    for (int y = 0; y < clean.height; ++y) {
+        for (int x = 0; x < clean.width; ++x) {
+            EXPECT_EQ(clean.value(x, y, 0), both.value(x, y, channel("denoised.R")));
+            changed += clean.value(x, y, 0) != both.value(x, y, 0) ? 1 : 0;
+        }
+    }
+    EXPECT_GT(changed, 0) << "R, G and B of the render are as measured";
+}
+
+TEST_F(RunRender, DenoisingWithoutLayers_IsRefusedByWhatIsMissing) {
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--spp", "2"}).code, 0);
+    expect_refused({"denoise", "a.exr", "-o", "b.exr"}, {"a.exr", "first.R", "--layers"});
+    expect_refused({"denoise", "a.exr", "-o", "a.exr"}, {"a.exr"});
+    expect_refused({"render", "scene.pbrt", "--layers", "--no-denoise"}, {"--no-denoise"});
+}
+
+// A picture is denoised unless told otherwise; an image for other programs, and one to go on with, is not.
+TEST_F(RunRender, Denoising_IsForPictures) {
+    const auto channels = [](std::vector<std::string> more) {
+        std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--spp", "2"};
+        words.insert(words.end(), more.begin(), more.end());
+        EXPECT_EQ(lucerna_run(words).code, 0);
+        return read_exr("a.exr").channels.size();
+    };
+    EXPECT_EQ(channels({}), 6U);
+    EXPECT_EQ(channels({"--png"}), 9U);
+    EXPECT_EQ(channels({"--denoise"}), 9U);
+    EXPECT_EQ(channels({"--png", "--no-denoise"}), 6U);
+    EXPECT_EQ(channels({"--png", "--checkpoint", "a.checkpoint"}), 6U);
+}
+
+// What is said can be said again: the same options make the same picture, denoised as for an error.
 TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
     std::string text = read_text("scene.pbrt");
     const std::string limited = "\"integer maxdepth\" 4";
@@ -154,9 +199,13 @@ TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
     const std::size_t at = outcome.out.find("method   ");
     ASSERT_NE(at, std::string::npos);
     std::istringstream line(outcome.out.substr(at + 9, outcome.out.find('\n', at) - at - 9));
-    std::vector<std::string> words{"render", "scene.pbrt",
-                                   "-o",     "b.exr",
-                                   "--spp",  fmt::format("{}", stats["samples"]["done"].get<int>())};
+    std::vector<std::string> words{"render",
+                                   "scene.pbrt",
+                                   "-o",
+                                   "b.exr",
+                                   "--denoise",
+                                   "--spp",
+                                   fmt::format("{}", stats["samples"]["done"].get<int>())};
     for (std::string word; line >> word;) words.push_back(word);
     ASSERT_EQ(lucerna_run(words).code, 0);
     EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);

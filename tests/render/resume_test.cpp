@@ -262,14 +262,16 @@ TEST(Resume, FewerSamplesOrAnotherSize_IsRefused) {
 
 TEST(Watch, ImageIsShownBetweenTilesAndAtTheEnd_AndChangesNothing) {
     const Case which = cases()[0];
-    const Job job = job_of(which, 4);
+    // Long enough to be shown often: that takes no more than a twentieth of the time.
+    constexpr int kSamples = 40;
+    const Job job = job_of(which, kSamples);
     RenderOptions options{11, Workers{2}};
     std::vector<Image> shown;
     options.watch_every = 0;
     options.watch = [&](const RenderResult& result) { shown.push_back(result.image); };
     Monitor silent;
     const RenderResult result = render(job, options, silent);
-    EXPECT_EQ(whole(which, 4).image.data, result.image.data);
+    EXPECT_EQ(whole(which, kSamples).image.data, result.image.data);
     ASSERT_GT(shown.size(), 4U);
     EXPECT_EQ(shown.back().data, result.image.data);
 }
