@@ -76,7 +76,7 @@ class Table:
         halves = [f"{image}-{half}.exr" for half in range(2)]
         for half, file in enumerate(halves):
             if not os.path.exists(file):
-                self.render(name, file, ["--integrator", by, "--time", f"{self.seconds / 2}s", "--seed", str(1000 + half)])
+                self.render(name, file, ["--no-denoise", "--integrator", by, "--time", f"{self.seconds / 2}s", "--seed", str(1000 + half)])
         # A lamp's glint that one half happened to meet is none of the other's: no half counts for more than twice the other.
         clean = [f"{image}-{half}-clean.exr" for half in range(2)]
         if not os.path.exists(f"{image}.exr"):
@@ -100,7 +100,7 @@ class Table:
         cells, chosen = [], ""
         for method in methods:
             image = f"{self.out}/{name}-{self.size(name)}-{method}-{seconds}s.exr"
-            said, wall = self.render(name, image, ["--time", f"{seconds}s", *METHODS[method]])
+            said, wall = self.render(name, image, ["--no-denoise", "--time", f"{seconds}s", *METHODS[method]])
             cells.append(f"{self.error(name, image)}, {wall:.2f} s")
             for line in said.splitlines():
                 if line.startswith("method "):

@@ -74,9 +74,20 @@ class IgiEstimator final : public Estimator {
           only_diffuse_(!throws_caustics(scene)) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        // One well-distributed number chooses the set.
-        const auto count = static_cast<float>(lights_.sets());
-        const auto set = static_cast<std::size_t>(sampler.next() * count);
+        return camera_sample(ray, sampler.next(), sampler);
+    }
+    // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
+    // by.
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        const float u = sampler.next();
+        const float set = camera.half ? 0.5F * (u + static_cast<float>(*camera.half)) : u;
+        return camera_sample(camera.ray, set, sampler);
+    }
+
+  private:
+    // One well-distributed number in [0,1) chooses the set.
+    Rgb camera_sample(const Ray& ray, float u_set, Sampler& sampler) const {
+        const auto set = static_cast<std::size_t>(u_set * static_cast<float>(lights_.sets()));
         const int most = most_bounces(settings_.max_depth);
         const auto shade = [&](const Vertex& vertex, int left) {
             return shade_place(vertex, set, left, sampler);
@@ -88,7 +99,6 @@ class IgiEstimator final : public Estimator {
         return follow_and_shade(scene_, ray, most, sampler, shade, source);
     }
 
-  private:
     // Where paths may have `left` > 0 more bounces, the one there included.
     DirectLight shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler) const;
     Rgb shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler) const;

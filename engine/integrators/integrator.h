@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,17 +20,24 @@
 
 namespace lucerna {
 
+// The ray of a camera sample.
+struct CameraRay {
+    Ray ray;
+    V2f film;  // place on the whole film, pixels: a method may take more or fewer samples there than
+               // elsewhere
+    // Of the image's samples, 0 or 1, where these are to be independent of each other: what a method makes
+    // several of, it may use for one half alone. None: all is for all samples.
+    std::optional<int> half = {};
+};
+
 class Estimator {
   public:
     virtual ~Estimator() = default;
     // Radiance that arrives along a camera ray, W/(m² sr). Its mean over samplers is what the method
     // converges to.
     virtual Rgb Li(const Ray& ray, Sampler& sampler) const = 0;
-    // The same for the ray of a camera sample at that place of the whole film, in pixels: a method may take
-    // more or fewer samples there than elsewhere.
-    virtual Rgb Li_at(const V2f& /*film*/, const Ray& ray, Sampler& sampler) const {
-        return Li(ray, sampler);
-    }
+    // The same for the ray of a camera sample, whose place and half may matter.
+    virtual Rgb Li_of(const CameraRay& camera, Sampler& sampler) const { return Li(camera.ray, sampler); }
 };
 
 // One render by one method. It outlives its estimators.

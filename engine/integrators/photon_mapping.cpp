@@ -354,8 +354,9 @@ class PhotonMapEstimator final : public Estimator {
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
         return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler);
     }
-    Rgb Li_at(const V2f& film, const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, Splits{splitting_.at(film)}, sampler, edges_ && edges_->at(film));
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        return camera_sample(camera.ray, Splits{splitting_.at(camera.film)}, sampler,
+                             edges_ && edges_->at(camera.film));
     }
 
     // Learns how many samples of each kind pay where, if the settings leave that open.

@@ -69,7 +69,7 @@ Image render_features(const Job& job, std::uint64_t seed, int samples, const Wor
         for (int x = 0; x < size.x; ++x) {
             float* to = &image.data[image.index(x, y)];
             for (int s = 0; s < samples; ++s) {
-                const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).ray);
+                const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).camera.ray);
                 const float values[kFeatureChannels] = {
                     seen.albedo.x,           seen.albedo.y, seen.albedo.z,           seen.normal.x,
                     seen.normal.y,           seen.normal.z, seen.position.x,         seen.position.y,

@@ -10,20 +10,21 @@ namespace lucerna {
 CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
-    const bool halves = job_.film.two_halves;
-    const int index = halves ? number / (2 * run_) * run_ + number % run_ : number;  // in its half
-    const ImageSamplers& samplers = halves_[static_cast<std::size_t>(halves ? half(number) : 0)];
+    const std::optional<int> half =
+        job_.film.two_halves ? std::optional<int>(this->half(number)) : std::nullopt;
+    const int index = half ? number / (2 * run_) * run_ + number % run_ : number;  // in its half
+    const ImageSamplers& samplers = halves_[static_cast<std::size_t>(half.value_or(0))];
     Sampler sampler = samplers.at(whole, static_cast<std::uint32_t>(index));
     const FilterSampler::Sample place = filter_.sample(sampler.next2());
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
-    return {film, job_.camera.ray(film, lens), place.weight, sampler};
+    return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler};
 }
 
 Film::Sample CameraSampler::radiance(const Estimator& estimator, const V2i& at, int number) const {
     Sample sample = this->sample(at, number);
-    return {estimator.Li_at(sample.film, sample.ray, sample.sampler), sample.weight};
+    return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
 }
 
 template <typename Visit>

@@ -27,8 +27,7 @@ class CameraSampler {
           filter_(job.film.filter) {}
 
     struct Sample {
-        V2f film;  // place on the whole film, pixels
-        Ray ray;
+        CameraRay camera;
         float weight;     // FilterSampler's
         Sampler sampler;  // for what follows
     };
