@@ -1,5 +1,5 @@
 # What denoising does to images that people wait for: error and FLIP of what is measured and of what is made of it, and the error
-# that the program states, at equal time (docs/denoising.md).
+# that the program states, at equal time.
 #   usage: denoising.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 10,60] [--reference SECONDS] [--large] [SCENE...]
 # Scenes, sizes and references are those of methods.py, but that all references are of our own, whose noise is known. Every image is
 # rendered twice by the method that `--time` chooses, without a denoiser and with one. Nothing else should run meanwhile.
