@@ -219,7 +219,7 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
 
 // What a denoiser leaves of the squared noise: of samples that do not depend on those of pixels around a
 // seventh; of those that see the same photons or virtual lights a fourth; of passes, whose density estimates
-// blur the noise of photons over many pixels, a half (docs/denoising.md).
+// blur the noise of photons over many pixels, a half.
 double left_by_denoiser(const Trial& trial) {
     if (trial.in_passes()) return 0.5;
     return family_of(trial.settings()) == kRays ? 0.15 : 0.25;
