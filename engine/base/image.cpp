@@ -9,12 +9,6 @@
 namespace lucerna {
 namespace {
 
-std::optional<std::size_t> channel_named(const Image& image, const std::string& name) {
-    const auto found = std::ranges::find(image.channels, name);
-    if (found == image.channels.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - image.channels.begin());
-}
-
 // Without the channels of these names.
 Image without(const Image& image, const std::array<std::string, 3>& names) {
     std::vector<std::size_t> kept;
@@ -34,6 +28,12 @@ Image without(const Image& image, const std::array<std::string, 3>& names) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> find_channel(const Image& image, const std::string& name) {
+    const auto found = std::ranges::find(image.channels, name);
+    if (found == image.channels.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - image.channels.begin());
+}
 
 void add_channels(Image& image, const Image& more, const std::string& prefix) {
     const std::size_t had = image.channels.size(), has = more.channels.size();
@@ -56,7 +56,7 @@ Image brought_to_srgb(Image image, bool held) {
     const RgbMatrix matrix = conversion(*image.space, srgb);
     const V3d weights(srgb.primaries[0].y, srgb.primaries[1].y, srgb.primaries[2].y);
     image.space = nullptr;
-    const auto r = channel_named(image, "R"), g = channel_named(image, "G"), b = channel_named(image, "B");
+    const auto r = find_channel(image, "R"), g = find_channel(image, "G"), b = find_channel(image, "B");
     if (!r || !g || !b) return image;
     for (std::size_t at = 0; at < image.data.size(); at += image.channels.size()) {
         float *const red = &image.data[at + *r], *const green = &image.data[at + *g],
@@ -68,7 +68,7 @@ Image brought_to_srgb(Image image, bool held) {
     }
     const std::array<std::string, 3> variances{"variance.R", "variance.G", "variance.B"};
     const bool any = std::ranges::any_of(
-        variances, [&](const std::string& name) { return channel_named(image, name).has_value(); });
+        variances, [&](const std::string& name) { return find_channel(image, name).has_value(); });
     return any ? without(image, variances) : image;
 }
 

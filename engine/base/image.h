@@ -1,8 +1,11 @@
 // Images: named float channels over a rectangle, and the files they live in.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -50,6 +53,9 @@ struct Image {
     }
 };
 
+// The place of a channel among an image's; none if it has no such channel.
+std::optional<std::size_t> find_channel(const Image& image, const std::string& name);
+
 // The channels of another image of the same size behind an image's own, under names that begin so.
 void add_channels(Image& image, const Image& more, const std::string& prefix);
 
@@ -77,6 +83,13 @@ Rgb display_colour(const Rgb& exposed);
 void write_png_display(const std::filesystem::path& file, const Image& image);
 // The same as the bytes of such a file, for a page that carries its pictures in itself.
 std::vector<unsigned char> png_bytes(const Image& image);
+
+// The variance of luminance, of the variances of linear red, green and blue. Channels vary together, near
+// enough; it makes it rather too large than too small.
+inline double luminance_variance(const V3d& variance) {
+    const V3d deviation(std::sqrt(variance.x), std::sqrt(variance.y), std::sqrt(variance.z));
+    return sqr(double{luminance(Rgb(V3f(deviation)))});
+}
 
 // What an error of luminance is relative to, wherever it is told as a share.
 

@@ -1,12 +1,18 @@
 // The subcommands: each adds its options, help and action to the command line. One file each.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "engine/base/image.h"
 #include "engine/base/parallel.h"
 #include "engine/base/units.h"
 #include "engine/cli/run.h"
@@ -38,6 +44,20 @@ CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string&
         .add_option_function<std::string>(
             name, [take](const std::string& word) { take(word); }, help)
         ->type_name(type);
+}
+
+// --exposure STOPS of a picture, and what becomes of it: without one the image chooses.
+inline void add_exposure(CLI::App& app, std::optional<double>& stops) {
+    add_word(app, "--exposure", "STOPS",
+             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
+             [&stops](const std::string& word) { stops = parse_number({"--exposure"}, word, -60, 60); });
+}
+inline float picture_exposure(const std::optional<double>& stops, const Image& image) {
+    return stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image);
+}
+// What is said of a picture that was written. The exposure is above 0.
+inline std::string picture_text(const std::filesystem::path& file, float exposure) {
+    return fmt::format("picture  {} (exposure {:+.2f} stops)", file.string(), std::log2(exposure));
 }
 
 // --threads N

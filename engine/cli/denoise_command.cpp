@@ -5,7 +5,6 @@
 #include <fmt/ostream.h>
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 #include <memory>
 
 #include "engine/base/files.h"
@@ -23,7 +22,7 @@ and place of what is seen. The image that is made of it has the denoised light a
 
 Every half is filtered by itself, and compared with the other one: so the error that is left is known, what filtering
 blurs included. Where filtering would harm, the measured light stands. What all samples share, as the photons of
-photonmap or the virtual lights of igi, neither half tells of: its error is not removed, and not counted.
+photonmap, neither half tells of: its error is not removed, and not counted.
 
 lucerna render does the same at its end with --denoise, and with --png, --time and --error unless --no-denoise is given.
 
@@ -61,13 +60,9 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
                    image.height, 100 * denoised.relative_error, duration_text(seconds));
     }
     if (!command.png) return;
-    const float exposure =
-        command.exposure ? static_cast<float>(std::exp2(*command.exposure)) : auto_exposure(denoised.image);
+    const float exposure = picture_exposure(command.exposure, denoised.image);
     write_png(picture, denoised.image, exposure);
-    if (!command.quiet) {
-        fmt::print(context.out, "picture  {} (exposure {:+.2f} stops)\n", picture.string(),
-                   std::log2(exposure));
-    }
+    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, exposure));
 }
 
 }  // namespace
@@ -82,11 +77,7 @@ void add_denoise_command(CLI::App& program, const CommandContext& context) {
         ->required()
         ->type_name("FILE.exr");
     app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
-    add_word(app, "--exposure", "STOPS",
-             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
-             [command](const std::string& word) {
-                 command->exposure = parse_number({"--exposure"}, word, -60, 60);
-             });
+    add_exposure(app, command->exposure);
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "say nothing but errors");
     app.callback([command, &context] { act(*command, context); });

@@ -158,8 +158,8 @@ void limit_samples(const RenderCommand& command, Job& job) {
 }
 
 // What is left to do after the render: denoising, and writing the image. Compressing noise does some 50 MB/s
-// on a machine of today. A guess, for an
-// end in time; where it is wrong by a factor of two nobody will notice.
+// on a machine of today. A guess, for an end in time; where it is wrong by a factor of two nobody will
+// notice.
 double writing_seconds(const RenderCommand& command, const FilmSettings& film) {
     const V2i size = film.rendered_size();
     const double denoising = film.two_halves ? kDenoiserSecondsPerPixel / command.options.workers.threads : 0;
@@ -192,8 +192,10 @@ class Pictures {
     // copied for that.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
-        const Image& shown = result.denoised ? *result.denoised : result.image;
-        if (command_.png) write_png(png_beside(image_), shown, exposure(shown));
+        if (command_.png) {
+            const Image& picture = shown(result);
+            write_png(png_beside(image_), picture, picture_exposure(command_.exposure, picture));
+        }
         if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
         if (command_.layers) add_layers(result.image, *result.layers);
         write_exr(image_, result.image);
@@ -227,17 +229,15 @@ class Pictures {
                                               report.pixels_apart.size(), first.x, first.y));
         }
         if (command_.png) {
-            // A factor is greater than 0: the quotient of two positive numbers, or 1.
             lines.push_back(
-                fmt::format("picture  {} (exposure {:+.2f} stops)", png_beside(image_).string(),
-                            std::log2(exposure(result.denoised ? *result.denoised : result.image))));
+                picture_text(png_beside(image_), picture_exposure(command_.exposure, shown(result))));
         }
         return lines;
     }
 
   private:
-    float exposure(const Image& image) const {
-        return command_.exposure ? static_cast<float>(std::exp2(*command_.exposure)) : auto_exposure(image);
+    static const Image& shown(const RenderResult& result) {
+        return result.denoised ? *result.denoised : result.image;
     }
 
     const RenderCommand& command_;
@@ -398,11 +398,7 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
            "keep in the image what a denoiser needs: halves of the samples, features of the first surface")
         ->excludes("--no-denoise");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
-    add_word(app, "--exposure", "STOPS",
-             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
-             [&command](const std::string& word) {
-                 command.exposure = parse_number({"--exposure"}, word, -60, 60);
-             });
+    add_exposure(app, command.exposure);
     add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);

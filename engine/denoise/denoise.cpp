@@ -24,6 +24,9 @@ constexpr float kBrightest = 1e15F;
 std::size_t area(const V2i& size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
 }
+std::size_t place(const V2i& size, int x, int y) {
+    return area({size.x, y}) + static_cast<std::size_t>(x);
+}
 V2i size_of(const Image& image) {
     return {image.width, image.height};
 }
@@ -63,7 +66,7 @@ ColourPlanes planes_of(const Image& image, int first) {
     for (int c = 0; c < 3; ++c) {
         Plane& plane = planes[static_cast<std::size_t>(c)];
         plane = Plane(image.width, image.height);
-        plane.fill(image.width, image.height, [&](int x, int y) { return image.value(x, y, first + c); });
+        plane.fill([&](int x, int y) { return image.value(x, y, first + c); });
     }
     return planes;
 }
@@ -88,7 +91,7 @@ FeaturePlanes feature_planes(const Image& features) {
     const int width = features.width, height = features.height;
     const auto plane = [&](auto&& value) {
         Plane result(width, height);
-        result.fill(width, height, value);
+        result.fill(value);
         return result;
     };
     FeaturePlanes planes{planes_of(features, kAlbedo),
@@ -113,13 +116,12 @@ Numbers dependence(const Layers& input) {
     Numbers seen(area(size)), told(area(size));
     for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
-            const std::size_t i = area({size.x, y}) + static_cast<std::size_t>(x);
+            const std::size_t i = place(size, x, y);
             seen[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
             for (const Image* half : {&a, &b}) {
-                V3d deviation;
-                for (int c = 0; c < 3; ++c)
-                    deviation[c] = std::sqrt(double{half->value(x, y, kVariance + c)});
-                told[i] += sqr(double{luminance(Rgb(V3f(deviation)))});
+                V3d variance;
+                for (int c = 0; c < 3; ++c) variance[c] = double{half->value(x, y, kVariance + c)};
+                told[i] += luminance_variance(variance);
             }
         }
     }
@@ -138,7 +140,7 @@ Plane trust(const V2i& size, const ColourPlanes& variance) {
     };
     Plane trust(size.x, size.y);
     std::vector<float> around;
-    trust.fill(size.x, size.y, [&](int x, int y) {
+    trust.fill([&](int x, int y) {
         around.clear();
         for (int v = std::max(0, y - kReach); v <= std::min(size.y - 1, y + kReach); ++v) {
             for (int u = std::max(0, x - kReach); u <= std::min(size.x - 1, x + kReach); ++u)
@@ -165,18 +167,18 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
             return scale / (features.value(x, y, kAlbedo + channel) + kLeastAlbedo);
         };
         planes.value[c] = Plane(size.x, size.y);
-        planes.value[c].fill(size.x, size.y, [&](int x, int y) {
+        planes.value[c].fill([&](int x, int y) {
             return std::clamp(half.value(x, y, kLight + channel) * divided(x, y), -kBrightest, kBrightest);
         });
         Numbers own(area(size));
-        const auto at = [&size](int x, int y) { return area({size.x, y}) + static_cast<std::size_t>(x); };
+        const auto at = [&size](int x, int y) { return place(size, x, y); };
         for (int y = 0; y < size.y; ++y) {
             for (int x = 0; x < size.x; ++x)
                 own[at(x, y)] = double{half.value(x, y, kVariance + channel)} * sqr(double{divided(x, y)});
         }
         const Numbers around = smoothed(own, size, kReach);
         planes.variance[c] = Plane(size.x, size.y);
-        planes.variance[c].fill(size.x, size.y, [&](int x, int y) {
+        planes.variance[c].fill([&](int x, int y) {
             const double known = std::max(0.0, double{half.value(x, y, kSamples)} - 1);  // degrees of freedom
             const double variance = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
             return static_cast<float>(std::min(dependence[at(x, y)] * variance, sqr(double{kBrightest})));
@@ -312,13 +314,13 @@ Image part_of(const Image& image, const std::vector<std::string>& names, const s
               const std::string& file) {
     std::vector<std::size_t> from;
     for (const std::string& name : names) {
-        const auto found = std::ranges::find(image.channels, prefix + name);
-        if (found == image.channels.end()) {
+        const auto channel = find_channel(image, prefix + name);
+        if (!channel) {
             throw InputError({file},
                              "has no channel " + prefix + name +
                                  ", which denoising needs; what lucerna render --layers wrote is accepted");
         }
-        from.push_back(static_cast<std::size_t>(found - image.channels.begin()));
+        from.push_back(*channel);
     }
     Image part(image.width, image.height, names);
     // Only R, G and B are brought to linear sRGB when a file is read: layers are in the render's own space.

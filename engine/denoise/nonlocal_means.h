@@ -22,24 +22,26 @@ class Plane {
 
     Plane() = default;
     Plane(int width, int height)
-        : stride_(width + 2 * kRim),
+        : width_(width),
+          height_(height),
+          stride_(width + 2 * kRim),
           data_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kRim)) {}
 
     // Puts a function of a pixel into every pixel, and those at the edge into the rim beside them.
     template <typename Value>
-    void fill(int width, int height, Value&& value) {
-        for (int y = 0; y < height; ++y) {
+    void fill(Value&& value) {
+        for (int y = 0; y < height_; ++y) {
             float* const to = row(y);
-            for (int x = 0; x < width; ++x) to[x] = value(x, y);
+            for (int x = 0; x < width_; ++x) to[x] = value(x, y);
             std::fill_n(to - kRim, kRim, to[0]);
-            std::fill_n(to + width, kRim, to[width - 1]);
+            std::fill_n(to + width_, kRim, to[width_ - 1]);
         }
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };
         for (int y = 1; y <= kRim; ++y) {
             copy_row(0, -y);
-            copy_row(height - 1, height - 1 + y);
+            copy_row(height_ - 1, height_ - 1 + y);
         }
     }
 
@@ -51,7 +53,7 @@ class Plane {
     std::size_t start(int y) const {
         return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }
-    int stride_ = 0;
+    int width_ = 0, height_ = 0, stride_ = 0;
     std::vector<float> data_;
 };
 using ColourPlanes = std::array<Plane, 3>;

@@ -169,12 +169,6 @@ bool all_named(const std::vector<SharedChannel>& channels) {
 
 }  // namespace
 
-std::optional<std::size_t> find_channel(const Image& image, const std::string& name) {
-    const auto found = std::find(image.channels.begin(), image.channels.end(), name);
-    if (found == image.channels.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - image.channels.begin());
-}
-
 std::vector<SharedChannel> shared_channels(const Image& image, const Image& reference,
                                            const std::string& name, const std::string& reference_name) {
     if (image.width != reference.width || image.height != reference.height) {

@@ -73,8 +73,6 @@ std::vector<SharedChannel> shared_channels(const Image& image, const Image& refe
 // The channels that only one of the two has.
 std::vector<std::string> channels_of_one(const Image& image, const Image& reference);
 
-std::optional<std::size_t> find_channel(const Image& image, const std::string& name);
-
 struct PixelState {
     bool bad = false, bad_reference = false;  // a value that is not finite
     bool masked = false;                      // a channel of the reference is above the mask

@@ -38,9 +38,8 @@ Seen first_surface(const Scene& scene, Ray ray) {
         const bool emits = hit->light != kNoLight;
         if (emits || !bsdf.is_delta() || bsdf.is_black()) {
             if (!emits) seen.albedo *= feature_albedo(bsdf, wo);
-            const float side = hit->at.n.dot(wo) < 0 ? -1.0F : 1.0F;
-            seen.normal = side * bsdf.shading_normal();
-            seen.geometric_normal = side * hit->at.n;
+            seen.geometric_normal = face_forward(hit->at.n, wo);
+            seen.normal = face_forward(bsdf.shading_normal(), seen.geometric_normal);
             seen.position = hit->at.p;
             seen.emitter = emits ? 1 : 0;
             return seen;

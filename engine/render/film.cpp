@@ -282,10 +282,7 @@ Film::ErrorEstimate Film::error() const {
     std::vector<double> by_halves(size_), by_samples(size_);
     for (std::size_t i = 0; i < size_; ++i) {
         if (count(i) == 0) continue;
-        const V3d variance = this->variance(i);
-        // Channels vary together, near enough; it makes the error rather too large than too small.
-        const V3d deviation(std::sqrt(variance.x), std::sqrt(variance.y), std::sqrt(variance.z));
-        const double own = sqr(double{luminance(Rgb(V3f(deviation)))});
+        const double own = luminance_variance(variance(i));
         // Where nothing varies there may be nothing to divide by.
         if (own <= 0) continue;
         const Halves halves = this->halves(i);

@@ -274,16 +274,17 @@ class Run {
     }
     void pause() {
         if (checkpoint_timer_.due(clock_.seconds())) keep();
-        if (watch_timer_.due(clock_.seconds())) present(options_.watch, watch_timer_);
+        // Displays have the measured light: denoising it takes longer than they wait.
+        if (watch_timer_.due(clock_.seconds())) present(options_.watch, watch_timer_, false);
     }
     // After whole rounds and passes.
     void show() {
-        if (show_timer_.due(clock_.seconds())) present(options_.show, show_timer_);
+        if (show_timer_.due(clock_.seconds())) present(options_.show, show_timer_, true);
         pause();
     }
-    void present(const std::function<void(const RenderResult&)>& to, Recurring& when) {
+    void present(const std::function<void(const RenderResult&)>& to, Recurring& when, bool denoised) {
         const double begin = clock_.seconds();
-        to(result(true));
+        to(result(denoised));
         when.done(begin, clock_.seconds());
     }
 

@@ -10,8 +10,7 @@ namespace lucerna {
 CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
-    const std::optional<int> half =
-        job_.film.two_halves ? std::optional<int>(this->half(number)) : std::nullopt;
+    const std::optional<int> half = this->half(number);
     const int index = half ? number / (2 * run_) * run_ + number % run_ : number;  // in its half
     const ImageSamplers& samplers = halves_[static_cast<std::size_t>(half.value_or(0))];
     Sampler sampler = samplers.at(whole, static_cast<std::uint32_t>(index));
@@ -50,9 +49,6 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
-    const auto half = [this](int sample) {
-        return film_.has_two_halves() ? camera_sampler_.half(sample) : 0;
-    };
     for (int s = first; s < end; ++s) {
         const Film::Sample taken = camera_sampler_.radiance(estimator, at, s);
         if (!is_finite(taken.radiance)) {
@@ -60,10 +56,10 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
         } else if (by_pass_) {
             pass.push_back(taken);
         } else {
-            film_.add(at.x, at.y, taken.radiance, taken.weight, half(s));
+            film_.add(at.x, at.y, taken.radiance, taken.weight, camera_sampler_.half(s).value_or(0));
         }
     }
-    if (by_pass_) film_.add_pass(at.x, at.y, pass, half(first));
+    if (by_pass_) film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
 }
 
 // A sample that is not a number is left out of the image and named.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -36,7 +37,11 @@ class CameraSampler {
     // What an estimator sees there.
     Film::Sample radiance(const Estimator& estimator, const V2i& at, int number) const;
 
-    int half(int number) const { return number / run_ & 1; }
+    // Of a film of two halves: the sample's; else none.
+    std::optional<int> half(int number) const {
+        if (!job_.film.two_halves) return std::nullopt;
+        return number / run_ & 1;
+    }
 
   private:
     const Job& job_;
