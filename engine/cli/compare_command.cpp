@@ -23,6 +23,7 @@ constexpr const char* kCompareFooter =
   FLIP          what somebody sees who flips between the two pictures, 0 to 1 (Andersson et al. 2020), at one exposure
   HDR-FLIP      the largest of that over the exposures that the reference's brightest and median pixels ask for (2021)
   mean ratio    mean t / mean r, per channel
+Layers beside R, G and B (features, halves of the samples, the denoised light) are not compared.
 Pixels with NaN or infinity are counted and left out. A lamp that is seen is a few bright pixels that decide every
 mean: --mask leaves them out.
 

@@ -40,6 +40,10 @@ Given a time or an error and no --integrator, --set, --spp, --passes, maps nor c
 each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
 taken whose estimated error is least in the time, or the error soonest. It says which, as options that give it again.
 
+Given --png, a time or an error, and no checkpoint, the render ends with a denoiser: the picture shows what that makes, the
+image holds it as denoised.R, .G and .B beside the measured R, G and B, and the error is that of the denoised image, what
+filtering blurs included. --no-denoise does without. lucerna denoise does it later, to an image with --layers.
+
 An image, photon maps or virtual point lights that would not fit into memory are refused, with what they need and what there
 is; a part of an image ("cropwindow") needs memory for the part alone.
 

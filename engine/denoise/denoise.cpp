@@ -293,9 +293,9 @@ Estimate measured(const Layers& input) {
 }  // namespace
 
 const std::vector<std::string>& feature_channels() {
-    static const std::vector<std::string> names{"albedo.R", "albedo.G", "albedo.B", "N.X",    "N.Y",
-                                                "N.Z",      "P.X",      "P.Y",      "P.Z",    "Z",
-                                                "Ng.X",     "Ng.Y",     "Ng.Z",     "emitter"};
+    static const std::vector<std::string> names{"albedo.R", "albedo.G", "albedo.B", "N.X",      "N.Y",
+                                                "N.Z",      "P.X",      "P.Y",      "P.Z",      "Z",
+                                                "Ng.X",     "Ng.Y",     "Ng.Z",     "emitter.Y"};
     return names;
 }
 

@@ -27,7 +27,7 @@ namespace lucerna {
 //   P.X .Y .Z        position, scene units, relative to Scene::origin()
 //   Z                length of the way to it, scene units; 0 where the sky is seen
 //   Ng.X .Y .Z       the surface's own normal, likewise
-//   emitter          share of the samples that see a lamp or the sky
+//   emitter.Y        share of the samples that see a lamp or the sky
 enum FeatureChannel : std::uint8_t {
     kAlbedo = 0,
     kNormal = 3,

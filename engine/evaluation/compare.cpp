@@ -150,8 +150,14 @@ Comparison compare(const Image& image, const Image& reference, const std::string
 namespace {
 
 const std::string kVariance = "variance.";
+constexpr std::array<std::string_view, 3> kColours{"R", "G", "B"};
 
-bool is_compared(const std::string& channel) {
+// Beside R, G and B, what OpenEXR knows as depth, and layers (variances and halves of the samples, features,
+// the denoised light), are no colours.
+bool is_compared(const Image& image, const std::string& channel) {
+    const bool beside = std::ranges::all_of(
+        kColours, [&](std::string_view c) { return find_channel(image, std::string(c)).has_value(); });
+    if (beside && (channel == "Z" || channel.find('.') != channel.npos)) return false;
     return !channel.starts_with(kVariance) && channel != "A";
 }
 
@@ -162,9 +168,9 @@ const SharedChannel& named(const std::vector<SharedChannel>& channels, const std
 }
 
 bool all_named(const std::vector<SharedChannel>& channels) {
-    constexpr std::array<const char*, 3> kNames{"R", "G", "B"};
-    return std::all_of(kNames.begin(), kNames.end(),
-                       [&](const char* name) { return named(channels, name).name == name; });
+    return std::all_of(kColours.begin(), kColours.end(), [&](std::string_view name) {
+        return named(channels, std::string(name)).name == name;
+    });
 }
 
 }  // namespace
@@ -180,7 +186,7 @@ std::vector<SharedChannel> shared_channels(const Image& image, const Image& refe
     std::vector<SharedChannel> shared;
     for (std::size_t c = 0; c < image.channels.size(); ++c) {
         const std::string& channel = image.channels[c];
-        if (!is_compared(channel)) continue;
+        if (!is_compared(image, channel)) continue;
         if (const auto r = find_channel(reference, channel)) {
             shared.push_back({channel, c, *r, find_channel(image, kVariance + channel),
                               find_channel(reference, kVariance + channel)});
@@ -193,10 +199,10 @@ std::vector<SharedChannel> shared_channels(const Image& image, const Image& refe
 std::vector<std::string> channels_of_one(const Image& image, const Image& reference) {
     std::vector<std::string> names;
     for (const std::string& name : image.channels) {
-        if (is_compared(name) && !find_channel(reference, name)) names.push_back(name);
+        if (is_compared(image, name) && !find_channel(reference, name)) names.push_back(name);
     }
     for (const std::string& name : reference.channels) {
-        if (is_compared(name) && !find_channel(image, name)) names.push_back(name);
+        if (is_compared(reference, name) && !find_channel(image, name)) names.push_back(name);
     }
     return names;
 }

@@ -59,7 +59,8 @@ Comparison compare(const Image& image, const Image& reference, const std::string
 
 // What two images have in common, and which of their pixels can be compared.
 
-// One channel that both images have: where it is in each. Variances and alpha are not compared.
+// One channel that both images have: where it is in each. Variances and alpha are not compared, nor depth and
+// layers beside R, G and B.
 struct SharedChannel {
     std::string name;
     std::size_t at, reference_at;

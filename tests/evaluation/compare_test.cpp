@@ -314,5 +314,23 @@ TEST(Binomial, Excess_EqualsTheSum) {
     EXPECT_LT(binomial_excess(3000, 1'000'000, 0.0027), 1e-7);
 }
 
+// Layers beside the light are no colours: whatever they hold, they change no number.
+TEST(Compare, LayersBesideColours_AreNotCompared) {
+    Image plain(2, 1, {"R", "G", "B"}), layered(2, 1, {"R", "G", "B", "Z", "denoised.R", "emitter.Y"});
+    for (int x = 0; x < 2; ++x) {
+        plain.set_rgb(x, 0, Rgb(1.0F + static_cast<float>(x)));
+        layered.set_rgb(x, 0, Rgb(1.0F));
+        layered.value(x, 0, 3) = layered.value(x, 0, 4) = layered.value(x, 0, 5) =
+            1000.0F * static_cast<float>(x);
+    }
+    Image other = layered;
+    other.value(0, 0, 3) = 7;
+    EXPECT_EQ(compare(layered, other, "a", "b").mse, 0);
+    const Comparison c = compare(layered, plain, "a", "b");
+    EXPECT_EQ(c.channels.size(), 3U);
+    EXPECT_NEAR(c.mse, 0.5, 1e-12);
+    EXPECT_TRUE(c.left_out.empty());
+}
+
 }  // namespace compare_test
 }  // namespace lucerna
