@@ -262,21 +262,28 @@ double Film::around(std::span<const double> shown, int x, int y) const {
     return pixels > 1 ? (sum - most) / (pixels - 1) : sum;
 }
 
-Film::ErrorEstimate Film::error() const {
-    std::vector<double> shown(size_), levels;
+std::optional<Film::Brightness> Film::brightness() const {
+    std::vector<double> levels;
     for (std::size_t i = 0; i < size_; ++i) {
-        shown[i] = this->shown(i);
         if (count(i) == 0) continue;  // none of its samples was finite
-        if (count(i) == 1) return {INFINITY, {}};
-        levels.push_back(std::fabs(shown[i]));
+        if (count(i) == 1) return std::nullopt;
+        levels.push_back(std::fabs(shown(i)));
     }
-    if (levels.empty()) return {INFINITY, {}};
+    if (levels.empty()) return std::nullopt;
     const double brightest = limit_of_most(levels);
     double sum = 0, known = 0;
     for (const double level : levels) {
         if (level <= brightest) sum += level, ++known;
     }
-    const double mean = sum / known;  // most pixels are not apart
+    return Brightness{sum / known, levels.size()};  // most pixels are not apart
+}
+
+Film::ErrorEstimate Film::error() const {
+    const auto known = brightness();
+    if (!known) return {INFINITY, {}};
+    const double mean = known->mean;
+    std::vector<double> shown(size_);
+    for (std::size_t i = 0; i < size_; ++i) shown[i] = this->shown(i);
 
     // Squares of the errors, over those of the luminances.
     std::vector<double> by_halves(size_), by_samples(size_);
@@ -312,7 +319,7 @@ Film::ErrorEstimate Film::error() const {
     // power; and where few pixels decide, theirs may be small by chance: the second is the variance of one of
     // so many.
     const double margin = std::sqrt(2.0 / 3 * halves_fourth) + samples_fourth / samples_sum;
-    const auto counted = static_cast<double>(levels.size() - estimate.apart.size());
+    const auto counted = static_cast<double>(known->pixels - estimate.apart.size());
     estimate.relative = std::sqrt(std::min(samples_sum, halves_sum + margin) / counted);
     return estimate;
 }

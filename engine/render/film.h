@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -156,6 +157,13 @@ class Film {
         return kind_.by_pass ? variance(whole_passes(pixel)) : variance(whole(pixel));
     }
     Halves halves(std::size_t pixel) const;
+    // The mean of what pixels show, but for what few pixels decide alone; and how many have samples. None if
+    // there are none, or a pixel has a single one.
+    struct Brightness {
+        double mean;
+        std::size_t pixels;
+    };
+    std::optional<Brightness> brightness() const;
     // Of what the pixel and its neighbours show, the brightest of them left out.
     double around(std::span<const double> shown, int x, int y) const;
 
