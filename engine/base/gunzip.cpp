@@ -34,7 +34,7 @@ std::size_t told_size(const std::vector<std::byte>& packed) {
 }
 
 // No scene, mesh or ray file is so even that it packs like this, once it is large: only a trap does.
-constexpr std::size_t kMostTimes = 400, kLittle = std::size_t{256} << 20;
+constexpr std::size_t kMostTimes = 400, kLittle = std::size_t{64} << 20;
 
 // Into a container of bytes or characters.
 template <typename Container>
@@ -47,8 +47,18 @@ Container unpacked(const std::vector<std::byte>& packed, const std::filesystem::
         require_memory(bytes, file.string() + ", unpacked", "a smaller file is accepted");
         out.resize(bytes);
     };
-    // One byte more, so that the end is found without growing.
-    make_room(std::min(most, std::max(told_size(packed) + 1, 4 * packed.size() + 1024)));
+    const auto refuse_a_trap = [&](std::size_t bytes, std::size_t from) {
+        if (bytes <= kLittle || bytes / kMostTimes <= from) return;
+        throw InputError({file.string()},
+                         fmt::format("unpacks to more than {} times its size; no file of {} MiB or more is "
+                                     "accepted that does",
+                                     kMostTimes, kLittle >> 20));
+    };
+    const std::size_t told = told_size(packed);
+    refuse_a_trap(told, packed.size());
+    // Room for no more than is accepted, and one byte more, so that the end is found without growing.
+    most = std::min(most, std::max(kLittle, kMostTimes * packed.size()) + kMostTimes);
+    make_room(std::min(most, std::max(told + 1, 4 * packed.size() + 1024)));
     std::size_t taken = 0, made = 0;
     for (;;) {
         constexpr std::size_t kStep = std::size_t{1} << 26;  // zlib counts in 32 bits
@@ -61,13 +71,7 @@ Container unpacked(const std::vector<std::byte>& packed, const std::filesystem::
         const int state = inflate(&in, Z_NO_FLUSH);
         taken += offered - in.avail_in;
         made += room - in.avail_out;
-        if (made > kLittle && made / kMostTimes > taken) {
-            throw InputError(
-                {file.string()},
-                fmt::format("unpacks to more than {} times its size; no file of {} MiB or more is "
-                            "accepted that does",
-                            kMostTimes, kLittle >> 20));
-        }
+        refuse_a_trap(made, taken);
         if (state == Z_STREAM_END) {
             if (taken == packed.size()) break;
             inflateReset(&in);  // a file may be several, one after the other
