@@ -45,7 +45,9 @@ std::string film_text(const FilmSettings& film) {
     const FilterSettings& f = film.filter;
     const std::string colours =
         film.colours.is_srgb() ? "" : fmt::format("colours in {}, ", film.colours.name());
-    const std::string halves = film.two_halves ? "two halves, " : "";
+    const std::string halves = film.adaptive     ? "two halves, adaptive, "
+                               : film.two_halves ? "two halves, "
+                                                 : "";
     return fmt::format("{}{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
                        halves, colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y,
                        film.crop_end.x, film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x,

@@ -83,6 +83,7 @@ struct RenderCommand {
     bool png = false;
     bool layers = false;
     std::optional<bool> denoise;     // none: where it is of use
+    bool adaptive = true;            // where there are two halves
     std::optional<double> exposure;  // stops; none: chosen from the image
     SceneOverrides overrides;
     RenderOptions options;
@@ -297,6 +298,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     facts.read_seconds = reading.seconds();
     limit_samples(command, job);
     job.film.two_halves = denoises(command);
+    job.film.adaptive = job.film.two_halves && command.adaptive;
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
@@ -401,6 +403,9 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
            "--layers", command.layers,
            "keep in the image what a denoiser needs: halves of the samples, features of the first surface")
         ->excludes("--no-denoise");
+    app.add_flag_callback(
+        "--no-adaptive", [&command] { command.adaptive = false; },
+        "as many samples for each pixel (default: with a denoiser, more of them where there is more noise)");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
     add_exposure(app, command.exposure);
     add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",

@@ -1,5 +1,5 @@
-// The file: a head, then lines of text (facts and counts, "kind<tab>name<tab>value"), the tiles' samples and
-// the film's sums. In this machine's byte order; a check over all of it.
+// The file: a head, then lines of text (facts and counts, "kind<tab>name<tab>value"), the tiles' samples, the
+// film's sums and the allocation's state. In this machine's byte order; a check over all of it.
 #include "engine/render/checkpoint.h"
 
 #include <fmt/format.h>
@@ -18,19 +18,20 @@ namespace lucerna {
 namespace {
 
 constexpr char kMagic[8] = {'L', 'U', 'C', 'C', 'H', 'E', 'C', 'K'};
-constexpr std::uint32_t kFormat = 2;
+constexpr std::uint32_t kFormat = 3;
 constexpr std::uint32_t kByteOrder = 0x01020304U;
 
 struct Head {
     char magic[8];
     std::uint32_t format;
     std::uint32_t byte_order;
-    std::uint64_t text;   // bytes
-    std::uint64_t tiles;  // numbers
-    std::uint64_t film;   // bytes
-    std::uint64_t check;  // of all else
+    std::uint64_t text;        // bytes
+    std::uint64_t tiles;       // numbers
+    std::uint64_t film;        // bytes
+    std::uint64_t allocation;  // bytes
+    std::uint64_t check;       // of all else
 };
-static_assert(sizeof(Head) == 48 && std::is_trivially_copyable_v<Head>, "no padding in the file");
+static_assert(sizeof(Head) == 56 && std::is_trivially_copyable_v<Head>, "no padding in the file");
 
 std::uint64_t check_of(Head head, std::span<const std::span<const std::byte>> parts) {
     head.check = 0;
@@ -132,10 +133,11 @@ Head read_head(std::span<const std::byte> bytes, const Location& at) {
         input_error(at, "the checkpoint is of a {} lucerna: format {}; {} is accepted",
                     head.format > kFormat ? "newer" : "older", head.format, kFormat);
     }
-    // None of the three may make the sum wrap around.
+    // None of these may make the sum wrap around.
     const std::uint64_t left = bytes.size() - sizeof head;
-    const bool fits = head.text <= left && head.tiles <= left / sizeof(std::int32_t) && head.film <= left;
-    const std::uint64_t told = head.text + head.tiles * sizeof(std::int32_t) + head.film;
+    const bool fits = head.text <= left && head.tiles <= left / sizeof(std::int32_t) && head.film <= left &&
+                      head.allocation <= left;
+    const std::uint64_t told = head.text + head.tiles * sizeof(std::int32_t) + head.film + head.allocation;
     if (!fits || told > left) {
         input_error(at, "the checkpoint is cut off or damaged: it holds {} bytes, its head tells of more",
                     bytes.size());
@@ -160,9 +162,11 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
     head.text = text.size();
     head.tiles = checkpoint.tiles.size();
     head.film = checkpoint.film.size();
-    const std::array<std::span<const std::byte>, 4> all{
+    head.allocation = checkpoint.allocation.size();
+    const std::array<std::span<const std::byte>, 5> all{
         std::as_bytes(std::span(&head, 1)), std::as_bytes(std::span(text)),
-        std::as_bytes(std::span(checkpoint.tiles)), std::span(checkpoint.film)};
+        std::as_bytes(std::span(checkpoint.tiles)), std::span(checkpoint.film),
+        std::span(checkpoint.allocation)};
     head.check = check_of(head, std::span(all).subspan(1));
     replace_file(file, all);
 }
@@ -174,8 +178,9 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
     const std::span<const std::byte> rest = std::span(bytes).subspan(sizeof head);
     const auto text = rest.first(head.text);
     const auto tiles = rest.subspan(head.text, head.tiles * sizeof(std::int32_t));
-    const auto film = rest.subspan(head.text + tiles.size());
-    const std::array<std::span<const std::byte>, 3> parts{text, tiles, film};
+    const auto film = rest.subspan(head.text + tiles.size(), head.film);
+    const auto allocation = rest.subspan(head.text + tiles.size() + film.size());
+    const std::array<std::span<const std::byte>, 4> parts{text, tiles, film, allocation};
     if (head.check != check_of(head, parts)) damaged(at);
 
     Checkpoint checkpoint;
@@ -186,6 +191,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
         if (samples < checkpoint.samples_done) damaged(at);
     }
     checkpoint.film.assign(film.begin(), film.end());
+    checkpoint.allocation.assign(allocation.begin(), allocation.end());
     return checkpoint;
 }
 

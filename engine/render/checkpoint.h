@@ -26,6 +26,7 @@ struct Checkpoint {
     int passes_done = 0;                    // of an integrator that works in passes
     std::vector<std::int32_t> tiles;        // samples of each tile's pixels, >= samples_done
     std::vector<std::byte> film;            // Film::sums()
+    std::vector<std::byte> allocation;      // SampleAllocation::state(), of an adaptive render
     std::uint64_t bad_samples = 0;          // left out
     std::string first_bad;                  // of them
     std::uint64_t rays = 0;                 // traced so far

@@ -155,7 +155,12 @@ V3f Film::value(const Pixel& pixel) {
 }
 
 double Film::shown(std::size_t pixel) const {
-    return double{luminance(value(whole(pixel)))};
+    return double{luminance(value_at(pixel))};
+}
+
+Film::OfHalf Film::of_half(int x, int y, int half) const {
+    const Pixel& pixel = pixels_[static_cast<std::size_t>(half) * size_ + place(x, y)];
+    return {double{luminance(value(pixel))}, pixel.count * luminance_variance(variance(pixel))};
 }
 
 V3d Film::variance(const Passes& passes) {
@@ -209,7 +214,7 @@ Image Film::develop(float scale, const WorkingSpace& colours) const {
     const V3f scales = colours.light_to_rgb(Rgb(scale));
     for (std::size_t i = 0; i < size_; ++i) {
         const std::size_t at = shown_at(i);
-        store(value(whole(at)), variance(at), scales, &image.data[6 * i]);
+        store(value_at(at), variance(at), scales, &image.data[6 * i]);
     }
     return image;
 }
@@ -234,7 +239,8 @@ Film::Halves Film::halves(std::size_t pixel) const {
     const double n = count(pixel);  // >= 2: asked of no other
     if (kind_.two_halves) {
         const Pixel &a = pixels_[pixel], &b = pixels_[size_ + pixel];
-        const double n_a = a.count, n_b = b.count, both = n_a * n_b / sqr(n);
+        const double n_a = a.count, n_b = b.count;
+        const double both = is_mean_of_halves(pixel) ? 0.25 : n_a * n_b / sqr(n);
         const double first = double{luminance(value(a))}, second = double{luminance(value(b))};
         return {first, second, both * sqr(first - second)};
     }

@@ -19,6 +19,9 @@ class Film {
         float weight = 1;         // the magnitude of every sample's weight (FilterSampler::weight)
         bool by_pass = false;     // samples come by add_pass(), not by add()
         bool two_halves = false;  // they are of two halves that do not depend on each other
+        // How many samples a half has depends on what the other saw (allocation.h): the image is the mean of
+        // both, each with the same weight, and not of all samples.
+        bool allocated = false;
     };
     Film(int width, int height, const Kind& kind)
         : width_(width),
@@ -45,6 +48,12 @@ class Film {
     // What one pass saw through a pixel. Its samples depend on each other (they look at the same photons),
     // those of different passes do not: the variance is taken between passes.
     void add_pass(int x, int y, std::span<const Sample> samples, int half = 0);
+
+    // The luminance of a pixel by one half, and the variance of that of one of its samples.
+    struct OfHalf {
+        double luminance, variance;
+    };
+    OfHalf of_half(int x, int y, int half) const;
 
     bool has_sample(int x, int y) const { return count(place(x, y)) > 0; }
     // The first samples come in steps: 0, of one pixel in 16, 1, of one in four, and 2, of all others.
@@ -124,6 +133,13 @@ class Film {
         double variance;       // of the pixel's, were the parts independent: their difference, squared
     };
 
+    bool is_mean_of_halves(std::size_t pixel) const {
+        return kind_.allocated && pixels_[pixel].count > 0 && pixels_[size_ + pixel].count > 0;
+    }
+    V3f value_at(std::size_t pixel) const {
+        if (!is_mean_of_halves(pixel)) return value(whole(pixel));
+        return 0.5F * (value(pixels_[pixel]) + value(pixels_[size_ + pixel]));
+    }
     // A pixel of both halves together, or of the only one; a pixel's passes alike.
     Pixel whole(std::size_t pixel) const {
         return kind_.two_halves ? merged(pixels_[pixel], pixels_[size_ + pixel]) : pixels_[pixel];
@@ -154,7 +170,9 @@ class Film {
     V3d variance(const Pixel& pixel) const;
     static V3d variance(const Passes& passes);
     V3d variance(std::size_t pixel) const {
-        return kind_.by_pass ? variance(whole_passes(pixel)) : variance(whole(pixel));
+        if (kind_.by_pass) return variance(whole_passes(pixel));
+        if (!is_mean_of_halves(pixel)) return variance(whole(pixel));
+        return 0.25 * (variance(pixels_[pixel]) + variance(pixels_[size_ + pixel]));
     }
     Halves halves(std::size_t pixel) const;
     // The mean of what pixels show, but for what few pixels decide alone; and how many have samples. None if

@@ -35,6 +35,9 @@ struct FilmSettings {
     // Each half is stratified on its own, and the image of both a little less: in Cornell's box its squared
     // error is a tenth larger at 64 samples.
     bool two_halves = false;
+    // Of two halves, and of a method that does not work in passes: samples are allocated to where they are
+    // needed (allocation.h); `spp` is then their mean over the pixels.
+    bool adaptive = false;
 
     V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };

@@ -46,8 +46,9 @@ class Run {
           in_passes_(integrator_->samples_per_pass() > 0),
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
-                 job.film.two_halves}),
-          tiles_(job, options.seed, film_, integrator_->samples_per_pass()),
+                 job.film.two_halves, is_adaptive()}),
+          tiles_(job, options.seed, film_, integrator_->samples_per_pass(),
+                 is_adaptive() ? &allocation_.emplace(film_) : nullptr),
           samples_(static_cast<std::size_t>(tiles_.tiles())),
           first_steps_(samples_.size()),
           show_timer_(options.show ? options.show_every : kNever),
@@ -64,6 +65,7 @@ class Run {
                                         options_.workers, monitor_);
             preparing_ += looking.seconds();
         }
+        if (allocation_) allocation_->look_at(features_);
         if (in_passes_) {
             render_passes();
         } else {
@@ -89,13 +91,16 @@ class Run {
 
     static constexpr int kFeatureSamples = 4;
 
+    bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
+
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 
     // Goes on from a checkpoint whose facts are this render's.
     void take_up(const Checkpoint& from) {
         const int per_pass = integrator_->samples_per_pass();
         if (from.tiles.size() != samples_.size() || from.film.size() != film_.bytes_of_sums() ||
-            (in_passes_ && std::int64_t{from.passes_done} * per_pass != from.samples_done)) {
+            (in_passes_ && std::int64_t{from.passes_done} * per_pass != from.samples_done) ||
+            (allocation_ ? !allocation_->restore(from.allocation) : !from.allocation.empty())) {
             throw InputError("the checkpoint is of an image of another kind or size");
         }
         const int most = *std::max_element(from.tiles.begin(), from.tiles.end());
@@ -132,13 +137,17 @@ class Run {
         report_.rays_prepare = job_.scene.rays();
         if (!estimator) return end("user");
         Progress progress(monitor_, "image", way(), options_.limits);
-        while (const int round =
-                   rule.next(done, next_round(done, tile_seconds_, ends_in_time()), elapsed())) {
+        const auto round_from = [&] {
+            const int round = next_round(done, tile_seconds_, ends_in_time());
+            return allocation_ ? std::min(round, SampleAllocation::next_decision(done) - done) : round;
+        };
+        while (const int round = rule.next(done, round_from(), elapsed())) {
             const double before = imaging_;
             const Swept swept = render_tiles(*estimator, done + round, progress);
             if (swept == Swept::stopped) return end("user");
             if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             done += round;
+            if (allocation_) allocation_->decide(done);
             tile_seconds_ = (imaging_ - before) * options_.workers.threads /
                             (static_cast<double>(round) * tiles_.tiles());
             progress.round(elapsed());
@@ -303,6 +312,7 @@ class Run {
         now.passes_done = report_.passes_done;
         now.tiles = samples_;
         now.film = film_.sums();
+        if (allocation_) now.allocation = allocation_->state();
         now.bad_samples = tiles_.bad_samples();
         now.first_bad = tiles_.first_bad();
         now.rays = rays();
@@ -422,6 +432,7 @@ class Run {
     bool in_passes_;
     Film film_;
     Image features_;
+    std::optional<SampleAllocation> allocation_;  // none: all pixels get as many samples
     TileRenderer tiles_;
     std::vector<std::int32_t> samples_;  // that each tile's pixels have
     RenderReport report_;

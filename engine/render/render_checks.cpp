@@ -14,7 +14,7 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
     const V2i size = job.film.rendered_size();
     const std::uint64_t pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
     const std::uint64_t sums = Film::bytes_per_pixel(
-        {1, make_integrator(job.integrator)->samples_per_pass() > 1, job.film.two_halves});
+        {1, make_integrator(job.integrator)->samples_per_pass() > 1, job.film.two_halves, job.film.adaptive});
     const std::uint64_t kept = (options.keep ? sums : 0) + (options.resume ? sums : 0);
     const std::uint64_t denoiser = job.film.two_halves ? kDenoiserBytesPerPixel : 0;
     return pixels * (sums + kImage + kept + denoiser);

@@ -7,11 +7,9 @@
 
 namespace lucerna {
 
-CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
+CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> half, int index) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
-    const std::optional<int> half = this->half(number);
-    const int index = half ? number / (2 * run_) * run_ + number % run_ : number;  // in its half
     const ImageSamplers& samplers = halves_[static_cast<std::size_t>(half.value_or(0))];
     Sampler sampler = samplers.at(whole, static_cast<std::uint32_t>(index));
     const FilterSampler::Sample place = filter_.sample(sampler.next2());
@@ -19,11 +17,6 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
     return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler};
-}
-
-Film::Sample CameraSampler::radiance(const Estimator& estimator, const V2i& at, int number) const {
-    Sample sample = this->sample(at, number);
-    return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
 }
 
 template <typename Visit>
@@ -38,6 +31,7 @@ void TileRenderer::for_each_pixel(int tile, Visit&& visit) const {
 }
 
 void TileRenderer::render(const Estimator& estimator, int tile, int first, int end) {
+    if (allocation_ != nullptr) return render_allocated(estimator, tile, first, end);
     for_each_pixel(tile, [&](const V2i& at) { render_pixel(estimator, at, first, end); });
 }
 
@@ -50,7 +44,7 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
     for (int s = first; s < end; ++s) {
-        const Film::Sample taken = camera_sampler_.radiance(estimator, at, s);
+        const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, s));
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
@@ -60,6 +54,38 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
         }
     }
     if (by_pass_) film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
+}
+
+// Block by block and half by half, as many as each has been allocated.
+void TileRenderer::render_allocated(const Estimator& estimator, int tile, int first, int end) {
+    constexpr int kSide = SampleAllocation::kBlock;
+    static_assert(kTile % kSide == 0);
+    for_each_pixel(tile, [&](const V2i& corner) {
+        if (corner.x % kSide != 0 || corner.y % kSide != 0) return;
+        const int block = allocation_->block_of(corner);
+        for (const int half : {0, 1}) {
+            const int last = allocation_->upto(block, half, end);
+            for (int from = allocation_->upto(block, half, first); from < last;) {
+                const int seen = SampleAllocation::next_seen(from), to = std::min(seen, last);
+                for (int y = corner.y; y < std::min(corner.y + kSide, film_.height()); ++y) {
+                    for (int x = corner.x; x < std::min(corner.x + kSide, film_.width()); ++x) {
+                        for (int s = from; s < to; ++s) add_sample(estimator, {x, y}, half, s);
+                    }
+                }
+                if (to == seen) allocation_->see(block, half, seen);
+                from = to;
+            }
+        }
+    });
+}
+
+void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index) {
+    const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, half, index));
+    if (is_finite(taken.radiance)) {
+        film_.add(at.x, at.y, taken.radiance, taken.weight, half);
+    } else {
+        report_bad(at, 2 * index + half, taken.radiance);  // as they are counted where all get the same
+    }
 }
 
 // A sample that is not a number is left out of the image and named.

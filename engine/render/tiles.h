@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/integrators/integrator.h"
+#include "engine/render/allocation.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
@@ -33,9 +34,16 @@ class CameraSampler {
         Sampler sampler;  // for what follows
     };
     // `at` counts from the corner of what is rendered.
-    Sample sample(const V2i& at, int number) const;
+    Sample sample(const V2i& at, int number) const {
+        const std::optional<int> half = this->half(number);
+        return sample(at, half, half ? number / (2 * run_) * run_ + number % run_ : number);
+    }
+    // Of a half, its sample `index`.
+    Sample sample(const V2i& at, std::optional<int> half, int index) const;
     // What an estimator sees there.
-    Film::Sample radiance(const Estimator& estimator, const V2i& at, int number) const;
+    static Film::Sample radiance(const Estimator& estimator, Sample sample) {
+        return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
+    }
 
     // Of a film of two halves: the sample's; else none.
     std::optional<int> half(int number) const {
@@ -54,12 +62,15 @@ class CameraSampler {
 class TileRenderer {
   public:
     // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
-    // render() depend on each other (the film was made for that).
-    TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass)
+    // render() depend on each other (the film was made for that). `allocation`: who gets samples; null: all
+    // get the same.
+    TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
+                 SampleAllocation* allocation = nullptr)
         : camera_sampler_(job, seed, samples_per_pass),
           seed_(seed),
           film_(film),
-          by_pass_(samples_per_pass > 1) {}
+          by_pass_(samples_per_pass > 1),
+          allocation_(allocation) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
 
@@ -90,12 +101,15 @@ class TileRenderer {
     template <typename Visit>
     void for_each_pixel(int tile, Visit&& visit) const;
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
+    void render_allocated(const Estimator& estimator, int tile, int first, int end);
+    void add_sample(const Estimator& estimator, const V2i& at, int half, int index);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
     CameraSampler camera_sampler_;
     std::uint64_t seed_;
     Film& film_;
     bool by_pass_;
+    SampleAllocation* allocation_;
     std::mutex mutex_;
     std::uint64_t bad_samples_ = 0;
     std::string first_bad_;

@@ -140,7 +140,8 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             const V2i at = places_[block] + V2i(p % size.x, p / size.x);
             RunningStats seen;
             for (int s = first; s < last; ++s) {
-                const Film::Sample sample = camera_sampler.radiance(*estimator_, at, s);
+                const Film::Sample sample =
+                    CameraSampler::radiance(*estimator_, camera_sampler.sample(at, s));
                 if (!is_finite(sample.radiance)) continue;
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
                 if (in_passes()) {

@@ -37,6 +37,7 @@ struct Case {
     const char* name;
     IntegratorSettings settings;
     FilterSettings filter = {};
+    bool adaptive = false;
 };
 
 std::vector<Case> cases() {
@@ -81,6 +82,7 @@ Job job_of(const Case& which, int spp) {
     Job job =
         testing::make_job(testing::small_cornell(), testing::small_cornell_camera(40), which.settings, spp);
     job.film.filter = which.filter;
+    job.film.two_halves = job.film.adaptive = which.adaptive;
     return job;
 }
 
@@ -114,6 +116,27 @@ Checkpoint through_file(const Checkpoint& checkpoint) {
     const testing::TemporaryFolder folder;
     save_checkpoint(folder / "checkpoint", checkpoint);
     return load_checkpoint(folder / "checkpoint");
+}
+
+// Whatever was decided before it stopped, and after.
+TEST(Resume, AdaptiveSamples_SameImageBitForBit) {
+    constexpr int kSamples = 40;
+    const Case adaptive{"path, adaptive", PathSettings{}, {}, true};
+    const RenderResult expected = whole(adaptive, kSamples);
+    const int asked = render_until(adaptive, kSamples, kNeverStops, nullptr).asked;
+    for (int i = 1; i < 8; ++i) {
+        const int stop = asked * i / 8;
+        SCOPED_TRACE(stop);
+        const Left first = render_until(adaptive, kSamples, stop, nullptr);
+        EXPECT_FALSE(first.result.report.complete);
+        const Checkpoint kept = through_file(first.checkpoint);
+        const Left second = render_until(adaptive, kSamples, kNeverStops, &kept, 2);
+        EXPECT_EQ(expected.image.data, second.result.image.data);
+    }
+    Checkpoint kept = render_until(adaptive, kSamples, asked / 2, nullptr).checkpoint;
+    kept.allocation.pop_back();
+    EXPECT_THAT(error_of([&] { render_until(adaptive, kSamples, kNeverStops, &kept); }),
+                HasSubstr("another kind or size"));
 }
 
 TEST(Resume, StoppedAnywhere_SameImageBitForBit) {
