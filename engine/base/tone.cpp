@@ -24,7 +24,7 @@ double finite(float v) {
 
 V3d neutral(const V3d& c) {
     constexpr double kKnee = 0.8, kDesaturation = 0.15;
-    const double peak = max_component(c);
+    const double peak = std::max({c.x, c.y, c.z});
     if (peak <= kKnee) return c;
     // 1 in the limit; continuous with slope 1 at the knee.
     const double shown = 1 - sqr(1 - kKnee) / (peak + 1 - 2 * kKnee);
@@ -33,6 +33,7 @@ V3d neutral(const V3d& c) {
 }
 
 float srgb_encode(float x) {
+    if (x >= 1) return 1;  // which the formula misses by a rounding
     return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
 }
 

@@ -31,7 +31,7 @@ std::vector<V3d> hues() {
     std::vector<V3d> all;
     for (const double low : {0.0, 0.02, 0.4}) {
         for (const double middle : {0.0, 0.1, 0.5, 0.9, 1.0}) {
-            const double m = low + middle * (1 - low);
+            const double m = std::min(low + middle * (1 - low), 1.0);
             for (const V3d& c : {V3d(1, m, low), V3d(m, 1, low), V3d(low, 1, m), V3d(low, m, 1),
                                  V3d(m, low, 1), V3d(1, low, m)})
                 all.push_back(c);
