@@ -67,6 +67,7 @@ const ColourSpace& srgb() {
 std::vector<float> luminances(const Image& image) {
     const V3d weights = luminance_weights(image.space ? *image.space : srgb());
     std::vector<float> all;
+    all.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
             const Rgb c = image.rgb_at(x, y);
