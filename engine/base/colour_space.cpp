@@ -42,15 +42,6 @@ V3d cones(const V3d& xyz) {
     return {kCones[0].dot(xyz), kCones[1].dot(xyz), kCones[2].dot(xyz)};
 }
 
-// What looks under D65 as `xyz` does under `white`.
-V3d adapted(const V3d& xyz, const V3d& white) {
-    const V3d seen = cones(xyz) * cones(kWhiteXyz) / cones(white);
-    const std::array<V3d, 3> columns = {V3d(kCones[0].x, kCones[1].x, kCones[2].x),
-                                        V3d(kCones[0].y, kCones[1].y, kCones[2].y),
-                                        V3d(kCones[0].z, kCones[1].z, kCones[2].z)};
-    return shares(columns, seen);
-}
-
 RgbMatrix inverse_of(const std::array<V3d, 3>& columns) {
     std::array<V3d, 3> inverse;  // columns
     for (int c = 0; c < 3; ++c) {
@@ -76,12 +67,20 @@ ColourSpace made(const Definition& d) {
     }
     for (int c = 0; c < 3; ++c)
         space.primaries[static_cast<std::size_t>(c)] =
-            adapted(parts[c] * pure[static_cast<std::size_t>(c)], white);
+            adapted_to_d65(parts[c] * pure[static_cast<std::size_t>(c)], white);
     space.from_xyz_matrix = inverse_of(space.primaries);
     return space;
 }
 
 }  // namespace
+
+V3d adapted_to_d65(const V3d& xyz, const V3d& white) {
+    const V3d seen = cones(xyz) * cones(kWhiteXyz) / cones(white);
+    const std::array<V3d, 3> columns = {V3d(kCones[0].x, kCones[1].x, kCones[2].x),
+                                        V3d(kCones[0].y, kCones[1].y, kCones[2].y),
+                                        V3d(kCones[0].z, kCones[1].z, kCones[2].z)};
+    return shares(columns, seen);
+}
 
 std::span<const ColourSpace> colour_spaces() {
     static const std::array<ColourSpace, std::size(kDefinitions)> spaces = [] {
@@ -128,6 +127,13 @@ std::optional<ColourSpace> colour_space_of(const Chromaticities& chromaticities)
         if (!std::isfinite(row.length2())) return std::nullopt;
     }
     return space;
+}
+
+RgbMatrix RgbMatrix::operator*(const RgbMatrix& first) const {
+    RgbMatrix both;
+    for (std::size_t r = 0; r < 3; ++r)
+        both.rows[r] = rows[r].x * first.rows[0] + rows[r].y * first.rows[1] + rows[r].z * first.rows[2];
+    return both;
 }
 
 RgbMatrix conversion(const ColourSpace& from, const ColourSpace& to) {

@@ -16,6 +16,8 @@ struct RgbMatrix {
     std::array<V3d, 3> rows{V3d(1, 0, 0), V3d(0, 1, 0), V3d(0, 0, 1)};
 
     V3d operator*(const V3d& c) const { return {rows[0].dot(c), rows[1].dot(c), rows[2].dot(c)}; }
+    // One after the other.
+    RgbMatrix operator*(const RgbMatrix& first) const;
 };
 
 // x and y of red, green, blue and white, in the order of OpenEXR's attribute "chromaticities".
@@ -47,6 +49,10 @@ std::optional<ColourSpace> colour_space_of(const Chromaticities& chromaticities)
 
 // In one colour space, of colours in another.
 RgbMatrix conversion(const ColourSpace& from, const ColourSpace& to);
+
+// CIE XYZ of what looks under D65 as `xyz` does under `white`, of luminance 1, by the Bradford transform
+// [Lam 1985]: white itself becomes kWhiteXyz. Requires a white that all three cones see.
+V3d adapted_to_d65(const V3d& xyz, const V3d& white);
 
 // The same colour with no component below 0: one outside the gamut is mixed with grey of its luminance, as
 // far as it needs. `weights` are the luminances of the three components. Black if the luminance is not

@@ -15,6 +15,7 @@
 namespace lucerna {
 
 struct ColourSpace;
+struct PictureLook;  // tone.h
 
 // Row-major, top row first, channels interleaved: value(x, y, c) = data[(y * width + x) * channels.size() +
 // c].
@@ -72,13 +73,8 @@ Image read_exr(const std::filesystem::path& file);
 // An image with R, G and B states the chromaticities of its space.
 void write_exr(const std::filesystem::path& file, const Image& image);
 
-// 8-bit sRGB of the first three channels times `exposure`, under a filmic curve that keeps hue in bright
-// places. What is outside sRGB's gamut is mixed with grey of its luminance.
-void write_png(const std::filesystem::path& file, const Image& image, float exposure);
-// The exposure at which the image's log-average luminance becomes middle grey. 1 for a black image.
-float auto_exposure(const Image& image);
-// What write_png shows of radiance times exposure: display-referred sRGB in [0,1]; black for NaN.
-Rgb display_colour(const Rgb& exposed);
+// 8-bit sRGB of the first three channels under that look.
+void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look);
 // A plain picture: values are already display-referred sRGB in [0,1].
 void write_png_display(const std::filesystem::path& file, const Image& image);
 // The same as the bytes of such a file, for a page that carries its pictures in itself.

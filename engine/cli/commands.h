@@ -14,6 +14,7 @@
 
 #include "engine/base/image.h"
 #include "engine/base/parallel.h"
+#include "engine/base/tone.h"
 #include "engine/base/units.h"
 #include "engine/cli/run.h"
 
@@ -46,19 +47,20 @@ CLI::Option* add_word(CLI::App& app, const std::string& name, const std::string&
         ->type_name(type);
 }
 
-// --exposure STOPS of a picture, and what becomes of it: without one the image chooses.
-inline void add_exposure(CLI::App& app, std::optional<double>& stops) {
-    add_word(app, "--exposure", "STOPS",
-             "the picture's exposure, 0 for radiance 1 as white (default: automatic)",
-             [&stops](const std::string& word) { stops = parse_number({"--exposure"}, word, -60, 60); });
-}
-inline float picture_exposure(const std::optional<double>& stops, const Image& image) {
-    return stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image);
-}
-// What is said of a picture that was written. The exposure is above 0.
-inline std::string picture_text(const std::filesystem::path& file, float exposure) {
-    return fmt::format("picture  {} (exposure {:+.2f} stops)", file.string(), std::log2(exposure));
-}
+// How a command's pictures look, as its options say.
+struct PictureOptions {
+    std::optional<double> stops;  // none: by auto_exposure() of the image
+    ToneCurve tone = ToneCurve::neutral;
+    std::optional<double> white;  // kelvins
+
+    PictureLook look(const Image& image) const {
+        return {stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image), tone, white};
+    }
+};
+// --exposure STOPS, --tone CURVE, --white-balance KELVIN
+void add_picture_options(CLI::App& app, PictureOptions& options);
+// What is said of a picture that was written.
+std::string picture_text(const std::filesystem::path& file, const PictureLook& look);
 
 // --threads N
 inline void add_threads(CLI::App& app, Workers& workers) {

@@ -21,6 +21,7 @@ constexpr const char* kCompareFooter =
   relative MSE  mean of (t - r)^2 / (r^2 + 0.0001)
   MAPE          mean of |t - r| / (|r| + 0.01)
   FLIP          what somebody sees who flips between the two pictures, 0 to 1 (Andersson et al. 2020), at one exposure
+                and under the tone curve of render --png
   HDR-FLIP      the largest of that over the exposures that the reference's brightest and median pixels ask for (2021)
   mean ratio    mean t / mean r, per channel
 Layers beside R, G and B (features, halves of the samples, the denoised light) are not compared.

@@ -34,7 +34,7 @@ Examples:
 struct DenoiseCommand {
     std::string image, output;
     bool png = false, quiet = false;
-    std::optional<double> exposure;  // stops; none: chosen from the image
+    PictureOptions picture;
     Workers workers;
 };
 
@@ -60,9 +60,9 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
                    image.height, 100 * denoised.relative_error, duration_text(seconds));
     }
     if (!command.png) return;
-    const float exposure = picture_exposure(command.exposure, denoised.image);
-    write_png(picture, denoised.image, exposure);
-    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, exposure));
+    const PictureLook look = command.picture.look(denoised.image);
+    write_png(picture, denoised.image, look);
+    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, look));
 }
 
 }  // namespace
@@ -77,7 +77,7 @@ void add_denoise_command(CLI::App& program, const CommandContext& context) {
         ->required()
         ->type_name("FILE.exr");
     app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
-    add_exposure(app, command->exposure);
+    add_picture_options(app, command->picture);
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "say nothing but errors");
     app.callback([command, &context] { act(*command, context); });

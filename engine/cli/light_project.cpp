@@ -11,6 +11,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/spectrum.h"
+#include "engine/base/tone.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
@@ -266,7 +267,7 @@ void write_series_picture(const ProjectCommand& command, const std::vector<Image
                                       [&](int i, Image& target, int x, int y) {
                                           paint_exposed(small[static_cast<std::size_t>(i)], target, x, y);
                                       });
-    write_png(sheet_of(command), sheet, 1);
+    write_png(sheet_of(command), sheet, {});
 }
 
 void print_plane(std::ostream& out, const ProjectCommand& command, double distance,

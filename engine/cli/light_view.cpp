@@ -10,6 +10,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/spectrum.h"
+#include "engine/base/tone.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/light_commands.h"
 #include "engine/evaluation/error_pictures.h"
@@ -108,7 +109,7 @@ void act_view(const ViewCommand& command, const CommandContext& context) {
     files.writes(command.output, ".png", "-o");
     const Lumigraph lamp = read_lumigraph(command.lamp);
     const Image sheet = sheet_of(field_shown(lamp, command), command);
-    write_png(command.output, sheet, 1);
+    write_png(command.output, sheet, {});
     fmt::print(context.out, "{}: {} x {} pixels\n", command.output, sheet.width, sheet.height);
 }
 

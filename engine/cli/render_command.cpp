@@ -55,6 +55,10 @@ Colours are those of linear sRGB unless the scene ("ColorSpace" before Film) or 
 hold lamps that sRGB does not, as the chip of a green LED. The image states its chromaticities; pictures and displays are
 in sRGB.
 
+The picture of --png is exposed so that the mean luminance of what it shows is middle grey; of the pixels that are lit, the
+brightest twentieth, lamps and fireflies, does not count. It is exact up to 0.8 of white, and brighter colours roll off to white
+and keep their hue. --exposure, --tone and --white-balance choose otherwise. None of them touches the image.
+
 With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
 undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
 when the render is done, to go on to more samples one day; time then counts from the first start. If both options
@@ -72,6 +76,7 @@ Examples:
   lucerna render room.pbrt --integrator progressive --time 5min --display localhost
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2
+  lucerna render room.pbrt --png --white-balance 3000
   lucerna render watch.pbrt --colour-space acescg --png)";
 
 // Often enough for an eye that waits.
@@ -82,9 +87,9 @@ struct RenderCommand {
     std::string output;
     bool png = false;
     bool layers = false;
-    std::optional<bool> denoise;     // none: where it is of use
-    bool adaptive = true;            // where there are two halves
-    std::optional<double> exposure;  // stops; none: chosen from the image
+    std::optional<bool> denoise;  // none: where it is of use
+    bool adaptive = true;         // where there are two halves
+    PictureOptions picture;
     SceneOverrides overrides;
     RenderOptions options;
     CheckpointOptions checkpoint;
@@ -199,7 +204,7 @@ class Pictures {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
         if (command_.png) {
             const Image& picture = shown(result);
-            write_png(png_beside(image_), picture, picture_exposure(command_.exposure, picture));
+            write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
         if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
         if (command_.layers) add_layers(result.image, *result.layers);
@@ -234,8 +239,7 @@ class Pictures {
                                               report.pixels_apart.size(), first.x, first.y));
         }
         if (command_.png) {
-            lines.push_back(
-                picture_text(png_beside(image_), picture_exposure(command_.exposure, shown(result))));
+            lines.push_back(picture_text(png_beside(image_), command_.picture.look(shown(result))));
         }
         return lines;
     }
@@ -407,7 +411,7 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
         "--no-adaptive", [&command] { command.adaptive = false; },
         "as many samples for each pixel (default: with a denoiser, more of them where there is more noise)");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
-    add_exposure(app, command.exposure);
+    add_picture_options(app, command.picture);
     add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);

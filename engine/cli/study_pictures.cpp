@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/tone.h"
 #include "engine/cli/page_parts.h"
 #include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
@@ -23,15 +24,6 @@ double pixels_under(const PictureLoad& scene, double cap) {
     const int factor = shrink_factor(scene.width, scene.height, cap);
     const auto across = [factor](int side) { return std::ceil(static_cast<double>(side) / factor); };
     return across(scene.width) * across(scene.height);
-}
-
-Image displayed(const Image& radiance, float exposure) {
-    Image picture = Image::rgb(radiance.width, radiance.height);
-    for (int y = 0; y < radiance.height; ++y) {
-        for (int x = 0; x < radiance.width; ++x)
-            picture.set_rgb(x, y, display_colour(radiance.rgb_at(x, y) * exposure));
-    }
-    return picture;
 }
 
 // Display-referred, so that png_bytes() writes the codes as they are.
@@ -78,8 +70,8 @@ class ScenePictureWriter {
         const ComparablePair pair =
             comparable_pair(read_exr(result.image), reference_.image, result.image.string(), reference_.name,
                             scene_.mask_above);
-        const Image flip_map = flip(displayed(pair.image, exposure_), displayed(pair.reference, exposure_),
-                                    kUsualPixelsPerDegree, workers_);
+        const Image flip_map = flip(displayed(pair.image, {exposure_}),
+                                    displayed(pair.reference, {exposure_}), kUsualPixelsPerDegree, workers_);
         result.flip = mean_of(flip_map, pair.compared);
         const Image error = relative_error(pair.image, pair.reference);
         PointPictures both;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "engine/base/files.h"
+#include "engine/base/tone.h"
 #include "engine/evaluation/compare.h"
 #include "engine/evaluation/error_pictures.h"
 
@@ -103,13 +104,7 @@ class Comparing {
     }
 
     Image display(const Image& radiance) const {
-        Image picture = Image::rgb(radiance.width, radiance.height);
-        const float exposure = static_cast<float>(report_.exposure);
-        for (int y = 0; y < radiance.height; ++y) {
-            for (int x = 0; x < radiance.width; ++x)
-                picture.set_rgb(x, y, display_colour(radiance.rgb_at(x, y) * exposure));
-        }
-        return picture;
+        return displayed(radiance, {static_cast<float>(report_.exposure)});
     }
 
     // FLIP keeps some 150 bytes for every pixel while it works.

@@ -11,6 +11,7 @@
 #include "engine/base/files.h"
 #include "engine/base/pictures.h"
 #include "engine/base/sampler.h"
+#include "engine/base/tone.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
@@ -148,7 +149,7 @@ TEST(Png, Grey_HasTheRightSizeAndValue) {
         for (int x = 0; x < 5; ++x) image.set_rgb(x, y, Rgb(0.09F));
     }
     image.set_rgb(4, 0, Rgb(0.0F));
-    write_png(folder / "a.png", image, 2);
+    write_png(folder / "a.png", image, {2});
     const Picture picture = read_picture(folder / "a.png");
     ASSERT_EQ(picture.width, 5);
     ASSERT_EQ(picture.height, 3);
@@ -165,7 +166,7 @@ TEST(Png, BrightColours_KeepTheirHueWithinRange) {
     image.set_rgb(1, 0, Rgb(-1, 0.5F, 0.5F));
     image.set_rgb(2, 0, Rgb(0, 0, 30));
     image.set_rgb(3, 0, Rgb(1e30F));
-    write_png(folder / "a.png", image, 1);
+    write_png(folder / "a.png", image, {});
     const Picture picture = read_picture(folder / "a.png");
     ASSERT_EQ(picture.bytes.size(), 12U);
     EXPECT_GT(picture.bytes[0], picture.bytes[1]);
@@ -173,6 +174,15 @@ TEST(Png, BrightColours_KeepTheirHueWithinRange) {
     EXPECT_EQ(picture.bytes[3], 0);
     EXPECT_GT(picture.bytes[8], picture.bytes[6]);
     EXPECT_EQ(picture.bytes[9], 255);
+}
+
+TEST(Png, Linear_ClipsEachChannel) {
+    const testing::TemporaryFolder folder;
+    Image image = Image::rgb(2, 1);
+    image.set_rgb(0, 0, Rgb(2, 0.9F, 0.18F));
+    image.set_rgb(1, 0, Rgb(0, 0, 30));
+    write_png(folder / "a.png", image, {1, ToneCurve::linear});
+    EXPECT_EQ(read_picture(folder / "a.png").bytes, (std::vector<std::uint8_t>{255, 243, 118, 0, 0, 255}));
 }
 
 TEST(Png, Display_WritesValuesAsTheyAre) {
@@ -187,7 +197,7 @@ TEST(Png, Display_WritesValuesAsTheyAre) {
 
 TEST(Png, Unwritable_IsAnInputErrorNamingTheFile) {
     const testing::TemporaryFolder folder;
-    const std::string message = error_of([&] { write_png(folder / "no" / "a.png", Image::rgb(2, 2), 1); });
+    const std::string message = error_of([&] { write_png(folder / "no" / "a.png", Image::rgb(2, 2), {}); });
     EXPECT_NE(message.find("a.png"), std::string::npos) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos);
 }
@@ -199,21 +209,11 @@ TEST(Png, NotFinite_IsShownAsBlackOrWhite) {
     image.set_rgb(1, 0, Rgb(INFINITY, 0.5F, 0.5F));
     image.set_rgb(2, 0, Rgb(-INFINITY));
     const std::vector<std::uint8_t> shown{0, 0, 0, 255, 255, 255, 0, 0, 0};
-    write_png(folder / "a.png", image, 1);
+    write_png(folder / "a.png", image, {});
     EXPECT_EQ(read_picture(folder / "a.png").bytes, shown);
     image.set_rgb(1, 0, Rgb(INFINITY));
     write_png_display(folder / "b.png", image);
     EXPECT_EQ(read_picture(folder / "b.png").bytes, shown);
-}
-
-TEST(AutoExposure, Greys_BecomeMiddleGrey) {
-    Image image = Image::rgb(2, 1);
-    image.set_rgb(0, 0, Rgb(4.0F));
-    image.set_rgb(1, 0, Rgb(1.0F));
-    EXPECT_NEAR(auto_exposure(image), 0.09F, 1e-4F);  // the geometric mean is 2
-    EXPECT_EQ(auto_exposure(Image::rgb(3, 3)), 1);
-    image.set_rgb(0, 0, Rgb(NAN));
-    EXPECT_NEAR(auto_exposure(image), 0.18F, 1e-4F);
 }
 
 TEST(ImageRgb, OneChannel_IsGrey) {

@@ -10,6 +10,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/tone.h"
 #include "tests/support/error_of.h"
 #include "tests/support/temporary_folder.h"
 
@@ -62,7 +63,7 @@ class PngGuard : public ::testing::Test {
 TEST_F(PngGuard, APictureOfOurs_IsFine) {
     Image image = Image::rgb(7, 5);
     for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i % 11) / 11;
-    write_png(folder_ / "ours.png", image, 1);
+    write_png(folder_ / "ours.png", image, {});
     const std::string whole = read_text(folder_ / "ours.png");
     EXPECT_EQ(refusal(whole), "no error");
     for (std::size_t size = kSignature.size(); size + 8 < whole.size(); ++size)

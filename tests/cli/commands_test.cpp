@@ -160,6 +160,31 @@ TEST_F(RunRender, LayersOfAnImage_AreDenoisedLikeTheRender) {
     EXPECT_GT(changed, 0) << "R, G and B of the render are as measured";
 }
 
+// What a picture looks like is no matter of the image's.
+TEST_F(RunRender, LooksOfAPicture_ChangeItAndLeaveTheImage) {
+    const auto render = [](std::vector<std::string> more) {
+        std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--png", "--spp", "2"};
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome outcome = lucerna_run(words);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return std::tuple{outcome.out, read_exr("a.exr").data, read_text("a.png")};
+    };
+    const auto [said, image, picture] = render({"--exposure", "3"});
+    EXPECT_THAT(said, HasSubstr("(exposure +3.00 stops)"));
+    const auto [said_warm, image_warm, warm] = render({"--exposure", "3", "--white-balance", "3000"});
+    EXPECT_THAT(said_warm, HasSubstr("(exposure +3.00 stops, white of 3000 K)"));
+    EXPECT_EQ(image_warm, image);
+    EXPECT_NE(warm, picture);
+    const auto [said_clipped, image_clipped, clipped] = render({"--exposure", "3", "--tone", "linear"});
+    EXPECT_THAT(said_clipped, HasSubstr("(exposure +3.00 stops, clipped)"));
+    EXPECT_EQ(image_clipped, image);
+    EXPECT_NE(clipped, picture);
+    const auto [said_same, image_same, same] =
+        render({"--exposure", "3", "--tone", "neutral", "--white-balance", "off"});
+    EXPECT_EQ(same, picture);
+    EXPECT_EQ(said_same.substr(said_same.find("(exposure")), said.substr(said.find("(exposure")));
+}
+
 TEST_F(RunRender, DenoisingWithoutLayers_IsRefusedByWhatIsMissing) {
     ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--spp", "2"}).code, 0);
     expect_refused({"denoise", "a.exr", "-o", "b.exr"}, {"a.exr", "first.R", "--layers"});

@@ -10,6 +10,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/photograph.h"
+#include "engine/base/tone.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/sums_file.h"
 #include "engine/gltf/model.h"
@@ -106,7 +107,7 @@ std::vector<Writer> writers() {
     const LightField field = testing::random_field(testing::rig_b(), 0, 1, 7);
     return {
         {"image.exr", [=](const Path& to) { write_exr(to, image); }},
-        {"picture.png", [=](const Path& to) { write_png(to, image, 1); }},
+        {"picture.png", [=](const Path& to) { write_png(to, image, {}); }},
         {"display.png", [=](const Path& to) { write_png_display(to, image); }},
         {"stats.json", [](const Path& to) { write_text(to, std::string(30'000, 'x')); }},
         {"short.json", [](const Path& to) { write_text(to, "{}"); }},

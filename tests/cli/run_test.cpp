@@ -111,15 +111,43 @@ TEST_F(RunErrors, BadWords_AreRefusedByName) {
 
 TEST_F(RunErrors, BadNumbers_AreRefusedWithWhatIsAccepted) {
     const std::vector<std::vector<std::string>> lines = {
-        {"--spp", "0"},        {"--spp", "-3"},       {"--spp", "1.5"},          {"--spp", "nan"},
-        {"--spp", ""},         {"--seed", "-1"},      {"--seed", "seven"},       {"--threads", "0"},
-        {"--threads", "9999"}, {"--exposure", "inf"}, {"--exposure", "bright"},  {"--resolution", "0x4"},
-        {"--resolution", "4"}, {"--set", "photons"},  {"--resolution", "9x1e9"},
+        {"--spp", "0"},
+        {"--spp", "-3"},
+        {"--spp", "1.5"},
+        {"--spp", "nan"},
+        {"--spp", ""},
+        {"--seed", "-1"},
+        {"--seed", "seven"},
+        {"--threads", "0"},
+        {"--threads", "9999"},
+        {"--exposure", "inf"},
+        {"--exposure", "bright"},
+        {"--white-balance", "999"},
+        {"--white-balance", "nan"},
+        {"--resolution", "0x4"},
+        {"--resolution", "4"},
+        {"--set", "photons"},
+        {"--resolution", "9x1e9"},
     };
     for (const auto& words : lines) {
         std::vector<std::string> line{"render", "scene.pbrt"};
         line.insert(line.end(), words.begin(), words.end());
         expect_refused(line, {words[0]});
+    }
+}
+
+TEST_F(RunErrors, LooksOfAPicture_AreRefusedWithWhatIsAccepted) {
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"render", "scene.pbrt"}, {"denoise", "a.exr", "-o", "b.exr"}}) {
+        const auto expect = [&](std::string option, std::string word, const std::vector<std::string>& parts) {
+            std::vector<std::string> line = command;
+            line.insert(line.end(), {option, word});
+            expect_refused(line, parts);
+        };
+        expect("--tone", "filmic", {"--tone", "\"filmic\"", "neutral and linear are accepted"});
+        expect("--tone", "", {"--tone", "neutral and linear"});
+        for (const char* word : {"warm", "500", "26000", "-3000", "inf", "3000K", ""})
+            expect("--white-balance", word, {"--white-balance", word, "1000 to 25000", "kelvins", "off"});
     }
 }
 

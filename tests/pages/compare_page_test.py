@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The page of `lucerna compare --html` in a browser: the slider moves, images flip and zoom, the exposure works, and
 nothing is asked of the network.  Usage: compare_page_test.py LUCERNA"""
+import base64
 import pathlib
 import subprocess
 import sys
@@ -122,6 +123,36 @@ class ComparePage(unittest.TestCase):
             s.value = Number(s.value) - 2; s.dispatchEvent(new Event('input')); })()""")
         self.assertLess(sum(self.page.evaluate(COLOUR % (0.3, 0.8))), sum(before))
         self.page.evaluate(f"strip.expose({stops})")
+
+    def difference_from_picture(self, stops, *options):
+        """The mean and the largest difference in bytes between the page's reference and the picture that render makes of it."""
+        folder = pathlib.Path(self.folder.name)
+        subprocess.run([LUCERNA, "render", "scene.pbrt", "-o", "shown.exr", "--seed", "2", "--spp", "64", "--png",
+                        "--no-denoise", "--exposure", str(stops), "--quiet", *options], cwd=folder, check=True)
+        source = "data:image/png;base64," + base64.b64encode((folder / "shown.png").read_bytes()).decode()
+        return self.page.evaluate("""(async () => {
+            const image = new Image();
+            image.src = '%s';
+            await image.decode();
+            const bytes = (what) => {
+                const c = document.createElement('canvas'), t = c.getContext('2d', { willReadFrequently: true });
+                c.width = %d, c.height = %d;
+                t.drawImage(what, 0, 0);
+                return t.getImageData(0, 0, c.width, c.height).data;
+            };
+            const layer = strip.layers.find((one) => one.name.startsWith('reference'));
+            layer.develop(%g);
+            const page = bytes(layer.canvas), picture = bytes(image);
+            const apart = Array.from(page, (v, i) => Math.abs(v - picture[i]));
+            return [apart.reduce((a, b) => a + b) / (0.75 * apart.length), Math.max(...apart)];
+        })()""" % (source, 96, 64, stops))
+
+    def test_radiance_is_shown_as_render_shows_it(self):
+        for stops in (0, 2, 4):  # with ever more beyond the knee
+            mean, largest = self.difference_from_picture(stops)
+            self.assertLess(mean, 0.5)
+            self.assertLessEqual(largest, 3)  # the page's radiance has 8 bits of the largest channel
+        self.assertGreater(self.difference_from_picture(4, "--tone", "linear")[1], 30)
 
     def test_numbers_are_on_the_page(self):
         numbers = self.page.evaluate("document.getElementById('numbers').textContent")

@@ -14,6 +14,7 @@
 
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/tone.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/support/sanitized.h"
@@ -149,7 +150,7 @@ class EveryReader : public ::testing::Test {
         for (const Reader& reader : readers()) {
             if (!reader.world.empty()) good.write(reader.name + ".pbrt", scene(reader.world));
         }
-        write_png(*good_ / "picture.png", GoodFiles::picture(), 1);
+        write_png(*good_ / "picture.png", GoodFiles::picture(), {});
         good.make_lamp("lamp.ies");
         for (const char* rays : {"lamp.tm25ray", "lamp.dat", "lamp.ray"}) good.make_rays(rays);
         good.make({"render", "whole.pbrt", "-o", "image.exr", "--checkpoint", "kept.checkpoint"});

@@ -12,6 +12,7 @@
 #include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/photograph.h"
+#include "engine/base/tone.h"
 #include "tests/process/command.h"
 #include "tests/process/good_files.h"
 #include "tests/support/temporary_folder.h"
@@ -86,7 +87,7 @@ class Suffixes : public ::testing::Test {
         good.write("packed.pbrt", "LightSource \"point\" \"point3 from\" [ 0 1 0 ]\n");
         ASSERT_EQ(std::system(("gzip " + (small / "packed.pbrt").string()).c_str()), 0);
         fs::copy(fs::path(LUCERNA_SOURCE_DIR) / "tests/fuzz/corpus/ldt/symmetry-0.ldt", small / "lamp.ldt");
-        write_png(small / "picture.png", GoodFiles::picture(), 1);
+        write_png(small / "picture.png", GoodFiles::picture(), {});
         good.make_lamp("lamp.ies");
         for (const char* rays : {"lamp.tm25ray", "lamp.dat", "lamp.ray"}) good.make_rays(rays);
         good.write("study.toml",

@@ -13,7 +13,7 @@
 (function () {
     'use strict';
 
-    const KNEE = 0.8;          // as the engine's own pictures: below this share of white they are exact
+    const KNEE = 0.8, DESATURATION = 0.15;  // as the engine's own pictures (tone.h): exact up to that share of white
     const NOT_FINITE = 255;    // the exponent of what is not a number
     const NOT_FINITE_COLOUR = [255, 0, 255];
 
@@ -25,20 +25,20 @@
     });
     const byte = (x) => encoded[x <= 0 ? 0 : x >= 1 ? STEPS : Math.round(x * STEPS)];
 
-    // Linear radiance times exposure to bytes of sRGB; luminance rolls off to white, colours keep their hue.
+    // Linear radiance times exposure to bytes of sRGB; bright colours roll off to white and keep their hue.
     function shown(r, g, b, out, at) {
-        const y = 0.212671 * r + 0.715160 * g + 0.072169 * b;
-        if (!(y > 0)) {
-            out[at] = out[at + 1] = out[at + 2] = 0;
-            return;
+        r = Math.max(0, r), g = Math.max(0, g), b = Math.max(0, b);
+        const peak = Math.max(r, g, b);
+        let scale = 1, white = 0;
+        if (peak > KNEE) {
+            const rolled = 1 - (1 - KNEE) * (1 - KNEE) / (peak + 1 - 2 * KNEE);
+            const colour = 1 / (1 + DESATURATION * (peak - rolled));
+            scale = rolled / peak * colour;
+            white = rolled * (1 - colour);
         }
-        const over = (y - KNEE) / (1 - KNEE);
-        const target = y <= KNEE ? y : KNEE + (1 - KNEE) * over / (1 + over);
-        const scale = target / y, top = scale * Math.max(r, g, b);
-        const keep = top > 1 ? (1 - target) / (top - target) : 1, rest = target * (1 - keep);
-        out[at] = byte(rest + keep * scale * r);
-        out[at + 1] = byte(rest + keep * scale * g);
-        out[at + 2] = byte(rest + keep * scale * b);
+        out[at] = byte(white + scale * r);
+        out[at + 1] = byte(white + scale * g);
+        out[at + 2] = byte(white + scale * b);
     }
 
     // 2^(exponent - 128) / 256 of an exponent's byte.

@@ -1,0 +1,58 @@
+// The options of commands that write pictures, and what is said of a picture.
+#include <fmt/format.h>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/cli/commands.h"
+
+namespace lucerna {
+namespace {
+
+ToneCurve parse_tone_curve(const std::string& word) {
+    const auto curve = tone_curve_named(word);
+    if (!curve) {
+        throw InputError({"--tone"}, fmt::format("\"{}\" is unknown; {} are accepted", one_line(word),
+                                                 fmt::join(tone_curve_names(), " and ")));
+    }
+    return *curve;
+}
+
+std::optional<double> parse_white(const std::string& word) {
+    if (word == "off") return std::nullopt;
+    try {
+        return parse_number({"--white-balance"}, word, kLeastWhite, kMostWhite);
+    } catch (const InputError&) {
+        throw InputError({"--white-balance"},
+                         fmt::format("\"{}\" is not accepted; a colour temperature from {:g} to {:g}, in "
+                                     "kelvins, or off is",
+                                     one_line(word), kLeastWhite, kMostWhite));
+    }
+}
+
+}  // namespace
+
+void add_picture_options(CLI::App& app, PictureOptions& options) {
+    add_word(
+        app, "--exposure", "STOPS",
+        "the picture's exposure, 0 for radiance 1 as white (default: automatic, the mean of what is shown is "
+        "middle grey)",
+        [&options](const std::string& word) { options.stops = parse_number({"--exposure"}, word, -60, 60); });
+    add_word(
+        app, "--tone", "CURVE",
+        "the picture's highlights: neutral rolls them off to white and keeps their hue, linear clips them "
+        "(default: neutral)",
+        [&options](const std::string& word) { options.tone = parse_tone_curve(word); });
+    add_word(
+        app, "--white-balance", "KELVIN",
+        "show light of this colour temperature as white in the picture: 1000 to 25000, as 3000 for a warm "
+        "lamp, or off (default: off)",
+        [&options](const std::string& word) { options.white = parse_white(word); });
+}
+
+std::string picture_text(const std::filesystem::path& file, const PictureLook& look) {
+    return fmt::format("picture  {} (exposure {:+.2f} stops{}{})", file.string(), std::log2(look.exposure),
+                       look.tone == ToneCurve::linear ? ", clipped" : "",
+                       look.white ? fmt::format(", white of {:g} K", *look.white) : "");
+}
+
+}  // namespace lucerna
