@@ -8,6 +8,7 @@
 
 #include "engine/base/colour_space.h"
 #include "engine/base/error.h"
+#include "engine/base/stats.h"
 #include "engine/denoise/nonlocal_means.h"
 
 namespace lucerna {
@@ -20,6 +21,7 @@ constexpr float kLeastAlbedo = 0.01F;
 // Brighter pixels, as multiples of the image's mean, count as this bright when they are compared: float32
 // holds its square.
 constexpr float kBrightest = 1e15F;
+constexpr double kMostVariance = std::numeric_limits<float>::max();
 
 std::size_t area(const V2i& size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
@@ -105,14 +107,62 @@ FeaturePlanes feature_planes(const Image& features) {
     return planes;
 }
 
+// A single sample tells nothing of its variance: then it is that of the pixels around, by their samples and
+// by what their halves differ by. Not of its own: where the halves agree by chance, each would stay as it is.
+std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves) {
+    constexpr int kReach = 2;
+    std::array<Image, 2> known = halves;
+    const V2i size = size_of(halves[0]);
+    const auto samples = [&halves](std::size_t h, std::size_t i) {
+        return std::max(1.0, double{halves[h].data[kHalfChannels * i + kSamples]});
+    };
+    const auto at = [&known](std::size_t h, std::size_t i, int channel) -> float& {
+        return known[h].data[kHalfChannels * i + static_cast<std::size_t>(channel)];
+    };
+    bool all_known = true;
+    for (std::size_t i = 0; i < area(size); ++i) all_known &= samples(0, i) > 1 && samples(1, i) > 1;
+    if (all_known) return known;
+    for (int c = 0; c < 3; ++c) {
+        // Of one sample's variance, per pixel: the sum of squares, and of how many there are.
+        Numbers sum(area(size)), freedom(area(size), 1.0);
+        for (std::size_t i = 0; i < area(size); ++i) {
+            const double n_a = samples(0, i), n_b = samples(1, i);
+            const double between = double{at(0, i, kLight + c)} - double{at(1, i, kLight + c)};
+            sum[i] = sqr(between) * n_a * n_b / (n_a + n_b);
+            for (const std::size_t h : {std::size_t{0}, std::size_t{1}}) {
+                const double more = samples(h, i) - 1;
+                sum[i] += more * samples(h, i) * double{at(h, i, kVariance + c)};
+                freedom[i] += more;
+            }
+        }
+        const Numbers sums = smoothed(sum, size, kReach), freedoms = smoothed(freedom, size, kReach);
+        const auto window = [](int place, int end) {
+            return std::min(place + kReach, end - 1) - std::max(place - kReach, 0) + 1;
+        };
+        for (std::size_t i = 0; i < area(size); ++i) {
+            const int x = static_cast<int>(i % static_cast<std::size_t>(size.x));
+            const int y = static_cast<int>(i / static_cast<std::size_t>(size.x));
+            const int pixels = window(x, size.x) * window(y, size.y);
+            // The means over the window, without the pixel itself; of a single pixel there is no other.
+            const double others = pixels > 1 ? freedoms[i] - freedom[i] / pixels : freedom[i];
+            const double variance = (pixels > 1 ? std::max(0.0, sums[i] - sum[i] / pixels) : sum[i]) / others;
+            for (const std::size_t h : {std::size_t{0}, std::size_t{1}}) {
+                if (samples(h, i) == 1)
+                    at(h, i, kVariance + c) = static_cast<float>(std::min(variance, kMostVariance));
+            }
+        }
+    }
+    return known;
+}
+
 // By how much the halves differ beside what their samples' variances tell, squared: less where samples are
 // stratified, more where they depend on each other, as those of one pass do. It is taken from wide
 // surroundings: what a pixel's weights know of the other half by this is next to nothing.
-Numbers dependence(const Layers& input) {
+Numbers dependence(const std::array<Image, 2>& halves) {
     constexpr int kReach = 7;
     constexpr double kMost = 16;
-    const V2i size = size_of(input.features);
-    const Image &a = input.halves[0], &b = input.halves[1];
+    const Image &a = halves[0], &b = halves[1];
+    const V2i size = size_of(a);
     Numbers seen(area(size)), told(area(size));
     for (int y = 0; y < size.y; ++y) {
         for (int x = 0; x < size.x; ++x) {
@@ -190,12 +240,28 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
 
 // --- what it is mixed from ---
 
+// What the halves count for in their mean: as much as they have samples, all over the image; where these
+// were allocated by what was seen, a pixel's own numbers would bias it.
+using Shares = std::array<double, 2>;
+Shares shares_of(const std::array<Image, 2>& halves) {
+    std::array<double, 2> samples{0, 0};
+    for (std::size_t h = 0; h < 2; ++h) {
+        for (std::size_t i = 0; i < area(size_of(halves[h])); ++i)
+            samples[h] += double{halves[h].data[kHalfChannels * i + kSamples]};
+    }
+    const double all = samples[0] + samples[1];
+    return all > 0 ? Shares{samples[0] / all, samples[1] / all} : Shares{0.5, 0.5};
+}
+
 // An image made of each half, and what is known of the error of their mean: by pixel, squared and relative.
 struct Estimate {
-    std::array<std::vector<Rgb>, 2> of;
-    Numbers error;
+    Shares shares;
+    std::array<std::vector<Rgb>, 2> of = {};
+    Numbers error = {};
 
-    Rgb mean(std::size_t i) const { return 0.5F * (of[0][i] + of[1][i]); }
+    Rgb mean(std::size_t i) const {
+        return static_cast<float>(shares[0]) * of[0][i] + static_cast<float>(shares[1]) * of[1][i];
+    }
 };
 
 double luminance_of(const Rgb& c) {
@@ -218,15 +284,18 @@ class Mixer {
 
     const Estimate& measured() const { return measured_; }
 
-    // What is made of A has the squared error mean[(D_A - B)² - (A - B)²/2]; the mean of D_A and D_B that of
-    // the two, less (D_A - D_B)²/4.
+    // What is made of A has the squared error mean[(D_A - B)² - a (A - B)²], where a is A's share of the
+    // samples: B's own is that part of the difference. The mean of D_A and D_B has that of the two, by their
+    // shares, less a b (D_A - D_B)².
     Numbers error(const Estimate& made) const {
         Numbers error(inverse_scale_.size());
         for (std::size_t i = 0; i < error.size(); ++i) {
             const double a = luminance_of(measured_.of[0][i]), b = luminance_of(measured_.of[1][i]);
             const double d_a = luminance_of(made.of[0][i]), d_b = luminance_of(made.of[1][i]);
-            error[i] = inverse_scale_[i] *
-                       (0.5 * (sqr(d_a - b) + sqr(d_b - a) - sqr(a - b)) - 0.25 * sqr(d_a - d_b));
+            const auto [of_a, of_b] = made.shares;
+            const double error_a = sqr(d_a - b) - of_a * sqr(a - b);
+            const double error_b = sqr(d_b - a) - of_b * sqr(a - b);
+            error[i] = inverse_scale_[i] * (of_a * error_a + of_b * error_b - of_a * of_b * sqr(d_a - d_b));
         }
         return error;
     }
@@ -259,10 +328,24 @@ class Mixer {
     Numbers inverse_scale_;
 };
 
+// Of squared errors by pixel, each with noise of its own, which is less than 0 as often as it is more: their
+// mean, without what few pixels decide alone, as Film::error() does; and no less than by how much it may be
+// wrong.
+double mean_error(const Numbers& errors) {
+    Numbers sizes(errors.size());
+    for (std::size_t i = 0; i < errors.size(); ++i) sizes[i] = std::fabs(errors[i]);
+    const double limit = limit_of_most(std::move(sizes));
+    RunningStats stats;
+    for (const double error : errors) {
+        if (std::fabs(error) <= limit) stats.add(error);
+    }
+    return std::max(stats.mean(), stats.standard_error());
+}
+
 Estimate estimate_of(const Layers& input, const std::array<Filtered, 2>& filtered, Candidate candidate,
                      float scale) {
     const V2i size = size_of(input.features);
-    Estimate estimate;
+    Estimate estimate{shares_of(input.halves)};
     for (std::size_t half = 0; half < 2; ++half) {
         const ColourPlanes& planes = filtered[half][static_cast<std::size_t>(candidate)];
         for (int y = 0; y < size.y; ++y) {
@@ -280,7 +363,7 @@ Estimate estimate_of(const Layers& input, const std::array<Filtered, 2>& filtere
 }
 
 Estimate measured(const Layers& input) {
-    Estimate estimate;
+    Estimate estimate{shares_of(input.halves)};
     for (std::size_t half = 0; half < 2; ++half) {
         const Image& image = input.halves[half];
         for (int y = 0; y < image.height; ++y) {
@@ -355,13 +438,14 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     // Distances are relative to noise, whatever the unit; this brings all into float32's middle.
     const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
 
-    const Numbers dependence = lucerna::dependence(input);
-    std::array<HalfPlanes, 2> halves;
-    parallel_each(workers, halves.size(), 1, [&](std::size_t half) {
-        halves[half] = half_planes(input.halves[half], input.features, dependence, scale);
+    const std::array<Image, 2> halves = with_known_variances(input.halves);
+    const Numbers dependence = lucerna::dependence(halves);
+    std::array<HalfPlanes, 2> planes;
+    parallel_each(workers, planes.size(), 1, [&](std::size_t half) {
+        planes[half] = half_planes(halves[half], input.features, dependence, scale);
     });
     const std::array<Filtered, 2> filtered =
-        nonlocal_means(size.x, size.y, feature_planes(input.features), halves, workers);
+        nonlocal_means(size.x, size.y, feature_planes(input.features), planes, workers);
     Estimate result = estimate_of(input, filtered, Candidate::wary, scale);
     Numbers level(area(size));
     for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
@@ -376,14 +460,12 @@ Denoised denoise(const Layers& input, const Workers& workers) {
 
     Denoised denoised{Image::rgb(size.x, size.y), 0};
     denoised.image.space = input.halves[0].space;
-    double error = 0;
     for (std::size_t i = 0; i < level.size(); ++i) {
         const Rgb c = result.mean(i);
         denoised.image.data[3 * i] = c.x, denoised.image.data[3 * i + 1] = c.y,
                                 denoised.image.data[3 * i + 2] = c.z;
-        error += result.error[i] / static_cast<double>(level.size());
     }
-    denoised.relative_error = std::sqrt(std::max(0.0, error));
+    denoised.relative_error = std::sqrt(mean_error(result.error));
     return denoised;
 }
 

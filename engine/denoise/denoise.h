@@ -3,9 +3,9 @@
 // An image's samples are in two halves A and B that do not depend on each other. Each is filtered by weights
 // that the other had no part in. D_A, what is made of A, is then independent of B, and
 //     mean[(D_A - B)² - (A - B)²/2]
-// estimates the squared error of D_A, its bias included. By such estimates the filtered image and the
-// measured one are mixed, everywhere in the shares that make the error least [Gu et al. 2022], and the error
-// of what is written is known.
+// estimates the squared error of D_A, its bias included (where both have as many samples). By such estimates
+// the filtered image and the measured one are mixed, everywhere in the shares that make the error least [Gu
+// et al. 2022], and the error of what is written is known.
 #pragma once
 
 #include <array>

@@ -8,27 +8,13 @@
 
 #include "engine/base/error.h"
 #include "engine/base/image.h"
+#include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
 
 namespace lucerna {
 namespace {
 
 constexpr std::size_t kSteps = 1024;
-
-// Above which values stand apart from all others: at most a thousandth of them, a hundred times as large as
-// any other, and larger together than the others' sum. Infinity: none do. Values are not negative.
-double limit_of_most(std::vector<double> values) {
-    constexpr std::size_t kFew = 1000;
-    constexpr double kApart = 100;
-    const std::size_t few = values.size() / kFew;
-    if (few == 0) return INFINITY;
-    const auto first = values.end() - static_cast<std::ptrdiff_t>(few) - 1;
-    std::nth_element(values.begin(), first, values.end());
-    const double limit = kApart * *first;
-    double most = 0, apart = 0;
-    for (const double v : values) (v > limit ? apart : most) += v;
-    return apart > most ? limit : INFINITY;
-}
 
 double sinc(double x) {
     const double at = M_PI * std::fabs(x);
