@@ -41,6 +41,7 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
     map_.index().within(x, metric, sqr(settings_.radius), found);
     DensityEstimateResult result;
     result.radius = settings_.radius;
+    result.scale = 1;
     for (const Neighbour& neighbour : found) {
         const float r2 = sqr(radii_[neighbour.index]);
         if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
@@ -121,18 +122,61 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
     return {1, 1};
 }
 
-DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+template <typename Each>
+DensityEstimate::Radiance DensityEstimate::radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
+                                                            Each&& each) const {
     const SurfacePoint at = hit.at.facing(wo);
+    const auto told = [&each](const Photon& photon, const Rgb& brought) {
+        each(photon, brought);
+        return brought;
+    };
     if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
         // The same for all photons that count, whichever way they came. A short cut that changes no value,
         // hence normals that are exactly equal; irradiance_suffices() allows for how files round them.
-        DensityEstimateResult lit = irradiance(at);
-        lit.value *= bsdf.f(wo, at.n, Transport::radiance);
-        return lit;
+        const Rgb f = bsdf.f(wo, at.n, Transport::radiance);
+        DensityEstimateResult lit =
+            estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f&, float weight) {
+                return told(photon, photon.power * weight);
+            });
+        lit.value *= f;
+        return {lit, lit.scale * f};
     }
-    return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
-        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi) * weight;
-    });
+    const DensityEstimateResult lit =
+        estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
+            return told(photon, bsdf.f(wo, wi, Transport::radiance) * photon.power *
+                                    shading_cosine_ratio(bsdf, wi) * weight);
+        });
+    return {lit, Rgb(lit.scale)};
+}
+
+DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+    return radiance_of_each(hit, bsdf, wo, [](const Photon&, const Rgb&) {}).result;
+}
+
+DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
+                                                const PartsSink& parts) const {
+    if (!parts) return radiance(hit, bsdf, wo);
+    struct Brought {
+        std::uint32_t light;
+        bool strayed;
+        Rgb value;
+    };
+    std::vector<Brought> all;
+    const auto [result, factor] =
+        radiance_of_each(hit, bsdf, wo, [&](const Photon& photon, const Rgb& value) {
+            all.push_back({photon.light, photon.strayed != 0, value});
+        });
+    for (const Brought& photon : all) {
+        const Rgb value = factor * photon.value;
+        if (kind == MapKind::direct) {
+            parts.direct(value, photon.light);
+        } else if (kind == MapKind::caustic && !photon.strayed) {
+            parts.caustic(value, photon.light);
+        } else {
+            parts.indirect(value, photon.light);
+        }
+    }
+    return result;
 }
 
 DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const {

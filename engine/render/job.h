@@ -35,6 +35,8 @@ struct FilmSettings {
     // Each half is stratified on its own, and the image of both a little less: in Cornell's box its squared
     // error is a tenth larger at 64 samples.
     bool two_halves = false;
+    // Beside the image its parts and the scene's light groups are made (engine/scene/light_parts.h).
+    bool parts = false;
 
     V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };

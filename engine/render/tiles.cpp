@@ -21,8 +21,10 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, int number) const {
     return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler};
 }
 
-Film::Sample CameraSampler::radiance(const Estimator& estimator, const V2i& at, int number) const {
+Film::Sample CameraSampler::radiance(const Estimator& estimator, const V2i& at, int number,
+                                     LightParts* parts) const {
     Sample sample = this->sample(at, number);
+    sample.camera.parts = parts;
     return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
 }
 
@@ -49,17 +51,27 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
+    std::vector<LightParts> pass_parts;
+    LightParts parts(groups_);
     for (int s = first; s < end; ++s) {
-        const Film::Sample taken = camera_sampler_.radiance(estimator, at, s);
+        parts.clear();
+        const Film::Sample taken = camera_sampler_.radiance(estimator, at, s, parts_ ? &parts : nullptr);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
             pass.push_back(taken);
+            if (parts_) pass_parts.push_back(parts);
         } else {
             film_.add(at.x, at.y, taken.radiance, taken.weight, camera_sampler_.half(s).value_or(0));
+            if (parts_) parts_->add(at.x, at.y, parts, taken.weight);
         }
     }
-    if (by_pass_) film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
+    if (!by_pass_) return;
+    film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
+    if (!parts_) return;
+    std::vector<float> weights;
+    for (const Film::Sample& sample : pass) weights.push_back(sample.weight);
+    parts_->add_pass(at.x, at.y, pass_parts, weights);
 }
 
 // A sample that is not a number is left out of the image and named.

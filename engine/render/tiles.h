@@ -12,6 +12,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
+#include "engine/render/part_films.h"
 #include "engine/render/render.h"
 
 namespace lucerna {
@@ -34,8 +35,9 @@ class CameraSampler {
     };
     // `at` counts from the corner of what is rendered.
     Sample sample(const V2i& at, int number) const;
-    // What an estimator sees there.
-    Film::Sample radiance(const Estimator& estimator, const V2i& at, int number) const;
+    // What an estimator sees there; `parts` as CameraRay's.
+    Film::Sample radiance(const Estimator& estimator, const V2i& at, int number,
+                          LightParts* parts = nullptr) const;
 
     // Of a film of two halves: the sample's; else none.
     std::optional<int> half(int number) const {
@@ -55,10 +57,14 @@ class TileRenderer {
   public:
     // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
     // render() depend on each other (the film was made for that).
-    TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass)
+    // `parts` are filled with the image; null: they are not asked for.
+    TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
+                 PartFilms* parts = nullptr)
         : camera_sampler_(job, seed, samples_per_pass),
+          groups_(job.scene.light_groups()),
           seed_(seed),
           film_(film),
+          parts_(parts),
           by_pass_(samples_per_pass > 1) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
@@ -93,8 +99,10 @@ class TileRenderer {
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
     CameraSampler camera_sampler_;
+    const LightGroups& groups_;
     std::uint64_t seed_;
     Film& film_;
+    PartFilms* parts_;
     bool by_pass_;
     std::mutex mutex_;
     std::uint64_t bad_samples_ = 0;

@@ -24,7 +24,8 @@ struct ChunkVpls : LightPathVisitor {
     }
     void scatter(const LightPathScatter& at) {
         if (longest < 0) return;
-        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d, kept_bounces(at.path.bounces())});
+        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d, kept_bounces(at.path.bounces()),
+                          at.start.light});
     }
 };
 
