@@ -7,6 +7,7 @@
 #include "engine/base/vec.h"
 #include "photon/bounce.h"
 #include "photon/photon_map.h"
+#include "photon/photon_shares.h"
 
 namespace lucerna {
 
@@ -41,7 +42,6 @@ DensityEstimateResult DensityEstimate::sample_point_estimate(const TangentMetric
     map_.index().within(x, metric, sqr(settings_.radius), found);
     DensityEstimateResult result;
     result.radius = settings_.radius;
-    result.scale = 1;
     for (const Neighbour& neighbour : found) {
         const float r2 = sqr(radii_[neighbour.index]);
         if (!(neighbour.key < r2)) continue;  // also where the square of a tiny radius is 0
@@ -123,8 +123,8 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
 }
 
 template <typename Each>
-DensityEstimate::Radiance DensityEstimate::radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
-                                                            Each&& each) const {
+DensityEstimateResult DensityEstimate::radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
+                                                        Each&& each) const {
     const SurfacePoint at = hit.at.facing(wo);
     const auto told = [&each](const Photon& photon, const Rgb& brought) {
         each(photon, brought);
@@ -139,43 +139,35 @@ DensityEstimate::Radiance DensityEstimate::radiance_of_each(const Hit& hit, cons
                 return told(photon, photon.power * weight);
             });
         lit.value *= f;
-        return {lit, lit.scale * f};
+        return lit;
     }
-    const DensityEstimateResult lit =
-        estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
-            return told(photon, bsdf.f(wo, wi, Transport::radiance) * photon.power *
-                                    shading_cosine_ratio(bsdf, wi) * weight);
-        });
-    return {lit, Rgb(lit.scale)};
+    return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
+        return told(photon, bsdf.f(wo, wi, Transport::radiance) * photon.power *
+                                shading_cosine_ratio(bsdf, wi) * weight);
+    });
 }
 
 DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
-    return radiance_of_each(hit, bsdf, wo, [](const Photon&, const Rgb&) {}).result;
+    return radiance_of_each(hit, bsdf, wo, [](const Photon&, const Rgb&) {});
 }
 
 DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
                                                 const PartsSink& parts) const {
     if (!parts) return radiance(hit, bsdf, wo);
-    struct Brought {
-        std::uint32_t light;
-        bool strayed;
-        Rgb value;
-    };
-    std::vector<Brought> all;
-    const auto [result, factor] =
-        radiance_of_each(hit, bsdf, wo, [&](const Photon& photon, const Rgb& value) {
-            all.push_back({photon.light, photon.strayed != 0, value});
+    PhotonShares shares(parts);
+    const DensityEstimateResult result =
+        radiance_of_each(hit, bsdf, wo, [&](const Photon& photon, const Rgb& brought) {
+            shares.add(photon.light, photon.strayed != 0, brought);
         });
-    for (const Brought& photon : all) {
-        const Rgb value = factor * photon.value;
+    shares.share_out(result.value, [&](const Rgb& value, std::uint32_t light, bool strayed) {
         if (kind == MapKind::direct) {
-            parts.direct(value, photon.light);
-        } else if (kind == MapKind::caustic && !photon.strayed) {
-            parts.caustic(value, photon.light);
+            parts.direct(value, light);
+        } else if (kind == MapKind::caustic && !strayed) {
+            parts.caustic(value, light);
         } else {
-            parts.indirect(value, photon.light);
+            parts.indirect(value, light);
         }
-    }
+    });
     return result;
 }
 

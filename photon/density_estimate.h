@@ -105,14 +105,10 @@ class DensityEstimate {
     DensityEstimateResult incident(const SurfacePoint& at, IncidentLightSum& light, LateLight& late) const;
 
   private:
-    // radiance(), and what each photon that counts brings to it: calls each(photon, brought), which is to be
-    // multiplied with the factor that is returned.
-    struct Radiance {
-        DensityEstimateResult result;
-        Rgb factor{1.0F};
-    };
+    // radiance(), and calls each(photon, brought) for what counts: in any unit, the same for all.
     template <typename Each>
-    Radiance radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo, Each&& each) const;
+    DensityEstimateResult radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
+                                           Each&& each) const;
     struct Disc {
         V3f x, n;
         float r2;     // squared radius

@@ -6,6 +6,7 @@
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/scene/media_traversal.h"
+#include "photon/photon_shares.h"
 
 namespace lucerna {
 namespace {
@@ -145,11 +146,13 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     result.photons = static_cast<int>(brought.size());
     for (const Brought& photon : brought) result.value += photon.value;
     // By r² and by r, one after the other: r³ of a tiny scene would vanish.
-    const auto scaled = [&](const Rgb& sum) {
-        return sum * (0.75F * kInvPi / r2) / (result.radius * result.filled);
-    };
-    result.value = scaled(result.value);
-    for (const Brought& photon : brought) parts.indirect(scaled(photon.value), photon.light);
+    result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
+    if (!parts) return result;
+    PhotonShares shares(parts);
+    for (const Brought& photon : brought) shares.add(photon.light, true, photon.value);
+    shares.share_out(result.value, [&parts](const Rgb& value, std::uint32_t light, bool /*strayed*/) {
+        parts.indirect(value, light);
+    });
     return result;
 }
 

@@ -74,6 +74,10 @@ class PartsSink {
     explicit PartsSink(LightParts* to) : to_(to) {}
 
     explicit operator bool() const { return to_ != nullptr; }
+    // What tells lights apart here: all are one where nobody asks for groups.
+    std::uint32_t group_of(std::uint32_t light) const {
+        return to_ && !to_->groups.empty() ? to_->of->of(static_cast<std::int32_t>(light)) : 0;
+    }
 
     // With the share of what is found that reaches the eye.
     PartsSink times(const Rgb& share) const {
