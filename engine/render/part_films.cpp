@@ -1,5 +1,6 @@
 #include "engine/render/part_films.h"
 
+#include <algorithm>
 #include <cassert>
 
 namespace lucerna {

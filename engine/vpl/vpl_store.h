@@ -59,7 +59,8 @@ class VplStore {
   private:
     std::vector<VplBlock> blocks_;
     std::vector<BounceCount> bounces_;
-    std::vector<std::uint32_t> origins_;  // Vpl::light, by place: read of lights that are asked alone
+    // Vpl::light, by place: read of lights that are asked alone. Empty where all are 0.
+    std::vector<std::uint32_t> origins_;
     std::vector<VplRange> ranges_;
     std::size_t lights_ = 0;
     float unit_ = 1;

@@ -1,4 +1,6 @@
 // Layers of an image as the command writes them, as another program reads them, and relit.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 
