@@ -34,7 +34,7 @@ inline std::string_view light_part_name(LightPart part) {
     return names[static_cast<std::size_t>(part)];
 }
 
-// Before a group's name, as Blender and others know such layers.
+// Before a group's name, in the names of layers.
 inline constexpr const char* kLightGroupPrefix = "lightgroup.";
 
 // Groups of lights: each light is in one. Without names there are none.
