@@ -47,8 +47,8 @@ struct ChunkPhotons : LightPathVisitor {
             ++counts[kind].not_wanted;
         } else {
             ++counts[kind].stored;
-            batches[kind].add_hit(at.hit.at, at.d, at.power, at.start.light, at.start.cell,
-                                  at.path.bounces());
+            batches[kind].add_hit(at.hit.at, at.d, at.power, at.start.light, at.start.cell, at.path.bounces(),
+                                  at.path.strayed);
         }
     }
     void scatter(const LightPathScatter& at) {
@@ -59,7 +59,7 @@ struct ChunkPhotons : LightPathVisitor {
         } else {
             ++counts[kind].stored;
             batches[kind].add(at.p, PackedDirection(),
-                              {PackedDirection(at.d), at.power, at.start.light, at.start.cell},
+                              {PackedDirection(at.d), at.power, at.start.light, at.start.cell, true},
                               at.path.bounces());
         }
     }

@@ -7,6 +7,7 @@
 #include "engine/base/vec.h"
 #include "photon/bounce.h"
 #include "photon/photon_map.h"
+#include "photon/photon_shares.h"
 
 namespace lucerna {
 
@@ -121,18 +122,53 @@ Probed DensityEstimate::probed(const Disc& disc, std::span<const Neighbour> foun
     return {1, 1};
 }
 
-DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+template <typename Each>
+DensityEstimateResult DensityEstimate::radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
+                                                        Each&& each) const {
     const SurfacePoint at = hit.at.facing(wo);
+    const auto told = [&each](const Photon& photon, const Rgb& brought) {
+        each(photon, brought);
+        return brought;
+    };
     if (bsdf.is_lambertian() && bsdf.shading_normal() == bsdf.geometric_normal()) {
         // The same for all photons that count, whichever way they came. A short cut that changes no value,
         // hence normals that are exactly equal; irradiance_suffices() allows for how files round them.
-        DensityEstimateResult lit = irradiance(at);
-        lit.value *= bsdf.f(wo, at.n, Transport::radiance);
+        const Rgb f = bsdf.f(wo, at.n, Transport::radiance);
+        DensityEstimateResult lit =
+            estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f&, float weight) {
+                return told(photon, photon.power * weight);
+            });
+        lit.value *= f;
         return lit;
     }
     return estimate(at.p, at.n, at.error, [&](const Photon& photon, const V3f& wi, float weight) {
-        return bsdf.f(wo, wi, Transport::radiance) * photon.power * shading_cosine_ratio(bsdf, wi) * weight;
+        return told(photon, bsdf.f(wo, wi, Transport::radiance) * photon.power *
+                                shading_cosine_ratio(bsdf, wi) * weight);
     });
+}
+
+DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const {
+    return radiance_of_each(hit, bsdf, wo, [](const Photon&, const Rgb&) {});
+}
+
+DensityEstimateResult DensityEstimate::radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
+                                                const PartsSink& parts) const {
+    if (!parts) return radiance(hit, bsdf, wo);
+    PhotonShares shares(parts);
+    const DensityEstimateResult result =
+        radiance_of_each(hit, bsdf, wo, [&](const Photon& photon, const Rgb& brought) {
+            shares.add(photon.light, photon.strayed != 0, brought);
+        });
+    shares.share_out(result.value, [&](const Rgb& value, std::uint32_t light, bool strayed) {
+        if (kind == MapKind::direct) {
+            parts.direct(value, light);
+        } else if (kind == MapKind::caustic && !strayed) {
+            parts.caustic(value, light);
+        } else {
+            parts.indirect(value, light);
+        }
+    });
+    return result;
 }
 
 DensityEstimateResult DensityEstimate::irradiance(const SurfacePoint& at) const {

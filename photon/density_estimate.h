@@ -11,6 +11,7 @@
 #include "engine/base/sampler.h"
 #include "engine/scene/scene.h"
 #include "kdtree/nearest.h"
+#include "photon/deposit.h"
 #include "photon/incident_light.h"
 #include "photon/photon_map.h"
 #include "photon/probes.h"
@@ -93,14 +94,21 @@ class DensityEstimate {
                     std::span<const float> radii)
         : map_(map), settings_(settings), radii_(radii) {}
 
-    // Radiance that the surface sends towards `wo` because of the map's photons.
+    // Radiance that the surface sends towards `wo` because of the map's photons. `parts` is told of it, of
+    // photons of a map of that kind.
     DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo) const;
+    DensityEstimateResult radiance(const Hit& hit, const Bsdf& bsdf, const V3f& wo, MapKind kind,
+                                   const PartsSink& parts) const;
     // Irradiance at a point on the side of at.n, W/m².
     DensityEstimateResult irradiance(const SurfacePoint& at) const;
     // The same, added to `light` by where it comes from, and to `late` by how far.
     DensityEstimateResult incident(const SurfacePoint& at, IncidentLightSum& light, LateLight& late) const;
 
   private:
+    // radiance(), and calls each(photon, brought) for what counts: in any unit, the same for all.
+    template <typename Each>
+    DensityEstimateResult radiance_of_each(const Hit& hit, const Bsdf& bsdf, const V3f& wo,
+                                           Each&& each) const;
     struct Disc {
         V3f x, n;
         float r2;     // squared radius

@@ -27,17 +27,20 @@ struct PathClass {
     // False as long as the path is L(S+D)*S*: every bounce that was not specular came directly after one that
     // was, and no medium has scattered it.
     bool left_caustic_chain = false;
+    bool strayed = false;  // some bounce was not perfectly specular, whatever counts as specular
 
     std::uint32_t bounces() const { return specular + non_specular; }
-    void bounce(bool is_specular) {
+    void bounce(bool is_specular, bool is_delta) {
         ++(is_specular ? specular : non_specular);
         left_caustic_chain = left_caustic_chain || (!is_specular && !specular_last);
         specular_last = is_specular;
+        strayed = strayed || !is_delta;
     }
     void scatter() {
         ++non_specular;
         left_caustic_chain = true;
         specular_last = false;
+        strayed = true;
     }
 };
 
@@ -149,7 +152,7 @@ class LightPath {
         if (bounced.scale != Rgb(1.0F)) ledger_.roulette += V3d(scattered) - V3d(of_class);
         // The luminance of the power is never 0: no path of power 0 goes on.
         if (!survive(luminance(of_class) / luminance(power_), of_class, u_survive_)) return false;
-        path_.bounce(bounced.specular);
+        path_.bounce(bounced.specular, sample->delta);
         medium_ = medium_towards(hit.media, hit.at.n, sample->wi, medium_);
         from_ = hit.at;
         d_ = sample->wi;

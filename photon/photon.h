@@ -57,10 +57,20 @@ class PackedDirection {
 };
 
 struct Photon {
+    Photon() = default;
+    Photon(const PackedDirection& of_travel, const Rgb& carried, std::uint32_t from, CellId from_cell,
+           bool has_strayed = false)
+        : direction(of_travel),
+          power(carried),
+          light(from & 0x7fffffffU),
+          strayed(has_strayed ? 1 : 0),
+          cell(from_cell) {}
+
     PackedDirection direction;  // of travel
-    Rgb power;            // W, already divided by the number of emitted paths; in media, what was scattered
-    std::uint32_t light;  // index of the light it came from
-    CellId cell;          // and the cell of that light
+    Rgb power;  // W, already divided by the number of emitted paths; in media, what was scattered
+    std::uint32_t light : 31;   // index of the light it came from
+    std::uint32_t strayed : 1;  // some bounce of its path was not perfectly specular
+    CellId cell;                // and the cell of that light
 };
 static_assert(sizeof(Photon) == 24);
 

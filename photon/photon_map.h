@@ -102,8 +102,9 @@ struct Photons {
     }
     // A photon of `power` [W] that travels along d and lands on a surface: on the side that it hits.
     void add_hit(const SurfacePoint& at, const V3f& d, const Rgb& power, std::uint32_t light, CellId cell,
-                 std::uint32_t bounced = 0) {
-        add(at.p, PackedDirection(face_forward(at.n, -d)), {PackedDirection(d), power, light, cell}, bounced);
+                 std::uint32_t bounced = 0, bool strayed = false) {
+        add(at.p, PackedDirection(face_forward(at.n, -d)), {PackedDirection(d), power, light, cell, strayed},
+            bounced);
     }
 };
 

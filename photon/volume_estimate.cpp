@@ -6,6 +6,7 @@
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "engine/scene/media_traversal.h"
+#include "photon/photon_shares.h"
 
 namespace lucerna {
 namespace {
@@ -96,7 +97,7 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
         return filling(at, radius, way.length() > 0 ? way.normalized() : anywhere, sampler.split(1));
     };
     const V3f first = found[pick(found, u)].from;
-    const Filling seen = look({first, Rgb(0)});
+    const Filling seen = look({first, Rgb(0), 0});
     if (!seen.obstructed) return seen;
     std::erase_if(found,
                   [&](const Brought& photon) { return !scene_.unoccluded_along(at.p, photon.from - at.p); });
@@ -105,26 +106,28 @@ VolumeDensityEstimate::Filling VolumeDensityEstimate::filling(const ScatteringPo
 }
 
 VolumeDensityEstimate::Result VolumeDensityEstimate::in_scattered(const ScatteringPoint& at,
-                                                                  const Sampler& sampler) const {
+                                                                  const Sampler& sampler,
+                                                                  const PartsSink& parts) const {
     if (map_.size() == 0) return {};
     const float most2 = sqr(settings_.radius);
     if (settings_.k == 0) {
         std::vector<Neighbour> all;
         map_.index().within_in_space(at.p, most2, all);
-        return sum(at, all, most2, sampler);
+        return sum(at, all, most2, sampler, parts);
     }
     // One more than k: it fixes the radius.
     const std::size_t k = std::min(static_cast<std::size_t>(settings_.k), map_.size());
     Nearest nearest(k + 1, most2);
     map_.index().nearest_in_space(at.p, nearest);
     const std::span<const Neighbour> found = nearest.sorted();
-    if (found.size() <= k) return sum(at, found, most2, sampler);
-    return sum(at, found.first(k), found.back().key, sampler);
+    if (found.size() <= k) return sum(at, found, most2, sampler, parts);
+    return sum(at, found.first(k), found.back().key, sampler, parts);
 }
 
 VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& at,
                                                          std::span<const Neighbour> found, float radius2,
-                                                         const Sampler& sampler) const {
+                                                         const Sampler& sampler,
+                                                         const PartsSink& parts) const {
     // Photons all at one point: no nearer than float32 can tell.
     const float r2 = std::max(radius2, sqr(surface_error(at.p, 0)));
     if (!(r2 > 0) || found.empty()) return {};
@@ -136,7 +139,7 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
         if (settings_.most_bounces < int{map_.bounces()[neighbour.index]}) continue;
         const Photon& photon = map_.photons()[neighbour.index];
         brought.push_back({map_.positions()[neighbour.index],
-                           photon.power * at.phase.value(at.wo, -photon.direction.unpack())});
+                           photon.power * at.phase.value(at.wo, -photon.direction.unpack()), photon.light});
     }
     if (brought.empty()) return result;
     result.filled = filling(at, result.radius, brought, sampler.split(kBranch)).share;
@@ -144,6 +147,12 @@ VolumeDensityEstimate::Result VolumeDensityEstimate::sum(const ScatteringPoint& 
     for (const Brought& photon : brought) result.value += photon.value;
     // By r² and by r, one after the other: r³ of a tiny scene would vanish.
     result.value = result.value * (0.75F * kInvPi / r2) / (result.radius * result.filled);
+    if (!parts) return result;
+    PhotonShares shares(parts);
+    for (const Brought& photon : brought) shares.add(photon.light, true, photon.value);
+    shares.share_out(result.value, [&parts](const Rgb& value, std::uint32_t light, bool /*strayed*/) {
+        parts.indirect(value, light);
+    });
     return result;
 }
 

@@ -24,6 +24,8 @@ case ${1:-all} in
             libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
             # tests of pages, in a browser
             chromium
+            # tests of layers, in another program
+            openimageio-tools
         )
         ;;
     *)

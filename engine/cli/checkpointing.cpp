@@ -48,10 +48,12 @@ std::string film_text(const FilmSettings& film) {
     const std::string halves = film.adaptive     ? "two halves, adaptive, "
                                : film.two_halves ? "two halves, "
                                                  : "";
-    return fmt::format("{}{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
-                       halves, colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y,
-                       film.crop_end.x, film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x,
-                       f.radius.y, f.sigma, f.b, f.c, f.tau);
+    const std::string parts = film.parts ? "parts of the light, " : "";
+    return fmt::format(
+        "{}{}{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}", halves,
+        parts, colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y, film.crop_end.x,
+        film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x, f.radius.y, f.sigma, f.b, f.c,
+        f.tau);
 }
 
 }  // namespace

@@ -207,7 +207,10 @@ class Pictures {
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
         if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
-        if (command_.layers) add_layers(result.image, *result.layers);
+        if (command_.layers) {
+            add_layers(result.image, *result.layers);
+            add_channels(result.image, *result.parts, "");
+        }
         write_exr(image_, result.image);
     }
     // What was written, for people.
@@ -303,6 +306,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     limit_samples(command, job);
     job.film.two_halves = denoises(command);
     job.film.adaptive = job.film.two_halves && command.adaptive;
+    job.film.parts = command.layers;
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
@@ -403,9 +407,10 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_flag_callback(
            "--no-denoise", [&command] { command.denoise = false; }, "show what was measured alone")
         ->excludes("--denoise");
-    app.add_flag(
-           "--layers", command.layers,
-           "keep in the image what a denoiser needs: halves of the samples, features of the first surface")
+    app.add_flag("--layers", command.layers,
+                 "keep in the image what its light is made of, by kind and by light group, features of the "
+                 "first surface "
+                 "and what a denoiser needs: docs/layers.md")
         ->excludes("--no-denoise");
     app.add_flag_callback(
         "--no-adaptive", [&command] { command.adaptive = false; },

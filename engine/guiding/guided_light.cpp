@@ -30,6 +30,7 @@ struct Candidates {
     float missing = 0;           // of what MIS leaves to the BSDF's strategy in the same directions
     Rgb kept{0.0F};              // what the kept one would bring
     LightSample light_sample{};  // how it would
+    std::uint32_t light = 0;     // whose it is
 
     // Radiance for a free way: on average over which one is kept it is the mean of all `count` of them.
     Rgb radiance(int count) const { return kept * (sum / (luminance(kept) * static_cast<float>(count))); }
@@ -98,6 +99,7 @@ Candidates draw_candidates(const Scene& scene, const Vertex& vertex, const Light
     const auto one = draws[static_cast<int>(kept - upto.begin())];
     all.kept = one->value;  // drawn above with a value: drawn again the same
     all.light_sample = one->drawn.light_sample;
+    all.light = one->drawn.light;
     return all;
 }
 
@@ -122,9 +124,9 @@ int candidates_that_pay(const Scene& scene) {
 }
 
 DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex& vertex, Sampler& sampler,
-                        const LightChoice& plain) {
+                        const LightChoice& plain, const PartsSink& parts) {
     if (guides.any_near(vertex.hit.at.p, vertex.normal())) {
-        return direct_light(scene, vertex, sampler, plain);
+        return direct_light(scene, vertex, sampler, plain, parts);
     }
     if (vertex.bsdf.is_diffuse()) return {Rgb(0), {}};
     const BsdfU u{sampler.next(), sampler.next2()};
@@ -132,7 +134,8 @@ DirectLight gated_light(const Scene& scene, const GuideMap& guides, const Vertex
     return {Rgb(0), sample && sample->delta ? sample : std::nullopt};
 }
 
-DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain) const {
+DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, const LightChoice& plain,
+                                    const PartsSink& parts) const {
     const SurfacePoint& x = vertex.hit.at;
     const bool guided = settings_.defensive_weight < 1;
     const Guide guide = guided ? guides_.at(x.p, vertex.normal()) : Guide();
@@ -145,10 +148,14 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, cons
     if (all.sum > 0) {
         result.radiance =
             all.radiance(settings_.candidates) * transmitted_share(scene_, vertex, all.light_sample, sampler);
+        // On average over which candidate is kept, each light gets its own.
+        parts.direct(result.radiance, all.light);
     }
     for (const std::uint32_t sun : choice.suns()) {
-        if (const auto from_sun = sunlight(scene_, vertex, sun, sampler))
+        if (const auto from_sun = sunlight(scene_, vertex, sun, sampler)) {
             result.radiance += from_sun->radiance;
+            parts.direct(from_sun->radiance, sun);
+        }
     }
 
     // Ask the BSDF.
@@ -164,7 +171,8 @@ DirectLight GuidedLight::operator()(const Vertex& vertex, Sampler& sampler, cons
     if (!(u_trace < chance)) return result;
     const Ray ray{x.towards(sample->wi), sample->wi};
     const Rgb found = emission(scene_, ray, scene_.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-                               vertex.medium_towards(sample->wi), sampler);
+                               vertex.medium_towards(sample->wi), sampler,
+                               parts.times(sample->weight / chance).past_surface());
     result.radiance += sample->weight * found / chance;
     return result;
 }

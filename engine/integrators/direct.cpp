@@ -12,19 +12,28 @@ class DirectEstimator final : public Estimator {
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        const auto shade = [&](const Vertex& vertex, int /*left*/) {
-            return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo));
-        };
-        const int most = most_bounces(settings_.max_depth);
-        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, most, shade);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int /*left*/) {
-            return sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
-        };
-        return follow_and_shade(scene_, ray, most, sampler, shade, source);
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return radiance(ray, sampler, {}); }
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        return radiance(camera.ray, sampler, PartsSink(camera.parts));
     }
 
   private:
+    Rgb radiance(const Ray& ray, Sampler& sampler, const PartsSink& of_ray) const {
+        const auto shade = [&](const Vertex& vertex, int /*left*/, const PartsSink& parts) {
+            return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo),
+                                parts);
+        };
+        const int most = most_bounces(settings_.max_depth);
+        if (settings_.quantity == Quantity::illuminance)
+            return meter_and_shade(scene_, ray, most, shade, of_ray);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int /*left*/,
+                                const PartsSink& parts) {
+            return sigma_s *
+                   direct_light(scene_, vertex, sampler, lights_.at(vertex.p), parts.times(sigma_s));
+        };
+        return follow_and_shade(scene_, ray, most, sampler, shade, source, of_ray);
+    }
+
     const Scene& scene_;
     DirectSettings settings_;
     LightChooser lights_;

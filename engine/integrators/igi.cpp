@@ -74,35 +74,40 @@ class IgiEstimator final : public Estimator {
           only_diffuse_(!throws_caustics(scene)) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, sampler.next(), sampler);
+        return camera_sample(ray, sampler.next(), sampler, {});
     }
     // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
     // by.
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
         const float u = sampler.next();
         const float set = camera.half ? 0.5F * (u + static_cast<float>(*camera.half)) : u;
-        return camera_sample(camera.ray, set, sampler);
+        return camera_sample(camera.ray, set, sampler, PartsSink(camera.parts));
     }
 
   private:
     // One well-distributed number in [0,1) chooses the set.
-    Rgb camera_sample(const Ray& ray, float u_set, Sampler& sampler) const {
+    Rgb camera_sample(const Ray& ray, float u_set, Sampler& sampler, const PartsSink& of_ray) const {
         const auto set = static_cast<std::size_t>(u_set * static_cast<float>(lights_.sets()));
         const int most = most_bounces(settings_.max_depth);
-        const auto shade = [&](const Vertex& vertex, int left) {
-            return shade_place(vertex, set, left, sampler);
+        const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
+            return shade_place(vertex, set, left, sampler, parts);
         };
-        if (settings_.quantity == Quantity::illuminance) return meter_and_shade(scene_, ray, most, shade);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
-            return sigma_s * shade_place(vertex, set, left, sampler);
+        if (settings_.quantity == Quantity::illuminance)
+            return meter_and_shade(scene_, ray, most, shade, of_ray);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left,
+                                const PartsSink& parts) {
+            return sigma_s * shade_place(vertex, set, left, sampler, parts.times(sigma_s).in_medium());
         };
-        return follow_and_shade(scene_, ray, most, sampler, shade, source);
+        return follow_and_shade(scene_, ray, most, sampler, shade, source, of_ray);
     }
 
     // Where paths may have `left` > 0 more bounces, the one there included.
-    DirectLight shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler) const;
-    Rgb shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler) const;
-    Rgb follow(CompensatingPath path, std::size_t set, Sampler& sampler) const;
+    DirectLight shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler,
+                            const PartsSink& parts) const;
+    Rgb shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler,
+                    const PartsSink& parts) const;
+    // `parts`: of the path's ray, but for its throughput.
+    Rgb follow(CompensatingPath path, std::size_t set, Sampler& sampler, PartsSink parts) const;
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
                                           Sampler& sampler) const;
     CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
@@ -132,10 +137,10 @@ class IgiEstimator final : public Estimator {
         const Guide guide = guides_->at(x.p, vertex.normal());
         return plain.guided(guide, std::max(settings_.pre_pass.defensive_weight, guide.defensive_weight()));
     }
-    DirectLight direct(const Vertex& vertex, Sampler& sampler) const {
-        if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex));
+    DirectLight direct(const Vertex& vertex, Sampler& sampler, const PartsSink& parts) const {
+        if (!guides_) return direct_light(scene_, vertex, sampler, choice_at(vertex), parts);
         const LightChoice plain = chooser_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain);
+        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, parts);
     }
 
     // Bounces of light paths before VPLs that count where `left` are left: one is the VPL's, one the place's.
@@ -143,8 +148,8 @@ class IgiEstimator final : public Estimator {
 
     // All lights of one set, by way of those that are asked, times `throughput`.
     template <typename Place>
-    Rgb indirect(const Place& place, std::size_t set, int left, const Rgb& throughput,
-                 Sampler& sampler) const {
+    Rgb indirect(const Place& place, std::size_t set, int left, const Rgb& throughput, Sampler& sampler,
+                 const PartsSink& parts) const {
         Rgb sum(0);
         const float u = sampler.next();
         Sampler more = sampler.split(1);
@@ -152,7 +157,9 @@ class IgiEstimator final : public Estimator {
         if (bounces < 0) return sum;
         lights_.choose(place, set, u, more, [&](const Vpl& light, float scale) {
             if (int{light.bounces} > bounces) return;
-            sum += scale * shading_.shade(place, light, throughput, more);
+            const Rgb brought = scale * shading_.shade(place, light, throughput, more);
+            sum += brought;
+            parts.indirect(brought, light.light);
         });
         return sum;
     }
@@ -169,21 +176,22 @@ class IgiEstimator final : public Estimator {
 };
 
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
-DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int left,
-                                      Sampler& sampler) const {
+DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler,
+                                      const PartsSink& parts) const {
     DirectLight shaded;
     LightChoice choice;
     if (settings_.compensate) {
         choice = choice_at(vertex);
-        shaded.radiance = next_event(scene_, vertex, sampler, choice);
+        shaded.radiance = next_event(scene_, vertex, sampler, choice, parts);
     } else {
-        shaded = direct(vertex, sampler);
+        shaded = direct(vertex, sampler, parts);
     }
     if (vertex.bsdf.is_black()) return shaded;
     const Bsdf lit = lit_by_vpls(vertex.bsdf);
     const Vertex lit_vertex{vertex.hit, lit, vertex.wo, vertex.medium};
-    shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler);
-    shaded.radiance += settings_.indirect_scale * caustics_.radiance(vertex, left);
+    shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler, parts);
+    shaded.radiance +=
+        settings_.indirect_scale * caustics_.radiance(vertex, left, parts.times(settings_.indirect_scale));
     if (!settings_.compensate) return shaded;
 
     const float share = 1 / static_cast<float>(settings_.gather_samples);
@@ -193,8 +201,8 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
         if (!sample) continue;
         if (!sample->delta) {
             const Rgb by_vpls = share_of_part(lit, vertex.bsdf, vertex.wo, sample->wi);
-            shaded.radiance +=
-                share * follow(continue_path(vertex, *sample, choice, by_vpls, from_eye(left)), set, sampler);
+            shaded.radiance += share * follow(continue_path(vertex, *sample, choice, by_vpls, from_eye(left)),
+                                              set, sampler, parts.times(share).past_surface());
         } else if (i == 0) {
             shaded.specular = sample;  // what mirrors show, one of the samples is enough for
         }
@@ -202,19 +210,20 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
     return shaded;
 }
 
-Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler) const {
+Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler,
+                              const PartsSink& parts) const {
     const LightChoice choice = chooser_.at(vertex.p);
     const Rgb scale(settings_.indirect_scale);
     if (!settings_.compensate) {
-        const Rgb direct = direct_light(scene_, vertex, sampler, choice);
-        return direct + indirect(vertex, set, left, scale, sampler);
+        const Rgb direct = direct_light(scene_, vertex, sampler, choice, parts);
+        return direct + indirect(vertex, set, left, scale, sampler, parts);
     }
-    Rgb result = next_event(scene_, vertex, sampler, choice);
-    result += indirect(vertex, set, left, scale, sampler);
+    Rgb result = next_event(scene_, vertex, sampler, choice, parts);
+    result += indirect(vertex, set, left, scale, sampler, parts);
     const float share = 1 / static_cast<float>(settings_.gather_samples);
     for (int i = 0; i < settings_.gather_samples; ++i) {
-        result +=
-            share * follow(continue_path(vertex, sampler.next2(), choice, from_eye(left)), set, sampler);
+        result += share * follow(continue_path(vertex, sampler.next2(), choice, from_eye(left)), set, sampler,
+                                 parts.times(share));
     }
     return result;
 }
@@ -230,12 +239,15 @@ Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int l
 // the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of caustics that are seen
 // by way of them, counts what the Caustic map has not brought to a place before them: they are small and
 // bright, and rays would meet them seldom.
-Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sampler) const {
-    Rgb near(0), beyond(0);  // up to the first place that is met, and from there
+Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sampler, PartsSink parts) const {
+    Rgb near(0), beyond(0);                        // up to the first place that is met, and from there
+    const float scale = settings_.indirect_scale;  // of the latter
     for (int bounce = 0; bounce < kMaxBounces && !is_black(path.throughput); ++bounce) {
         const auto hit = scene_.intersect(path.ray);
-        (bounce == 0 ? near : beyond) += path.throughput * path.of_lamps() *
-                                         emission(scene_, path.ray, hit, path.rule, path.medium, sampler);
+        (bounce == 0 ? near : beyond) +=
+            path.throughput * path.of_lamps() *
+            emission(scene_, path.ray, hit, path.rule, path.medium, sampler,
+                     parts.times(path.throughput * path.of_lamps() * (bounce == 0 ? 1 : scale)));
 
         const MediaTraversal crossing =
             traverse_media(scene_, path.ray, hit, path.medium, path.throughput, sampler);
@@ -248,8 +260,10 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             path.throughput = residual(path, vertex.from(), 1);
             if (!survives(path, sampler)) break;
             const LightChoice choice = chooser_.at(vertex.p);
-            beyond += path.throughput * next_event(scene_, vertex, sampler, choice);
-            beyond += indirect(vertex, set, path.left, path.throughput, sampler);
+            parts = parts.in_medium();
+            beyond += path.throughput *
+                      next_event(scene_, vertex, sampler, choice, parts.times(path.throughput * scale));
+            beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
             path = continue_path(vertex, sampler.next2(), choice, path);
             continue;
         }
@@ -268,11 +282,14 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
         if (!on->bsdf.is_delta()) {
             if (!survives(path, sampler)) break;
             choice = choice_at(vertex);
-            Rgb lamps = path.of_lamps() * next_event(scene_, vertex, sampler, choice);
+            const PartsSink here = parts.times(path.throughput * scale);
+            Rgb lamps =
+                path.of_lamps() * next_event(scene_, vertex, sampler, choice, here.times(path.of_lamps()));
             if (!path.specular && !is_black(path.caustic))
-                lamps += path.caustic * caustics_.radiance(vertex, path.left);
+                lamps += path.caustic * caustics_.radiance(vertex, path.left, here.times(path.caustic));
             beyond += path.throughput * lamps;
-            if (!on->specular) beyond += indirect(vertex, set, path.left, path.throughput, sampler);
+            if (!on->specular)
+                beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
         } else if (bounce >= kRouletteFrom && !survives(path, sampler)) {
             break;
         }
@@ -280,6 +297,7 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
         const auto sample = on->bsdf.sample(vertex.wo, u, Transport::radiance);
         if (!sample || is_black(sample->weight)) break;
         const Rgb by_vpls(sample->delta || on->specular ? 0.0F : 1.0F);
+        parts = parts.past(sample->delta);
         path = continue_path(vertex, *sample, choice, by_vpls, path);
     }
     return near + beyond * settings_.indirect_scale;

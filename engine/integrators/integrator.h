@@ -28,6 +28,9 @@ struct CameraRay {
     // Of the image's samples, 0 or 1, where these are to be independent of each other: what a method makes
     // several of, it may use for one half alone. None: all is for all samples.
     std::optional<int> half = {};
+    // Gets what the sample's radiance is made of, black before; null: nobody asks. The radiance is the same,
+    // bit for bit, with and without.
+    LightParts* parts = nullptr;
 };
 
 class Estimator {
@@ -58,6 +61,9 @@ class Integrator {
                                                  OnceStatistics& statistics) const = 0;
     // What a session would build for this scene, a line each; nothing for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
+    // Why this method cannot tell of the scene's light groups what each brings, and what could; empty: it
+    // can.
+    virtual std::string why_no_light_groups() const { return {}; }
     // Camera samples per pixel that one pass serves; 0: all there are, and pass 0 is the only one.
     virtual int samples_per_pass() const { return 0; }
 };

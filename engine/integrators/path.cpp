@@ -47,8 +47,10 @@ class PathEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        const Rgb result = follow({camera_ray}, kGlassSplits, sampler);
-        return settings_.quantity == Quantity::illuminance ? meter_reading(result) : result;
+        return radiance(camera_ray, sampler, {});
+    }
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        return radiance(camera.ray, sampler, PartsSink(camera.parts));
     }
 
     // The same, with how many times more densely its directions were drawn than without guides.
@@ -58,11 +60,18 @@ class PathEstimator final : public Estimator {
     };
     Weighed weighed(const Ray& camera_ray, Sampler& sampler) const {
         Weighed result{Rgb(0), 1};
-        result.radiance = follow({camera_ray}, kGlassSplits, sampler, &result.density_ratio);
+        result.radiance = follow({camera_ray}, kGlassSplits, sampler, {}, &result.density_ratio);
         return result;
     }
 
   private:
+    Rgb radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const {
+        const bool meter = settings_.quantity == Quantity::illuminance;
+        const Rgb result =
+            follow({camera_ray}, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
+        return meter ? meter_reading(result) : result;
+    }
+
     LightChoice choice_at(const Vertex& x, int bounce) const {
         const LightChoice plain = lights_.at(x.hit.at, x.bsdf, x.wo);
         if (!light_guides_ || bounce >= kGuidedBounces) return plain;
@@ -81,14 +90,14 @@ class PathEstimator final : public Estimator {
     };
 
     // What a path brings from there on. At the first `splits` smooth boundaries, if the eye sees them, it is
-    // followed both ways.
-    Rgb follow(Path path, int splits, Sampler& sampler, float* ratio = nullptr) const {
+    // followed both ways. `parts`: of the path, but for its throughput.
+    Rgb follow(Path path, int splits, Sampler& sampler, PartsSink parts, float* ratio = nullptr) const {
         Rgb result(0);
         auto& [ray, throughput, eta_scale, rule, bounce, density_ratio] = path;
         for (; bounce < kMaxBounces; ++bounce) {
             const auto hit = scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
-            if (!metered) result += throughput * emission(scene_, ray, hit, rule);
+            if (!metered) result += throughput * emission(scene_, ray, hit, rule, parts.times(throughput));
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
 
             // Sample the lights.
@@ -100,7 +109,8 @@ class PathEstimator final : public Estimator {
             const GuidedBsdf directions(bsdf, wo,
                                         guided_here ? guides_->at(hit->at.p, bsdf, wo) : DirectionGuide());
             if (!specular) {
-                result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice, directions);
+                result += throughput * next_event(scene_, {*hit, bsdf, wo}, sampler, choice, directions,
+                                                  parts.times(throughput));
             }
 
             // Go on.
@@ -115,7 +125,7 @@ class PathEstimator final : public Estimator {
                         const Ray other{hit->at.towards(way->wi), way->wi};
                         result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
                                           EmissionRule::all(), bounce + 1, density_ratio},
-                                         splits, own);
+                                         splits, own, parts.past_mirror());
                     }
                     u = split->brighter;
                     throughput *= split->share;
@@ -125,6 +135,7 @@ class PathEstimator final : public Estimator {
             if (!guided) break;
             const BsdfSample& sample = guided->sample;
             throughput *= sample.weight;
+            parts = parts.past(sample.delta);
             eta_scale *= sample.eta_scale;
             density_ratio *= guided->ratio;
             rule = sample.delta ? EmissionRule::all() : EmissionRule::mis(sample.pdf_w, choice);
@@ -160,11 +171,17 @@ class MediaPathEstimator final : public Estimator {
     MediaPathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override;
+    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
+        return radiance(camera_ray, sampler, {});
+    }
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        return radiance(camera.ray, sampler, PartsSink(camera.parts));
+    }
 
   private:
     struct Path {
         Ray ray;
+        PartsSink parts = {};  // of the path, but for its throughput
         EmissionRule rule = EmissionRule::all();
         std::int32_t medium = kNoMedium;
         Rgb throughput{1.0F};
@@ -177,6 +194,7 @@ class MediaPathEstimator final : public Estimator {
         std::optional<MediumVertex> scattered;
     };
 
+    Rgb radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const;
     Segment propagate(Path& path, Sampler& sampler) const;
     Segment metered_segment(Path& path) const;
     void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
@@ -189,11 +207,12 @@ class MediaPathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-Rgb MediaPathEstimator::Li(const Ray& camera_ray, Sampler& sampler) const {
+Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const {
     Path path;
     path.ray = camera_ray;
     path.medium = media_.camera;
     const bool meter = settings_.quantity == Quantity::illuminance;
+    path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
     for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
         const bool metered = meter && bounce == 0;
         const Segment segment = metered ? metered_segment(path) : propagate(path, sampler);
@@ -236,6 +255,7 @@ MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& s
         if (!piece.along.empty()) {
             const Flight flight = fly(piece.along, path.throughput, sampler);
             path.result += flight.emitted;
+            path.parts.glow(flight.emitted);
             path.throughput = flight.throughput;
             if (is_black(path.throughput)) return {};
             if (flight.scattered) {
@@ -248,7 +268,8 @@ MediaPathEstimator::Segment MediaPathEstimator::propagate(Path& path, Sampler& s
         if (seen) seen->t += travelled;
         const bool border = hit && scene_.is_border(*hit);
         if (!border) {
-            path.result += path.throughput * surface_emission(scene_, path.ray, seen, path.rule);
+            path.result += path.throughput * surface_emission(scene_, path.ray, seen, path.rule,
+                                                              path.parts.times(path.throughput));
             if (!hit) return {};
             return {hit, {}};
         }
@@ -272,7 +293,9 @@ void MediaPathEstimator::add_impostors(Path& path, const Ray& rest, float travel
         const float share = path.rule.share(scene_, light, *seen);
         const double distance = static_cast<double>(seen->distance - travelled);
         const Rgb passing = transmittance(MediaAlong(media_, path.medium, rest, distance), more);
-        path.result += path.throughput * passing * seen->radiance * share;
+        const Rgb arriving = path.throughput * passing * seen->radiance * share;
+        path.result += arriving;
+        path.parts.met(arriving, light);
     }
 }
 
@@ -280,7 +303,9 @@ void MediaPathEstimator::add_impostors(Path& path, const Ray& rest, float travel
 bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metered, Sampler& sampler) const {
     if (segment.scattered) {
         const LightChoice choice = lights_.at(segment.scattered->p);
-        path.result += path.throughput * next_event(scene_, *segment.scattered, sampler, choice);
+        path.result += path.throughput * next_event(scene_, *segment.scattered, sampler, choice,
+                                                    path.parts.times(path.throughput));
+        path.parts = path.parts.in_medium();
         const V3f wi = segment.scattered->phase.sample(segment.scattered->wo, sampler.next2());
         path.rule = EmissionRule::mis(segment.scattered->pdf_w(wi), choice);
         path.ray = Ray{segment.scattered->p, wi};
@@ -293,12 +318,14 @@ bool MediaPathEstimator::scatter(Path& path, const Segment& segment, bool metere
     const LightChoice choice = specular ? LightChoice() : lights_.at(hit.at, bsdf, wo);
     if (!specular) {
         const Vertex vertex{hit, bsdf, wo, path.medium};
-        path.result += path.throughput * next_event(scene_, vertex, sampler, choice);
+        path.result +=
+            path.throughput * next_event(scene_, vertex, sampler, choice, path.parts.times(path.throughput));
     }
     const BsdfU u{sampler.next(), sampler.next2()};
     const auto sample = bsdf.sample(wo, u, Transport::radiance);
     if (!sample) return false;
     path.throughput *= sample->weight;
+    path.parts = path.parts.past(sample->delta);
     path.eta_scale *= sample->eta_scale;
     path.rule = sample->delta ? EmissionRule::all() : EmissionRule::mis(sample->pdf_w, choice);
     path.medium = medium_towards(hit.media, hit.at.n, sample->wi, path.medium);

@@ -352,10 +352,10 @@ class PhotonMapEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler);
+        return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler, {});
     }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return camera_sample(camera.ray, Splits{splitting_.at(camera.film)}, sampler,
+        return camera_sample(camera.ray, Splits{splitting_.at(camera.film)}, sampler, PartsSink(camera.parts),
                              edges_ && edges_->at(camera.film));
     }
 
@@ -365,7 +365,7 @@ class PhotonMapEstimator final : public Estimator {
         if (!is_split_by_pilot(settings_) || !context.view) return;
         splitting_ = Splitting(*context.view, context.seed, context.pass, context.workers,
                                [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
-                                   return camera_sample(ray, Splits{{}, &pilot}, sampler);
+                                   return camera_sample(ray, Splits{{}, &pilot}, sampler, {});
                                });
         if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
     }
@@ -387,7 +387,8 @@ class PhotonMapEstimator final : public Estimator {
 
     // ---- Li --------------------------------------------------------------------------------------------
 
-    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler, bool at_edge = false) const {
+    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler, const PartsSink& of_ray,
+                      bool at_edge = false) const {
         const int most = most_bounces(settings_.max_depth);
         // Across an edge estimates differ as samples do.
         if (samples_ > 1 && !at_edge) {
@@ -396,12 +397,14 @@ class PhotonMapEstimator final : public Estimator {
             splits.estimates = sampler.split_alike(kEstimateBranch).next() < 1 / samples ? samples : 0.0F;
         }
         if (settings_.quantity == Quantity::illuminance) {
-            return meter_and_shade(scene_, ray, most, [&](const Vertex& vertex, int left) {
-                return DirectLight{shade_eye(vertex, left, meter_reading(Rgb(1)), splits, sampler), {}};
-            });
+            const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
+                return DirectLight{shade_eye(vertex, left, meter_reading(Rgb(1)), splits, sampler, parts),
+                                   {}};
+            };
+            return meter_and_shade(scene_, ray, most, shade, of_ray);
         }
         return Li({ray, scene_.media().camera, EmissionRule::all(), most, kGlassSplits}, Stage::eye, splits,
-                  sampler);
+                  sampler, of_ray);
     }
 
     // A surface's diffuse part, for which radiance is estimated from photons, and the rest, which is traced.
@@ -441,19 +444,22 @@ class PhotonMapEstimator final : public Estimator {
         Rgb weight{1.0F};      // that will be given to what it brings: for a pilot
     };
     // Radiance along a path's ray up to and including the first surface that is diffuse and nothing else.
-    Rgb Li(EyePath path, Stage stage, const Splits& splits, Sampler& sampler) const {
+    Rgb Li(EyePath path, Stage stage, const Splits& splits, Sampler& sampler, PartsSink parts) const {
         Rgb result(0);
         Rgb throughput(1);
-        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left) {
-            return in_scattered(vertex, sigma_s, stage, left, splits, sampler);
+        const auto source = [&](const MediumVertex& vertex, const Rgb& sigma_s, int left,
+                                const PartsSink& there) {
+            return in_scattered(vertex, sigma_s, stage, left, splits, sampler, there.in_medium());
         };
-        const auto branch = [&](const SpecularBranch& way, const Rgb& share, Sampler& own) {
+        const auto branch = [&](const SpecularBranch& way, const Rgb& share, Sampler& own,
+                                const PartsSink& of_way) {
             return Li({way.ray, way.medium, EmissionRule::all(), way.left, way.splits, path.weight * share},
-                      stage, splits, own);
+                      stage, splits, own, of_way);
         };
         for (int depth = 0; depth < kMostEyeBounces; ++depth) {
             const SpecularChain chain = follow_specular(scene_, path.ray, path.medium, path.rule, path.left,
-                                                        sampler, source, path.glass_splits, branch);
+                                                        sampler, source, path.glass_splits, branch, parts);
+            parts = chain.parts;
             result += throughput * chain.emitted;
             if (!chain.hit) break;
             throughput *= chain.throughput;
@@ -464,10 +470,11 @@ class PhotonMapEstimator final : public Estimator {
             if (split.diffuse) {
                 const Vertex vertex = chain.vertex(*split.diffuse);
                 if (stage == Stage::eye) {
-                    result +=
-                        throughput * shade_eye(vertex, chain.left, path.weight * throughput, splits, sampler);
+                    result += throughput *
+                              shade_eye(vertex, chain.left, path.weight * throughput, splits, sampler, parts);
                 } else {
-                    const GatherShading shading = shade_gather(vertex, chain.length, chain.left, sampler);
+                    const GatherShading shading =
+                        shade_gather(vertex, chain.length, chain.left, sampler, parts);
                     result += throughput * shading.radiance;
                     if (shading.continues) lobes.diffuse = &*split.diffuse;
                 }
@@ -486,7 +493,8 @@ class PhotonMapEstimator final : public Estimator {
                 if (!glossy.light_sampled->is_delta()) {
                     rest_lights = lights_.at(chain.hit->at, *glossy.light_sampled, chain.wo);
                     result += throughput * lobes.rest_scale *
-                              next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights);
+                              next_event(scene_, chain.vertex(*glossy.light_sampled), sampler, rest_lights,
+                                         parts.times(lobes.rest_scale));
                 }
                 lobes.rest = &*glossy.light_sampled;
             }
@@ -494,12 +502,14 @@ class PhotonMapEstimator final : public Estimator {
             const auto next = sample_continuation(lobes, chain.wo, path.rule, rest_lights, sampler);
             if (!next) break;
             throughput *= next->sample.weight;
+            parts = parts.times(next->sample.weight).past(next->sample.delta);
             // Faint gloss that the camera sees is followed all the same: one ray beside all those that
             // gather, where roulette would make bright specks of what lamps it mirrors.
             const bool sure = stage == Stage::eye && depth < kSureBounces;
             const float survival = sure ? 1.0F : std::min(1.0F, max_component(throughput));
             if (!(sampler.next() < survival)) break;
             throughput /= survival;
+            parts = parts.times(1 / survival);
             path = {Ray{chain.hit->at.towards(next->sample.wi), next->sample.wi},
                     chain.vertex(bsdf).medium_towards(next->sample.wi),
                     next->rule,
@@ -553,7 +563,7 @@ class PhotonMapEstimator final : public Estimator {
     // A diffuse surface that the camera sees. Here and below `left` > 0 is how many bounces paths may still
     // have, the one at the vertex included.
     Rgb shade_eye(const Vertex& vertex, int left, const Rgb& throughput, const Splits& splits,
-                  Sampler& sampler) const {
+                  Sampler& sampler, const PartsSink& parts) const {
         const DensityEstimateSettings how = within(left, estimates_.eye);
         const std::size_t share = share_class(max_component(throughput));
         const SplitNumbers& numbers = splits.plan[share];
@@ -561,27 +571,35 @@ class PhotonMapEstimator final : public Estimator {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
             result = some_of(numbers.light_samples, kLightBranch, throughput, pilot ? &pilot->light : nullptr,
-                             sampler, [&](Sampler& own) { return Sampled{sample_direct(vertex, own)}; });
+                             sampler, parts, [&](Sampler& own, const PartsSink& one) {
+                                 return Sampled{sample_direct(vertex, own, one)};
+                             });
         } else if (splits.estimates > 0) {
-            result = splits.estimates * estimate(MapKind::direct, vertex, how, sampler).value;
+            result = splits.estimates *
+                     estimate(MapKind::direct, vertex, how, sampler, parts.times(splits.estimates)).value;
         }
         if (settings_.indirect == IndirectMethod::none) return result;
         if (settings_.indirect == IndirectMethod::map) {
             if (!(splits.estimates > 0)) return result;
-            return result + splits.estimates * (estimate(MapKind::caustic, vertex, how, sampler).value +
-                                                estimate(MapKind::global, vertex, how, sampler).value);
+            const PartsSink scaled = parts.times(splits.estimates);
+            const Rgb caustic = estimate(MapKind::caustic, vertex, how, sampler, scaled).value;
+            return result + splits.estimates *
+                                (caustic + estimate(MapKind::global, vertex, how, sampler, scaled).value);
         }
         if (maps_.find(MapKind::caustic)) {
             result += some_of(numbers.caustic_estimates, kCausticBranch, throughput,
-                              pilot ? &pilot->caustic : nullptr, sampler, [&](Sampler& own) {
-                                  return Sampled{estimate(MapKind::caustic, vertex, how, own).value};
+                              pilot ? &pilot->caustic : nullptr, sampler, parts,
+                              [&](Sampler& own, const PartsSink& one) {
+                                  return Sampled{estimate(MapKind::caustic, vertex, how, own, one).value};
                               });
         }
         if (left == 1) return result;  // a gather ray would meet what emits, and that is direct light
         const bool guided = pilot || numbers.guided || settings_.guide_gather == GatherGuiding::on;
         return result + some_of(numbers.gather_rays, kGatherBranch, throughput,
-                                pilot ? &pilot->gather : nullptr, sampler,
-                                [&](Sampler& own) { return gather_ray(vertex, left, guided, own); });
+                                pilot ? &pilot->gather : nullptr, sampler, parts,
+                                [&](Sampler& own, const PartsSink& one) {
+                                    return gather_ray(vertex, left, guided, own, one);
+                                });
     }
 
     // A sample of some kind, and how many times more densely guiding drew it.
@@ -595,11 +613,11 @@ class PhotonMapEstimator final : public Estimator {
     // pilot the mean of two, which are noted as they reach the pixel.
     template <typename Take>
     Rgb some_of(float number, std::uint32_t branch, const Rgb& throughput, SplitMoments* pilot,
-                const Sampler& sampler, Take&& take) const {
+                const Sampler& sampler, const PartsSink& parts, Take&& take) const {
         if (pilot) {
             const auto sample = [&](std::uint32_t i) {
                 Sampler own = sampler.split_alike(branch + kBranches * i);
-                return take(own);
+                return take(own, PartsSink());
             };
             const Sampled a = sample(0), b = sample(1);
             pilot->add(double{luminance(throughput * a.value)}, double{luminance(throughput * b.value)},
@@ -611,17 +629,20 @@ class PhotonMapEstimator final : public Estimator {
         if (whole < number && sampler.split_alike(branch + kChanceBranch).next() < number - whole) ++count;
         if (count == 0) return Rgb(0);
         Rgb sum(0);
+        const float divisor = number < 1 ? number : static_cast<float>(count);  // > 0
+        const PartsSink one = parts.times(1 / divisor);
         const auto most = static_cast<std::uint32_t>(std::ceil(number));
         for (int i = 0; i < count; ++i) {
             Sampler own = sampler.split_alike(branch, static_cast<std::uint32_t>(i), most);
-            sum += take(own).value;
+            sum += take(own, one).value;
         }
-        return sum / (number < 1 ? number : static_cast<float>(count));  // number > 0
+        return sum / divisor;
     }
 
     // Indirect radiance by way of one direction. Emission at its end is direct light or a caustic, counted
     // elsewhere.
-    Sampled gather_ray(const Vertex& vertex, int left, bool guided, Sampler& sampler) const {
+    Sampled gather_ray(const Vertex& vertex, int left, bool guided, Sampler& sampler,
+                       const PartsSink& parts) const {
         const BsdfU u{sampler.next(), sampler.next2()};
         DirectionGuide guide;
         if (directions_ && guided) guide = directions_->at(vertex.hit.at.p, vertex.bsdf, vertex.wo);
@@ -630,7 +651,8 @@ class PhotonMapEstimator final : public Estimator {
         const BsdfSample& sample = drawn->sample;
         const Ray ray{vertex.hit.at.towards(sample.wi), sample.wi};
         const EyePath path{ray, vertex.medium_towards(sample.wi), EmissionRule::none(), left - 1};
-        return {sample.weight * Li(path, Stage::gather, {}, sampler), drawn->ratio};
+        const PartsSink of_ray = parts.times(sample.weight).past_surface();
+        return {sample.weight * Li(path, Stage::gather, {}, sampler, of_ray), drawn->ratio};
     }
 
     // ---- Shade where a gather ray lands ----------------------------------------------------------------
@@ -642,15 +664,20 @@ class PhotonMapEstimator final : public Estimator {
     // A diffuse surface where a gather ray ended. `length` is that of its first segment: if the estimate's
     // radius is larger, its disc may reach around the corner that is being shaded. Then direct light and
     // caustics are evaluated here, and the ray continues for the rest.
-    GatherShading shade_gather(const Vertex& vertex, float length, int left, Sampler& sampler) const {
+    GatherShading shade_gather(const Vertex& vertex, float length, int left, Sampler& sampler,
+                               const PartsSink& parts) const {
         const DensityEstimateSettings how = within(left, estimates_.gather);
-        const auto indirect = indirect_at_gather_hit(vertex, how, sampler);
+        // What is found is told of once it is known that it counts.
+        LightParts found(scene_.light_groups());
+        const PartsSink of_indirect = parts ? PartsSink(&found) : PartsSink();
+        const auto indirect = indirect_at_gather_hit(vertex, how, sampler, of_indirect);
         if (!indirect || indirect->radius > length) {
-            const Rgb sampled = sample_direct(vertex, sampler);
-            return {sampled + estimate(MapKind::caustic, vertex, how, sampler).value, true};
+            const Rgb sampled = sample_direct(vertex, sampler, parts);
+            return {sampled + estimate(MapKind::caustic, vertex, how, sampler, parts).value, true};
         }
+        parts.indirect(found);
         if (indirect->has_direct) return {indirect->radiance, false};
-        return {direct(vertex, how, sampler) + indirect->radiance, false};
+        return {direct(vertex, how, sampler, parts) + indirect->radiance, false};
     }
 
     struct IndirectAtGatherHit {
@@ -663,22 +690,24 @@ class PhotonMapEstimator final : public Estimator {
     // estimate would take its photons from elsewhere, and its probes as many rays as a dozen paths.
     std::optional<IndirectAtGatherHit> indirect_at_gather_hit(const Vertex& vertex,
                                                               const DensityEstimateSettings& how,
-                                                              const Sampler& sampler) const {
+                                                              const Sampler& sampler,
+                                                              const PartsSink& parts) const {
         if (irradiance_) {
             const V3f& p = vertex.hit.at.p;
             if (const auto found = irradiance_->nearest(p, vertex.normal(), how.radius, how.most_bounces)) {
                 const Rgb radiance = irradiance_suffices(vertex.bsdf)
                                          ? found->irradiance * vertex.bsdf.albedo(vertex.wo) * kInvPi
                                          : found->light->radiance(vertex.bsdf, vertex.wo, vertex.normal());
+                parts.indirect(found->share * radiance, 0);  // of all lights: there are no groups
                 return IndirectAtGatherHit{found->share * radiance, found->radius,
                                            holds_direct(settings_, scene_)};
             }
             // Light that only particles carry is found by estimates alone.
             if (settings_.direct != DirectMethod::map) return std::nullopt;
         }
-        const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler);
-        return IndirectAtGatherHit{global.value + estimate(MapKind::caustic, vertex, how, sampler).value,
-                                   global.radius, false};
+        const DensityEstimateResult global = estimate(MapKind::global, vertex, how, sampler, parts);
+        const DensityEstimateResult caustic = estimate(MapKind::caustic, vertex, how, sampler, parts);
+        return IndirectAtGatherHit{global.value + caustic.value, global.radius, false};
     }
 
     // ---- Direct light, density estimates, media --------------------------------------------------------
@@ -691,24 +720,25 @@ class PhotonMapEstimator final : public Estimator {
     }
 
     // Direct light by the chosen method.
-    Rgb direct(const Vertex& vertex, const DensityEstimateSettings& how, Sampler& sampler) const {
+    Rgb direct(const Vertex& vertex, const DensityEstimateSettings& how, Sampler& sampler,
+               const PartsSink& parts) const {
         if (settings_.direct == DirectMethod::map)
-            return estimate(MapKind::direct, vertex, how, sampler).value;
-        return sample_direct(vertex, sampler);
+            return estimate(MapKind::direct, vertex, how, sampler, parts).value;
+        return sample_direct(vertex, sampler, parts);
     }
     // The same, by shadow rays, whatever the Direct map is used for elsewhere.
-    Rgb sample_direct(const Vertex& vertex, Sampler& sampler) const {
+    Rgb sample_direct(const Vertex& vertex, Sampler& sampler, const PartsSink& parts) const {
         const LightChoice plain = lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo);
-        if (!guides_) return direct_light(scene_, vertex, sampler, plain).radiance;
+        if (!guides_) return direct_light(scene_, vertex, sampler, plain, parts).radiance;
         if (settings_.direct == DirectMethod::gated) {
-            return gated_light(scene_, *guides_, vertex, sampler, plain).radiance;
+            return gated_light(scene_, *guides_, vertex, sampler, plain, parts).radiance;
         }
-        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain).radiance;
+        return GuidedLight(scene_, *guides_, guided_)(vertex, sampler, plain, parts).radiance;
     }
 
     // Draws nothing of the sampler itself.
     DensityEstimateResult estimate(MapKind kind, const Vertex& vertex, const DensityEstimateSettings& how,
-                                   const Sampler& sampler) const {
+                                   const Sampler& sampler, const PartsSink& parts) const {
         const PhotonMap* map = maps_.find(kind);
         if (!map) return {};
         DensityEstimateSettings own = how;
@@ -724,19 +754,21 @@ class PhotonMapEstimator final : public Estimator {
             if (found.whole) own.boundary = Boundary::none;
             if (kind == MapKind::caustic) {
                 own.radius *= kCausticReach;
-                return DensityEstimate(*map, own, caustic_radii_).radiance(hit, vertex.bsdf, vertex.wo);
+                return DensityEstimate(*map, own, caustic_radii_)
+                    .radiance(hit, vertex.bsdf, vertex.wo, kind, parts);
             }
         }
         const Probing probing{scene_, sampler.split(kProbesBranch + static_cast<std::uint32_t>(kind))};
-        return DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo);
+        return DensityEstimate(*map, own, probing).radiance(hit, vertex.bsdf, vertex.wo, kind, parts);
     }
 
     // What media scatter into a ray at a place: radiance per unit of length.
     Rgb in_scattered(const MediumVertex& vertex, const Rgb& sigma_s, Stage stage, int left,
-                     const Splits& splits, Sampler& sampler) const {
+                     const Splits& splits, Sampler& sampler, const PartsSink& parts) const {
         Rgb result(0);
         if (settings_.direct != DirectMethod::map) {
-            result += sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p));
+            result +=
+                sigma_s * direct_light(scene_, vertex, sampler, lights_.at(vertex.p), parts.times(sigma_s));
         }
         if (const PhotonMap* map = splits.estimates > 0 ? maps_.find(MapKind::volume) : nullptr) {
             const DensityEstimateSettings how =
@@ -745,7 +777,8 @@ class PhotonMapEstimator final : public Estimator {
             if (radii_) volume = {0, radii_->volume_radius(), how.most_bounces};
             const VolumeDensityEstimate density(scene_, *map, volume);
             const ScatteringPoint at{vertex.p, vertex.phase, vertex.wo, vertex.medium, sigma_s};
-            result += splits.estimates * density.in_scattered(at, sampler).value;
+            result +=
+                splits.estimates * density.in_scattered(at, sampler, parts.times(splits.estimates)).value;
         }
         return result;
     }
@@ -891,6 +924,14 @@ class PhotonMapIntegrator final : public Integrator {
         if (context.monitor.stopped()) return nullptr;
         return std::make_unique<PhotonMapSession>(settings_, files_, context, std::move(pre_pass),
                                                   std::move(guides));
+    }
+
+    std::string why_no_light_groups() const override {
+        if (settings_.indirect != IndirectMethod::gather || settings_.precompute == 0) return {};
+        return "photonmap with precomputed irradiance does not know which light it came from; path, direct, "
+               "igi, "
+               "progressive, and photonmap with \"integer precompute\" 0 or \"string indirect\" \"map\" are "
+               "accepted";
     }
 
     std::vector<std::string> describe(const Scene& scene) const override {

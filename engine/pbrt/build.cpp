@@ -182,6 +182,22 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
     }
 }
 
+// The groups in the order of the text; "default" is that of lights without one, and of what media emit.
+LightGroups group_lights(const std::vector<DraftLight>& lights, bool glows) {
+    constexpr const char* kRest = "default";
+    LightGroups groups;
+    const auto named = [](const DraftLight& light) { return !light.group.empty(); };
+    if (std::ranges::none_of(lights, named)) return groups;
+    const auto of = [&groups](const std::string& name) {
+        const auto found = std::ranges::find(groups.names, name);
+        if (found == groups.names.end()) groups.names.push_back(name);
+        return static_cast<std::uint32_t>(std::ranges::find(groups.names, name) - groups.names.begin());
+    };
+    for (const DraftLight& light : lights) groups.of_light.push_back(of(named(light) ? light.group : kRest));
+    if (glows) groups.of_rest = of(kRest);
+    return groups;
+}
+
 // How far from the origin the box reaches: lights at infinity must send particles that far.
 float reach_of(const Box3d& box) {
     if (box.isEmpty()) return 0;
@@ -265,6 +281,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),
                                    [](const Medium& medium) { return medium.emits(); });
+    parts.light_groups = group_lights(draft.lights, glows);
     if (draft.lights.empty() && !glows)
         monitor.warn(draft.sources.front()->name() + ": the scene has no light");
     result.camera = build_camera(draft, parts.origin);

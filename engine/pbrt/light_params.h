@@ -18,6 +18,10 @@ double positive_or_none(Params& params, std::string_view name);
 // is what `color` makes.
 Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now);
 
+// "lightgroup", the name of the group that the light is in, our own parameter: letters, digits, "_" and "-",
+// as names of layers may have in any program. Empty if it is not given.
+std::string read_light_group(Params& params);
+
 // Lights with an image.
 bool names_an_image(const Params& params);
 Rgb mean_of_image(Reading& reading, Params& params);

@@ -126,9 +126,7 @@ void read_infinite(Reading& reading, Params& params) {
     reading.draft.lights.push_back({params.place(), InfiniteSpec{scaled_color(reading, params, color)}});
 }
 
-}  // namespace
-
-void read_light(Reading& reading, const std::string& kind, Params& params) {
+void read_light_of(Reading& reading, const std::string& kind, Params& params) {
     accept_sampling(params);
     if (kind == "point") return read_point(reading, params);
     if (kind == "spot") return read_spot(reading, params);
@@ -148,7 +146,8 @@ void read_light(Reading& reading, const std::string& kind, Params& params) {
                 {});
 }
 
-std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {
+std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std::string& kind,
+                                                    Params& params) {
     if (kind.empty() || kind == "none") return nullptr;
     if (kind == "lightfield") {
         // As the light source of that name, but it waits for its shape.
@@ -177,6 +176,37 @@ std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::st
     light.power = positive_or_none(params, "power");
     light.two_sided = params.boolean("twosided", false);
     return std::make_shared<const AreaLight>(light);
+}
+
+}  // namespace
+
+std::string read_light_group(Params& params) {
+    const std::string name = params.string("lightgroup", "");
+    const bool is_word = std::ranges::all_of(name, [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+               c == '-';
+    });
+    constexpr std::size_t kLongest = 64;
+    if (is_word && name.size() <= kLongest) return name;
+    fail(params.place_of("lightgroup"),
+         "lightgroup \"{}\" is no name of a layer; letters, digits, _ and -, {} at the most, are accepted",
+         shown(name), kLongest);
+}
+
+void read_light(Reading& reading, const std::string& kind, Params& params) {
+    const std::size_t before = reading.draft.lights.size();
+    read_light_of(reading, kind, params);
+    const std::string group = read_light_group(params);
+    for (std::size_t i = before; i < reading.draft.lights.size(); ++i) reading.draft.lights[i].group = group;
+}
+
+std::shared_ptr<const AreaLight> read_area_light(Reading& reading, const std::string& kind, Params& params) {
+    const auto light = read_area_light_of(reading, kind, params);
+    const std::string group = read_light_group(params);
+    if (!light) return nullptr;
+    AreaLight grouped = *light;
+    grouped.group = group;
+    return std::make_shared<const AreaLight>(grouped);
 }
 
 // Lamps from files of their own: light fields and ray files, placed in the scene.

@@ -160,7 +160,7 @@ std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpe
     reading.draft.lights.push_back(
         {area.place,
          AreaSpec{surface, index, area.radiance, area.two_sided, lets_all_pass(traits), area.lamp},
-         area.power});
+         area.power, area.group});
     return static_cast<std::int32_t>(reading.draft.lights.size() - 1);
 }
 

@@ -24,6 +24,7 @@ struct AreaLight {
     double power = 0;    // W; 0: as the radiance says
     bool two_sided = false;
     std::shared_ptr<const MeasuredSettings> lamp = {};  // a measured lamp, in place of all the above
+    std::string group = {};                             // DraftLight's
 };
 
 // A material, and where in the draft it stands once a surface uses it.

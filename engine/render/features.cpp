@@ -1,7 +1,13 @@
 #include "engine/render/features.h"
 
-#include <optional>
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
 #include "engine/render/film.h"
 #include "engine/render/tiles.h"
@@ -16,6 +22,7 @@ struct Seen {
     Rgb albedo{1.0F};
     V3f normal{0, 0, 0}, geometric_normal{0, 0, 0}, position{0, 0, 0};
     float depth = 0, emitter = 1;
+    std::uint32_t object = 0, material = 0;  // from 1
 };
 
 // Of what has no peak exactly, of gloss by its guess.
@@ -30,8 +37,10 @@ Rgb feature_albedo(const Bsdf& bsdf, const V3f& wo) {
 Seen first_surface(const Scene& scene, Ray ray) {
     Seen seen;
     for (int specular = 0; specular < kMostSpecular; ++specular) {
-        const auto hit = scene.intersect(ray);
-        if (!hit) break;
+        const auto closest = scene.closest_hit(ray);
+        if (!closest) break;
+        const Hit met = scene.intersect(ray, *closest);
+        const Hit* const hit = &met;
         seen.depth += hit->t;
         const Bsdf bsdf = scene.bsdf(*hit);
         const V3f wo = -ray.d;
@@ -42,6 +51,8 @@ Seen first_surface(const Scene& scene, Ray ray) {
             seen.normal = face_forward(bsdf.shading_normal(), seen.geometric_normal);
             seen.position = hit->at.p;
             seen.emitter = emits ? 1 : 0;
+            seen.object = scene.object_of(*closest);
+            seen.material = hit->material + 1;
             return seen;
         }
         const float reflect = bsdf.reflect_chance(wo).value_or(1);
@@ -55,30 +66,96 @@ Seen first_surface(const Scene& scene, Ray ray) {
     return seen;
 }
 
+// Unit axes of the camera in the scene: to the right, up, and towards the viewer.
+std::array<V3f, 3> camera_axes(const Camera& camera) {
+    const M44d& m = camera.settings().world_from_camera;
+    const auto axis = [&m](int row) { return V3f(V3d(m[row][0], m[row][1], m[row][2]).normalized()); };
+    return {axis(0), axis(1), -axis(2)};
+}
+
+// The id that most of them are; of several the one that comes first.
+std::uint32_t most_frequent(std::span<const std::uint32_t> ids) {
+    std::uint32_t best = 0;
+    std::ptrdiff_t most = 0;
+    for (const std::uint32_t id : ids) {
+        const std::ptrdiff_t count = std::ranges::count(ids, id);
+        if (count > most) most = count, best = id;
+    }
+    return best;
+}
+
+// Means of so many values, and the variances of these means.
+template <std::size_t n>
+class Means {
+  public:
+    void add(const std::array<float, n>& values) {
+        for (std::size_t i = 0; i < n; ++i) of_[i].add(double{values[i]});
+    }
+    float mean(std::size_t i) const { return static_cast<float>(of_[i].mean()); }
+    float variance(std::size_t i) const {
+        return of_[i].count() < 2 ? 0.0F : static_cast<float>(sqr(of_[i].standard_error()));
+    }
+
+  private:
+    std::array<RunningStats, n> of_;
+};
+
+constexpr std::size_t kFeatures = kFeatureChannels, kInCamera = 3;
+// Of Features::more: variances of the features, then Nc, its variances and the ids.
+constexpr std::size_t kMore = kFeatures + 2 * kInCamera + 2;
+
+std::string variance_name(const std::string& name) {
+    const std::size_t dot = name.rfind('.');
+    return dot == name.npos ? "variance." + name : name.substr(0, dot) + ".variance" + name.substr(dot);
+}
+
+std::vector<std::string> more_channels() {
+    const std::vector<std::string> in_camera{"Nc.X", "Nc.Y", "Nc.Z"};
+    std::vector<std::string> names;
+    for (const std::string& name : feature_channels()) names.push_back(variance_name(name));
+    names.insert(names.end(), in_camera.begin(), in_camera.end());
+    for (const std::string& name : in_camera) names.push_back(variance_name(name));
+    names.insert(names.end(), {"id.object", "id.material"});
+    assert(names.size() == kMore);
+    return names;
+}
+
 }  // namespace
 
-Image render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
-                      Monitor& monitor) {
+Features render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
+                         Monitor& monitor) {
     const V2i size = job.film.rendered_size();
-    Image image(size.x, size.y, feature_channels());
+    Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
     const CameraSampler sampler(job, seed, 0);
+    const std::array<V3f, 3> axes = camera_axes(job.camera);
     parallel_each(workers, static_cast<std::size_t>(size.y), 1, [&](std::size_t row) {
         if (monitor.stopped()) return;
         const auto y = static_cast<int>(row);
+        std::vector<std::uint32_t> objects, materials;
         for (int x = 0; x < size.x; ++x) {
-            float* to = &image.data[image.index(x, y)];
+            Means<kFeatures> means;
+            Means<kInCamera> in_camera;
+            objects.clear(), materials.clear();
             for (int s = 0; s < samples; ++s) {
                 const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).camera.ray);
-                const float values[kFeatureChannels] = {
-                    seen.albedo.x,           seen.albedo.y, seen.albedo.z,           seen.normal.x,
-                    seen.normal.y,           seen.normal.z, seen.position.x,         seen.position.y,
-                    seen.position.z,         seen.depth,    seen.geometric_normal.x, seen.geometric_normal.y,
-                    seen.geometric_normal.z, seen.emitter};
-                for (int c = 0; c < kFeatureChannels; ++c) to[c] += values[c] / static_cast<float>(samples);
+                means.add({seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x, seen.normal.y,
+                           seen.normal.z, seen.position.x, seen.position.y, seen.position.z, seen.depth,
+                           seen.geometric_normal.x, seen.geometric_normal.y, seen.geometric_normal.z,
+                           seen.emitter});
+                in_camera.add({axes[0].dot(seen.normal), axes[1].dot(seen.normal), axes[2].dot(seen.normal)});
+                objects.push_back(seen.object);
+                materials.push_back(seen.material);
             }
+            float* const to = &features.image.data[features.image.index(x, y)];
+            float* more = &features.more.data[features.more.index(x, y)];
+            for (std::size_t i = 0; i < kFeatures; ++i) to[i] = means.mean(i), *more++ = means.variance(i);
+            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.mean(i);
+            for (std::size_t i = 0; i < kInCamera; ++i) *more++ = in_camera.variance(i);
+            *more++ = static_cast<float>(most_frequent(objects));
+            *more++ = static_cast<float>(most_frequent(materials));
         }
     });
-    return image;
+    return features;
 }
 
 }  // namespace lucerna

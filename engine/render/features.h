@@ -11,9 +11,19 @@
 
 namespace lucerna {
 
+struct Features {
+    Image image;  // feature_channels() of engine/denoise/denoise.h
+    // What a denoiser does not look at: the variances of these means, under their names with "variance"
+    // before the last part (albedo.variance.R, variance.Z); and
+    //   Nc.X .Y .Z   N in the camera's axes: to the right, up, and towards the viewer; its variances, too
+    //   id.object    Scene::object_of() where most samples of the pixel see it; 0: where the sky is seen
+    //   id.material  likewise the number of its material, from 1, in the order of the scene's text
+    Image more;
+};
+
 // `samples` > 0 of each pixel, at the places of the render's own first ones. The monitor may stop it: what
 // is missing then is 0.
-Image render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
-                      Monitor& monitor);
+Features render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
+                         Monitor& monitor);
 
 }  // namespace lucerna

@@ -38,6 +38,8 @@ struct FilmSettings {
     // Of two halves, and of a method that does not work in passes: samples are allocated to where they are
     // needed (allocation.h); `spp` is then their mean over the pixels.
     bool adaptive = false;
+    // Beside the image its parts and the scene's light groups are made (engine/scene/light_parts.h).
+    bool parts = false;
 
     V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };

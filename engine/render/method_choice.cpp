@@ -296,7 +296,12 @@ class Choosing {
         : job_(job), limits_(limits), seed_(seed), workers_(workers), monitor_(monitor) {}
 
     std::optional<MethodChoice> choose() {
-        const std::vector<Method> methods = methods_like(job_.integrator);
+        std::vector<Method> methods = methods_like(job_.integrator);
+        if (job_.film.parts && !job_.scene.light_groups().empty()) {
+            std::erase_if(methods, [](const Method& method) {
+                return !make_integrator(method.settings)->why_no_light_groups().empty();
+            });
+        }
         if (methods.size() < 2) return std::nullopt;
         if (const Medium* medium = emitting_medium(job_.scene.media())) {
             return unquestioned(

@@ -35,7 +35,8 @@ std::vector<Method> methods_like(const IntegratorSettings& asked);
 
 // By limits.error if there is one, else by limits.seconds. Takes a seventh of the time, or of what the best
 // method is expected to need, or little more; of a second or two nothing, and takes progressive passes
-// unseen, or paths where a medium glows. None if there is nothing to choose from or the user stopped it.
+// unseen, or paths where a medium glows. Where the job asks for light groups, what cannot tell of them is
+// left aside. None if there is nothing to choose from or the user stopped it.
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
                                           const Workers& workers, Monitor& monitor);
 

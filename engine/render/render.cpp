@@ -10,6 +10,7 @@
 #include "engine/render/features.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
+#include "engine/render/part_films.h"
 #include "engine/render/progress.h"
 #include "engine/render/render_checks.h"
 #include "engine/render/tiles.h"
@@ -47,7 +48,8 @@ class Run {
           film_(job.film.rendered_size().x, job.film.rendered_size().y,
                 {FilterSampler(job.film.filter).weight(), integrator_->samples_per_pass() > 1,
                  job.film.two_halves, is_adaptive()}),
-          tiles_(job, options.seed, film_, integrator_->samples_per_pass(),
+          parts_(make_part_films()),
+          tiles_(job, options.seed, film_, integrator_->samples_per_pass(), parts_ ? &*parts_ : nullptr,
                  is_adaptive() ? &allocation_.emplace(film_) : nullptr),
           samples_(static_cast<std::size_t>(tiles_.tiles())),
           first_steps_(samples_.size()),
@@ -59,13 +61,13 @@ class Run {
     }
 
     RenderResult render() {
-        if (job_.film.two_halves) {
+        if (job_.film.two_halves || job_.film.parts) {
             const Stopwatch looking;
             features_ = render_features(job_, options_.seed, std::min(kFeatureSamples, job_.spp),
                                         options_.workers, monitor_);
             preparing_ += looking.seconds();
         }
-        if (allocation_) allocation_->look_at(features_);
+        if (allocation_) allocation_->look_at(features_.image);
         if (in_passes_) {
             render_passes();
         } else {
@@ -93,12 +95,24 @@ class Run {
 
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
 
+    std::optional<PartFilms> make_part_films() const {
+        if (!job_.film.parts) return std::nullopt;
+        const std::string why = integrator_->why_no_light_groups();
+        if (!job_.scene.light_groups().empty() && !why.empty())
+            throw InputError("the scene has light groups, and " + why);
+        const Film::Kind kind{FilterSampler(job_.film.filter).weight(), integrator_->samples_per_pass() > 1,
+                              is_adaptive(), is_adaptive()};
+        return PartFilms(film_.width(), film_.height(), kind, job_.scene.light_groups());
+    }
+
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 
     // Goes on from a checkpoint whose facts are this render's.
     void take_up(const Checkpoint& from) {
         const int per_pass = integrator_->samples_per_pass();
-        if (from.tiles.size() != samples_.size() || from.film.size() != film_.bytes_of_sums() ||
+        const std::size_t of_image = film_.bytes_of_sums();
+        const std::size_t of_parts = parts_ ? parts_->bytes_of_sums() : 0;
+        if (from.tiles.size() != samples_.size() || from.film.size() != of_image + of_parts ||
             (in_passes_ && std::int64_t{from.passes_done} * per_pass != from.samples_done) ||
             (allocation_ ? !allocation_->restore(from.allocation) : !from.allocation.empty())) {
             throw InputError("the checkpoint is of an image of another kind or size");
@@ -110,7 +124,8 @@ class Run {
                             "more are accepted",
                             most, job_.spp, most));
         }
-        film_.restore(from.film);
+        film_.restore(std::span(from.film).first(of_image));
+        if (parts_) parts_->restore(std::span(from.film).subspan(of_image));
         samples_ = from.tiles;
         tiles_.take_up_bad(from.bad_samples, from.first_bad);
         report_.samples_done = from.samples_done;
@@ -313,6 +328,10 @@ class Run {
         now.tiles = samples_;
         now.film = film_.sums();
         if (allocation_) now.allocation = allocation_->state();
+        if (parts_) {
+            const std::vector<std::byte> parts = parts_->sums();
+            now.film.insert(now.film.end(), parts.begin(), parts.end());
+        }
         now.bad_samples = tiles_.bad_samples();
         now.first_bad = tiles_.first_bad();
         now.rays = rays();
@@ -368,6 +387,10 @@ class Run {
         if (std::isfinite(error.relative)) report.relative_error = error.relative;
         report.pixels_apart = std::move(error.apart);
         result.image.attributes["lucerna.unit"] = report_.unit;
+        if (denoised && parts_) {
+            result.parts = parts_->develop(job_.film.scale, job_.film.colours);
+            add_channels(*result.parts, features_.more, "");
+        }
         if (!denoised || !film_.has_two_halves()) return result;
         result.layers = layers();
         Denoised picture = denoise(*result.layers, options_.workers);
@@ -378,7 +401,7 @@ class Run {
 
     Layers layers() const {
         const auto half = [this](int h) { return film_.develop_half(h, job_.film.scale, job_.film.colours); };
-        return {{half(0), half(1)}, features_};
+        return {{half(0), half(1)}, features_.image};
     }
 
     // Whether so many samples, or passes, are enough for the error that is asked for: of the denoised
@@ -431,8 +454,9 @@ class Run {
     std::unique_ptr<Integrator> integrator_;
     bool in_passes_;
     Film film_;
-    Image features_;
+    Features features_;
     std::optional<SampleAllocation> allocation_;  // none: all pixels get as many samples
+    std::optional<PartFilms> parts_;
     TileRenderer tiles_;
     std::vector<std::int32_t> samples_;  // that each tile's pixels have
     RenderReport report_;

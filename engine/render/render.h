@@ -49,6 +49,8 @@ struct RenderResult {
     // Of a film of two halves: these, with features; and what a denoiser makes of them, R G B.
     std::optional<Layers> layers = {};
     std::optional<Image> denoised = {};
+    // PartFilms::develop()'s, and Features::variance and ::ids, if the job's film asks for parts.
+    std::optional<Image> parts = {};
 };
 
 // Throws InputError for settings that cannot be met, or a checkpoint that does not fit. Stops early, with

@@ -4,6 +4,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
+#include "engine/render/part_films.h"
 #include "engine/render/render.h"
 #include "engine/render/render_checks.h"
 
@@ -13,8 +14,11 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
     constexpr std::uint64_t kImage = 6 * sizeof(float);  // R G B and their variances
     const V2i size = job.film.rendered_size();
     const std::uint64_t pixels = static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y);
-    const std::uint64_t sums = Film::bytes_per_pixel(
-        {1, make_integrator(job.integrator)->samples_per_pass() > 1, job.film.two_halves, job.film.adaptive});
+    const Film::Kind kind{1, make_integrator(job.integrator)->samples_per_pass() > 1, job.film.two_halves,
+                          job.film.adaptive};
+    const std::uint64_t sums =
+        Film::bytes_per_pixel(kind) +
+        (job.film.parts ? PartFilms::bytes_per_pixel(kind, job.scene.light_groups()) : 0);
     const std::uint64_t kept = (options.keep ? sums : 0) + (options.resume ? sums : 0);
     const std::uint64_t denoiser = job.film.two_halves ? kDenoiserBytesPerPixel : 0;
     return pixels * (sums + kImage + kept + denoiser);

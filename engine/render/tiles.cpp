@@ -43,23 +43,36 @@ void TileRenderer::render_first(const Estimator& estimator, int tile, int end, i
 
 void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int first, int end) {
     std::vector<Film::Sample> pass;
+    std::vector<LightParts> pass_parts;
+    LightParts parts(groups_);
     for (int s = first; s < end; ++s) {
-        const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, s));
+        parts.clear();
+        const Film::Sample taken =
+            CameraSampler::radiance(estimator, camera_sampler_.sample(at, s), parts_ ? &parts : nullptr);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
             pass.push_back(taken);
+            if (parts_) pass_parts.push_back(parts);
         } else {
-            film_.add(at.x, at.y, taken.radiance, taken.weight, camera_sampler_.half(s).value_or(0));
+            const int half = camera_sampler_.half(s).value_or(0);
+            film_.add(at.x, at.y, taken.radiance, taken.weight, half);
+            if (parts_) parts_->add(at.x, at.y, parts, taken.weight, allocation_ != nullptr ? half : 0);
         }
     }
-    if (by_pass_) film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
+    if (!by_pass_) return;
+    film_.add_pass(at.x, at.y, pass, camera_sampler_.half(first).value_or(0));
+    if (!parts_) return;
+    std::vector<float> weights;
+    for (const Film::Sample& sample : pass) weights.push_back(sample.weight);
+    parts_->add_pass(at.x, at.y, pass_parts, weights);
 }
 
 // Block by block and half by half, as many as each has been allocated.
 void TileRenderer::render_allocated(const Estimator& estimator, int tile, int first, int end) {
     constexpr int kSide = SampleAllocation::kBlock;
     static_assert(kTile % kSide == 0);
+    LightParts parts(groups_);
     for_each_pixel(tile, [&](const V2i& corner) {
         if (corner.x % kSide != 0 || corner.y % kSide != 0) return;
         const int block = allocation_->block_of(corner);
@@ -69,7 +82,7 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
                 const int seen = SampleAllocation::next_seen(from), to = std::min(seen, last);
                 for (int y = corner.y; y < std::min(corner.y + kSide, film_.height()); ++y) {
                     for (int x = corner.x; x < std::min(corner.x + kSide, film_.width()); ++x) {
-                        for (int s = from; s < to; ++s) add_sample(estimator, {x, y}, half, s);
+                        for (int s = from; s < to; ++s) add_sample(estimator, {x, y}, half, s, parts);
                     }
                 }
                 if (to == seen) allocation_->see(block, half, seen);
@@ -79,10 +92,15 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
     });
 }
 
-void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index) {
-    const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, half, index));
+// `parts`: room for the sample's.
+void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index,
+                              LightParts& parts) {
+    parts.clear();
+    const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, half, index),
+                                                       parts_ ? &parts : nullptr);
     if (is_finite(taken.radiance)) {
         film_.add(at.x, at.y, taken.radiance, taken.weight, half);
+        if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);
     } else {
         report_bad(at, 2 * index + half, taken.radiance);  // as they are counted where all get the same
     }

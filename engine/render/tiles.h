@@ -13,6 +13,7 @@
 #include "engine/render/allocation.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
+#include "engine/render/part_films.h"
 #include "engine/render/render.h"
 
 namespace lucerna {
@@ -40,8 +41,9 @@ class CameraSampler {
     }
     // Of a half, its sample `index`.
     Sample sample(const V2i& at, std::optional<int> half, int index) const;
-    // What an estimator sees there.
-    static Film::Sample radiance(const Estimator& estimator, Sample sample) {
+    // What an estimator sees there; `parts` as CameraRay's.
+    static Film::Sample radiance(const Estimator& estimator, Sample sample, LightParts* parts = nullptr) {
+        sample.camera.parts = parts;
         return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
     }
 
@@ -62,13 +64,15 @@ class CameraSampler {
 class TileRenderer {
   public:
     // `samples_per_pass`: as the integrator has it. Where it is more than one, the samples of one call of
-    // render() depend on each other (the film was made for that). `allocation`: who gets samples; null: all
-    // get the same.
+    // render() depend on each other (the film was made for that). `parts` are filled with the image; null:
+    // they are not asked for. `allocation`: who gets samples; null: all get the same.
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
-                 SampleAllocation* allocation = nullptr)
+                 PartFilms* parts = nullptr, SampleAllocation* allocation = nullptr)
         : camera_sampler_(job, seed, samples_per_pass),
+          groups_(job.scene.light_groups()),
           seed_(seed),
           film_(film),
+          parts_(parts),
           by_pass_(samples_per_pass > 1),
           allocation_(allocation) {}
 
@@ -102,12 +106,14 @@ class TileRenderer {
     void for_each_pixel(int tile, Visit&& visit) const;
     void render_pixel(const Estimator& estimator, const V2i& at, int first, int end);
     void render_allocated(const Estimator& estimator, int tile, int first, int end);
-    void add_sample(const Estimator& estimator, const V2i& at, int half, int index);
+    void add_sample(const Estimator& estimator, const V2i& at, int half, int index, LightParts& parts);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
     CameraSampler camera_sampler_;
+    const LightGroups& groups_;
     std::uint64_t seed_;
     Film& film_;
+    PartFilms* parts_;
     bool by_pass_;
     SampleAllocation* allocation_;
     std::mutex mutex_;

@@ -330,6 +330,17 @@ Bsdf Scene::bsdf(const Hit& hit) const {
 std::span<const std::unique_ptr<Light>> Scene::lights() const {
     return impl_->parts.lights;
 }
+const LightGroups& Scene::light_groups() const {
+    return impl_->parts.light_groups;
+}
+std::uint32_t Scene::object_of(const ClosestHit& closest) const {
+    const ShapeSet& world = *impl_->world;
+    const std::uint32_t first_quadric = world.quadrics_id(), patches = first_quadric + world.quadrics();
+    if (closest.instance != kNoInstance) return patches + 2 + closest.instance;
+    const auto& [geometry, primitive] = std::pair(closest.primitive.geometry, closest.primitive.primitive);
+    if (geometry < first_quadric) return 1 + geometry;
+    return 1 + (geometry == first_quadric ? first_quadric + primitive : patches);
+}
 const LightTree& Scene::light_tree() const {
     return impl_->light_tree;
 }

@@ -13,6 +13,7 @@
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
 #include "engine/scene/bsdf.h"
+#include "engine/scene/light_parts.h"
 #include "engine/scene/material.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
@@ -27,6 +28,7 @@ struct SceneParts : Shapes {
     std::vector<Instance> instances;
     std::vector<Material> materials;
     std::vector<std::unique_ptr<Light>> lights;
+    LightGroups light_groups;
     SceneMedia media;
     V3d origin{0, 0, 0};  // world position of the parts' (0,0,0)
 };
@@ -90,6 +92,9 @@ class Scene {
     void closest_hits(std::span<const Ray> rays, std::span<std::optional<ClosestHit>> closest) const;
     // The t of that hit, and nothing else of it.
     float distance(const Ray& ray, const ClosestHit& closest) const;
+    // The number of the object that was met, from 1: the world's own shapes come first, in the order in which
+    // they are kept, then the instances.
+    std::uint32_t object_of(const ClosestHit& closest) const;
     // As intersect(), but interfaces that are borders between media count, too: is_border() tells.
     std::optional<Hit> intersect_with_borders(const Ray& ray) const;
     // The nearest interface that is a border between media, whatever surfaces stand before it.
@@ -111,6 +116,7 @@ class Scene {
     Bsdf bsdf(const Hit& hit) const;
 
     std::span<const std::unique_ptr<Light>> lights() const;
+    const LightGroups& light_groups() const;
     // Lights chosen in proportion to their power.
     const LightPicker& picker() const;
     // Lights chosen by what each may send to the place that asks.

@@ -46,7 +46,8 @@ struct AskedLight {
     std::optional<LightChoice::Draw> draw;  // none: nothing arrives from the light
 };
 template <typename Place>
-AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice) {
+AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, const LightChoice& choice,
+                     const PartsSink& parts) {
     // Draw always, so that the later draws of a path do not depend on what is found here.
     const float u_light = sampler.next();
     const V2f u_place = sampler.next2();
@@ -55,11 +56,14 @@ AskedLight ask_light(const Scene& scene, const Place& place, Sampler& sampler, c
         asked.radiance = unshadowed_at(place, *asked.draw);
         if (!is_black(asked.radiance)) {
             asked.radiance *= passing(scene, place, asked.draw->light_sample, sampler);
+            parts.direct(asked.radiance, asked.draw->light);
         }
     }
     for (const std::uint32_t sun : choice.suns()) {
-        if (const auto from_sun = sunlight_at(scene, place, sun, sampler))
+        if (const auto from_sun = sunlight_at(scene, place, sun, sampler)) {
             asked.radiance += from_sun->radiance;
+            parts.direct(from_sun->radiance, sun);
+        }
     }
     return asked;
 }
@@ -81,7 +85,7 @@ float bsdf_sample_chance(const Scene& scene, const Bsdf& bsdf,
     return std::clamp(kMargin * kDensity / drawn->pdf_w, kLeast, 1.0F);
 }
 
-// What is not geometry and lies before `hit`: calls found(radiance, distance) for each.
+// What is not geometry and lies before `hit`: calls found(radiance, distance, light) for each.
 template <typename Found>
 void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                        const EmissionRule& rule, Found&& found) {
@@ -89,17 +93,19 @@ void for_each_impostor(const Scene& scene, const Ray& ray, const std::optional<H
     for (const std::uint32_t light : scene.impostors()) {
         const auto seen = scene.lights()[light]->Le(ray);
         if (!seen || !(seen->distance < nearest || (!hit && std::isinf(seen->distance)))) continue;
-        found(seen->radiance * rule.share(scene, light, *seen), seen->distance);
+        found(seen->radiance * rule.share(scene, light, *seen), seen->distance, light);
     }
 }
 
 }  // namespace
 
-Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice) {
-    return ask_light(scene, vertex, sampler, choice).radiance;
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const PartsSink& parts) {
+    return ask_light(scene, vertex, sampler, choice, parts).radiance;
 }
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice) {
-    return ask_light(scene, vertex, sampler, choice).radiance;
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const PartsSink& parts) {
+    return ask_light(scene, vertex, sampler, choice, parts.in_medium()).radiance;
 }
 
 namespace {
@@ -112,8 +118,8 @@ struct GuidedVertex : Vertex {
 }  // namespace
 
 Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
-               const DirectionDensity& drawn_by) {
-    return ask_light(scene, GuidedVertex{vertex, drawn_by}, sampler, choice).radiance;
+               const DirectionDensity& drawn_by, const PartsSink& parts) {
+    return ask_light(scene, GuidedVertex{vertex, drawn_by}, sampler, choice, parts).radiance;
 }
 
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn) {
@@ -130,39 +136,47 @@ std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::
 }
 
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
-                     const EmissionRule& rule) {
+                     const EmissionRule& rule, const PartsSink& parts) {
     if (rule.kind == EmissionRule::Kind::none || !hit || hit->light == kNoLight) return Rgb(0);
     const auto light = static_cast<std::uint32_t>(hit->light);
     const EmittedRadiance seen = scene.lights()[light]->Le_on_surface(ray, hit->t, hit->at.n, hit->primitive);
-    return seen.radiance * rule.share(scene, light, seen);
+    const Rgb radiance = seen.radiance * rule.share(scene, light, seen);
+    parts.met(radiance, light);
+    return radiance;
 }
 
-Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule) {
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+             const PartsSink& parts) {
     if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
-    Rgb result = surface_emission(scene, ray, hit, rule);
-    for_each_impostor(scene, ray, hit, rule, [&](const Rgb& radiance, float) { result += radiance; });
+    Rgb result = surface_emission(scene, ray, hit, rule, parts);
+    for_each_impostor(scene, ray, hit, rule, [&](const Rgb& radiance, float, std::uint32_t light) {
+        result += radiance;
+        parts.met(radiance, light);
+    });
     return result;
 }
 
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
-             std::int32_t medium, Sampler& sampler) {
-    if (scene.media().empty()) return emission(scene, ray, hit, rule);
+             std::int32_t medium, Sampler& sampler, const PartsSink& parts) {
+    if (scene.media().empty()) return emission(scene, ray, hit, rule, parts);
     if (rule.kind == EmissionRule::Kind::none) return Rgb(0);
     Sampler more = sampler.split(kLampBranch);
     Rgb result(0);
-    const auto add = [&](const Rgb& radiance, float distance) {
+    const auto add = [&](const Rgb& radiance, float distance, std::uint32_t light) {
         if (!is_black(radiance)) {
-            result += radiance * transmittance(scene, Ray{ray.o, ray.d, distance}, medium, more);
+            const Rgb arriving = radiance * transmittance(scene, Ray{ray.o, ray.d, distance}, medium, more);
+            result += arriving;
+            parts.met(arriving, light);
         }
     };
-    if (hit) add(surface_emission(scene, ray, hit, rule), hit->t);
+    if (hit) add(surface_emission(scene, ray, hit, rule), hit->t, static_cast<std::uint32_t>(hit->light));
     for_each_impostor(scene, ray, hit, rule, add);
     return result;
 }
 
 DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
-                         const LightChoice& choice) {
-    const auto [asked, drawn] = ask_light(scene, vertex, sampler, choice);
+                         const LightChoice& choice, const PartsSink& parts) {
+    const auto [asked, drawn] = ask_light(scene, vertex, sampler, choice, parts);
     const BsdfU u{sampler.next(), sampler.next2()};
     const float chance = bsdf_sample_chance(scene, vertex.bsdf, drawn);
     if (!(sampler.next() < chance)) return {asked, {}};
@@ -171,18 +185,19 @@ DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& samp
     if (sample->delta) return {asked, sample};
     const Ray ray{vertex.hit.at.towards(sample->wi), sample->wi};
     const Rgb found = emission(scene, ray, scene.intersect(ray), EmissionRule::mis(sample->pdf_w, choice),
-                               vertex.medium_towards(sample->wi), sampler);
+                               vertex.medium_towards(sample->wi), sampler,
+                               parts.times(sample->weight / chance).past_surface());
     return {asked + sample->weight * found / chance, {}};  // chance >= kLeast
 }
 
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler,
-                 const LightChoice& choice) {
-    const Rgb asked = next_event(scene, vertex, sampler, choice);
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+                 const PartsSink& parts) {
+    const Rgb asked = next_event(scene, vertex, sampler, choice, parts);
     const V3f wi = vertex.phase.sample(vertex.wo, sampler.next2());
     const Ray ray{vertex.p, wi};
     const EmissionRule rule = EmissionRule::mis(vertex.pdf_w(wi), choice);
-    return asked +
-           emission(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler);  // phase / pdf is 1
+    return asked + emission(scene, ray, scene.intersect(ray), rule, vertex.medium, sampler,
+                            parts.in_medium());  // phase / pdf is 1
 }
 
 }  // namespace lucerna

@@ -62,8 +62,12 @@ struct EmissionRule {
 };
 
 // Radiance towards wo from one light, chosen and asked for a direction, and from all suns of the choice.
-Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice);
-Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
+// Here and below `parts` is told what is returned, as the path that ends with the vertex, or with the ray,
+// finds it.
+Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const PartsSink& parts = {});
+Rgb next_event(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+               const PartsSink& parts = {});
 
 // By which density directions are drawn at a vertex, where it is not the BSDF's alone.
 class DirectionDensity {
@@ -76,7 +80,7 @@ class DirectionDensity {
 };
 // The first of these, beside directions drawn so.
 Rgb next_event(const Scene& scene, const Vertex& vertex, Sampler& sampler, const LightChoice& choice,
-               const DirectionDensity& drawn_by);
+               const DirectionDensity& drawn_by, const PartsSink& parts = {});
 
 // What a drawn light would send towards wo if nothing stood in between: the share of the lights' strategy.
 Rgb unshadowed(const Vertex& vertex, const LightChoice::Draw& drawn);
@@ -94,14 +98,15 @@ std::optional<Sunlight> sunlight(const Scene& scene, const Vertex& vertex, std::
 
 // Emission along a ray that met `hit` (or nothing), including what is not geometry: the sky, lamps'
 // impostors.
-Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule);
+Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
+             const PartsSink& parts = {});
 // The same as it arrives through the media on the way, begun in `medium`.
 Rgb emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit, const EmissionRule& rule,
-             std::int32_t medium, Sampler& sampler);
+             std::int32_t medium, Sampler& sampler, const PartsSink& parts = {});
 
 // The part of it that surfaces emit.
 Rgb surface_emission(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
-                     const EmissionRule& rule);
+                     const EmissionRule& rule, const PartsSink& parts = {});
 
 // Both strategies at once: all direct light at a vertex, one light sample and one BSDF sample; the latter
 // only by chance on diffuse surfaces from which lights are small.
@@ -112,8 +117,9 @@ struct DirectLight {
     std::optional<BsdfSample> specular;
 };
 DirectLight direct_light(const Scene& scene, const Vertex& vertex, Sampler& sampler,
-                         const LightChoice& choice);
+                         const LightChoice& choice, const PartsSink& parts = {});
 // In a medium: times the scattering coefficient, what the ray towards wo gains per unit of length.
-Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice);
+Rgb direct_light(const Scene& scene, const MediumVertex& vertex, Sampler& sampler, const LightChoice& choice,
+                 const PartsSink& parts = {});
 
 }  // namespace lucerna

@@ -67,8 +67,8 @@ struct MediaSegment {
 };
 
 // Of a ray that meets `hit`, or nothing; it begins in `medium`, with `throughput` (not black).
-// `source(MediumVertex, sigma_s)` is what is scattered into it there: radiance per unit of length. It is not
-// asked unless `scatters`.
+// `source(MediumVertex, sigma_s, share)` is what is scattered into it there: radiance per unit of length, of
+// which that share is added. It is not asked unless `scatters`.
 template <typename Source>
 MediaSegment media_segment_along(const Scene& scene, const Ray& ray, const std::optional<Hit>& hit,
                                  std::int32_t medium, const Rgb& throughput, bool scatters, Sampler& sampler,
@@ -84,7 +84,8 @@ MediaSegment media_segment_along(const Scene& scene, const Ray& ray, const std::
         if (const auto place = scatters ? scatter_within(piece.along, arriving, sampler) : std::nullopt) {
             const MediumVertex vertex{scattering_point(piece, place->t, hit), HenyeyGreenstein(place->g),
                                       -ray.d, piece.medium};
-            segment.added += segment.passed * place->flow * source(vertex, place->sigma_s);
+            const Rgb share = segment.passed * place->flow;
+            segment.added += share * source(vertex, place->sigma_s, share);
         }
         Sampler more = sampler.split(kPassBranch);
         segment.passed *= transmittance(piece.along, more);
@@ -102,6 +103,7 @@ struct SpecularChain {
     float length = 0;                 // of the first segment, scene units
     std::int32_t medium = kNoMedium;  // of the borders, at its end
     int left = 0;  // bounces that a path may still have, the one at `hit` included; > 0 if there is one
+    PartsSink parts = {};  // of what is found there
 
     Vertex vertex(const Bsdf& bsdf) const { return {*hit, bsdf, wo, medium}; }  // requires hit
 };
@@ -114,33 +116,38 @@ struct SpecularBranch {
     int splits;  // more of such ways that it may have
 };
 struct NoBranches {
-    Rgb operator()(const SpecularBranch&, const Rgb& /*throughput*/, Sampler&) const { return Rgb(0); }
+    Rgb operator()(const SpecularBranch&, const Rgb& /*throughput*/, Sampler&, const PartsSink&) const {
+        return Rgb(0);
+    }
 };
 
 // Glass is followed one way, chosen by its reflectance; at the first `splits` boundaries the brighter one,
-// and the other one by `branch(SpecularBranch, throughput, sampler)`, which gives the radiance along that
-// ray; it counts with that throughput. The ray begins in `medium`, and the path that it is the end of may
-// have `left` more bounces: without any it meets what emits, and no more. `source(MediumVertex, sigma_s,
-// left)` is radiance scattered per unit of length, as media_segment_along() has it, where so many bounces are
-// left, the one in the medium included.
+// and the other one by `branch(SpecularBranch, throughput, sampler, parts)`, which gives the radiance along
+// that ray; it counts with that throughput. The ray begins in `medium`, and the path that it is the end of
+// may have `left` more bounces: without any it meets what emits, and no more. `source(MediumVertex, sigma_s,
+// left, parts)` is radiance scattered per unit of length, as media_segment_along() has it, where so many
+// bounces are left, the one in the medium included. All tell their `parts` what they find.
 template <typename Source, typename Branch = NoBranches>
 SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, EmissionRule rule, int left,
-                              Sampler& sampler, Source&& source, int splits = 0, Branch&& branch = {}) {
+                              Sampler& sampler, Source&& source, int splits = 0, Branch&& branch = {},
+                              const PartsSink& parts = {}) {
     SpecularChain chain;
     chain.left = left;
+    chain.parts = parts;
     float eta_scale = 1;
     for (int depth = 0;; ++depth, --chain.left) {
         auto hit = scene.intersect(ray);
-        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler);
+        chain.emitted += chain.throughput * emission(scene, ray, hit, rule, medium, sampler, chain.parts);
         if (depth == 0) chain.length = hit ? hit->t : INFINITY;
         MediaSegment segment =
             media_segment_along(scene, ray, hit, medium, chain.throughput, chain.left > 0, sampler,
-                                [&](const MediumVertex& vertex, const Rgb& sigma_s) {
-                                    return source(vertex, sigma_s, chain.left);
+                                [&](const MediumVertex& vertex, const Rgb& sigma_s, const Rgb& share) {
+                                    return source(vertex, sigma_s, chain.left, chain.parts.times(share));
                                 });
         chain.emitted += chain.throughput * segment.added;
         if (!hit || chain.left == 0 || !segment.survives(sampler)) return chain;
         chain.throughput *= segment.passed;
+        chain.parts = chain.parts.times(segment.passed);
         chain.medium = segment.medium;
         const Bsdf bsdf = scene.bsdf(*hit);
         if (!bsdf.is_delta()) {
@@ -159,20 +166,24 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
                                                medium_towards(hit->media, hit->at.n, way->wi, segment.medium),
                                                chain.left - 1,
                                                splits};
-                    chain.emitted += throughput * branch(other, throughput, own);
+                    chain.emitted += throughput * branch(other, throughput, own,
+                                                         chain.parts.times(way->weight).past_mirror());
                 }
                 u = split->brighter;
                 chain.throughput *= split->share;
+                chain.parts = chain.parts.times(split->share);
             }
         }
         const auto sample = bsdf.sample(-ray.d, u, Transport::radiance);
         if (!sample) return chain;
         chain.throughput *= sample->weight;
+        chain.parts = chain.parts.times(sample->weight).past_mirror();
         eta_scale *= sample->eta_scale;
         if (depth >= kRouletteFromSpecular) {
             const float survival = survival_of(chain.throughput, eta_scale);
             if (!(sampler.next() < survival)) return chain;  // also where nothing is left
             chain.throughput /= survival;
+            chain.parts = chain.parts.times(1 / survival);
         }
         rule = rule.through_specular();
         medium = medium_towards(hit->media, hit->at.n, sample->wi, segment.medium);
@@ -180,37 +191,39 @@ SpecularChain follow_specular(const Scene& scene, Ray ray, std::int32_t medium, 
     }
 }
 
-// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex, left)` gives a
-// DirectLight (its radiance may hold more than direct light) where paths may have so many more bounces, the
-// one at the vertex included; `source` is what media scatter into a ray, as follow_specular() has it. Where a
-// surface is shiny as well as rough (varnish), the mirrored part is followed too. The paths have `left`
-// bounces at the most.
+// Radiance along a camera ray by a method that shades surfaces one at a time: `shade(vertex, left, parts)`
+// gives a DirectLight (its radiance may hold more than direct light) where paths may have so many more
+// bounces, the one at the vertex included; `source` is what media scatter into a ray, as follow_specular()
+// has it. Where a surface is shiny as well as rough (varnish), the mirrored part is followed too. The paths
+// have `left` bounces at the most.
 template <typename Shade, typename Source>
 Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, Shade&& shade,
-                     Source&& source) {
+                     Source&& source, PartsSink parts) {
     Rgb result(0);
     auto [ray, medium, left, splits] = from;
     Rgb throughput(1);
-    const auto branch = [&](const SpecularBranch& way, const Rgb&, Sampler& own) {
-        return follow_and_shade(scene, way, own, shade, source);
+    const auto branch = [&](const SpecularBranch& way, const Rgb&, Sampler& own, const PartsSink& of_way) {
+        return follow_and_shade(scene, way, own, shade, source, of_way);
     };
     for (int depth = 0;; ++depth) {
-        const SpecularChain chain =
-            follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler, source, splits, branch);
+        const SpecularChain chain = follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler,
+                                                    source, splits, branch, parts);
         splits = 0;  // a mirror image in varnish is faint as it is
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
         const Bsdf bsdf = scene.bsdf(*chain.hit);
-        const DirectLight shaded = shade(chain.vertex(bsdf), chain.left);
+        const DirectLight shaded = shade(chain.vertex(bsdf), chain.left, chain.parts);
         result += throughput * shaded.radiance;
         if (!shaded.specular) return result;
         throughput *= shaded.specular->weight;
+        parts = chain.parts.times(shaded.specular->weight).past_mirror();
         if (depth >= kRouletteFromSpecular) {
             // What glass made of the throughput in earlier chains is not taken out: a few more paths end.
             const float survival = survival_of(throughput, 1);
             if (!(sampler.next() < survival)) return result;
             throughput /= survival;
+            parts = parts.times(1 / survival);
         }
         left = chain.left - 1;
         medium = medium_towards(chain.hit->media, chain.hit->at.n, shaded.specular->wi, chain.medium);
@@ -221,14 +234,15 @@ Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, 
 // The same from the camera on.
 template <typename Shade, typename Source>
 Rgb follow_and_shade(const Scene& scene, const Ray& ray, int left, Sampler& sampler, Shade&& shade,
-                     Source&& source) {
+                     Source&& source, const PartsSink& parts) {
     return follow_and_shade(scene, SpecularBranch{ray, scene.media().camera, left, kGlassSplits}, sampler,
-                            shade, source);
+                            shade, source, parts);
 }
 
 // What a meter reads on the first surface along a camera ray, by the same `shade`; `left` > 0.
 template <typename Shade>
-Rgb meter_and_shade(const Scene& scene, const Ray& ray, int left, Shade&& shade) {
+Rgb meter_and_shade(const Scene& scene, const Ray& ray, int left, Shade&& shade,
+                    const PartsSink& parts = {}) {
     const auto hit = scene.intersect(ray);
     if (!hit) return Rgb(0);
     const Bsdf white = white_receiver(*hit);
@@ -237,7 +251,8 @@ Rgb meter_and_shade(const Scene& scene, const Ray& ray, int left, Shade&& shade)
         medium =
             for_each_piece(scene, Ray{ray.o, ray.d, hit->t}, medium, [](const MediumPiece&) { return true; });
     }
-    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}, left).radiance);
+    const PartsSink read = parts.times(meter_reading(Rgb(1)));
+    return meter_reading(shade(Vertex{*hit, white, -ray.d, medium}, left, read).radiance);
 }
 
 }  // namespace lucerna

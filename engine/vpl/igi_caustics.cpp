@@ -85,12 +85,13 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     made_ = {built.ledger.paths, built.counts[kCaustic], watch.seconds()};
 }
 
-Rgb IgiCaustics::radiance(const Vertex& vertex, int left) const {
+Rgb IgiCaustics::radiance(const Vertex& vertex, int left, const PartsSink& parts) const {
     if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
     DensityEstimateSettings how = density_;
     if (max_depth_ > 0) how.most_bounces = left - 1;
-    return DensityEstimate(*map_, how).radiance(vertex.hit, part, vertex.wo).value;
+    const DensityEstimate estimate(*map_, how);
+    return estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, parts).value;
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {

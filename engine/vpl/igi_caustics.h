@@ -51,7 +51,7 @@ class IgiCaustics {
     float specular_below() const { return specular_below_; }
     // What the map brings to a surface, radiance towards wo: what came over L(S+D)*S+, S specular. `left` >
     // 0: the bounces that paths may have from there, the one at the surface included.
-    Rgb radiance(const Vertex& vertex, int left) const;
+    Rgb radiance(const Vertex& vertex, int left, const PartsSink& parts) const;
     // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
     // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;

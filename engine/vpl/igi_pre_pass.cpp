@@ -183,7 +183,7 @@ class ShadingPointFinder {
         seen.shown.push_back(0);
         if (settings_.quantity == Quantity::illuminance) {
             meter_and_shade(scene_, ray, most_bounces(settings_.max_depth),
-                            [&](const Vertex& vertex, int /*left*/) {
+                            [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
                                 return shade(vertex, Rgb(1), number, sampler, seen);
                             });
             return;
@@ -194,7 +194,7 @@ class ShadingPointFinder {
   private:
     // As follow_and_shade(), which keeps the throughput to itself.
     void follow(Ray ray, std::uint32_t number, Sampler& sampler, ShadingPoints& seen) const {
-        const auto nothing = [](const MediumVertex&, const Rgb&, int) {
+        const auto nothing = [](const MediumVertex&, const Rgb&, int, const PartsSink&) {
             return Rgb(0);
         };  // no medium scatters
         std::int32_t medium = scene_.media().camera;

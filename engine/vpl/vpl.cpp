@@ -16,15 +16,20 @@ constexpr std::int64_t kMostPathsPerChunk = 8192;
 struct ChunkVpls : LightPathVisitor {
     VplGloss gloss{};
     int longest = kMaxBounces;
+    bool by_light = false;  // whether anybody will ask which light a VPL came from
     std::vector<Vpl> lights;
 
     void hit(const LightPathHit& at) {
         if (longest < 0) return;
-        make_vpls(at, gloss, [&](const Vpl& light) { lights.push_back(light); });
+        make_vpls(at, gloss, [&](const Vpl& light) {
+            lights.push_back(light);
+            if (by_light) lights.back().light = at.start.light;
+        });
     }
     void scatter(const LightPathScatter& at) {
         if (longest < 0) return;
-        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d, kept_bounces(at.path.bounces())});
+        lights.push_back({SurfacePoint{at.p}, at.power, true, at.g, at.d, kept_bounces(at.path.bounces()),
+                          by_light ? at.start.light : 0});
     }
 };
 
@@ -71,6 +76,7 @@ VplSets build_vpls(const Scene& scene, const VplParameters& parameters, const Wo
             ChunkVpls chunk;
             chunk.gloss = parameters.gloss;
             chunk.longest = parameters.longest;
+            chunk.by_light = !scene.light_groups().empty();
             return chunk;
         },
         require_memory_for_vpls);

@@ -23,6 +23,7 @@ struct Vpl {
     float g = 0;              // in a medium: of its phase function
     V3f d{0, 0, 0};           // in a medium: the direction of travel of what it scattered
     BounceCount bounces = 0;  // of its path before it
+    std::uint32_t light = 0;  // of a scene with light groups: index of the light that its path came from
 
     // The share of `contribution` that leaves towards w (unit): W/sr per W of it.
     float towards(const V3f& w) const {

@@ -58,13 +58,15 @@ void put(const Vpl& light, VplBlock& block, std::size_t lane) {
     block.more[lane] = light.in_medium ? light.g : light.at.error;
 }
 
-void fill(Lights lights, const Places& places, VplBlock* blocks, BounceCount* bounces) {
+void fill(Lights lights, const Places& places, VplBlock* blocks, BounceCount* bounces,
+          std::uint32_t* origins) {
     for (std::size_t i = 0; i < blocks_for(places.size()) * kBlock; ++i) {
         const bool exists = i < places.size();
         Vpl light = lights[places[exists ? i : i / kBlock * kBlock]];
         if (!exists) light.contribution = Rgb(0);
         put(light, blocks[i / kBlock], i % kBlock);
         bounces[i] = light.bounces;
+        if (origins) origins[i] = light.light;
     }
 }
 
@@ -93,6 +95,8 @@ VplStore::VplStore(const VplSets& sets, Grouping grouping, const Workers& worker
     }
     blocks_.resize(end);
     bounces_.resize(blocks_.size() * kBlock);
+    if (std::ranges::any_of(sets.lights, [](const Vpl& light) { return light.light != 0; }))
+        origins_.resize(bounces_.size());
     double sum = 0;
     for (const Vpl& light : sets.lights) sum += static_cast<double>(luminance(light.contribution));
     if (sum > 0) unit_ = static_cast<float>(static_cast<double>(lights_) / sum);
@@ -106,7 +110,8 @@ VplStore::VplStore(const VplSets& sets, Grouping grouping, const Workers& worker
             Places places = places_of(parts[s], in_medium);
             order(parts[s], places, inner);
             const std::size_t first = in_medium ? ranges_[s].media : ranges_[s].surfaces;
-            fill(parts[s], places, blocks_.data() + first, bounces_.data() + first * kBlock);
+            fill(parts[s], places, blocks_.data() + first, bounces_.data() + first * kBlock,
+                 origins_.empty() ? nullptr : origins_.data() + first * kBlock);
         }
     });
 }
@@ -120,6 +125,7 @@ Vpl VplStore::light(const VplRange& range, std::uint32_t place) const {
     light.contribution = {block.r[lane], block.g[lane], block.b[lane]};
     light.in_medium = place / kBlock >= range.media;
     light.bounces = bounces_[place];
+    if (!origins_.empty()) light.light = origins_[place];
     if (light.in_medium) {
         light.d = n;
         light.g = block.more[lane];

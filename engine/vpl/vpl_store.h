@@ -52,12 +52,15 @@ class VplStore {
     // lamps' unit.
     float unit() const { return unit_; }
     std::size_t bytes() const {
-        return blocks_.size() * sizeof(VplBlock) + bounces_.size() + ranges_.size() * sizeof(VplRange);
+        return blocks_.size() * sizeof(VplBlock) + bounces_.size() + origins_.size() * sizeof(origins_[0]) +
+               ranges_.size() * sizeof(VplRange);
     }
 
   private:
     std::vector<VplBlock> blocks_;
     std::vector<BounceCount> bounces_;
+    // Vpl::light, by place: read of lights that are asked alone. Empty where all are 0.
+    std::vector<std::uint32_t> origins_;
     std::vector<VplRange> ranges_;
     std::size_t lights_ = 0;
     float unit_ = 1;

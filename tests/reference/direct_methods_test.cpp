@@ -118,7 +118,7 @@ Parts measured_by_choice(const Job& job, int samples, std::uint64_t seed, const 
     how.radius = 0.35F;
     const GuideMap guides = build_guides(job.scene, {200'000, 3, 0, how}, Workers{}, silent);
     return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
-        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/) {
+        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
             const V3f& n = vertex.hit.at.n;
             const Guide guide = guides.at(vertex.hit.at.p, n.dot(vertex.wo) < 0 ? -n : n);
             const LightChoice choice = LightChoice().guided(guide, 0.25F);
@@ -157,7 +157,7 @@ TEST(DirectMethods, AWeightWithoutTheDefensivePart_IsRefused) {
 template <typename Ask>
 Parts measured_by_light(const Job& job, int samples, std::uint64_t seed, Ask&& ask) {
     return measured(job, samples, seed, [&](const Ray& ray, Sampler& sampler) {
-        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/) {
+        return meter_and_shade(job.scene, ray, 1, [&](const Vertex& vertex, int /*left*/, const PartsSink&) {
             DirectLight result{Rgb(0.0F), {}};
             const std::optional<LightSample> in =
                 ask(*job.scene.lights()[0], vertex.hit.at.p, sampler.next2());

@@ -155,7 +155,7 @@ TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
     const auto image = [](int threads) {
         Job job = testing::make_job(testing::small_cornell(), testing::small_cornell_camera(40),
                                     PathSettings{}, 40);
-        job.film.two_halves = job.film.adaptive = true;
+        job.film.two_halves = job.film.adaptive = job.film.parts = true;
         Monitor silent;
         return render(job, {11, Workers{threads}}, silent);
     };
@@ -164,6 +164,17 @@ TEST(Allocation, OfAnImage_IsTheSameForAnyNumberOfThreads) {
         const RenderResult more = image(threads);
         EXPECT_EQ(one.image.data, more.image.data);
         EXPECT_EQ(one.denoised->data, more.denoised->data);
+    }
+    // The parts of the light are weighed as the image is.
+    const Image& parts = *one.parts;
+    for (std::size_t i = 0; i < parts.data.size() / parts.channels.size(); ++i) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            double sum = 0;
+            for (std::size_t part = 0; part < kLightParts; ++part)
+                sum += double{parts.data[parts.channels.size() * i + 6 * part + c]};
+            const double whole = double{one.image.data[6 * i + c]};
+            ASSERT_NEAR(sum, whole, 1e-6 * std::max(1.0, whole));
+        }
     }
     float least = INFINITY, most = 0;
     double all = 0;

@@ -227,6 +227,27 @@ TEST(ChooseMethod, DirectLight_IsLeftAsItIs) {
     EXPECT_FALSE(choose_method(job_of(DirectSettings{}), limits, 3, Workers{2}, silent).has_value());
 }
 
+// What cannot tell of light groups is left aside where they are asked for, and there alone.
+TEST(ChooseMethod, WithLightGroups_IsOneThatTellsOfThem) {
+    for (const bool parts : {true, false}) {
+        testing::SceneMaker make;
+        make.room({1, 1, 1}, make.diffuse(Rgb(0.5F)));
+        make.light(make_point_light(V3f(0.5F), Rgb(1)));
+        make.light_groups({"bulb"}, {0});
+        Job job =
+            testing::make_job(make.build(), testing::camera({0.5F, 0.5F, 0.1F}, {0.5F, 0.4F, 1}, 16, 16, 60),
+                              PhotonMapSettings{}, 1);
+        job.film.parts = parts;
+        Monitor silent;
+        Limits limits;
+        limits.seconds = 6;
+        const auto choice = choose_method(job, limits, 3, Workers{2}, silent);
+        ASSERT_TRUE(choice);
+        EXPECT_EQ(choice->tried.find("photonmap") == std::string::npos, parts) << choice->tried;
+        EXPECT_NE(choice->tried.find("igi"), std::string::npos) << choice->tried;
+    }
+}
+
 class Stopped final : public Monitor {
   public:
     bool stopped() const override { return true; }

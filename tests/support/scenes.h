@@ -28,6 +28,11 @@ class SceneMaker {
         return static_cast<std::int32_t>(parts_.lights.size() - 1);
     }
 
+    // Of each light so far the number of its group.
+    void light_groups(std::vector<std::string> names, std::vector<std::uint32_t> of_light) {
+        parts_.light_groups = {std::move(names), std::move(of_light)};
+    }
+
     // A parallelogram; its normal is a × b.
     void quad(const V3f& corner, const V3f& a, const V3f& b, std::uint32_t material) {
         Mesh mesh;

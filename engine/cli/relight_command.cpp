@@ -1,0 +1,257 @@
+// lucerna relight: an image's light groups, dimmed and coloured, into an image, without rendering again.
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+
+#include "engine/base/colour_space.h"
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "engine/cli/command_files.h"
+#include "engine/cli/commands.h"
+#include "engine/scene/light_parts.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char* kRelightFooter =
+    R"(IMAGE is what lucerna render --layers wrote of a scene whose lights name groups ("string lightgroup" of LightSource and
+AreaLightSource): light is a sum, so that any sum of the groups is the image that a render with lamps so bright and so
+coloured would have made.
+
+--group NAME=CHANGE says by how much a group is multiplied; groups that are not named stay as they are. CHANGE is a factor, a
+colour, or both with a comma between them. A colour is #rrggbb, sRGB as in a picture, or three factors of linear red,
+green and blue, r:g:b; it filters the light that is there, as a gel before the lamp does: #ffffff changes nothing.
+
+The result has R, G and B, what is known of their variance, and the groups as they are now: it can be relit again. What no
+longer fits is left out: parts, halves, the denoised image. Without --exposure the picture is as exposed as one of
+IMAGE, so that what is dimmed is darker.
+
+Examples:
+  lucerna render room.pbrt --spp 64 --layers -o room.exr
+  lucerna relight room.exr --group spot=0.5 --group window=0 -o evening.exr --png
+  lucerna relight room.exr --group spot=0.5,#ffd080 -o warm.exr --png
+  lucerna relight room.exr --group spot=1.2:1:0.6 -o warmer.exr)";
+
+const Location kOption{"--group"};
+
+// Linear sRGB factors.
+Rgb parse_colour(const std::string& word) {
+    if (word.starts_with('#')) {
+        Rgb colour;
+        const bool whole =
+            word.size() == 7 && word.find_first_not_of("0123456789abcdefABCDEF", 1) == word.npos;
+        if (!whole)
+            throw InputError(kOption,
+                             fmt::format("colour \"{}\": # and six digits 0 to f are accepted", word));
+        for (int c = 0; c < 3; ++c) {
+            const auto level = std::stoul(word.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
+            const float v = static_cast<float>(level) / 255;
+            colour[c] = v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);  // IEC 61966-2-1
+        }
+        return colour;
+    }
+    const std::size_t first = word.find(':'), second = first == word.npos ? first : word.find(':', first + 1);
+    if (second == word.npos)
+        throw InputError(kOption,
+                         fmt::format("colour \"{}\": #rrggbb, or r:g:b as 1:0.8:0.6, is accepted", word));
+    const auto component = [](const std::string& text) {
+        return static_cast<float>(parse_number(kOption, text, 0, 1e6));
+    };
+    return {component(word.substr(0, first)), component(word.substr(first + 1, second - first - 1)),
+            component(word.substr(second + 1))};
+}
+
+struct Change {
+    float factor = 1;
+    Rgb colour{1.0F};  // linear sRGB
+};
+
+struct NamedChange {
+    std::string group;
+    Change change;
+};
+
+NamedChange parse_change(const std::string& word) {
+    const std::size_t equals = word.find('=');
+    if (equals == word.npos || equals == 0 || equals + 1 == word.size()) {
+        throw InputError(
+            kOption, fmt::format("\"{}\": NAME=CHANGE is accepted, as spot=0.5 or spot=0.5,#ffd080", word));
+    }
+    NamedChange result{word.substr(0, equals), {}};
+    const std::string change = word.substr(equals + 1);
+    const std::size_t comma = change.find(',');
+    const auto is_colour = [](const std::string& text) { return text.find_first_of("#:") != text.npos; };
+    if (comma == change.npos && is_colour(change)) {
+        result.change.colour = parse_colour(change);
+        return result;
+    }
+    result.change.factor = static_cast<float>(parse_number(kOption, change.substr(0, comma), 0, 1e6));
+    if (comma != change.npos) result.change.colour = parse_colour(change.substr(comma + 1));
+    return result;
+}
+
+struct RelightCommand {
+    std::string image, output;
+    std::vector<NamedChange> changes;
+    bool png = false, quiet = false;
+    PictureOptions picture;  // without an exposure: that of the image as it was
+};
+
+std::string layer_of(const std::string& group) {
+    return kLightGroupPrefix + group;
+}
+
+// In the order of their channels.
+std::vector<std::string> groups_of(const Image& image) {
+    const std::string prefix = kLightGroupPrefix;
+    std::vector<std::string> groups;
+    for (const std::string& channel : image.channels) {
+        if (!channel.starts_with(prefix) || !channel.ends_with(".R")) continue;
+        const std::string name = channel.substr(prefix.size(), channel.size() - prefix.size() - 2);
+        if (name.find('.') == name.npos) groups.push_back(name);
+    }
+    return groups;
+}
+
+// By group: what each is multiplied by, in the space of the layers.
+std::vector<Rgb> factors_of(const std::vector<std::string>& groups, const RelightCommand& command,
+                            const ColourSpace* space) {
+    if (groups.empty()) {
+        throw InputError(
+            {command.image},
+            "has no light groups; what lucerna render --layers wrote of a scene whose lights have "
+            "\"string lightgroup\" is accepted");
+    }
+    std::vector<Rgb> factors(groups.size(), Rgb(1));
+    std::set<std::string> changed;
+    for (const auto& [name, change] : command.changes) {
+        const auto found = std::ranges::find(groups, name);
+        if (found == groups.end()) {
+            throw InputError({command.image}, fmt::format("has no light group \"{}\"; its groups are {}",
+                                                          name, fmt::join(groups, ", ")));
+        }
+        if (!changed.insert(name).second)
+            throw InputError(kOption, fmt::format("group \"{}\" is changed twice; once is accepted", name));
+        Rgb colour = change.colour;
+        if (space) {
+            const V3d in_space = conversion(colour_spaces()[0], *space) * V3d(colour);
+            for (int c = 0; c < 3; ++c) colour[c] = std::max(0.0F, static_cast<float>(in_space[c]));
+        }
+        factors[static_cast<std::size_t>(found - groups.begin())] = change.factor * colour;
+    }
+    return factors;
+}
+
+std::size_t channel_of(const Image& image, const std::string& name, const std::string& file) {
+    const auto channel = find_channel(image, name);
+    if (!channel) throw InputError({file}, "has no channel " + name + ", which belongs to its light groups");
+    return *channel;
+}
+
+// Variances of sums. Groups share their samples, so that their errors may go together in any way: the most
+// that the sum's deviation can be is the sum of theirs. Where all are multiplied alike it is what the image
+// knew.
+Image relit(const Image& image, const std::vector<std::string>& groups, const std::vector<Rgb>& factors,
+            const std::string& file) {
+    constexpr const char* kColours[] = {"R", "G", "B"};
+    std::vector<std::string> names{"R", "G", "B", "variance.R", "variance.G", "variance.B"};
+    for (const std::string& group : groups) {
+        for (const char* part : {".", ".variance."}) {
+            for (const char* colour : kColours) names.push_back(layer_of(group) + part + colour);
+        }
+    }
+    Image result(image.width, image.height, names);
+    for (std::size_t c = 0; c < 3; ++c) {
+        std::vector<std::size_t> values, variances;
+        for (const std::string& group : groups) {
+            values.push_back(channel_of(image, layer_of(group) + "." + kColours[c], file));
+            variances.push_back(channel_of(image, layer_of(group) + ".variance." + kColours[c], file));
+        }
+        const auto factor = [&](std::size_t group) { return factors[group][static_cast<int>(c)]; };
+        bool alike = true;
+        for (std::size_t g = 1; g < groups.size(); ++g) alike = alike && factor(g) == factor(0);
+        const auto known = alike ? find_channel(image, std::string("variance.") + kColours[c]) : std::nullopt;
+        const std::size_t width = image.channels.size(), pixels = image.data.size() / width;
+        for (std::size_t p = 0; p < pixels; ++p) {
+            const float* const from = &image.data[width * p];
+            float* const to = &result.data[names.size() * p];
+            double sum = 0, deviation = 0;
+            for (std::size_t g = 0; g < groups.size(); ++g) {
+                const double k{factor(g)};
+                const double value = k * double{from[values[g]]},
+                             variance = k * k * double{from[variances[g]]};
+                sum += value;
+                deviation += std::sqrt(variance);
+                to[6 + 6 * g + c] = static_cast<float>(value);
+                to[6 + 6 * g + 3 + c] = static_cast<float>(variance);
+            }
+            to[c] = static_cast<float>(sum);
+            to[3 + c] = known ? factor(0) * factor(0) * from[*known] : static_cast<float>(sqr(deviation));
+        }
+    }
+    return result;
+}
+
+void act(const RelightCommand& command, const CommandContext& context) {
+    require_readable(command.image);
+    CommandFiles files;
+    files.reads(command.image);
+    files.writes(command.output, ".exr", "-o");
+    const std::filesystem::path picture = std::filesystem::path(command.output).replace_extension(".png");
+    if (command.png) files.writes(picture, ".png", "--png");
+
+    const Image image = read_exr(command.image);
+    // Only R, G and B are brought to linear sRGB when a file is read.
+    const auto from_space = image.attributes.find("lucerna.broughtfrom");
+    const ColourSpace* const space =
+        from_space != image.attributes.end() ? find_colour_space(from_space->second) : image.space;
+    const std::vector<std::string> groups = groups_of(image);
+    Image result = relit(image, groups, factors_of(groups, command, space), command.image);
+    result.space = space;
+    result.attributes = image.attributes;
+    result.attributes.erase("lucerna.broughtfrom");
+    write_exr(command.output, result);
+    if (!command.quiet) {
+        fmt::print(context.out, "image    {} ({} x {}, light groups {})\n", command.output, result.width,
+                   result.height, fmt::join(groups, ", "));
+    }
+    if (!command.png) return;
+    const PictureLook look = command.picture.look(image);
+    write_png(picture, result, look);
+    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, look));
+}
+
+}  // namespace
+
+void add_relight_command(CLI::App& program, const CommandContext& context) {
+    const auto command = std::make_shared<RelightCommand>();
+    CLI::App& app =
+        *program.add_subcommand("relight", "Dim and colour an image's light groups, without rendering again");
+    app.footer(kRelightFooter);
+    app.add_option("IMAGE", command->image, "OpenEXR image with light groups")->required();
+    app.add_option_function<std::vector<std::string>>(
+           "--group",
+           [command](const std::vector<std::string>& words) {
+               for (const std::string& word : words) command->changes.push_back(parse_change(word));
+           },
+           "multiply a group by a factor, a colour, or both; may be repeated")
+        ->type_name("NAME=CHANGE")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option("-o,--output", command->output, "the relit OpenEXR image")
+        ->required()
+        ->type_name("FILE.exr");
+    app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
+    add_picture_options(app, command->picture);
+    app.add_flag("--quiet", command->quiet, "say nothing but errors");
+    app.callback([command, &context] { act(*command, context); });
+}
+
+}  // namespace lucerna

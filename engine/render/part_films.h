@@ -1,0 +1,53 @@
+// The films of an image's parts and light groups (engine/scene/light_parts.h): one each, with the same
+// samples and weights as the image's own. A film is linear in what its samples bring, so that parts add up to
+// the image, and so do groups.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/image.h"
+#include "engine/render/film.h"
+#include "engine/scene/light_parts.h"
+
+namespace lucerna {
+
+class PartFilms {
+  public:
+    // `kind`: the image's own film's. `groups` outlive the films.
+    PartFilms(int width, int height, const Film::Kind& kind, const LightGroups& groups);
+
+    // A sample, as Film::add() has it. `half`: 0, unless kind.allocated.
+    void add(int x, int y, const LightParts& sample, float weight, int half = 0);
+    // What one pass saw through a pixel, as Film::add_pass() has it.
+    void add_pass(int x, int y, std::span<const LightParts> samples, std::span<const float> weights);
+
+    // Channels NAME.R .G .B and NAME.variance.R .G .B of each, as Film::develop() makes them: the parts by
+    // light_part_name(), the groups as lightgroup.NAME.
+    Image develop(float scale, const WorkingSpace& colours) const;
+
+    // As Film's, of all of them.
+    std::vector<std::byte> sums() const;
+    std::size_t bytes_of_sums() const;
+    void restore(std::span<const std::byte> sums);
+
+    // With their share of what develop() makes.
+    static std::size_t bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups);
+
+  private:
+    // Halves are the image's own concern, unless it is their mean.
+    static Film::Kind alone(Film::Kind kind) {
+        kind.two_halves = kind.allocated;
+        return kind;
+    }
+    static const Rgb& value(const LightParts& sample, std::size_t film) {
+        return film < kLightParts ? sample.parts[film] : sample.groups[film - kLightParts];
+    }
+
+    std::vector<std::string> names_;
+    std::vector<Film> films_;  // of parts, then of groups
+};
+
+}  // namespace lucerna

@@ -1,0 +1,266 @@
+// Layers of an image as the command writes them, as another program reads them, and relit.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "engine/base/image.h"
+#include "tests/cli/run_support.h"
+#include "tests/support/cannot_run.h"
+
+namespace lucerna {
+namespace layers_test {
+
+using ::testing::HasSubstr;
+using testing::lucerna_run;
+
+// Two groups of lamps, each with factors of its own, and one lamp without a group.
+std::string scene_with_groups(const Rgb& stage = Rgb(1), const Rgb& window = Rgb(1)) {
+    std::string text = testing::kScene;
+    text += fmt::format(
+        "LightSource \"spot\" \"rgb I\" [ {} {} {} ] \"point3 from\" [ 1 1.8 -0.5 ] \"point3 to\" [ 0 0 0.5 "
+        "] "
+        "\"string lightgroup\" \"stage\"\n",
+        8 * stage.x, 7 * stage.y, 6 * stage.z);
+    text += fmt::format(
+        "AttributeBegin\nAreaLightSource \"diffuse\" \"rgb L\" [ {} {} {} ] \"string lightgroup\" "
+        "\"window\"\n"
+        "Shape \"trianglemesh\" \"integer indices\" [ 0 1 2 0 2 3 ] \"point3 P\" [ -1.9 0.5 0  -1.9 1.5 0  "
+        "-1.9 1.5 1  -1.9 0.5 1 ]\n"
+        "AttributeEnd\n",
+        3 * window.x, 4 * window.y, 5 * window.z);
+    return text;
+}
+
+class RunLayers : public testing::RunTest {
+  protected:
+    void render(const std::string& image, const std::string& spp = "8") {
+        const auto outcome = lucerna_run({"render", "scene.pbrt", "-o", image, "--spp", spp, "--layers"});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+    }
+};
+
+double of(const Image& image, const std::string& channel, int x, int y) {
+    const auto found = find_channel(image, channel);
+    return found ? double{image.value(x, y, static_cast<int>(*found))} : NAN;
+}
+
+TEST_F(RunLayers, HaveTheNamesOfTheDocs_AndAddUp) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr");
+    const Image image = read_exr("a.exr");
+    for (const char* name : {"emission.R",
+                             "direct.variance.G",
+                             "indirect.B",
+                             "caustic.R",
+                             "media.R",
+                             "lightgroup.stage.R",
+                             "lightgroup.window.variance.B",
+                             "lightgroup.default.G",
+                             "albedo.R",
+                             "albedo.variance.R",
+                             "N.X",
+                             "Nc.Z",
+                             "P.Y",
+                             "Z",
+                             "variance.Z",
+                             "id.object",
+                             "id.material",
+                             "first.R",
+                             "second.samples",
+                             "denoised.R"})
+        EXPECT_TRUE(find_channel(image, name)) << name;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            for (const std::string c : {".R", ".G", ".B"}) {
+                const double all = of(image, c.substr(1), x, y);
+                double parts = 0, groups = 0;
+                for (const char* part : {"emission", "direct", "indirect", "caustic", "media"})
+                    parts += of(image, part + c, x, y);
+                for (const char* group : {"stage", "window", "default"})
+                    groups += of(image, std::string("lightgroup.") + group + c, x, y);
+                EXPECT_NEAR(parts, all, 1e-6 * all);
+                EXPECT_NEAR(groups, all, 1e-6 * all);
+            }
+        }
+    }
+    // The same image as without.
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "b.exr", "--spp", "8", "--denoise"}).code, 0);
+    const Image without = read_exr("b.exr");
+    EXPECT_FALSE(find_channel(without, "direct.R"));
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) EXPECT_EQ(image.rgb_at(x, y), without.rgb_at(x, y));
+    }
+}
+
+TEST_F(RunLayers, WithoutGroups_ThereAreNone) {
+    render("a.exr");
+    for (const std::string& channel : read_exr("a.exr").channels)
+        EXPECT_FALSE(channel.starts_with("lightgroup.")) << channel;
+    expect_refused({"relight", "a.exr", "-o", "b.exr"},
+                   {"a.exr", "no light groups", "--layers", "lightgroup"});
+}
+
+// OpenImageIO's program takes the parts out by their names, and adds them up.
+TEST_F(RunLayers, InOiiotool_AddUpToTheImage) {
+    if (std::system("oiiotool --version > version.txt 2>&1") != 0)
+        LUCERNA_CANNOT_RUN() << "there is no oiiotool (Debian's openimageio-tools)";
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr");
+    const auto sum = [](const std::vector<std::string>& layers, const std::string& to) {
+        std::string command = "oiiotool";
+        for (std::size_t i = 0; i < layers.size(); ++i) {
+            command += fmt::format(" a.exr --ch R={0}.R,G={0}.G,B={0}.B", layers[i]);
+            if (i > 0) command += " --add";
+        }
+        return std::system((command + " -d float -o " + to + " > said.txt 2>&1").c_str());
+    };
+    const Image image = read_exr("a.exr");
+    const auto most_apart = [&image](const std::string& file) {
+        const Image added = read_exr(file);
+        double most = 0;
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+                const double all{luminance(image.rgb_at(x, y))};
+                most = std::max(most, std::fabs(double{luminance(added.rgb_at(x, y))} - all) / all);
+            }
+        }
+        return most;
+    };
+    ASSERT_EQ(sum({"emission", "direct", "indirect", "caustic", "media"}, "parts.exr"), 0);
+    EXPECT_LT(most_apart("parts.exr"), 1e-6);
+    ASSERT_EQ(sum({"lightgroup.stage", "lightgroup.window", "lightgroup.default"}, "groups.exr"), 0);
+    EXPECT_LT(most_apart("groups.exr"), 1e-6);
+    ASSERT_EQ(sum({"direct", "caustic"}, "some.exr"), 0);
+    EXPECT_GT(most_apart("some.exr"), 1e-3);
+}
+
+// --- relight ---
+
+float linear(int level) {
+    const float v = static_cast<float>(level) / 255;
+    return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
+}
+
+TEST_F(RunLayers, Relit_AreTheSumOfWhatTheirGroupsHaveBecome) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr");
+    const auto outcome = lucerna_run({"relight", "a.exr", "--group", "stage=0.5,#ffd080", "--group",
+                                      "window=2:1:0", "-o", "b.exr", "--png"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("stage"));
+    EXPECT_EQ(files(), (std::vector<std::string>{"a.exr", "b.exr", "b.png", "scene.pbrt"}));
+    const Image before = read_exr("a.exr"), after = read_exr("b.exr");
+    EXPECT_FALSE(find_channel(after, "direct.R"));
+    EXPECT_EQ(after.attributes.at("lucerna.unit"), before.attributes.at("lucerna.unit"));
+    const Rgb stage(0.5F * linear(0xff), 0.5F * linear(0xd0), 0.5F * linear(0x80)), window(2, 1, 0);
+    for (int y = 0; y < before.height; ++y) {
+        for (int x = 0; x < before.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const std::string colour(1, "RGB"[c]);
+                const auto group = [&](const Image& image, const std::string& name) {
+                    return of(image, "lightgroup." + name + "." + colour, x, y);
+                };
+                const double expected = stage[c] * group(before, "stage") +
+                                        window[c] * group(before, "window") + group(before, "default");
+                EXPECT_NEAR(of(after, colour, x, y), expected, 1e-6 * expected);
+                EXPECT_NEAR(group(after, "stage"), stage[c] * group(before, "stage"), 1e-6 * expected);
+                EXPECT_GE(of(after, "variance." + colour, x, y), 0);
+            }
+        }
+    }
+}
+
+TEST_F(RunLayers, NotChanged_IsTheImageThatWas) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr");
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "-o", "b.exr"}).code, 0);
+    // Once more, and back: what is multiplied by 0 is gone, all else can be undone.
+    ASSERT_EQ(lucerna_run({"relight", "b.exr", "--group", "stage=4", "-o", "c.exr"}).code, 0);
+    ASSERT_EQ(lucerna_run({"relight", "c.exr", "--group", "stage=0.25,#ffffff", "-o", "d.exr"}).code, 0);
+    const Image before = read_exr("a.exr"), same = read_exr("b.exr"), changed = read_exr("c.exr"),
+                back = read_exr("d.exr");
+    double most = 0;
+    for (int y = 0; y < before.height; ++y) {
+        for (int x = 0; x < before.width; ++x) {
+            const double all = of(before, "G", x, y);
+            EXPECT_NEAR(of(same, "G", x, y), all, 1e-6 * all);
+            EXPECT_EQ(of(same, "variance.G", x, y), of(before, "variance.G", x, y));
+            EXPECT_NEAR(of(back, "G", x, y), all, 1e-6 * all);
+            most = std::max(most, std::fabs(of(changed, "G", x, y) / all - 1));
+        }
+    }
+    EXPECT_GT(most, 0.1);
+}
+
+// A dimmed image is what a render of dimmed lamps shows.
+TEST_F(RunLayers, Relit_AreWhatARenderOfSuchLampsShows) {
+    const Rgb stage(0.2F, 0.1F, 0.3F), window(3, 2, 1);
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr", "4096");
+    ASSERT_EQ(lucerna_run({"relight", "a.exr", "--group", "stage=0.2:0.1:0.3", "--group", "window=3:2:1",
+                           "-o", "b.exr"})
+                  .code,
+              0);
+    write("scene.pbrt", scene_with_groups(stage, window));
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "c.exr", "--spp", "4096", "--seed", "5"}).code, 0);
+    const Image before = read_exr("a.exr"), relit = read_exr("b.exr"), rendered = read_exr("c.exr");
+    for (const std::string c : {"R", "G", "B"}) {
+        double difference = 0, variance = 0, all = 0, untouched = 0;
+        for (int y = 0; y < relit.height; ++y) {
+            for (int x = 0; x < relit.width; ++x) {
+                difference += of(relit, c, x, y) - of(rendered, c, x, y);
+                variance += of(relit, "variance." + c, x, y) + of(rendered, "variance." + c, x, y);
+                all += of(rendered, c, x, y);
+                untouched += of(before, c, x, y) - of(rendered, c, x, y);
+            }
+        }
+        // Four sigmas: once in 16000.
+        EXPECT_LT(std::fabs(difference), 4 * std::sqrt(variance)) << c;
+        EXPECT_LT(4 * std::sqrt(variance), 0.05 * all) << "the test says nothing";
+        EXPECT_GT(std::fabs(untouched), 4 * std::sqrt(variance)) << c;
+    }
+}
+
+TEST_F(RunLayers, WhatRelightCannotDo_IsRefusedByName) {
+    write("scene.pbrt", scene_with_groups());
+    render("a.exr", "1");
+    const auto refused = [this](const std::string& change, const std::vector<std::string>& named) {
+        expect_refused({"relight", "a.exr", "--group", change, "-o", "b.exr"}, named);
+    };
+    refused("stag=0.5", {"a.exr", "\"stag\"", "stage, window"});
+    refused("stage", {"--group", "\"stage\"", "NAME=CHANGE"});
+    refused("stage=", {"--group", "NAME=CHANGE"});
+    refused("stage=bright", {"--group", "bright"});
+    refused("stage=-1", {"--group", "-1"});
+    refused("stage=0.5,#ffd08", {"--group", "#ffd08", "six digits"});
+    refused("stage=#gggggg", {"--group", "#gggggg"});
+    refused("stage=0.5,red", {"--group", "red", "#rrggbb"});
+    refused("stage=1:2", {"--group", "1:2"});
+    refused("stage=1:2:-3", {"--group", "-3"});
+    expect_refused({"relight", "a.exr", "--group", "stage=1", "--group", "stage=2", "-o", "b.exr"},
+                   {"stage", "twice"});
+    expect_refused({"relight", "a.exr", "-o", "a.exr"}, {"a.exr"});
+    expect_refused({"relight", "missing.exr", "-o", "b.exr"}, {"missing.exr"});
+}
+
+TEST_F(RunLayers, OfGroupsThatAMethodCannotTell_AreRefused) {
+    write("scene.pbrt", scene_with_groups());
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--layers", "--integrator", "photonmap"},
+                   {"light groups", "photonmap", "path", "igi", "progressive", "precompute"});
+    EXPECT_EQ(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--layers", "--integrator", "photonmap",
+                           "--set", "precompute=0", "--set", "photons=1000"})
+                  .code,
+              0);
+}
+
+TEST_F(RunLayers, NamesThatNoLayerMayHave_AreRefused) {
+    std::string text = scene_with_groups();
+    text.replace(text.find("\"stage\""), 7, "\"a.b\"");
+    write("scene.pbrt", text);
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--strict"},
+                   {"scene.pbrt", "lightgroup", "a.b", "letters"});
+}
+
+}  // namespace layers_test
+}  // namespace lucerna

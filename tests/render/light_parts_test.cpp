@@ -1,0 +1,459 @@
+// Parts of the light and light groups: they add up to the image, cost it nothing, are the same by every
+// method, and each is what a render of it alone shows.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+
+#include "engine/base/stats.h"
+#include "engine/render/render.h"
+#include "tests/support/materials.h"
+#include "tests/support/media.h"
+#include "tests/support/region_means.h"
+#include "tests/support/scenes.h"
+
+namespace lucerna {
+namespace light_parts_test {
+
+using testing::SceneMaker;
+
+constexpr int kSize = 12;
+
+// A room with all that tells parts apart: glass, a mirror, gloss, varnish over paint; a wide lamp that is
+// seen and a small one, each a group of its own. `fog` fills it.
+Scene room(bool fog, Rgb albedo = Rgb(0.7F, 0.6F, 0.5F), Rgb lamp = Rgb(9, 8, 6), float bulb = 25) {
+    SceneMaker make;
+    const auto wall = make.diffuse(albedo);
+    make.room({1, 1, 1}, wall);
+    make.sphere({0.32F, 0.2F, 0.4F}, 0.18F, make.material(DielectricMaterial{}));
+    make.sphere({0.75F, 0.15F, 0.35F}, 0.14F, make.material(MirrorMaterial{}));
+    ConductorMaterial gloss;
+    gloss.roughness = Roughness::of_alpha(0.15F);
+    make.sphere({0.75F, 0.15F, 0.75F}, 0.14F, make.material(gloss));
+    make.sphere({0.3F, 0.12F, 0.8F}, 0.11F,
+                make.material(testing::coated(RgbTexture::constant(0.7F * albedo), 0)));
+    make.quad_light({0.3F, 0.95F, 0.4F}, {0.4F, 0, 0}, {0, 0, 0.4F}, make.diffuse(Rgb(0)), lamp);
+    make.quad_light({0.42F, 0.6F, 0.05F}, {0.16F, 0, 0}, {0, 0, 0.16F}, make.diffuse(Rgb(0)), Rgb(bulb));
+    make.light_groups({"wide", "bulb"}, {0, 1});
+    if (fog) {
+        make.region(
+            testing::in_box(testing::homogeneous(Rgb(0.1F), Rgb(0.4F, 0.3F, 0.2F)), V3d(0.01), V3d(0.99)));
+    }
+    return make.build();
+}
+
+Job job_of(Scene scene, IntegratorSettings method, int spp, bool parts = true) {
+    Job job = testing::make_job(std::move(scene),
+                                testing::camera({0.5F, 0.55F, 0.03F}, {0.5F, 0.45F, 1}, kSize, kSize, 90),
+                                std::move(method), spp);
+    job.film.parts = parts;
+    return job;
+}
+
+// As many light paths as will do to see that things add up.
+constexpr std::int64_t kFew = 2000;
+
+PhotonMapSettings maps(bool groups = true) {
+    PhotonMapSettings settings;
+    settings.photons = kFew;
+    if (groups) settings.precompute = 0;
+    return settings;
+}
+IgiSettings lights() {
+    IgiSettings settings = testing::few_lights(-1, 64);
+    settings.caustic_paths = kFew;
+    return settings;
+}
+ProgressiveSettings passes() {
+    ProgressiveSettings settings;
+    settings.photons = kFew;
+    return settings;
+}
+
+struct Method {
+    std::string name;
+    IntegratorSettings settings;
+    bool groups = true;
+};
+std::vector<Method> methods() {
+    PhotonMapSettings direct_map = maps();
+    direct_map.direct = DirectMethod::map;
+    direct_map.indirect = IndirectMethod::map;
+    PhotonMapSettings guided = maps();
+    guided.direct = DirectMethod::guided;
+    guided.specular_below = 0.3F;
+    IgiSettings without = lights();
+    without.compensate = false;
+    PathSettings guided_path;
+    guided_path.guide_lights = guided_path.guide_paths = 2000;
+    return {{"path", PathSettings{}},
+            {"guided path", guided_path},
+            {"direct", DirectSettings{}},
+            {"photonmap", maps(false), false},
+            {"photonmap without precomputed irradiance", maps()},
+            {"photonmap by maps alone", direct_map},
+            {"photonmap, guided", guided},
+            {"igi", lights()},
+            {"igi without compensation", without},
+            {"progressive", passes()}};
+}
+
+// Without groups where a method cannot tell of them.
+Scene room_for(const Method& method, bool fog) {
+    if (method.groups) return room(fog);
+    SceneMaker make;
+    make.room({1, 1, 1}, make.diffuse(Rgb(0.6F)));
+    make.sphere({0.32F, 0.2F, 0.4F}, 0.18F, make.material(DielectricMaterial{}));
+    make.light(make_point_light({0.5F, 0.6F, 0.1F}, Rgb(1)));
+    if (fog) make.region(testing::in_box(testing::homogeneous(Rgb(0.1F), Rgb(0.3F)), V3d(0.01), V3d(0.99)));
+    return make.build();
+}
+
+RenderResult rendered(const Job& job, std::uint64_t seed = 1) {
+    Monitor silent;
+    return render(job, {seed, Workers{2}}, silent);
+}
+
+Rgb layer_at(const Image& layers, const std::string& name, int x, int y) {
+    const auto first = static_cast<int>(find_channel(layers, name + ".R").value());
+    return {layers.value(x, y, first), layers.value(x, y, first + 1), layers.value(x, y, first + 2)};
+}
+
+const std::vector<std::string> kParts{"emission", "direct", "indirect", "caustic", "media"};
+const std::vector<std::string> kGroups{"lightgroup.wide", "lightgroup.bulb"};
+
+// The largest difference between the image and the sum of these layers, relative to what the layers are.
+double most_apart(const RenderResult& result, const std::vector<std::string>& names) {
+    double most = 0;
+    for (int y = 0; y < result.image.height; ++y) {
+        for (int x = 0; x < result.image.width; ++x) {
+            V3d sum(0.0), size(0.0);
+            for (const std::string& name : names) {
+                const V3d layer(layer_at(*result.parts, name, x, y));
+                sum += layer;
+                for (int c = 0; c < 3; ++c) size[c] += std::fabs(layer[c]);
+            }
+            const V3d image(result.image.rgb_at(x, y));
+            for (int c = 0; c < 3; ++c) {
+                if (size[c] > 0 || image[c] != 0)
+                    most =
+                        std::max(most, std::fabs(sum[c] - image[c]) / std::max(size[c], std::fabs(image[c])));
+            }
+        }
+    }
+    return most;
+}
+
+TEST(LightParts, OfEveryMethod_AddUpToTheImage) {
+    for (const Method& method : methods()) {
+        for (const bool fog : {false, true}) {
+            for (const auto filter : {FilterSettings::Kind::box, FilterSettings::Kind::mitchell}) {
+                Job job = job_of(room_for(method, fog), method.settings, 8);
+                job.film.filter.kind = filter;
+                job.film.two_halves = fog;
+                const RenderResult result = rendered(job);
+                ASSERT_TRUE(result.parts);
+                const std::string what = method.name + (fog ? ", fog" : "");
+                EXPECT_LT(most_apart(result, kParts), 1e-6) << what;
+                if (method.groups) {
+                    EXPECT_LT(most_apart(result, kGroups), 1e-6) << what;
+                }
+                // Who forgets one is found out.
+                EXPECT_GT(most_apart(result, {"emission", "indirect", "caustic", "media"}), 1e-3) << what;
+            }
+        }
+    }
+}
+
+TEST(LightParts, BesideThem_TheImageIsTheSameBitForBit) {
+    for (const Method& method : methods()) {
+        for (const bool fog : {false, true}) {
+            const auto image = [&](bool parts, std::uint64_t seed) {
+                return rendered(job_of(room_for(method, fog), method.settings, 4, parts), seed).image.data;
+            };
+            const auto with = image(true, 1);
+            EXPECT_EQ(with, image(false, 1)) << method.name;
+            EXPECT_NE(with, image(true, 2)) << method.name;
+        }
+    }
+}
+
+TEST(LightParts, AnyNumberOfThreads_SamePartsBitForBit) {
+    for (const Method& method : {methods()[0], methods()[7], methods()[9]}) {
+        const Job job = job_of(room(true), method.settings, 4);
+        Monitor silent;
+        EXPECT_EQ(render(job, {1, Workers{1}}, silent).parts->data,
+                  render(job, {1, Workers{3}}, silent).parts->data)
+            << method.name;
+    }
+}
+
+// Mean luminance of a layer, over seeds.
+RunningStats mean_over_seeds(const std::vector<RenderResult>& results, const std::string& name) {
+    RunningStats stats;
+    for (const RenderResult& result : results) {
+        RunningStats pixels;
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                pixels.add(double{luminance(name.empty() ? result.image.rgb_at(x, y)
+                                                         : layer_at(*result.parts, name, x, y))});
+            }
+        }
+        stats.add(pixels.mean());
+    }
+    return stats;
+}
+
+std::vector<RenderResult> over_seeds(const std::function<Scene()>& scene, const IntegratorSettings& method,
+                                     int spp, int seeds) {
+    std::vector<RenderResult> results;
+    const Job job = job_of(scene(), method, spp);
+    for (int seed = 1; seed <= seeds; ++seed)
+        results.push_back(rendered(job, static_cast<std::uint64_t>(seed)));
+    return results;
+}
+
+// Within four standard errors and what estimates from photons may be off: a right method fails once in 1600
+// comparisons of twelve seeds (Student's t).
+void expect_same_mean(const RunningStats& ours, const RunningStats& reference, double bias,
+                      const std::string& what) {
+    const auto compared = testing::compare_means(ours, reference);
+    std::printf("%-40s %8.5f %8.5f  %.4f ± %.4f\n", what.c_str(), ours.mean(), reference.mean(),
+                compared.ratio, compared.noise);
+    EXPECT_NEAR(compared.ratio, 1, bias + 4 * compared.noise) << what;
+    EXPECT_LT(compared.noise, 0.05) << what << ": the test says nothing";
+}
+
+constexpr int kSeeds = 12;
+// What estimates from photons may be off, relative, in so rough an image's mean: a caustic spreads from where
+// it is hidden to where it is seen.
+constexpr double kBias = 0.03, kCausticBias = 0.06;
+
+// So many that the discs of caustics are no wider than these.
+IntegratorSettings with_many_photons(IntegratorSettings method) {
+    constexpr std::int64_t kMany = 400'000;
+    if (auto* maps = std::get_if<PhotonMapSettings>(&method)) {
+        maps->photons = kMany;
+        maps->estimate.k = 30;
+    } else if (auto* igi = std::get_if<IgiSettings>(&method)) {
+        igi->caustic_paths = 3 * kMany;  // its discs hold 100 photons
+    } else if (auto* progressive = std::get_if<ProgressiveSettings>(&method)) {
+        progressive->photons = kMany / 10;
+    }
+    return method;
+}
+
+void expect_parts_of_path(bool fog) {
+    const auto scene = [fog] { return room(fog); };
+    const auto reference = over_seeds(scene, PathSettings{}, 1024, kSeeds);
+    for (const Method& method : methods()) {
+        // Without compensation igi lacks light; whoever reads photons where they are seen blurs all of it.
+        if (!method.groups || method.name == "path" || method.name == "igi without compensation") continue;
+        const bool by_path = method.name == "guided path", all = method.name != "direct";
+        const auto ours = over_seeds(scene, with_many_photons(method.settings), by_path ? 256 : 32, kSeeds);
+        std::vector<std::string> names{"emission", "direct"};
+        if (all) {
+            names = kParts;
+            names.insert(names.end(), kGroups.begin(), kGroups.end());
+        }
+        for (const std::string& name : names) {
+            const std::string what = method.name + ", " + name + (fog ? ", fog" : "");
+            if (name == "media" && !fog) {
+                EXPECT_EQ(mean_over_seeds(ours, name).mean(), 0) << what;
+                continue;
+            }
+            const bool sampled =
+                name == "emission" || (name == "direct" && method.name != "photonmap by maps alone");
+            const double bias = by_path || sampled ? 0 : name == "caustic" ? kCausticBias : kBias;
+            expect_same_mean(mean_over_seeds(ours, name), mean_over_seeds(reference, name), bias, what);
+        }
+        // Parts are not each other's.
+        const auto compared =
+            testing::compare_means(mean_over_seeds(ours, "direct"), mean_over_seeds(reference, "indirect"));
+        EXPECT_GT(compared.sigmas, 10) << method.name;
+        EXPECT_GT(std::fabs(compared.ratio - 1), 2 * kBias) << method.name;
+    }
+}
+
+TEST(LightPartsBesidePath, OfEveryMethod_AreThoseOfPath) {
+    expect_parts_of_path(false);
+}
+TEST(LightPartsBesidePath, OfEveryMethodInFog_AreThoseOfPath) {
+    expect_parts_of_path(true);
+}
+
+// --- each against a render of it alone ---
+
+TEST(LightParts, Emission_IsWhatIsSeenWhereNothingScatters) {
+    // Black walls leave lamps, mirrors and glass; what is seen in gloss and varnish is not emission.
+    const auto parts = over_seeds([] { return room(false); }, PathSettings{}, 64, kSeeds);
+    const auto alone = [] {
+        SceneMaker make;
+        const auto black = make.diffuse(Rgb(0));
+        make.room({1, 1, 1}, black);
+        make.sphere({0.32F, 0.2F, 0.4F}, 0.18F, make.material(DielectricMaterial{}));
+        make.sphere({0.75F, 0.15F, 0.35F}, 0.14F, make.material(MirrorMaterial{}));
+        make.sphere({0.75F, 0.15F, 0.75F}, 0.14F, black);
+        make.sphere({0.3F, 0.12F, 0.8F}, 0.11F,
+                    make.material(testing::coated(RgbTexture::constant(Rgb(0)), 0)));
+        make.quad_light({0.3F, 0.95F, 0.4F}, {0.4F, 0, 0}, {0, 0, 0.4F}, black, Rgb(9, 8, 6));
+        make.quad_light({0.42F, 0.6F, 0.05F}, {0.16F, 0, 0}, {0, 0, 0.16F}, black, Rgb(25));
+        return make.build();
+    };
+    expect_same_mean(mean_over_seeds(parts, "emission"),
+                     mean_over_seeds(over_seeds(alone, PathSettings{}, 64, kSeeds), ""), 0, "emission");
+}
+
+// Over a flat mirror a lamp lights as its image behind the mirror does, straight, weakened by what the mirror
+// takes.
+TEST(LightParts, CausticOfAFlatMirror_IsTheDirectLightOfTheLampsImage) {
+    constexpr float kReflectance = 0.8F;
+    const auto floor_and_lamp = [](bool mirror) {
+        SceneMaker make;
+        make.quad({-1, 0, -1}, {0, 0, 4}, {4, 0, 0}, make.diffuse(Rgb(0.6F)));
+        const auto black = make.diffuse(Rgb(0));
+        const Rgb radiance(20, 15, 10);
+        if (mirror) {
+            // The plane x = -1, wide enough for all that matters.
+            make.quad({-1, -20, -20}, {0, 40, 0}, {0, 0, 40},
+                      make.material(MirrorMaterial{RgbTexture::constant(Rgb(kReflectance))}));
+            make.quad_light({-0.6F, 1, 0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, black, radiance);
+        } else {
+            make.quad_light({-2.2F, 1, 0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F}, black, kReflectance * radiance);
+        }
+        return make.build();
+    };
+    // The mirror itself is out of the view.
+    const auto results = [&](bool mirror, const IntegratorSettings& method, int spp) {
+        Job job = testing::make_job(floor_and_lamp(mirror),
+                                    testing::camera({1.2F, 0.9F, -0.9F}, {0.6F, 0, 0.9F}, kSize, kSize, 30),
+                                    method, spp);
+        job.film.parts = true;
+        std::vector<RenderResult> all;
+        for (int seed = 1; seed <= kSeeds; ++seed)
+            all.push_back(rendered(job, static_cast<std::uint64_t>(seed)));
+        return all;
+    };
+    const auto with = results(true, PathSettings{}, 1024), image = results(false, DirectSettings{}, 64);
+    expect_same_mean(mean_over_seeds(with, "caustic"), mean_over_seeds(image, "direct"), 0, "caustic");
+}
+
+TEST(LightParts, Media_AreWhatIsSeenInARoomOfBlackWalls) {
+    // All light but that of walls: what fog scatters once and more often, lit straight.
+    const auto dark = [] {
+        SceneMaker make;
+        make.room({1, 1, 1}, make.diffuse(Rgb(0)));
+        make.light(make_point_light({0.5F, 0.6F, 0.1F}, Rgb(1)));
+        make.region(testing::in_box(testing::homogeneous(Rgb(0.1F), Rgb(0.4F)), V3d(0.01), V3d(0.99)));
+        return make.build();
+    };
+    for (const Method& method : methods()) {
+        const RenderResult result = rendered(job_of(dark(), method.settings, 4));
+        EXPECT_LT(most_apart(result, {"media"}), 1e-6) << method.name;
+        EXPECT_GT(luminance(testing::mean_rgb(result.image)), 0) << method.name;
+    }
+}
+
+TEST(LightGroups, EachIsTheImageOfItsLampsAlone) {
+    const auto all = over_seeds([] { return room(true); }, PathSettings{}, 128, kSeeds);
+    for (const bool wide : {true, false}) {
+        const auto alone = [wide] {
+            return wide ? room(true, Rgb(0.7F, 0.6F, 0.5F), Rgb(9, 8, 6), 0)
+                        : room(true, Rgb(0.7F, 0.6F, 0.5F), Rgb(0), 25);
+        };
+        const auto truth = mean_over_seeds(over_seeds(alone, PathSettings{}, 128, kSeeds), "");
+        expect_same_mean(mean_over_seeds(all, wide ? kGroups[0] : kGroups[1]), truth, 0,
+                         wide ? "wide" : "bulb");
+        EXPECT_GT(testing::compare_means(mean_over_seeds(all, wide ? kGroups[1] : kGroups[0]), truth).sigmas,
+                  10);
+    }
+}
+
+TEST(LightGroups, OfAMethodThatCannotTell_AreRefusedWithThoseThatCan) {
+    const Job job = job_of(room(false), maps(false), 1);
+    Monitor silent;
+    try {
+        render(job, {1, Workers{2}}, silent);
+        FAIL() << "not refused";
+    } catch (const InputError& error) {
+        for (const char* word : {"light groups", "precompute", "path", "igi", "progressive"})
+            EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << word;
+    }
+    // Without layers nobody asks.
+    EXPECT_NO_THROW(rendered(job_of(room(false), maps(false), 1, false)));
+}
+
+// Variances: of means of many renders they are what their images' scatter is.
+TEST(LightParts, TheirVariances_AreHowTheyScatter) {
+    const auto results = over_seeds([] { return room(false); }, PathSettings{}, 16, 64);
+    for (const std::string& name : {kParts[1], kParts[2], kGroups[0]}) {
+        RunningStats told, seen;
+        const auto channel = static_cast<int>(find_channel(*results[0].parts, name + ".G").value());
+        for (int y = 0; y < kSize; ++y) {
+            for (int x = 0; x < kSize; ++x) {
+                RunningStats pixel;
+                for (const RenderResult& result : results) {
+                    pixel.add(double{result.parts->value(x, y, channel)});
+                    told.add(double{result.parts->value(x, y, channel + 3)});
+                }
+                seen.add(pixel.variance());
+            }
+        }
+        // Samples are stratified: their mean is at most as noisy as told.
+        EXPECT_LT(seen.mean(), 1.2 * told.mean()) << name;
+        EXPECT_GT(seen.mean(), 0.3 * told.mean()) << name;
+    }
+}
+
+// --- what goes with them ---
+
+TEST(LightParts, OfARenderThatGoesOn_AreThoseOfOneThatNeverStopped) {
+    for (const IntegratorSettings& method :
+         {IntegratorSettings(PathSettings{}), IntegratorSettings(passes())}) {
+        const Job whole = job_of(room(false), method, 8), half = job_of(room(false), method, 4);
+        Monitor silent;
+        RenderOptions options{1, Workers{2}};
+        Checkpoint kept;
+        options.keep = [&kept](Checkpoint now) { kept = std::move(now); };
+        render(half, options, silent);
+        options.resume = &kept;
+        const RenderResult resumed = render(whole, options, silent);
+        EXPECT_EQ(resumed.parts->data, rendered(whole).parts->data);
+        // One without parts is of another kind.
+        const Job without = job_of(room(false), method, 8, false);
+        EXPECT_THROW(render(without, options, silent), InputError);
+    }
+}
+
+TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
+    SceneMaker make;
+    const auto grey = make.diffuse(Rgb(0.4F, 0.5F, 0.6F)), other = make.diffuse(Rgb(0.1F));
+    // A wall at z = 2 that fills the view's lower half, turned towards the camera; another one above it.
+    make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, grey);
+    make.quad({-10, 0, 3}, {0, 10, 0}, {20, 0, 0}, other);
+    make.light(make_point_light({0, 0, 0}, Rgb(1)));
+    Job job =
+        testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 8, 8, 60), PathSettings{}, 4);
+    job.film.parts = job.film.two_halves = true;
+    const RenderResult result = rendered(job);
+    const Image &features = result.layers->features, &more = *result.parts;
+    const auto of = [&more](int x, int y, const char* name) {
+        return more.value(x, y, static_cast<int>(find_channel(more, name).value()));
+    };
+    EXPECT_NEAR(features.value(4, 7, kNormal + 2), -1, 1e-6);
+    // Towards the viewer, whatever the scene's axes.
+    EXPECT_NEAR(of(4, 7, "Nc.Z"), 1, 1e-6);
+    EXPECT_NEAR(of(4, 7, "Nc.X"), 0, 1e-6);
+    EXPECT_NEAR(of(4, 7, "N.variance.Z"), 0, 1e-6);
+    // The length of the way varies over a pixel, and so does the place.
+    EXPECT_GT(of(4, 7, "variance.Z"), 0);
+    EXPECT_GT(of(4, 7, "P.variance.X"), 0);
+    EXPECT_NEAR(of(4, 7, "P.variance.Z"), 0, 1e-12);
+    EXPECT_EQ(of(4, 7, "id.object"), 1);
+    EXPECT_EQ(of(4, 0, "id.object"), 2);
+    EXPECT_EQ(of(4, 7, "id.material"), 1);
+    EXPECT_EQ(of(4, 0, "id.material"), 2);
+}
+
+}  // namespace light_parts_test
+}  // namespace lucerna
