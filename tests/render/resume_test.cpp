@@ -372,7 +372,7 @@ TEST_F(CheckpointFile, OtherKinds_AreToldApart) {
         return refusal();
     };
     EXPECT_THAT(with(0, 'X'), HasSubstr("is no checkpoint"));
-    EXPECT_THAT(with(8, 3), HasSubstr("of a newer lucerna: format 3; 2 is accepted"));
+    EXPECT_THAT(with(8, 4), HasSubstr("of a newer lucerna: format 4; 3 is accepted"));
     EXPECT_THAT(with(12, 1), HasSubstr("byte order"));
     // Lengths that only fit if they wrap around.
     EXPECT_THAT(with(31, 0x80), HasSubstr("cut off or damaged"));
