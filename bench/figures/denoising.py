@@ -2,7 +2,7 @@
 # that the program states, at equal time.
 #   usage: denoising.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 10,60] [--reference SECONDS] [--large] [SCENE...]
 # Scenes, sizes and references are those of methods.py, but that all references are of our own, whose noise is known. Every image is
-# rendered twice by the method that `--time` chooses, without a denoiser and with one. Nothing else should run meanwhile.
+# rendered twice by the method that `--time` chooses, without a denoiser and with one. It needs oiiotool. Nothing else should run meanwhile.
 import json
 import math
 import sys
@@ -26,8 +26,9 @@ class Denoising(Table):
         time = ["--time", f"{seconds}s"]
         _, wall = self.render(name, f"{start}-raw.exr", [*time, "--no-denoise"])
         raw, raw_flip = self.numbers(name, f"{start}-raw.exr")
-        said, wall_denoised = self.render(name, f"{start}.exr", [*time, "--layers", "--stats", f"{start}.json"])
-        run([self.program, "denoise", f"{start}.exr", "-o", f"{start}-denoised.exr", "--png"])
+        said, wall_denoised = self.render(name, f"{start}.exr", [*time, "--denoise", "--png", "--stats", f"{start}.json"])
+        # What else is in the file is not compared.
+        run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
         own, _ = self.numbers(name, f"{start}.exr")
         error, flip = self.numbers(name, f"{start}-denoised.exr")
         with open(f"{start}.json") as file:
@@ -44,7 +45,7 @@ def main():
     large = "--large" in words
     words = [word for word in words if word != "--large"]
     table = Denoising(*words[:3], seconds, large)
-    print("| scene | time | measured | with layers, measured | denoised | over measured | said / error | FLIP | FLIP denoised | method | wall |")
+    print("| scene | time | measured | with a denoiser, measured | denoised | over measured | said / error | FLIP | FLIP denoised | method | wall |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in words[3:] or SCENES:
         for time in times:

@@ -217,12 +217,12 @@ bool estimates_from_photons(const IntegratorSettings& settings, const Scene& sce
     return igi && igi->caustics == CausticMethod::map && throws_caustics(scene);
 }
 
-// What a denoiser leaves of the squared noise: of samples that do not depend on those of pixels around a
-// seventh; of those that see the same photons or virtual lights a fourth; of passes, whose density estimates
-// blur the noise of photons over many pixels, a half.
+// What a denoiser, and samples that go where it needs them, leave of the squared noise: of samples that do
+// not depend on those of pixels around a tenth; of those that see the same photons or virtual lights a
+// fourth; of passes, whose density estimates blur the noise of photons over many pixels, a third.
 double left_by_denoiser(const Trial& trial) {
-    if (trial.in_passes()) return 0.5;
-    return family_of(trial.settings()) == kRays ? 0.15 : 0.25;
+    if (trial.in_passes()) return 0.35;
+    return family_of(trial.settings()) == kRays ? 0.1 : 0.25;
 }
 
 MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) {
