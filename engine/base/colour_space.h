@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -58,5 +59,13 @@ V3d adapted_to_d65(const V3d& xyz, const V3d& white);
 // far as it needs. `weights` are the luminances of the three components. Black if the luminance is not
 // positive.
 V3d held_in_gamut(const V3d& rgb, const V3d& weights);
+
+// sRGB's code of a linear component and back, both from 0 to 1 [IEC 61966-2-1].
+inline float srgb_encoded(float linear) {
+    return linear <= 0.0031308F ? 12.92F * linear : 1.055F * std::pow(linear, 1 / 2.4F) - 0.055F;
+}
+inline float srgb_decoded(float code) {
+    return code <= 0.04045F ? code / 12.92F : std::pow((code + 0.055F) / 1.055F, 2.4F);
+}
 
 }  // namespace lucerna

@@ -145,4 +145,9 @@ void write_exr(const std::filesystem::path& file, const Image& image) {
     });
 }
 
+const ColourSpace* space_of_layers(const Image& image) {
+    const auto from = image.attributes.find("lucerna.broughtfrom");
+    return from != image.attributes.end() ? find_colour_space(from->second) : image.space;
+}
+
 }  // namespace lucerna

@@ -69,6 +69,9 @@ Image brought_to_srgb(Image image, bool held = false);
 // chromaticities than Rec. 709's is brought to linear sRGB, so that all images read are in one space; the
 // attribute "lucerna.broughtfrom" then tells of it. Throws InputError naming file and cause.
 Image read_exr(const std::filesystem::path& file);
+// Of the layers beside R, G and B of an image that was read: only those three are brought to linear sRGB.
+// Null: linear sRGB.
+const ColourSpace* space_of_layers(const Image& image);
 // Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
 // An image with R, G and B states the chromaticities of its space.
 void write_exr(const std::filesystem::path& file, const Image& image);

@@ -32,9 +32,9 @@ V3d neutral(const V3d& c) {
     return V3d(shown * (1 - colour)) + (shown / peak * colour) * c;
 }
 
-float srgb_encode(float x) {
-    if (x >= 1) return 1;  // which the formula misses by a rounding
-    return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
+float code_of(double x) {
+    const auto linear = static_cast<float>(x);
+    return linear >= 1 ? 1 : srgb_encoded(linear);  // the formula misses 1 by a rounding
 }
 
 // Of a colour's luminance in its space.
@@ -148,8 +148,7 @@ Rgb Display::operator()(const Rgb& radiance) const {
     if (to_srgb_) c = *to_srgb_ * c;
     c = held_in_gamut(c, luminance_weights(srgb()));
     c = tone_mapped(c * double{look_.exposure}, look_.tone);
-    return {srgb_encode(static_cast<float>(c.x)), srgb_encode(static_cast<float>(c.y)),
-            srgb_encode(static_cast<float>(c.z))};
+    return {code_of(c.x), code_of(c.y), code_of(c.z)};
 }
 
 Image displayed(const Image& image, const PictureLook& look) {

@@ -60,6 +60,10 @@ struct PictureOptions {
 };
 // --exposure STOPS, --tone CURVE, --white-balance KELVIN
 void add_picture_options(CLI::App& app, PictureOptions& options);
+// Where an image's picture goes.
+inline std::filesystem::path png_beside(std::filesystem::path image) {
+    return image.replace_extension(".png");
+}
 // What is said of a picture that was written.
 std::string picture_text(const std::filesystem::path& file, const PictureLook& look);
 

@@ -43,7 +43,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     CommandFiles files;
     files.reads(command.image);
     files.writes(command.output, ".exr", "-o");
-    const std::filesystem::path picture = std::filesystem::path(command.output).replace_extension(".png");
+    const std::filesystem::path picture = png_beside(command.output);
     if (command.png) files.writes(picture, ".png", "--png");
 
     const Image image = read_exr(command.image);

@@ -100,7 +100,7 @@ std::filesystem::path name_of(const ProjectCommand& command, double distance) {
 }
 
 std::filesystem::path sheet_of(const ProjectCommand& command) {
-    return std::filesystem::path(command.output).replace_extension(".png");
+    return png_beside(command.output);
 }
 
 // "beam-20mm.exr" -> "beam-20mm-chromaticity.exr"

@@ -52,8 +52,7 @@ Rgb parse_colour(const std::string& word) {
                              fmt::format("colour \"{}\": # and six digits 0 to f are accepted", word));
         for (int c = 0; c < 3; ++c) {
             const auto level = std::stoul(word.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
-            const float v = static_cast<float>(level) / 255;
-            colour[c] = v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);  // IEC 61966-2-1
+            colour[c] = srgb_decoded(static_cast<float>(level) / 255);
         }
         return colour;
     }
@@ -204,14 +203,11 @@ void act(const RelightCommand& command, const CommandContext& context) {
     CommandFiles files;
     files.reads(command.image);
     files.writes(command.output, ".exr", "-o");
-    const std::filesystem::path picture = std::filesystem::path(command.output).replace_extension(".png");
+    const std::filesystem::path picture = png_beside(command.output);
     if (command.png) files.writes(picture, ".png", "--png");
 
     const Image image = read_exr(command.image);
-    // Only R, G and B are brought to linear sRGB when a file is read.
-    const auto from_space = image.attributes.find("lucerna.broughtfrom");
-    const ColourSpace* const space =
-        from_space != image.attributes.end() ? find_colour_space(from_space->second) : image.space;
+    const ColourSpace* const space = space_of_layers(image);
     const std::vector<std::string> groups = groups_of(image);
     Image result = relit(image, groups, factors_of(groups, command, space), command.image);
     result.space = space;

@@ -104,10 +104,6 @@ std::filesystem::path default_output(const FilmSettings& film) {
     return film.filename.filename().replace_extension(".exr");
 }
 
-std::filesystem::path png_beside(std::filesystem::path image) {
-    return image.replace_extension(".png");
-}
-
 void declare_image(const RenderCommand& command, const std::filesystem::path& image, CommandFiles& files) {
     files.writes(image, ".exr", "-o");
     if (command.png) files.writes(png_beside(image), ".png", "--png");

@@ -342,10 +342,10 @@ double mean_error(const Numbers& errors) {
     return std::max(stats.mean(), stats.standard_error());
 }
 
-Estimate estimate_of(const Layers& input, const std::array<Filtered, 2>& filtered, Candidate candidate,
-                     float scale) {
+Estimate estimate_of(const Layers& input, const Shares& shares, const std::array<Filtered, 2>& filtered,
+                     Candidate candidate, float scale) {
     const V2i size = size_of(input.features);
-    Estimate estimate{shares_of(input.halves)};
+    Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
         const ColourPlanes& planes = filtered[half][static_cast<std::size_t>(candidate)];
         for (int y = 0; y < size.y; ++y) {
@@ -362,8 +362,8 @@ Estimate estimate_of(const Layers& input, const std::array<Filtered, 2>& filtere
     return estimate;
 }
 
-Estimate measured(const Layers& input) {
-    Estimate estimate{shares_of(input.halves)};
+Estimate measured(const Layers& input, const Shares& shares) {
+    Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
         const Image& image = input.halves[half];
         for (int y = 0; y < image.height; ++y) {
@@ -406,9 +406,7 @@ Image part_of(const Image& image, const std::vector<std::string>& names, const s
         from.push_back(*channel);
     }
     Image part(image.width, image.height, names);
-    // Only R, G and B are brought to linear sRGB when a file is read: layers are in the render's own space.
-    const auto from_space = image.attributes.find("lucerna.broughtfrom");
-    part.space = from_space != image.attributes.end() ? find_colour_space(from_space->second) : image.space;
+    part.space = space_of_layers(image);
     for (std::size_t i = 0; i < area(size_of(image)); ++i) {
         for (std::size_t c = 0; c < from.size(); ++c)
             part.data[i * from.size() + c] = image.data[i * image.channels.size() + from[c]];
@@ -431,7 +429,8 @@ Layers layers_of(const Image& image, const std::string& file) {
 
 Denoised denoise(const Layers& input, const Workers& workers) {
     const V2i size = size_of(input.features);
-    Estimate raw = measured(input);
+    const Shares shares = shares_of(input.halves);
+    Estimate raw = measured(input, shares);
     double mean = 0;
     for (std::size_t i = 0; i < area(size); ++i)
         mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
@@ -446,13 +445,13 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     });
     const std::array<Filtered, 2> filtered =
         nonlocal_means(size.x, size.y, feature_planes(input.features), planes, workers);
-    Estimate result = estimate_of(input, filtered, Candidate::wary, scale);
+    Estimate result = estimate_of(input, shares, filtered, Candidate::wary, scale);
     Numbers level(area(size));
     for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
     const Mixer mixer(size, std::move(raw), level);
     result.error = mixer.error(result);
     for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
-        Estimate other = estimate_of(input, filtered, candidate, scale);
+        Estimate other = estimate_of(input, shares, filtered, candidate, scale);
         other.error = mixer.error(other);
         mixer.mix(result, other);
     }

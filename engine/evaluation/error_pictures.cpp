@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/spectrum.h"
 
 namespace lucerna {
@@ -35,10 +36,6 @@ Rgb lch_colour(double lightness, double chroma, double hue) {
     const Rgb c = xyz_to_rgb(V3d(cube(y + a / 500), cube(y), cube(y - b / 200)) * white);
     const auto clamped = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
     return {clamped(c.x), clamped(c.y), clamped(c.z)};
-}
-
-float srgb_encoded(float x) {
-    return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
 }
 
 double mean_luminance(const Image& image) {

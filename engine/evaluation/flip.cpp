@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/spectrum.h"
 
 namespace lucerna {
@@ -156,9 +157,8 @@ std::vector<Rgb> mapped(const Image& image, Map&& map) {
     return result;
 }
 
-float srgb_decode(float v) {
-    v = v > 0 ? std::min(v, 1.0F) : 0.0F;
-    return v <= 0.04045F ? v / 12.92F : std::pow((v + 0.055F) / 1.055F, 2.4F);
+float decoded_in_range(float v) {
+    return srgb_decoded(v > 0 ? std::min(v, 1.0F) : 0.0F);
 }
 
 // Narkowicz's fit of the ACES curve, (a x² + b x) / (c x² + d x + e) of x = 0.6 times the value, with which
@@ -189,8 +189,8 @@ double pixels_per_degree(double distance, double width, double pixels) {
 Image flip(const Image& picture, const Image& reference, double pixels_per_degree, const Workers& workers) {
     assert(picture.width == reference.width && picture.height == reference.height);
     Image map(picture.width, picture.height, {"flip"});
-    map.data = flip_linear(Viewer(pixels_per_degree), mapped(picture, srgb_decode),
-                           mapped(reference, srgb_decode), picture.width, picture.height, workers);
+    map.data = flip_linear(Viewer(pixels_per_degree), mapped(picture, decoded_in_range),
+                           mapped(reference, decoded_in_range), picture.width, picture.height, workers);
     return map;
 }
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
@@ -54,8 +55,7 @@ std::string ply_of(const GltfMesh& mesh) {
 void write_cutout(const fs::path& file, const GltfCutout& cutout) {
     Image image = Image::rgb(cutout.width, cutout.height);
     for (std::size_t i = 0; i < cutout.alpha.size(); ++i) {
-        const float a = cutout.alpha[i];
-        const float code = a <= 0.0031308F ? 12.92F * a : 1.055F * std::pow(a, 1 / 2.4F) - 0.055F;
+        const float code = srgb_encoded(cutout.alpha[i]);
         for (std::size_t c = 0; c < 3; ++c) image.data[3 * i + c] = code;
     }
     write_png_display(file, image);

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/colour_space.h"
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
@@ -335,7 +336,7 @@ class ConvertedTexels final : public Texels {
 float Encoding::decode(float x) const {
     switch (kind) {
         case Kind::srgb:
-            return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
+            return srgb_decoded(x);
         case Kind::linear:
             return x;
         case Kind::power:
