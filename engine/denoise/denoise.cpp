@@ -301,18 +301,25 @@ class Mixer {
     }
 
     // Mixes the second into the first, in the share that makes the error least: with E the errors and d their
-    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings.
-    void mix(Estimate& first, const Estimate& second) const {
+    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings. `evidence`: by so many standard
+    // errors the sum must be above 0: where little is known, the first stands.
+    void mix(Estimate& first, const Estimate& second, double evidence) const {
         constexpr int kReach = 8, kSmooth = 2;
-        Numbers difference(inverse_scale_.size());
-        for (std::size_t i = 0; i < difference.size(); ++i)
+        constexpr double kPixels = (2 * kReach + 1) * (2 * kReach + 1);
+        Numbers gain(inverse_scale_.size()), difference(gain.size()), square(gain.size());
+        for (std::size_t i = 0; i < gain.size(); ++i) {
             difference[i] =
                 inverse_scale_[i] * sqr(luminance_of(first.mean(i)) - luminance_of(second.mean(i)));
-        const Numbers e1 = smoothed(first.error, size_, kReach), e2 = smoothed(second.error, size_, kReach),
-                      d2 = smoothed(difference, size_, kReach);
-        Numbers share(difference.size());
-        for (std::size_t i = 0; i < share.size(); ++i)
-            share[i] = d2[i] > 0 ? std::clamp((e1[i] - e2[i] + d2[i]) / (2 * d2[i]), 0.0, 1.0) : 0;
+            gain[i] = first.error[i] - second.error[i] + difference[i];
+            square[i] = sqr(gain[i]);
+        }
+        const Numbers d2 = smoothed(difference, size_, kReach);
+        gain = smoothed(gain, size_, kReach), square = smoothed(square, size_, kReach);
+        Numbers share(gain.size());
+        for (std::size_t i = 0; i < share.size(); ++i) {
+            const double sure = gain[i] - evidence * std::sqrt(square[i] / kPixels);
+            share[i] = d2[i] > 0 ? std::clamp(sure / (2 * d2[i]), 0.0, 1.0) : 0;
+        }
         share = smoothed(share, size_, kSmooth);
         for (std::size_t i = 0; i < share.size(); ++i) {
             const double s = share[i];
@@ -453,9 +460,11 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
         Estimate other = estimate_of(input, shares, filtered, candidate, scale);
         other.error = mixer.error(other);
-        mixer.mix(result, other);
+        mixer.mix(result, other, 0);
     }
-    mixer.mix(result, mixer.measured());
+    // Of what is noisy next to nothing is known where a few samples have most of the light.
+    constexpr double kEvidenceForMeasured = 2;
+    mixer.mix(result, mixer.measured(), kEvidenceForMeasured);
 
     Denoised denoised{Image::rgb(size.x, size.y), 0};
     denoised.image.space = input.halves[0].space;

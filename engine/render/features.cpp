@@ -100,6 +100,22 @@ class Means {
     std::array<RunningStats, n> of_;
 };
 
+// Samples of every pixel; more only where these disagree.
+constexpr int kFirstSamples = 4;
+
+// Whether pixels differ by what samples of this one disagree on: an edge, or a texture as fine as pixels.
+bool disagree(const Means<kFeatureChannels>& means) {
+    // Standard errors, of albedo and depth relative to them.
+    constexpr float kAlbedoError = 0.01F, kLeastAlbedo = 0.01F, kDepthError = 0.01F, kError = 0.01F;
+    const auto beyond = [&means](std::size_t i, float error) { return means.variance(i) > sqr(error); };
+    for (const std::size_t c : {0, 1, 2}) {
+        if (beyond(kAlbedo + c, kAlbedoError * (means.mean(kAlbedo + c) + kLeastAlbedo)) ||
+            beyond(kNormal + c, kError))
+            return true;
+    }
+    return beyond(kDepth, kDepthError * means.mean(kDepth)) || beyond(kEmitter, kError);
+}
+
 constexpr std::size_t kFeatures = kFeatureChannels, kInCamera = 3;
 // Of Features::more: variances of the features, then Nc, its variances and the ids.
 constexpr std::size_t kMore = kFeatures + 2 * kInCamera + 2;
@@ -122,7 +138,7 @@ std::vector<std::string> more_channels() {
 
 }  // namespace
 
-Features render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
+Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor) {
     const V2i size = job.film.rendered_size();
     Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
@@ -136,7 +152,8 @@ Features render_features(const Job& job, std::uint64_t seed, int samples, const 
             Means<kFeatures> means;
             Means<kInCamera> in_camera;
             objects.clear(), materials.clear();
-            for (int s = 0; s < samples; ++s) {
+            for (int s = 0; s < most_samples; ++s) {
+                if (s == kFirstSamples && !disagree(means)) break;
                 const Seen seen = first_surface(job.scene, sampler.sample({x, y}, s).camera.ray);
                 means.add({seen.albedo.x, seen.albedo.y, seen.albedo.z, seen.normal.x, seen.normal.y,
                            seen.normal.z, seen.position.x, seen.position.y, seen.position.z, seen.depth,

@@ -21,9 +21,9 @@ struct Features {
     Image more;
 };
 
-// `samples` > 0 of each pixel, at the places of the render's own first ones. The monitor may stop it: what
-// is missing then is 0.
-Features render_features(const Job& job, std::uint64_t seed, int samples, const Workers& workers,
+// At the places of the render's own first samples: four of each pixel, and up to `most_samples` > 0 where
+// these disagree, at edges and fine textures. The monitor may stop it: what is missing then is 0.
+Features render_features(const Job& job, std::uint64_t seed, int most_samples, const Workers& workers,
                          Monitor& monitor);
 
 }  // namespace lucerna

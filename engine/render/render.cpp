@@ -63,7 +63,7 @@ class Run {
     RenderResult render() {
         if (job_.film.two_halves || job_.film.parts) {
             const Stopwatch looking;
-            features_ = render_features(job_, options_.seed, std::min(kFeatureSamples, job_.spp),
+            features_ = render_features(job_, options_.seed, std::min(kMostFeatureSamples, job_.spp),
                                         options_.workers, monitor_);
             preparing_ += looking.seconds();
         }
@@ -91,7 +91,7 @@ class Run {
     // and of what a pass makes, of which there should be many.
     static constexpr double kPreparation = 0.25, kPassPreparation = 0.1;
 
-    static constexpr int kFeatureSamples = 4;
+    static constexpr int kMostFeatureSamples = 16;
 
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
 
