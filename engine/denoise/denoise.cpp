@@ -33,42 +33,65 @@ V2i size_of(const Image& image) {
     return {image.width, image.height};
 }
 
+constexpr std::int64_t kRows = 8;  // that a thread works on at a time
+
+template <typename Body>
+void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
+    parallel_each(workers, static_cast<std::size_t>(size.y), kRows,
+                  [&body](std::size_t y) { body(static_cast<int>(y)); });
+}
+
 // Means over squares of this half side, cut at the rim.
-Numbers smoothed(const Numbers& numbers, const V2i& size, int reach) {
-    const auto sweep = [reach](std::size_t n, auto&& in, auto&& out) {
-        const auto last = static_cast<std::ptrdiff_t>(n) - 1;
-        Numbers upto(n + 1);
-        for (std::size_t i = 0; i < n; ++i) upto[i + 1] = upto[i] + in(i);
-        for (std::ptrdiff_t i = 0; i <= last; ++i) {
-            const auto begin = static_cast<std::size_t>(std::max<std::ptrdiff_t>(0, i - reach));
-            const auto end = static_cast<std::size_t>(std::min(last, i + reach)) + 1;
-            out(static_cast<std::size_t>(i)) = (upto[end] - upto[begin]) / static_cast<double>(end - begin);
-        }
+Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Workers& workers) {
+    // Of `last` + 1 places those that the window about one covers: [first, second).
+    const auto window = [reach](std::ptrdiff_t i, std::ptrdiff_t last) {
+        return std::pair{std::max<std::ptrdiff_t>(0, i - reach), std::min(last, i + reach) + 1};
     };
-    const auto width = static_cast<std::size_t>(size.x), height = static_cast<std::size_t>(size.y);
+    const std::ptrdiff_t width = size.x, height = size.y;
     Numbers across(numbers.size()), result(numbers.size());
-    for (std::size_t y = 0; y < height; ++y) {
-        sweep(
-            width, [&](std::size_t x) { return numbers[y * width + x]; },
-            [&](std::size_t x) -> double& { return across[y * width + x]; });
-    }
-    for (std::size_t x = 0; x < width; ++x) {
-        sweep(
-            height, [&](std::size_t y) { return across[y * width + x]; },
-            [&](std::size_t y) -> double& { return result[y * width + x]; });
-    }
+    for_each_row(workers, size, [&](int y) {
+        const double* const in = &numbers[place(size, 0, y)];
+        double* const out = &across[place(size, 0, y)];
+        Numbers upto(static_cast<std::size_t>(width) + 1);
+        for (std::ptrdiff_t x = 0; x < width; ++x) upto[x + 1] = upto[x] + in[x];
+        for (std::ptrdiff_t x = 0; x < width; ++x) {
+            const auto [begin, end] = window(x, width - 1);
+            out[x] = (upto[end] - upto[begin]) / static_cast<double>(end - begin);
+        }
+    });
+    // Columns side by side, so that memory is read in its order.
+    constexpr std::int64_t kColumns = 64;
+    parallel_ranges(workers, width, kColumns,
+                    [&](std::int64_t begin_x, std::int64_t end_x, std::int64_t /*chunk*/) {
+                        const auto columns = static_cast<std::size_t>(end_x - begin_x);
+                        Numbers upto(columns * static_cast<std::size_t>(height + 1));
+                        const auto row = [&upto, columns](std::ptrdiff_t y) {
+                            return &upto[static_cast<std::size_t>(y) * columns];
+                        };
+                        for (int y = 0; y < height; ++y) {
+                            const double* const in = &across[place(size, static_cast<int>(begin_x), y)];
+                            for (std::size_t x = 0; x < columns; ++x) row(y + 1)[x] = row(y)[x] + in[x];
+                        }
+                        for (int y = 0; y < height; ++y) {
+                            const auto [begin, end] = window(y, height - 1);
+                            const double share = 1 / static_cast<double>(end - begin);
+                            double* const out = &result[place(size, static_cast<int>(begin_x), y)];
+                            for (std::size_t x = 0; x < columns; ++x)
+                                out[x] = (row(end)[x] - row(begin)[x]) * share;
+                        }
+                    });
     return result;
 }
 
 // --- what is filtered ---
 
 // Fills three planes from three channels that follow each other.
-ColourPlanes planes_of(const Image& image, int first) {
+ColourPlanes planes_of(const Image& image, int first, const Workers& workers) {
     ColourPlanes planes;
     for (int c = 0; c < 3; ++c) {
         Plane& plane = planes[static_cast<std::size_t>(c)];
         plane = Plane(image.width, image.height);
-        plane.fill([&](int x, int y) { return image.value(x, y, first + c); });
+        plane.fill(workers, [&](int x, int y) { return image.value(x, y, first + c); });
     }
     return planes;
 }
@@ -89,17 +112,17 @@ float inverse_footprint(const Image& features, int x, int y) {
     return std::isfinite(nearest2) ? 1 / std::sqrt(nearest2) : 0;
 }
 
-FeaturePlanes feature_planes(const Image& features) {
+FeaturePlanes feature_planes(const Image& features, const Workers& workers) {
     const int width = features.width, height = features.height;
     const auto plane = [&](auto&& value) {
         Plane result(width, height);
-        result.fill(value);
+        result.fill(workers, value);
         return result;
     };
-    FeaturePlanes planes{planes_of(features, kAlbedo),
-                         planes_of(features, kNormal),
-                         planes_of(features, kGeometricNormal),
-                         planes_of(features, kPosition),
+    FeaturePlanes planes{planes_of(features, kAlbedo, workers),
+                         planes_of(features, kNormal, workers),
+                         planes_of(features, kGeometricNormal, workers),
+                         planes_of(features, kPosition, workers),
                          plane([&](int x, int y) { return features.value(x, y, kEmitter); }),
                          plane([&](int x, int y) { return inverse_footprint(features, x, y); }),
                          Plane(width, height)};
@@ -109,7 +132,7 @@ FeaturePlanes feature_planes(const Image& features) {
 
 // A single sample tells nothing of its variance: then it is that of the pixels around, by their samples and
 // by what their halves differ by. Not of its own: where the halves agree by chance, each would stay as it is.
-std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves) {
+std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves, const Workers& workers) {
     constexpr int kReach = 2;
     std::array<Image, 2> known = halves;
     const V2i size = size_of(halves[0]);
@@ -135,7 +158,8 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves) {
                 freedom[i] += more;
             }
         }
-        const Numbers sums = smoothed(sum, size, kReach), freedoms = smoothed(freedom, size, kReach);
+        const Numbers sums = smoothed(sum, size, kReach, workers),
+                      freedoms = smoothed(freedom, size, kReach, workers);
         const auto window = [](int place, int end) {
             return std::min(place + kReach, end - 1) - std::max(place - kReach, 0) + 1;
         };
@@ -158,13 +182,13 @@ std::array<Image, 2> with_known_variances(const std::array<Image, 2>& halves) {
 // By how much the halves differ beside what their samples' variances tell, squared: less where samples are
 // stratified, more where they depend on each other, as those of one pass do. It is taken from wide
 // surroundings: what a pixel's weights know of the other half by this is next to nothing.
-Numbers dependence(const std::array<Image, 2>& halves) {
+Numbers dependence(const std::array<Image, 2>& halves, const Workers& workers) {
     constexpr int kReach = 7;
     constexpr double kMost = 16;
     const Image &a = halves[0], &b = halves[1];
     const V2i size = size_of(a);
     Numbers seen(area(size)), told(area(size));
-    for (int y = 0; y < size.y; ++y) {
+    for_each_row(workers, size, [&](int y) {
         for (int x = 0; x < size.x; ++x) {
             const std::size_t i = place(size, x, y);
             seen[i] = sqr(double{luminance(a.rgb_at(x, y))} - double{luminance(b.rgb_at(x, y))});
@@ -174,30 +198,30 @@ Numbers dependence(const std::array<Image, 2>& halves) {
                 told[i] += luminance_variance(variance);
             }
         }
-    }
-    seen = smoothed(seen, size, kReach), told = smoothed(told, size, kReach);
+    });
+    seen = smoothed(seen, size, kReach, workers), told = smoothed(told, size, kReach, workers);
     for (std::size_t i = 0; i < seen.size(); ++i)
         seen[i] = told[i] > 0 ? std::clamp(seen[i] / told[i], 1 / kMost, kMost) : 1;
     return seen;
 }
 
 // A pixel whose variance is much larger than the median around it holds light that the others have missed.
-Plane trust(const V2i& size, const ColourPlanes& variance) {
+Plane trust(const V2i& size, const ColourPlanes& variance, const Workers& workers) {
     constexpr int kReach = 2;
     constexpr float kMuch = 4, kLeast = 1e-4F;
     const auto of = [&](int x, int y) {
         return variance[0].row(y)[x] + variance[1].row(y)[x] + variance[2].row(y)[x];
     };
     Plane trust(size.x, size.y);
-    std::vector<float> around;
-    trust.fill([&](int x, int y) {
-        around.clear();
+    trust.fill(workers, [&](int x, int y) {
+        std::array<float, (2 * kReach + 1) * (2 * kReach + 1)> around;
+        auto end = around.begin();
         for (int v = std::max(0, y - kReach); v <= std::min(size.y - 1, y + kReach); ++v) {
             for (int u = std::max(0, x - kReach); u <= std::min(size.x - 1, x + kReach); ++u)
-                around.push_back(of(u, v));
+                *end++ = of(u, v);
         }
-        const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-        std::nth_element(around.begin(), middle, around.end());
+        const auto middle = around.begin() + (end - around.begin()) / 2;
+        std::nth_element(around.begin(), middle, end);
         const float ratio = of(x, y) / (kMuch * *middle + std::numeric_limits<float>::min());
         return std::max(kLeast, 1 / (1 + sqr(ratio)));
     });
@@ -206,7 +230,8 @@ Plane trust(const V2i& size, const ColourPlanes& variance) {
 
 // A half's light over the albedo, and what is known of its variance: the samples' own, and where these are
 // few, that around.
-HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale) {
+HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& dependence, float scale,
+                       const Workers& workers) {
     constexpr int kReach = 1;
     constexpr double kWorth = 4;  // samples that the surroundings count for
     const V2i size = size_of(half);
@@ -217,24 +242,24 @@ HalfPlanes half_planes(const Image& half, const Image& features, const Numbers& 
             return scale / (features.value(x, y, kAlbedo + channel) + kLeastAlbedo);
         };
         planes.value[c] = Plane(size.x, size.y);
-        planes.value[c].fill([&](int x, int y) {
+        planes.value[c].fill(workers, [&](int x, int y) {
             return std::clamp(half.value(x, y, kLight + channel) * divided(x, y), -kBrightest, kBrightest);
         });
         Numbers own(area(size));
         const auto at = [&size](int x, int y) { return place(size, x, y); };
-        for (int y = 0; y < size.y; ++y) {
+        for_each_row(workers, size, [&](int y) {
             for (int x = 0; x < size.x; ++x)
                 own[at(x, y)] = double{half.value(x, y, kVariance + channel)} * sqr(double{divided(x, y)});
-        }
-        const Numbers around = smoothed(own, size, kReach);
+        });
+        const Numbers around = smoothed(own, size, kReach, workers);
         planes.variance[c] = Plane(size.x, size.y);
-        planes.variance[c].fill([&](int x, int y) {
+        planes.variance[c].fill(workers, [&](int x, int y) {
             const double known = std::max(0.0, double{half.value(x, y, kSamples)} - 1);  // degrees of freedom
             const double variance = (known * own[at(x, y)] + kWorth * around[at(x, y)]) / (known + kWorth);
             return static_cast<float>(std::min(dependence[at(x, y)] * variance, sqr(double{kBrightest})));
         });
     }
-    planes.trust = trust(size, planes.variance);
+    planes.trust = trust(size, planes.variance, workers);
     return planes;
 }
 
@@ -271,8 +296,8 @@ double luminance_of(const Rgb& c) {
 class Mixer {
   public:
     // `measured`: the halves as they are. `level`: what errors are relative to.
-    Mixer(const V2i& size, Estimate measured, const Numbers& level)
-        : size_(size), measured_(std::move(measured)), inverse_scale_(level.size()) {
+    Mixer(const V2i& size, Estimate measured, const Numbers& level, const Workers& workers)
+        : size_(size), workers_(workers), measured_(std::move(measured)), inverse_scale_(level.size()) {
         double mean = 0;
         for (const double l : level) mean += l / static_cast<double>(level.size());
         for (std::size_t i = 0; i < level.size(); ++i) {
@@ -289,14 +314,14 @@ class Mixer {
     // shares, less a b (D_A - D_B)².
     Numbers error(const Estimate& made) const {
         Numbers error(inverse_scale_.size());
-        for (std::size_t i = 0; i < error.size(); ++i) {
+        for_each([&](std::size_t i) {
             const double a = luminance_of(measured_.of[0][i]), b = luminance_of(measured_.of[1][i]);
             const double d_a = luminance_of(made.of[0][i]), d_b = luminance_of(made.of[1][i]);
             const auto [of_a, of_b] = made.shares;
             const double error_a = sqr(d_a - b) - of_a * sqr(a - b);
             const double error_b = sqr(d_b - a) - of_b * sqr(a - b);
             error[i] = inverse_scale_[i] * (of_a * error_a + of_b * error_b - of_a * of_b * sqr(d_a - d_b));
-        }
+        });
         return error;
     }
 
@@ -306,31 +331,40 @@ class Mixer {
     void mix(Estimate& first, const Estimate& second, double evidence) const {
         constexpr int kReach = 8, kSmooth = 2;
         constexpr double kPixels = (2 * kReach + 1) * (2 * kReach + 1);
-        Numbers gain(inverse_scale_.size()), difference(gain.size()), square(gain.size());
-        for (std::size_t i = 0; i < gain.size(); ++i) {
+        Numbers gain(inverse_scale_.size()), difference(gain.size()), square(gain.size()), share(gain.size());
+        for_each([&](std::size_t i) {
             difference[i] =
                 inverse_scale_[i] * sqr(luminance_of(first.mean(i)) - luminance_of(second.mean(i)));
             gain[i] = first.error[i] - second.error[i] + difference[i];
             square[i] = sqr(gain[i]);
-        }
-        const Numbers d2 = smoothed(difference, size_, kReach);
-        gain = smoothed(gain, size_, kReach), square = smoothed(square, size_, kReach);
-        Numbers share(gain.size());
-        for (std::size_t i = 0; i < share.size(); ++i) {
+        });
+        const Numbers d2 = smoothed(difference, size_, kReach, workers_);
+        gain = smoothed(gain, size_, kReach, workers_);
+        if (evidence > 0) square = smoothed(square, size_, kReach, workers_);
+        for_each([&](std::size_t i) {
             const double sure = gain[i] - evidence * std::sqrt(square[i] / kPixels);
             share[i] = d2[i] > 0 ? std::clamp(sure / (2 * d2[i]), 0.0, 1.0) : 0;
-        }
-        share = smoothed(share, size_, kSmooth);
-        for (std::size_t i = 0; i < share.size(); ++i) {
+        });
+        share = smoothed(share, size_, kSmooth, workers_);
+        for_each([&](std::size_t i) {
             const double s = share[i];
             for (std::size_t half = 0; half < 2; ++half)
                 first.of[half][i] += static_cast<float>(s) * (second.of[half][i] - first.of[half][i]);
             first.error[i] += s * (second.error[i] - first.error[i]) - s * (1 - s) * difference[i];
-        }
+        });
     }
 
   private:
+    template <typename Body>
+    void for_each(Body&& body) const {
+        for_each_row(workers_, size_, [&](int y) {
+            const std::size_t begin = place(size_, 0, y), end = place(size_, 0, y + 1);
+            for (std::size_t i = begin; i < end; ++i) body(i);
+        });
+    }
+
     V2i size_;
+    const Workers& workers_;
     Estimate measured_;
     Numbers inverse_scale_;
 };
@@ -350,32 +384,34 @@ double mean_error(const Numbers& errors) {
 }
 
 Estimate estimate_of(const Layers& input, const Shares& shares, const std::array<Filtered, 2>& filtered,
-                     Candidate candidate, float scale) {
+                     Candidate candidate, float scale, const Workers& workers) {
     const V2i size = size_of(input.features);
     Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
         const ColourPlanes& planes = filtered[half][static_cast<std::size_t>(candidate)];
-        for (int y = 0; y < size.y; ++y) {
+        estimate.of[half].resize(area(size));
+        for_each_row(workers, size, [&](int y) {
+            Rgb* const to = &estimate.of[half][place(size, 0, y)];
             for (int x = 0; x < size.x; ++x) {
-                Rgb c;
                 for (int k = 0; k < 3; ++k) {
-                    c[k] = planes[static_cast<std::size_t>(k)].row(y)[x] *
-                           ((input.features.value(x, y, kAlbedo + k) + kLeastAlbedo) / scale);
+                    to[x][k] = planes[static_cast<std::size_t>(k)].row(y)[x] *
+                               ((input.features.value(x, y, kAlbedo + k) + kLeastAlbedo) / scale);
                 }
-                estimate.of[half].push_back(c);
             }
-        }
+        });
     }
     return estimate;
 }
 
-Estimate measured(const Layers& input, const Shares& shares) {
+Estimate measured(const Layers& input, const Shares& shares, const Workers& workers) {
+    const V2i size = size_of(input.features);
     Estimate estimate{shares};
     for (std::size_t half = 0; half < 2; ++half) {
-        const Image& image = input.halves[half];
-        for (int y = 0; y < image.height; ++y) {
-            for (int x = 0; x < image.width; ++x) estimate.of[half].push_back(image.rgb_at(x, y));
-        }
+        estimate.of[half].resize(area(size));
+        for_each_row(workers, size, [&](int y) {
+            Rgb* const to = &estimate.of[half][place(size, 0, y)];
+            for (int x = 0; x < size.x; ++x) to[x] = input.halves[half].rgb_at(x, y);
+        });
     }
     return estimate;
 }
@@ -437,28 +473,27 @@ Layers layers_of(const Image& image, const std::string& file) {
 Denoised denoise(const Layers& input, const Workers& workers) {
     const V2i size = size_of(input.features);
     const Shares shares = shares_of(input.halves);
-    Estimate raw = measured(input, shares);
+    Estimate raw = measured(input, shares, workers);
     double mean = 0;
     for (std::size_t i = 0; i < area(size); ++i)
         mean += luminance_of(raw.mean(i)) / static_cast<double>(area(size));
     // Distances are relative to noise, whatever the unit; this brings all into float32's middle.
     const float scale = mean > 0 ? static_cast<float>(1 / mean) : 1;
 
-    const std::array<Image, 2> halves = with_known_variances(input.halves);
-    const Numbers dependence = lucerna::dependence(halves);
+    const std::array<Image, 2> halves = with_known_variances(input.halves, workers);
+    const Numbers dependence = lucerna::dependence(halves, workers);
     std::array<HalfPlanes, 2> planes;
-    parallel_each(workers, planes.size(), 1, [&](std::size_t half) {
-        planes[half] = half_planes(halves[half], input.features, dependence, scale);
-    });
+    for (std::size_t half = 0; half < 2; ++half)
+        planes[half] = half_planes(halves[half], input.features, dependence, scale, workers);
     const std::array<Filtered, 2> filtered =
-        nonlocal_means(size.x, size.y, feature_planes(input.features), planes, workers);
-    Estimate result = estimate_of(input, shares, filtered, Candidate::wary, scale);
+        nonlocal_means(size.x, size.y, feature_planes(input.features, workers), planes, workers);
+    Estimate result = estimate_of(input, shares, filtered, Candidate::wary, scale, workers);
     Numbers level(area(size));
     for (std::size_t i = 0; i < level.size(); ++i) level[i] = luminance_of(result.mean(i));
-    const Mixer mixer(size, std::move(raw), level);
+    const Mixer mixer(size, std::move(raw), level, workers);
     result.error = mixer.error(result);
     for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
-        Estimate other = estimate_of(input, shares, filtered, candidate, scale);
+        Estimate other = estimate_of(input, shares, filtered, candidate, scale, workers);
         other.error = mixer.error(other);
         mixer.mix(result, other, 0);
     }

@@ -29,13 +29,14 @@ class Plane {
 
     // Puts a function of a pixel into every pixel, and those at the edge into the rim beside them.
     template <typename Value>
-    void fill(Value&& value) {
-        for (int y = 0; y < height_; ++y) {
+    void fill(const Workers& workers, Value&& value) {
+        parallel_each(workers, static_cast<std::size_t>(height_), kRowsAtATime, [&](std::size_t row_number) {
+            const auto y = static_cast<int>(row_number);
             float* const to = row(y);
             for (int x = 0; x < width_; ++x) to[x] = value(x, y);
             std::fill_n(to - kRim, kRim, to[0]);
             std::fill_n(to + width_, kRim, to[width_ - 1]);
-        }
+        });
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };
@@ -50,6 +51,8 @@ class Plane {
     const float* row(int y) const { return &data_[start(y)]; }
 
   private:
+    static constexpr std::int64_t kRowsAtATime = 8;
+
     std::size_t start(int y) const {
         return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }
