@@ -33,11 +33,9 @@ V2i size_of(const Image& image) {
     return {image.width, image.height};
 }
 
-constexpr std::int64_t kRows = 8;  // that a thread works on at a time
-
 template <typename Body>
 void for_each_row(const Workers& workers, const V2i& size, Body&& body) {
-    parallel_each(workers, static_cast<std::size_t>(size.y), kRows,
+    parallel_each(workers, static_cast<std::size_t>(size.y), Plane::rows_at_a_time(size.x),
                   [&body](std::size_t y) { body(static_cast<int>(y)); });
 }
 
@@ -60,8 +58,7 @@ Numbers smoothed(const Numbers& numbers, const V2i& size, int reach, const Worke
         }
     });
     // Columns side by side, so that memory is read in its order.
-    constexpr std::int64_t kColumns = 64;
-    parallel_ranges(workers, width, kColumns,
+    parallel_ranges(workers, width, Plane::rows_at_a_time(size.y),
                     [&](std::int64_t begin_x, std::int64_t end_x, std::int64_t /*chunk*/) {
                         const auto columns = static_cast<std::size_t>(end_x - begin_x);
                         Numbers upto(columns * static_cast<std::size_t>(height + 1));

@@ -20,6 +20,10 @@ class Plane {
     static constexpr int kWindow = 8, kPatch = 3;
     static constexpr int kRim = kWindow + kPatch;
 
+    // Rows, or columns, of so many pixels that a thread is given at a time: of less than some ten thousand
+    // pixels it takes longer to wake up than to do them.
+    static std::int64_t rows_at_a_time(int pixels) { return std::max(8, 16384 / std::max(1, pixels)); }
+
     Plane() = default;
     Plane(int width, int height)
         : width_(width),
@@ -30,13 +34,14 @@ class Plane {
     // Puts a function of a pixel into every pixel, and those at the edge into the rim beside them.
     template <typename Value>
     void fill(const Workers& workers, Value&& value) {
-        parallel_each(workers, static_cast<std::size_t>(height_), kRowsAtATime, [&](std::size_t row_number) {
-            const auto y = static_cast<int>(row_number);
-            float* const to = row(y);
-            for (int x = 0; x < width_; ++x) to[x] = value(x, y);
-            std::fill_n(to - kRim, kRim, to[0]);
-            std::fill_n(to + width_, kRim, to[width_ - 1]);
-        });
+        parallel_each(workers, static_cast<std::size_t>(height_), rows_at_a_time(width_),
+                      [&](std::size_t row_number) {
+                          const auto y = static_cast<int>(row_number);
+                          float* const to = row(y);
+                          for (int x = 0; x < width_; ++x) to[x] = value(x, y);
+                          std::fill_n(to - kRim, kRim, to[0]);
+                          std::fill_n(to + width_, kRim, to[width_ - 1]);
+                      });
         const auto copy_row = [this](int from, int to) {
             std::copy_n(row(from) - kRim, stride_, row(to) - kRim);
         };
@@ -51,8 +56,6 @@ class Plane {
     const float* row(int y) const { return &data_[start(y)]; }
 
   private:
-    static constexpr std::int64_t kRowsAtATime = 8;
-
     std::size_t start(int y) const {
         return static_cast<std::size_t>(y + kRim) * static_cast<std::size_t>(stride_) + kRim;
     }

@@ -21,13 +21,19 @@ struct Picture {
 };
 
 // Two walls that meet in the middle, the right one with a fine pattern of colours, the left one with the edge
-// of a shadow across it, which no feature tells of; lit by `light`.
-Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples = {8, 8}, unsigned seed = 1) {
+// of a shadow across it, which no feature tells of; lit by `light`. Of the samples' deviations from the mean
+// those of a share `met` are there, so many times as large.
+Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples = {8, 8}, unsigned seed = 1,
+              double met = 1) {
     Picture picture;
     Image features(kWide, kHigh, feature_channels());
     std::mt19937 random(seed);
-    // Of a sample, relative: mean 1, deviation 1.
-    std::exponential_distribution<double> sample(1);
+    // Of a sample, relative: mean 1, and deviation 1 if all are met.
+    std::exponential_distribution<double> value_of(1);
+    std::bernoulli_distribution is_met(met);
+    const auto sample = [&](std::mt19937& from) {
+        return met == 1 || is_met(from) ? value_of(from) / met : 0;
+    };
     for (Image& half : picture.layers.halves) half = Image(kWide, kHigh, half_channels());
     for (int y = 0; y < kHigh; ++y) {
         for (int x = 0; x < kWide; ++x) {
@@ -99,6 +105,16 @@ TEST(Denoise, Noise_IsRemovedAndWhatIsLeftIsSaid) {
         EXPECT_LT(error, 0.5 * measured_error(picture)) << noise;
         EXPECT_GT(denoised.relative_error, error / 1.5) << noise;
         EXPECT_LT(denoised.relative_error, error * 1.5) << noise;
+    }
+}
+
+// Where a few samples have most of the light, the halves of a small neighbourhood tell next to nothing of
+// whether filtering harms: what was measured is not put back without evidence.
+TEST(Denoise, OfLightInFewSamples_NoiseDoesNotComeBack) {
+    for (const unsigned seed : {1U, 2U, 3U}) {
+        const Picture picture = walls(1, 1, {8, 8}, seed, 0.02);
+        EXPECT_LT(error_of(picture, denoise(picture.layers, {}).image), 0.2 * measured_error(picture))
+            << seed;
     }
 }
 

@@ -455,5 +455,27 @@ TEST(Features, OfAWallAhead_AreItsPlaceAndNormal) {
     EXPECT_EQ(of(4, 0, "id.material"), 2);
 }
 
+// Four samples of a pixel that sees one thing, sixteen of one that an edge crosses.
+TEST(Features, OfAnEdge_AreOfMoreSamples) {
+    SceneMaker make;
+    // Two panels whose common edge crosses the middle one of nine rows.
+    make.quad({-10, -10, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.5F)));
+    make.quad({-10, 0, 2}, {0, 10, 0}, {20, 0, 0}, make.diffuse(Rgb(0.1F)));
+    make.light(make_point_light({0, 0, 0}, Rgb(1)));
+    Job job =
+        testing::make_job(make.build(), testing::camera({0, 0, 0}, {0, 0, 1}, 9, 9, 60), PathSettings{}, 32);
+    job.film.parts = job.film.two_halves = true;
+    const RenderResult result = rendered(job);
+    const Image &features = result.layers->features, &more = *result.parts;
+    const auto variance = static_cast<int>(find_channel(more, "albedo.variance.G").value());
+    for (int x = 0; x < 9; ++x) {
+        EXPECT_EQ(more.value(x, 0, variance), 0);
+        // A mean of n samples that are one or the other, p of them the first, has p (1 - p)/(n - 1) of the
+        // squared difference for its variance.
+        const double p = (double{features.value(x, 4, kAlbedo + 1)} - 0.1) / 0.4;
+        EXPECT_NEAR(p * (1 - p) * 0.16 / double{more.value(x, 4, variance)}, 15, 1e-3) << x;
+    }
+}
+
 }  // namespace light_parts_test
 }  // namespace lucerna
