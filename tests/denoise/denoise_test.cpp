@@ -111,11 +111,13 @@ TEST(Denoise, Noise_IsRemovedAndWhatIsLeftIsSaid) {
 // Where a few samples have most of the light, the halves of a small neighbourhood tell next to nothing of
 // whether filtering harms: what was measured is not put back without evidence.
 TEST(Denoise, OfLightInFewSamples_NoiseDoesNotComeBack) {
+    double left = 0;
     for (const unsigned seed : {1U, 2U, 3U}) {
-        const Picture picture = walls(1, 1, {8, 8}, seed, 0.02);
-        EXPECT_LT(error_of(picture, denoise(picture.layers, {}).image), 0.2 * measured_error(picture))
-            << seed;
+        const Picture picture = walls(1, 1, {8, 8}, seed, 0.1);
+        left += error_of(picture, denoise(picture.layers, {}).image) / measured_error(picture) / 3;
     }
+    // 0.187 if the measured image is mixed in by what its error seems to be.
+    EXPECT_LT(left, 0.18);
 }
 
 // A single sample says nothing of its variance; and the halves need not be equal. Of so few samples less is
