@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The pictures of docs/gallery.md: makes what the scenes need, renders each, scales none. About fifteen minutes on two cores.
-# The settings beside each name are all there is to say about a picture.
+# The pictures of docs/gallery.md: makes what the scenes need and renders each in the time beside its name, by the method that is
+# chosen for it, denoised, exposed by itself. Half an hour on two cores.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -9,17 +9,15 @@ lucerna=build/release/lucerna
 out=out/gallery
 mkdir -p "$out"
 
-# picture NAME SIZE EXPOSURE ARGUMENT...: out/gallery/NAME.png
+# picture NAME SIZE TIME ARGUMENT...: out/gallery/NAME.png
 picture() {
-    local name=$1 size=$2 exposure=$3
+    local name=$1 size=$2 time=$3
     shift 3
     [[ " $wanted " == *" $name "* ]] || return 0
     local scene=scenes/$name/$name.pbrt
     [ "$name" = zoom-flashlight ] && scene=scenes/cloister/by-zoom-flashlight.pbrt
-    echo "== $name: --resolution $size --exposure $exposure $*"
-    "$lucerna" render "$scene" -o "$out/$name.exr" --png --quiet --stats "$out/$name.json" \
-        --resolution "$size" --exposure "$exposure" "$@"
-    python3 -c "import json,sys; s=json.load(open(sys.argv[1])); print('   %.0f s' % s['seconds']['total'])" "$out/$name.json"
+    echo "== $name: --resolution $size --time $time $*"
+    "$lucerna" render "$scene" -o "$out/$name.exr" --png --resolution "$size" --time "$time" "$@" | grep -E '^(method|image|picture) '
 }
 
 wanted="${*:-cloister zoom-flashlight watch shade stadium projector office cathedral cornell cornell-caustic}"
@@ -31,13 +29,13 @@ for name in $wanted; do
     esac
 done
 
-picture watch 640x480 -0.7 --integrator path --spp 96 --colour-space acescg
-picture zoom-flashlight 640x427 -1.5 --integrator igi --spp 16 --set nlights=256 nsets=16
-picture shade 480x480 -0.5 --integrator igi --spp 32 --set nlights=256 nsets=16
-picture cloister 640x427 -3 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4 radius=0.35
-picture stadium 640x400 0 --integrator path --spp 64
-picture projector 640x420 0.3 --integrator path --spp 144
-picture office 400x225 -7.6 --integrator igi --spp 16 --set nlights=256 nsets=16
-picture cathedral 400x500 -0.8 --integrator photonmap --spp 24 --set photons=2000000 gatherrays=2 radius=1
-picture cornell 400x400 0 --integrator path --spp 128
-picture cornell-caustic 400x400 0 --integrator photonmap --spp 16 --set photons=1000000 gatherrays=4
+picture watch 1280x960 240s --colour-space acescg
+picture cloister 1280x854 180s
+picture zoom-flashlight 1280x854 120s
+picture shade 1000x1000 180s
+picture stadium 1280x800 180s
+picture projector 1280x840 240s
+picture office 1280x800 240s
+picture cathedral 1024x1280 240s
+picture cornell 1024x1024 60s
+picture cornell-caustic 1024x1024 120s
