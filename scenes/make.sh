@@ -63,7 +63,7 @@ for scene in "$@"; do
             lamp shade/bulb.exr import lamps/bulb/bulb.tm25ray
             ;;
         near-and-far)
-            chips near-and-far/led-green-blue.exr 0.28 0,1.291,1.062
+            chips near-and-far/led-green-blue.exr 0.28 0,1.266,1.305
             red_chip near-and-far/led-red.exr
             # Over the formula's far fields, which make.py writes, those of the measured rays; steps as fine as they allow.
             if [ -f "$rays-green-100k.tm25ray" ]; then

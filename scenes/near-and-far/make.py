@@ -1,6 +1,6 @@
-"""A few parts of a watchmaker's bench on a sheet of paper, a lamp's far field by formula. Millimetres, y up, written in metres.
+"""Two pins, a spoked wheel and a coil spring on a sheet of paper, and the far field of a chip by formula. Metres.
 
-Pins with glass heads, a spoked wheel that stands on its teeth, a coil spring, a screw.
+Built in millimetres: x right, y up, z away from the reader.
 """
 import math
 import os
@@ -13,26 +13,26 @@ MILLI = 1e-3
 
 
 def pin(height, head):
-    """A pin stuck upright into the paper, and its glass head."""
-    half = 0.14
-    shaft = lathe([(half, 0.0), (half, height)], 24)
+    """A pin stuck upright into the paper, and its ceramic head, a ball of radius `head` about the upper end."""
+    shaft = lathe([(0.14, 0.0), (0.14, height)], 24)
     ball = [(head * math.sin(math.pi * i / 24), height - head * math.cos(math.pi * i / 24)) for i in range(25)]
     return shaft, lathe(ball, 48)
 
 
 def coil(radius, height, turns, wire):
     """A coil spring on end: closed turns at both ends, open ones between."""
-    rings, steps = [], 64 * (turns + 2)
-    for i in range(steps + 1):
+    rings, low, high, closed = [], wire, height - wire, 2.05 * wire
+    for i in range(64 * (turns + 2) + 1):
         turn = i / 64
-        # The end turns lie on the ones beside them.
-        rise = wire * 2.05
-        y = wire + (rise * turn if turn < 1 else
-                    rise + (height - 2 * wire - 2 * rise) * (turn - 1) / turns if turn < turns + 1 else
-                    height - 2 * wire - rise * (turns + 2 - turn))
+        if turn < 1:
+            y = low + closed * turn
+        elif turn < turns + 1:
+            y = low + closed + (high - low - 2 * closed) * (turn - 1) / turns
+        else:
+            y = high - closed * (turns + 2 - turn)
         a = 2 * math.pi * turn
         out = (math.cos(a), 0.0, math.sin(a))
-        along = unit((-math.sin(a), (height - 2 * wire) / (turns * 2 * math.pi * radius), math.cos(a)))
+        along = unit((-math.sin(a), (high - low) / (turns * 2 * math.pi * radius), math.cos(a)))
         up = cross(out, along)
         rings.append([tuple(v + wire * (math.cos(t) * o + math.sin(t) * u) for v, o, u in
                             zip((radius * out[0], y, radius * out[2]), out, up))
@@ -51,11 +51,11 @@ def lambertian(file):
 
 
 def main():
-    parts = {name: Mesh() for name in ("steel", "brass", "glass")}
+    parts = {name: Mesh() for name in ("steel", "brass", "ceramic")}
     for x, z, height, head in ((0.7, -3.1, 3.4, 0.55), (2.7, 2.3, 2.8, 0.45)):
         shaft, ball = pin(height, head)
         parts["steel"].join(shaft, at(x, 0, z))
-        parts["glass"].join(ball, at(x, 0, z))
+        parts["ceramic"].join(ball, at(x, 0, z))
     gear = wheel(36, 2.3, -0.2, thick=0.4, spokes=5, rim=0.2)
     parts["brass"].join(Mesh().join(gear, at(tilt=-90)), at(-1.0, 2.27, 1.7, turn=40))
     parts["steel"].join(coil(0.95, 2.8, 4, 0.11), at(-3.2, 0, -1.9))
