@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
 
 lucerna=../build/release/lucerna
-[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led lamps/zoom-flashlight office projector room shade stadium watch
+[ $# -gt 0 ] || set -- beams cathedral cloister lamps/bike-light lamps/bulb lamps/narrow-beam lamps/white-led lamps/zoom-flashlight near-and-far office projector room shade stadium watch
 
 # lamp FILE HOW ARGUMENT...: a light field, scenes/FILE, by `lucerna light HOW`
 lamp() {
@@ -20,16 +20,22 @@ lamp() {
     echo "   scenes/$file"
 }
 
-# The watch's green and blue chips as one lamp from their measured rays; one square of both colours where they are not there.
-# A formula's chip lies in the package's middle; a measured one in its quadrant.
+rays=../../shared/data/osram-ostar
+
+# chips FILE DRIVE COLOUR: an LED's green and blue chips as one lamp from their measured rays, the blue one at DRIVE of its flux; one square
+# of both, of that COLOUR, where the rays are not there. A formula's chip lies in the package's middle; a measured one in its quadrant.
 chips() {
-    local rays=../../shared/data/osram-ostar
     if [ -f "$rays-green-100k.tm25ray" ]; then
-        lamp watch/led-green-blue.exr import "$rays-green-100k.tm25ray" "$rays-blue-100k.tm25ray" --drive 1,0.16
+        lamp "$1" import "$rays-green-100k.tm25ray" "$rays-blue-100k.tm25ray" --drive "1,$2"
     else
         echo "   no measured rays $rays-*: the green and blue chips by formula"
-        lamp watch/led-green-blue.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour 0.03,1.318,0.7
+        lamp "$1" acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour "$3"
     fi
+}
+
+# red_chip FILE: the same LED's red chip by formula, in the middle
+red_chip() {
+    lamp "$1" acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour 4.42,0.084,0
 }
 
 for scene in "$@"; do
@@ -56,9 +62,18 @@ for scene in "$@"; do
             python3 lamps/bulb/make.py
             lamp shade/bulb.exr import lamps/bulb/bulb.tm25ray
             ;;
+        near-and-far)
+            chips near-and-far/led-green-blue.exr 0.28 0,1.266,1.305
+            red_chip near-and-far/led-red.exr
+            # Over the formula's far fields, which make.py writes, those of the measured rays; steps as fine as they allow.
+            if [ -f "$rays-green-100k.tm25ray" ]; then
+                lamp near-and-far/led-green.ies farfield "$rays-green-100k.tm25ray" --step 5 --plane-step 15
+                lamp near-and-far/led-blue.ies farfield "$rays-blue-100k.tm25ray" --step 5 --plane-step 15 --efficacy 32.53
+            fi
+            ;;
         watch)
-            chips
-            lamp watch/led-red.exr acquire --emitter rectangle --size 1mmx1mm --exponent 1 --flux 1 --unit lm --colour 4.42,0.084,0
+            chips watch/led-green-blue.exr 0.16 0.03,1.318,0.7
+            red_chip watch/led-red.exr
             ;;
     esac
 done

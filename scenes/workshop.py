@@ -244,6 +244,74 @@ def circle(radius, count, cx=0.0, cy=0.0, start=0.0, end=360.0):
              cy + radius * math.sin(math.radians(start + (end - start) * i / count))) for i in range(steps)]
 
 
+def plate(outline, z0, z1, chamfer=0.08, hole=None):
+    """A flat part of any star-shaped outline of (x, z) round its middle, its upper edge chamfered; `hole`: a radius."""
+    cx = sum(p[0] for p in outline) / len(outline)
+    cz = sum(p[1] for p in outline) / len(outline)
+
+    def ring(by, y):
+        points = []
+        for x, z in outline:
+            r = math.hypot(x - cx, z - cz)
+            k = max(0.0, r - by) / r
+            points.append((cx + (x - cx) * k, y, cz + (z - cz) * k))
+        return points
+    rings = [ring(0, z0), ring(0, z1 - chamfer), ring(chamfer, z1)]
+    mesh = loft(rings, caps=False)
+    top = rings[-1]
+    if hole:
+        inner = []
+        for x, _, z in top:
+            a = math.atan2(z - cz, x - cx)
+            inner.append((cx + hole * math.cos(a), z1, cz + hole * math.sin(a)))
+        low = [(x, z0, z) for x, _, z in inner]
+        return mesh.join(loft([top, inner, low], caps=False))
+    for i in range(len(top)):
+        mesh.tri(top[i], top[(i + 1) % len(top)], (cx, z1, cz))
+    return mesh
+
+
+def wheel(teeth, radius, z, thick=0.16, spokes=5, rim=0.16, pinion=0.0):
+    """A toothed wheel: rim with rounded teeth, spokes, hub, an arbor; perhaps a pinion above."""
+    mesh = Mesh()
+    pitch = 2 * math.pi / teeth
+    outer, depth = [], min(0.34, 0.9 * pitch * radius / 2)
+    for i in range(teeth):
+        a = i * pitch
+        for share, r in ((-0.30, radius - depth), (-0.24, radius - 0.35 * depth), (-0.12, radius - 0.06 * depth), (0.0, radius),
+                         (0.12, radius - 0.06 * depth), (0.24, radius - 0.35 * depth), (0.30, radius - depth)):
+            outer.append((r, a + share * pitch))
+    inside = (radius - depth) * (1 - rim)
+    c = 0.02
+
+    def ring(points, dr, y):
+        return [((r + dr) * math.cos(a), y, (r + dr) * math.sin(a)) for r, a in points]
+    inner = [(inside, a) for _, a in outer]
+    rings = [ring(inner, 0, z), ring(outer, 0, z), ring(outer, 0, z + thick - c), ring(outer, -c, z + thick),
+             ring(inner, c, z + thick), ring(inner, 0, z + thick - c), ring(inner, 0, z)]
+    mesh.join(loft(rings, caps=False))
+    hub = max(0.34, 0.16 * radius)
+    mesh.join(lathe([(hub, z), (hub, z + thick + 0.03 - c), (hub - c, z + thick + 0.03), (0.14, z + thick + 0.03),
+                     (0.12, z + thick + 0.6), (0.07, z + thick + 0.66), (0.0, z + thick + 0.66)], 32))
+    for k in range(spokes):
+        a = 360 * k / spokes
+        w0, w1 = 0.17 * hub + 0.13, 0.10 + 0.012 * radius
+        arm = loft([[(hub * 0.9, y, -w) for w, y in ((w0, z), (w0, z + thick - c), (w0 - c, z + thick), (-w0 + c, z + thick),
+                                                   (-w0, z + thick - c), (-w0, z))],
+                    [(inside * 1.01, y, -w) for w, y in ((w1, z), (w1, z + thick - c), (w1 - c, z + thick),
+                                                        (-w1 + c, z + thick), (-w1, z + thick - c), (-w1, z))]])
+        mesh.join(arm, at(turn=a))
+    if pinion:
+        leaves = 8
+        outline = []
+        for i in range(leaves * 6):
+            a = 2 * math.pi * i / (leaves * 6)
+            outline.append((pinion * (1 + 0.22 * math.cos(leaves * a)) * math.cos(a),
+                            pinion * (1 + 0.22 * math.cos(leaves * a)) * math.sin(a)))
+        mesh.join(plate(outline, z + thick, z + thick + 0.45, 0.03))
+    return mesh
+
+
 def arch(half, sharp, count, base=0.0):
     """A pointed arch from (-half, base) over its apex to (half, base): two arcs of radius half (1 + sharp).
 
