@@ -192,7 +192,7 @@ std::vector<View> views() {
 }
 
 TEST(SmallLamps, MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
-    constexpr int kSampled = 4'000, kMet = 30'000;
+    constexpr int kSampled = 4'000, kMet = 15'000;
     for (const View& view : views()) {
         SCOPED_TRACE(view.name);
         Job job = job_of(market({0, view.fog}));
@@ -238,7 +238,7 @@ TEST(SmallLamps, OfEveryMethod_AreSeenOnce) {
             SCOPED_TRACE(integrator_name(method));
             const Job job = job_of(market({0.5F, fog}), method);
             const SmallLamps lamps(job);
-            const Apart found = apart(pixels_of(job, nullptr, 1, 8'000), pixels_of(job, &lamps, 2, 500));
+            const Apart found = apart(pixels_of(job, nullptr, 1, 3'000), pixels_of(job, &lamps, 2, 500));
             EXPECT_TRUE(found.same()) << found.image << ' ' << found.pixel << ' ' << fog;
         }
     }
