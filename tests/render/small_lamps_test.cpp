@@ -192,7 +192,7 @@ std::vector<View> views() {
 }
 
 TEST(SmallLamps, MeansOfPixels_AreThoseOfRaysThatMeetThemByChance) {
-    constexpr int kSampled = 4'000, kMet = 15'000;
+    constexpr int kSampled = 4'000, kMet = 30'000;
     for (const View& view : views()) {
         SCOPED_TRACE(view.name);
         Job job = job_of(market({0, view.fog}));
