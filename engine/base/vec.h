@@ -19,6 +19,7 @@ using Imath::V3f;
 using Imath::V3i;
 using M44d = Imath::M44d;
 using M33f = Imath::M33f;
+using Box2f = Imath::Box2f;
 using Box3f = Imath::Box3f;
 using Box3d = Imath::Box3d;
 

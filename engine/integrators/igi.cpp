@@ -74,19 +74,21 @@ class IgiEstimator final : public Estimator {
           only_diffuse_(!throws_caustics(scene)) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, sampler.next(), sampler, {});
+        return camera_sample(CameraRay{ray}, sampler.next(), sampler);
     }
     // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
     // by.
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
         const float u = sampler.next();
         const float set = camera.half ? 0.5F * (u + static_cast<float>(*camera.half)) : u;
-        return camera_sample(camera.ray, set, sampler, PartsSink(camera.parts));
+        return camera_sample(camera, set, sampler);
     }
 
   private:
     // One well-distributed number in [0,1) chooses the set.
-    Rgb camera_sample(const Ray& ray, float u_set, Sampler& sampler, const PartsSink& of_ray) const {
+    Rgb camera_sample(const CameraRay& camera, float u_set, Sampler& sampler) const {
+        const Ray& ray = camera.ray;
+        const PartsSink of_ray(camera.parts);
         const auto set = static_cast<std::size_t>(u_set * static_cast<float>(lights_.sets()));
         const int most = most_bounces(settings_.max_depth);
         const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
@@ -98,7 +100,8 @@ class IgiEstimator final : public Estimator {
                                 const PartsSink& parts) {
             return sigma_s * shade_place(vertex, set, left, sampler, parts.times(sigma_s).in_medium());
         };
-        return follow_and_shade(scene_, ray, most, sampler, shade, source, of_ray);
+        return follow_and_shade(scene_, from_camera(scene_, ray, camera.rule(), most), sampler, shade, source,
+                                of_ray);
     }
 
     // Where paths may have `left` > 0 more bounces, the one there included.

@@ -16,6 +16,7 @@
 #include "engine/integrators/settings.h"
 #include "engine/integrators/statistics.h"
 #include "engine/scene/render_context.h"
+#include "engine/transport/direct_light.h"
 #include "photon/build_maps.h"
 
 namespace lucerna {
@@ -23,14 +24,18 @@ namespace lucerna {
 // The ray of a camera sample.
 struct CameraRay {
     Ray ray;
-    V2f film;  // place on the whole film, pixels: a method may take more or fewer samples there than
-               // elsewhere
+    V2f film{0, 0};  // place on the whole film, pixels: a method may take more or fewer samples there than
+                     // elsewhere
     // Of the image's samples, 0 or 1, where these are to be independent of each other: what a method makes
     // several of, it may use for one half alone. None: all is for all samples.
     std::optional<int> half = {};
     // Gets what the sample's radiance is made of, black before; null: nobody asks. The radiance is the same,
     // bit for bit, with and without.
     LightParts* parts = nullptr;
+    // Lamps whose emission the sample does not count where the ray itself meets them; null: none.
+    const LampSet* but = nullptr;
+
+    EmissionRule rule() const { return EmissionRule::all_but(but); }
 };
 
 class Estimator {

@@ -47,10 +47,10 @@ class PathEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        return radiance(camera_ray, sampler, {});
+        return radiance(camera_ray, EmissionRule::all(), sampler, {});
     }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return radiance(camera.ray, sampler, PartsSink(camera.parts));
+        return radiance(camera.ray, camera.rule(), sampler, PartsSink(camera.parts));
     }
 
     // The same, with how many times more densely its directions were drawn than without guides.
@@ -65,10 +65,13 @@ class PathEstimator final : public Estimator {
     }
 
   private:
-    Rgb radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const {
+    Rgb radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
+                 const PartsSink& parts) const {
         const bool meter = settings_.quantity == Quantity::illuminance;
+        Path path{camera_ray};
+        path.rule = rule;
         const Rgb result =
-            follow({camera_ray}, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
+            follow(path, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
         return meter ? meter_reading(result) : result;
     }
 
@@ -172,10 +175,10 @@ class MediaPathEstimator final : public Estimator {
         : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        return radiance(camera_ray, sampler, {});
+        return radiance(camera_ray, EmissionRule::all(), sampler, {});
     }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return radiance(camera.ray, sampler, PartsSink(camera.parts));
+        return radiance(camera.ray, camera.rule(), sampler, PartsSink(camera.parts));
     }
 
   private:
@@ -194,7 +197,8 @@ class MediaPathEstimator final : public Estimator {
         std::optional<MediumVertex> scattered;
     };
 
-    Rgb radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const;
+    Rgb radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
+                 const PartsSink& parts) const;
     Segment propagate(Path& path, Sampler& sampler) const;
     Segment metered_segment(Path& path) const;
     void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
@@ -207,9 +211,11 @@ class MediaPathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-Rgb MediaPathEstimator::radiance(const Ray& camera_ray, Sampler& sampler, const PartsSink& parts) const {
+Rgb MediaPathEstimator::radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
+                                 const PartsSink& parts) const {
     Path path;
     path.ray = camera_ray;
+    path.rule = rule;
     path.medium = media_.camera;
     const bool meter = settings_.quantity == Quantity::illuminance;
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;

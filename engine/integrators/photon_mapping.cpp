@@ -352,10 +352,11 @@ class PhotonMapEstimator final : public Estimator {
           lights_(scene, settings.lights) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(ray, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))}, sampler, {});
+        return camera_sample(CameraRay{ray}, Splits{Splitting::everywhere_alike(fixed_numbers(settings_))},
+                             sampler);
     }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return camera_sample(camera.ray, Splits{splitting_.at(camera.film)}, sampler, PartsSink(camera.parts),
+        return camera_sample(camera, Splits{splitting_.at(camera.film)}, sampler,
                              edges_ && edges_->at(camera.film));
     }
 
@@ -365,7 +366,7 @@ class PhotonMapEstimator final : public Estimator {
         if (!is_split_by_pilot(settings_) || !context.view) return;
         splitting_ = Splitting(*context.view, context.seed, context.pass, context.workers,
                                [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
-                                   return camera_sample(ray, Splits{{}, &pilot}, sampler, {});
+                                   return camera_sample(CameraRay{ray}, Splits{{}, &pilot}, sampler);
                                });
         if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
     }
@@ -387,8 +388,8 @@ class PhotonMapEstimator final : public Estimator {
 
     // ---- Li --------------------------------------------------------------------------------------------
 
-    Rgb camera_sample(const Ray& ray, Splits splits, Sampler& sampler, const PartsSink& of_ray,
-                      bool at_edge = false) const {
+    Rgb camera_sample(const CameraRay& camera, Splits splits, Sampler& sampler, bool at_edge = false) const {
+        const PartsSink of_ray(camera.parts);
         const int most = most_bounces(settings_.max_depth);
         // Across an edge estimates differ as samples do.
         if (samples_ > 1 && !at_edge) {
@@ -401,9 +402,9 @@ class PhotonMapEstimator final : public Estimator {
                 return DirectLight{shade_eye(vertex, left, meter_reading(Rgb(1)), splits, sampler, parts),
                                    {}};
             };
-            return meter_and_shade(scene_, ray, most, shade, of_ray);
+            return meter_and_shade(scene_, camera.ray, most, shade, of_ray);
         }
-        return Li({ray, scene_.media().camera, EmissionRule::all(), most, kGlassSplits}, Stage::eye, splits,
+        return Li({camera.ray, scene_.media().camera, camera.rule(), most, kGlassSplits}, Stage::eye, splits,
                   sampler, of_ray);
     }
 

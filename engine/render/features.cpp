@@ -142,7 +142,7 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
                          Monitor& monitor) {
     const V2i size = job.film.rendered_size();
     Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
-    const CameraSampler sampler(job, seed, 0);
+    const CameraSampler sampler(job, seed, 0, nullptr);
     const std::array<V3f, 3> axes = camera_axes(job.camera);
     parallel_each(workers, static_cast<std::size_t>(size.y), 1, [&](std::size_t row) {
         if (monitor.stopped()) return;

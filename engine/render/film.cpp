@@ -373,6 +373,15 @@ float FilterSampler::draw(const Axis& axis, float u, float radius, float& weight
     return radius * (2 * (static_cast<float>(step.item) + step.remainder) / kSteps - 1);
 }
 
+float FilterSampler::value(const Axis& axis, float offset, float radius) {
+    if (!(std::fabs(offset) < radius)) return 0;
+    if (axis.negative.empty()) return 1 / (2 * radius);  // the box; radius > |offset|
+    const auto at = static_cast<std::size_t>((offset / radius + 1) / 2 * kSteps);
+    const std::size_t step = std::min(at, kSteps - 1);
+    const double density = axis.steps.probability(step) * kSteps / (2 * double{radius});
+    return static_cast<float>(axis.negative[step] ? -density : density) * axis.weight;
+}
+
 FilterSampler::Sample FilterSampler::sample(const V2f& u) const {
     const V2f& radius = settings_.radius;
     if (settings_.kind == FilterSettings::Kind::box) {

@@ -206,6 +206,11 @@ class FilterSampler {
     };
     Sample sample(const V2f& u) const;
     float weight() const { return x_.weight * y_.weight; }
+    // The filter over its integral, per square pixel: what sample() integrates.
+    float value(const V2f& offset) const {
+        return value(x_, offset.x, radius().x) * value(y_, offset.y, radius().y);
+    }
+    const V2f& radius() const { return settings_.radius; }
 
   private:
     // One axis, over equal steps of [-radius, radius]; empty for the box.
@@ -216,6 +221,7 @@ class FilterSampler {
     };
     Axis axis(float radius) const;
     static float draw(const Axis& axis, float u, float radius, float& weight);
+    static float value(const Axis& axis, float offset, float radius);
 
     FilterSettings settings_;
     Axis x_, y_;

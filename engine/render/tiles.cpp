@@ -6,6 +6,11 @@
 #include <vector>
 
 namespace lucerna {
+namespace {
+
+constexpr std::uint32_t kSmallLampsBranch = 0x51a;
+
+}  // namespace
 
 CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> half, int index) const {
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
@@ -16,7 +21,18 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> ha
     const V2f centre(static_cast<float>(whole.x) + 0.5F, static_cast<float>(whole.y) + 0.5F);
     const V2f lens = sampler.next2();
     const V2f film = centre + place.offset;
-    return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler};
+    return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler, whole};
+}
+
+Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, LightParts* parts) const {
+    sample.camera.parts = parts;
+    const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach();
+    if (!lamps) return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
+    sample.camera.but = &lamps_->lamps();
+    Sampler own = sample.sampler.split_alike(kSmallLampsBranch);
+    const Rgb seen = estimator.Li_of(sample.camera, sample.sampler);
+    // Independent of the sample's place in the pixel, and so of its weight, whose mean is 1.
+    return {seen + lamps_->radiance(lamps, sample.pixel, own, parts), sample.weight};
 }
 
 template <typename Visit>
@@ -48,7 +64,7 @@ void TileRenderer::render_pixel(const Estimator& estimator, const V2i& at, int f
     for (int s = first; s < end; ++s) {
         parts.clear();
         const Film::Sample taken =
-            CameraSampler::radiance(estimator, camera_sampler_.sample(at, s), parts_ ? &parts : nullptr);
+            camera_sampler_.radiance(estimator, camera_sampler_.sample(at, s), parts_ ? &parts : nullptr);
         if (!is_finite(taken.radiance)) {
             report_bad(at, s, taken.radiance);
         } else if (by_pass_) {
@@ -96,8 +112,8 @@ void TileRenderer::render_allocated(const Estimator& estimator, int tile, int fi
 void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int half, int index,
                               LightParts& parts) {
     parts.clear();
-    const Film::Sample taken = CameraSampler::radiance(estimator, camera_sampler_.sample(at, half, index),
-                                                       parts_ ? &parts : nullptr);
+    const Film::Sample taken = camera_sampler_.radiance(estimator, camera_sampler_.sample(at, half, index),
+                                                        parts_ ? &parts : nullptr);
     if (is_finite(taken.radiance)) {
         film_.add(at.x, at.y, taken.radiance, taken.weight, half);
         if (parts_) parts_->add(at.x, at.y, parts, taken.weight, half);

@@ -15,6 +15,7 @@
 #include "engine/render/job.h"
 #include "engine/render/part_films.h"
 #include "engine/render/render.h"
+#include "engine/render/small_lamps.h"
 
 namespace lucerna {
 
@@ -22,9 +23,10 @@ namespace lucerna {
 // these, in runs of `samples_per_pass`, each half stratified on its own.
 class CameraSampler {
   public:
-    // `samples_per_pass`: as the integrator has it.
-    CameraSampler(const Job& job, std::uint64_t seed, int samples_per_pass)
+    // `samples_per_pass`: as the integrator has it. `lamps`: of the job; null: none is sampled on its own.
+    CameraSampler(const Job& job, std::uint64_t seed, int samples_per_pass, const SmallLamps* lamps)
         : job_(job),
+          lamps_(lamps),
           run_(std::max(1, samples_per_pass)),
           halves_{ImageSamplers(seed, Purpose::camera), ImageSamplers(seed, Purpose::camera_of_second_half)},
           filter_(job.film.filter) {}
@@ -33,6 +35,7 @@ class CameraSampler {
         CameraRay camera;
         float weight;     // FilterSampler's
         Sampler sampler;  // for what follows
+        V2i pixel;        // of the whole picture
     };
     // `at` counts from the corner of what is rendered.
     Sample sample(const V2i& at, int number) const {
@@ -42,10 +45,7 @@ class CameraSampler {
     // Of a half, its sample `index`.
     Sample sample(const V2i& at, std::optional<int> half, int index) const;
     // What an estimator sees there; `parts` as CameraRay's.
-    static Film::Sample radiance(const Estimator& estimator, Sample sample, LightParts* parts = nullptr) {
-        sample.camera.parts = parts;
-        return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
-    }
+    Film::Sample radiance(const Estimator& estimator, Sample sample, LightParts* parts = nullptr) const;
 
     // Of a film of two halves: the sample's; else none.
     std::optional<int> half(int number) const {
@@ -55,6 +55,7 @@ class CameraSampler {
 
   private:
     const Job& job_;
+    const SmallLamps* lamps_;
     int run_;
     std::array<ImageSamplers, 2> halves_;
     FilterSampler filter_;
@@ -68,7 +69,8 @@ class TileRenderer {
     // they are not asked for. `allocation`: who gets samples; null: all get the same.
     TileRenderer(const Job& job, std::uint64_t seed, Film& film, int samples_per_pass,
                  PartFilms* parts = nullptr, SampleAllocation* allocation = nullptr)
-        : camera_sampler_(job, seed, samples_per_pass),
+        : lamps_(job),
+          camera_sampler_(job, seed, samples_per_pass, &lamps_),
           groups_(job.scene.light_groups()),
           seed_(seed),
           film_(film),
@@ -109,6 +111,7 @@ class TileRenderer {
     void add_sample(const Estimator& estimator, const V2i& at, int half, int index, LightParts& parts);
     void report_bad(const V2i& at, int sample, const Rgb& value);
 
+    SmallLamps lamps_;
     CameraSampler camera_sampler_;
     const LightGroups& groups_;
     std::uint64_t seed_;

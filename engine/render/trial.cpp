@@ -64,6 +64,7 @@ Trial::Trial(const Job& job, const IntegratorSettings& settings, std::uint64_t s
       seed_(seed),
       workers_(workers),
       monitor_(monitor),
+      lamps_(job),
       integrator_(make_integrator(settings)),
       places_(trial_blocks(job.film)) {}
 
@@ -128,7 +129,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
     if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}});
-    const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass());
+    const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass(), &lamps_);
     const auto add = [this](std::size_t block, std::size_t pixel, double value) {
         blocks_[block].pixels[pixel].add(value);
         blocks_[block].values.push_back(static_cast<float>(value));
@@ -141,7 +142,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
             RunningStats seen;
             for (int s = first; s < last; ++s) {
                 const Film::Sample sample =
-                    CameraSampler::radiance(*estimator_, camera_sampler.sample(at, s));
+                    camera_sampler.radiance(*estimator_, camera_sampler.sample(at, s));
                 if (!is_finite(sample.radiance)) continue;
                 const double value = double{sample.weight} * double{luminance(sample.radiance)};
                 if (in_passes()) {

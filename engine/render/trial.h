@@ -11,6 +11,7 @@
 #include "engine/base/stats.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/job.h"
+#include "engine/render/small_lamps.h"
 
 namespace lucerna {
 
@@ -63,6 +64,7 @@ class Trial {
     std::uint64_t seed_;
     const Workers& workers_;
     Monitor& monitor_;
+    SmallLamps lamps_;
     std::unique_ptr<Integrator> integrator_;
     std::unique_ptr<const Session> session_;
     std::unique_ptr<const Estimator> estimator_;

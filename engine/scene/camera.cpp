@@ -95,19 +95,75 @@ Ray Camera::spherical_ray(const V2f& film) const {
 Ray Camera::ray(const V2f& film, const V2f& lens) const {
     if (settings_.kind == Settings::Kind::spherical) return spherical_ray(film);
     const V3f on_plane = corner_ + film.x * x_ + film.y * y_;
-    const bool perspective = settings_.kind == Settings::Kind::perspective;
+    const bool perspective = is_perspective();
     Ray ray;
     ray.o = perspective ? origin_ : origin_ + on_plane;
     ray.d = perspective ? on_plane : z_;
     if (settings_.lens_radius > 0) {
         // Every ray of a film point goes through the same point of the plane in focus: pass it from the lens.
-        const V2f disc = square_to_disc(lens);
-        const V3f shift = disc.x * lens_x_ + disc.y * lens_y_;
+        const V3f shift = lens_shift(square_to_disc(lens));
         ray.d = settings_.focal_distance * ray.d - shift;
         ray.o += shift;
     }
     ray.d.normalize();
     return ray;
+}
+
+V3f Camera::lens_point(const V2f& lens) const {
+    return settings_.lens_radius > 0 ? origin_ + lens_shift(square_to_disc(lens)) : origin_;
+}
+
+// A ray from the lens' place at `shift` meets the plane in focus, which holds the film's points at
+// `focus` (corner_ + x x_ + y y_): with a pinhole any plane will do. `way` need not be unit; the density is
+// for solid angles.
+std::optional<Camera::Projection> Camera::project_from(const V3d& shift, const V3d& way) const {
+    const double focus = settings_.lens_radius > 0 ? double{settings_.focal_distance} : 1;
+    const V3d x = focus * V3d(x_), y = focus * V3d(y_), corner = focus * V3d(corner_) - shift;
+    // Its length is a pixel's area: never 0, as the camera's map has a determinant and its window an extent.
+    const V3d n = x.cross(y);
+    const double height = corner.dot(n), along = way.dot(n);
+    if (!(height * along > 0)) return std::nullopt;  // behind, or along the plane
+    const double s = height / along;                 // along is not 0
+    const V3d on_plane = s * way - corner;
+    const double n2 = n.length2();
+    // The plane's area dA fills the solid angle dA |cos| / r², with r = s |way|, |cos| = |along| / (|n|
+    // |way|) and |n| of area for each pixel.
+    const double length = way.length();
+    const double density = s * s * length * length * length / std::fabs(along);
+    const V2f film(static_cast<float>(on_plane.cross(y).dot(n) / n2),
+                   static_cast<float>(x.cross(on_plane).dot(n) / n2));
+    if (!std::isfinite(film.x) || !std::isfinite(film.y) || !std::isfinite(density)) return std::nullopt;
+    return Projection{film, static_cast<float>(density)};
+}
+
+std::optional<Camera::Projection> Camera::project(const V2f& lens, const V3f& w) const {
+    if (!is_perspective()) return std::nullopt;
+    const V3f shift = settings_.lens_radius > 0 ? lens_shift(square_to_disc(lens)) : V3f(0, 0, 0);
+    return project_from(V3d(shift), V3d(w));
+}
+
+std::optional<Box2f> Camera::bounds_on_film(const Box3f& box) const {
+    if (!is_perspective() || box.isEmpty()) return std::nullopt;
+    const V3d towards = V3d(x_).cross(V3d(y_));
+    const V3d forward = (V3d(corner_).dot(towards) > 0 ? towards : -towards).normalized();
+    const double diagonal = V3d(box.size()).length();
+    Box2f bounds;
+    // Through one place of the lens, the image of a convex body that is before the camera is as convex; the
+    // image of one point moves in proportion to the place: the corners of both bound all.
+    for (int i = 0; i < 8; ++i) {
+        const V3d corner((i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                         (i & 4) != 0 ? box.max.z : box.min.z);
+        const V3d from_middle = corner - V3d(origin_);
+        if (!(from_middle.dot(forward) > diagonal)) return std::nullopt;
+        const float r = settings_.lens_radius > 0 ? 1 : 0;
+        for (const V2f& disc : {V2f(-r, -r), V2f(r, -r), V2f(-r, r), V2f(r, r)}) {
+            const V3d shift(lens_shift(disc));
+            const auto seen = project_from(shift, from_middle - shift);
+            if (!seen) return std::nullopt;
+            bounds.extendBy(seen->film);
+        }
+    }
+    return bounds;
 }
 
 }  // namespace lucerna

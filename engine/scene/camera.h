@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "engine/base/vec.h"
 
@@ -31,10 +32,29 @@ class Camera {
     // `film` in pixels, `lens` uniform in [0,1)² (not looked at by a pinhole).
     Ray ray(const V2f& film, const V2f& lens) const;
 
+    // ray() the other way round: where a direction from one place of the lens is seen on the film.
+    struct Projection {
+        V2f film;              // pixels, possibly beyond the film
+        float pixels2_per_sr;  // d(area on the film) / d(solid angle), there
+    };
+    // The rays through one place of the lens begin at one point. Of a perspective camera alone: those of an
+    // orthographic one are parallel.
+    V3f lens_point(const V2f& lens) const;
+    // `w`: unit, from that point. None: it does not lead towards the film's plane, or this is no perspective
+    // camera.
+    std::optional<Projection> project(const V2f& lens, const V3f& w) const;
+    // Bounds on the film of all that is seen of a box through any place of the lens, pixels. None: this is no
+    // perspective camera, or a part of the box is not at least as far before the lens as its diagonal is
+    // long.
+    std::optional<Box2f> bounds_on_film(const Box3f& box) const;
+
     const Settings& settings() const { return settings_; }
 
   private:
     Ray spherical_ray(const V2f& film) const;
+    bool is_perspective() const { return settings_.kind == Settings::Kind::perspective; }
+    V3f lens_shift(const V2f& disc) const { return disc.x * lens_x_ + disc.y * lens_y_; }
+    std::optional<Projection> project_from(const V3d& shift, const V3d& way) const;
 
     Settings settings_;
     // In the scene, scene units. The image plane is z = 1 for a perspective, z = 0 for an orthographic

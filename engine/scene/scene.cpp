@@ -87,6 +87,7 @@ struct Scene::Impl {
     LightPicker picker;
     LightTree light_tree;
     std::vector<std::uint32_t> impostors;
+    std::vector<bool> on_solid_surfaces;  // each light
     bool has_sky = false, has_specular = false, has_borders = false;
     Box3f bounds;
     Counts counts;
@@ -138,6 +139,17 @@ void Scene::Impl::take_shapes() {
     };
     assert(lit(parts.meshes) && lit(parts.quadrics) && lit(parts.patches) && lit(parts.curves));
     (void)lit;
+    std::vector<bool> cut_out(parts.lights.size());
+    on_solid_surfaces.resize(parts.lights.size());
+    const auto look_at = [&](const auto& shapes) {
+        for (const auto& shape : shapes) {
+            if (shape.traits.light == kNoLight) continue;
+            const auto light = static_cast<std::size_t>(shape.traits.light);
+            cut_out[light] = cut_out[light] || shape.traits.alpha;
+            on_solid_surfaces[light] = !cut_out[light];
+        }
+    };
+    look_at(parts.meshes), look_at(parts.quadrics), look_at(parts.patches), look_at(parts.curves);
     world = std::make_unique<const ShapeSet>(std::move(static_cast<Shapes&>(parts)), parts.materials);
     prototypes.reserve(parts.prototypes.size());
     for (Shapes& shapes : parts.prototypes) prototypes.emplace_back(std::move(shapes), parts.materials);
@@ -364,6 +376,9 @@ const SceneMedia& Scene::media() const {
 }
 bool Scene::has_borders() const {
     return impl_->has_borders;
+}
+bool Scene::is_on_solid_surfaces(std::uint32_t light) const {
+    return impl_->on_solid_surfaces[light];
 }
 std::int32_t Scene::medium_of_light(std::uint32_t light) const {
     return impl_->light_places[light].medium;

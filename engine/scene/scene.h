@@ -128,6 +128,8 @@ class Scene {
     bool has_specular() const;
     const SceneMedia& media() const;
     bool has_borders() const;  // whether intersect_border() can find anything
+    // Whether surfaces carry the light, all of them without cut-outs: it is met wherever its surface is.
+    bool is_on_solid_surfaces(std::uint32_t light) const;
     // The medium of the borders in which a light's particles begin. A light has one place, as in pbrt: of a
     // lamp that reaches into several, the first particle decides.
     std::int32_t medium_of_light(std::uint32_t light) const;

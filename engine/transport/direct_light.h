@@ -17,6 +17,7 @@
 #include "engine/base/sampler.h"
 #include "engine/scene/media_traversal.h"
 #include "engine/scene/scene.h"
+#include "engine/transport/lamp_set.h"
 #include "engine/transport/light_choice.h"
 
 namespace lucerna {
@@ -36,12 +37,16 @@ struct EmissionRule {
     } kind = Kind::all;
     float pdf_w = 0;     // with which the ray's direction was drawn; for `mis`
     LightChoice choice;  // by which the surface asked the lights; for `mis`
+    // Lamps that count nothing on this ray, since whoever made it samples them on his own; null: none.
+    const LampSet* but = nullptr;
 
     static EmissionRule all() { return {}; }
+    static EmissionRule all_but(const LampSet* lamps) { return {Kind::all, 0, {}, lamps}; }
     static EmissionRule none() { return {Kind::none, 0, {}}; }
     static EmissionRule mis(float pdf_w, const LightChoice& choice) { return {Kind::mis, pdf_w, choice}; }
     // The share of what was seen of a light that counts.
     float share(const Scene& scene, std::uint32_t light, const EmittedRadiance& seen) const {
+        if (but && but->holds(light, seen)) return 0;
         return share(kind == Kind::mis ? choice.pdf_w(scene, light, seen) : 0.0F);
     }
     // The share of emission that counts, given the density with which next_event() would have drawn this

@@ -114,6 +114,7 @@ struct SpecularBranch {
     std::int32_t medium;
     int left;    // bounces that its path may still have
     int splits;  // more of such ways that it may have
+    EmissionRule rule = EmissionRule::all();
 };
 struct NoBranches {
     Rgb operator()(const SpecularBranch&, const Rgb& /*throughput*/, Sampler&, const PartsSink&) const {
@@ -200,15 +201,16 @@ template <typename Shade, typename Source>
 Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, Shade&& shade,
                      Source&& source, PartsSink parts) {
     Rgb result(0);
-    auto [ray, medium, left, splits] = from;
+    auto [ray, medium, left, splits, rule] = from;
     Rgb throughput(1);
     const auto branch = [&](const SpecularBranch& way, const Rgb&, Sampler& own, const PartsSink& of_way) {
         return follow_and_shade(scene, way, own, shade, source, of_way);
     };
     for (int depth = 0;; ++depth) {
-        const SpecularChain chain = follow_specular(scene, ray, medium, EmissionRule::all(), left, sampler,
-                                                    source, splits, branch, parts);
+        const SpecularChain chain =
+            follow_specular(scene, ray, medium, rule, left, sampler, source, splits, branch, parts);
         splits = 0;  // a mirror image in varnish is faint as it is
+        rule = rule.through_specular();
         result += throughput * chain.emitted;
         if (!chain.hit) return result;
         throughput *= chain.throughput;
@@ -231,12 +233,9 @@ Rgb follow_and_shade(const Scene& scene, SpecularBranch from, Sampler& sampler, 
     }
 }
 
-// The same from the camera on.
-template <typename Shade, typename Source>
-Rgb follow_and_shade(const Scene& scene, const Ray& ray, int left, Sampler& sampler, Shade&& shade,
-                     Source&& source, const PartsSink& parts) {
-    return follow_and_shade(scene, SpecularBranch{ray, scene.media().camera, left, kGlassSplits}, sampler,
-                            shade, source, parts);
+// The beginning of a camera's path.
+inline SpecularBranch from_camera(const Scene& scene, const Ray& ray, const EmissionRule& rule, int left) {
+    return {ray, scene.media().camera, left, kGlassSplits, rule};
 }
 
 // What a meter reads on the first surface along a camera ray, by the same `shade`; `left` > 0.
