@@ -180,11 +180,9 @@ void PassStatistics::add(const PassStatistics& pass) {
         all.ledger->scatterings += ledger->scatterings;
     }
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (!maps[kind] || !all.maps[kind]) continue;
-        all.maps[kind]->stored += maps[kind]->stored;
-        all.maps[kind]->not_wanted += maps[kind]->not_wanted;
-        all.maps[kind]->not_storable += maps[kind]->not_storable;
+        if (maps[kind] && all.maps[kind]) all.maps[kind]->add(*maps[kind]);
     }
+    if (irradiance_points && all.irradiance_points) *all.irradiance_points += *irradiance_points;
     *this = std::move(all);
 }
 

@@ -41,6 +41,7 @@ struct LedgerStatistics {
 
     LedgerStatistics() = default;
     explicit LedgerStatistics(const Ledger& ledger);
+    std::uint64_t paths() const { return paths_emitted + paths_not_emitted; }
 };
 
 // The importance pre-pass (engine/guiding/importance_pre_pass.h).
