@@ -75,7 +75,9 @@ std::vector<Case> cases() {
             {"igi", igi},
             {"igi, tree, pre-pass", igi_tree},
             {"progressive", progressive},
-            {"progressive, two samples in a pass, pre-pass", two_samples}};
+            {"progressive, two samples in a pass, pre-pass", two_samples},
+            {"photonmap, two halves", gather, {}, true},
+            {"igi, two halves", igi, {}, true}};
 }
 
 Job job_of(const Case& which, int spp) {
