@@ -132,10 +132,10 @@ void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64
         all += photons;
         largest = std::max(largest, photons);
     }
-    require_memory(static_cast<std::uint64_t>(sets * bytes_of_maps(all, largest)),
-                   fmt::format("photon maps of about {:.2g} photons from {} light paths", sets * all,
-                               sets * total),
-                   "fewer photons are accepted; many of them one after the other: integrator progressive");
+    require_memory(
+        static_cast<std::uint64_t>(sets * bytes_of_maps(all, largest)),
+        fmt::format("photon maps of about {:.2g} photons from {} light paths", sets * all, sets * total),
+        "fewer photons are accepted; many of them one after the other: integrator progressive");
 }
 
 // Traces light paths until there are `total` of them.

@@ -201,8 +201,8 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, const LightSet& set,
     const Bsdf lit = lit_by_vpls(vertex.bsdf);
     const Vertex lit_vertex{vertex.hit, lit, vertex.wo, vertex.medium};
     shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler, parts);
-    shaded.radiance +=
-        settings_.indirect_scale * caustics_.radiance(vertex, set.half, left, parts.times(settings_.indirect_scale));
+    shaded.radiance += settings_.indirect_scale *
+                       caustics_.radiance(vertex, set.half, left, parts.times(settings_.indirect_scale));
     if (!settings_.compensate) return shaded;
 
     const float share = 1 / static_cast<float>(settings_.gather_samples);
@@ -250,7 +250,8 @@ Rgb IgiEstimator::shade_place(const MediumVertex& vertex, const LightSet& set, i
 // the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of caustics that are seen
 // by way of them, counts what the Caustic map has not brought to a place before them: they are small and
 // bright, and rays would meet them seldom.
-Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sampler, PartsSink parts) const {
+Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sampler,
+                         PartsSink parts) const {
     Rgb near(0), beyond(0);                        // up to the first place that is met, and from there
     const float scale = settings_.indirect_scale;  // of the latter
     for (int bounce = 0; bounce < kMaxBounces && !is_black(path.throughput); ++bounce) {
@@ -297,7 +298,8 @@ Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sa
             Rgb lamps =
                 path.of_lamps() * next_event(scene_, vertex, sampler, choice, here.times(path.of_lamps()));
             if (!path.specular && !is_black(path.caustic))
-                lamps += path.caustic * caustics_.radiance(vertex, set.half, path.left, here.times(path.caustic));
+                lamps +=
+                    path.caustic * caustics_.radiance(vertex, set.half, path.left, here.times(path.caustic));
             beyond += path.throughput * lamps;
             if (!on->specular)
                 beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
@@ -449,6 +451,9 @@ class IgiSession final : public Session {
         Phase phase(monitor, "virtual point lights in order", 1);
         IgiVpls ordered(vpls, parameters.paths, settings_, context.workers);
         phase.advance(1);
+        if (context.two_halves && ordered.sets() < 2)
+            warn_of_shared("one set of virtual lights (\"integer nsets\" 1, \"string choice\" \"tree\") is",
+                           monitor);
         made.total = vpls.lights.size();
         made.sets = parameters.sets;
         made.bytes = ordered.bytes();

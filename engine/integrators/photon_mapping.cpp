@@ -970,9 +970,7 @@ class PhotonMapSession final : public Session {
         if (!context.two_halves) return photon_map_pass(settings_, context, parts());
         // A file is of one set of maps.
         if (!files_.any()) return halves_of_pass(settings_, context, parts);
-        monitor.warn(
-            "maps in files serve both halves of the samples: a denoiser neither removes what they lack nor "
-            "counts it");
+        warn_of_shared("the maps of one file are", monitor);
         return photon_map_pass(settings_, context, parts());
     }
 

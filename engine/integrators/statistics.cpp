@@ -217,6 +217,12 @@ void RenderReport::restore(const std::map<std::string, double>& numbers,
     visit_passes(passes, reader);
 }
 
+void warn_of_shared(std::string_view what, Monitor& monitor) {
+    monitor.warn(fmt::format(
+        "{} for both halves of the samples: a denoiser neither removes the error of that nor counts it",
+        what));
+}
+
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
     constexpr std::uint64_t kFewPaths = 64;  // of these one does not know: their ends scatter
     constexpr double kUsual = 0.5;           // the least share that ends as light does, many sigmas below 1
