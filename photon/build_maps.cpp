@@ -121,9 +121,10 @@ double bytes_of_maps(double all, double largest) {
     return all * (2 * kBytesOfHit + kTree) + largest * (kBytesOfHit + kOrder);
 }
 
-// Throws InputError if `total` paths will store more photons than there is memory for, by what the first
-// `done` stored.
-void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total) {
+// Throws InputError if `total` paths will store more photons than there is memory for, so many sets of maps
+// being made, by what the first `done` stored.
+void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64_t done, std::int64_t total,
+                             int sets) {
     double all = 0, largest = 0;
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
         const double photons = expected_of(
@@ -131,9 +132,10 @@ void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64
         all += photons;
         largest = std::max(largest, photons);
     }
-    require_memory(static_cast<std::uint64_t>(bytes_of_maps(all, largest)),
-                   fmt::format("photon maps of about {:.2g} photons from {} light paths", all, total),
-                   "fewer photons are accepted; many of them one after the other: integrator progressive");
+    require_memory(
+        static_cast<std::uint64_t>(sets * bytes_of_maps(all, largest)),
+        fmt::format("photon maps of about {:.2g} photons from {} light paths", sets * all, sets * total),
+        "fewer photons are accepted; many of them one after the other: integrator progressive");
 }
 
 // Traces light paths until there are `total` of them.
@@ -141,7 +143,10 @@ void trace_until(const Scene& scene, const MapParameters& parameters, std::int64
                  const Workers& workers, Monitor& monitor, std::vector<ChunkPhotons>& chunks) {
     trace_light_paths(
         {scene, workers, monitor}, light_paths(parameters, total), chunks,
-        [&](std::int64_t count) { return ChunkPhotons(parameters, count); }, require_memory_for_maps);
+        [&](std::int64_t count) { return ChunkPhotons(parameters, count); },
+        [&](const std::vector<ChunkPhotons>& traced, std::int64_t done, std::int64_t all) {
+            require_memory_for_maps(traced, done, all, parameters.sets);
+        });
 }
 
 // How many paths are traced, by the length of those of the first chunk: never fewer than that chunk, nor more
@@ -260,11 +265,7 @@ PhotonMaps build_photon_maps(const Scene& scene, const MapParameters& parameters
     const std::int64_t paths = trace_all(scene, parameters, workers, monitor, chunks);
     for (const ChunkPhotons& h : chunks) {
         result.ledger.add(h.ledger);
-        for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-            result.counts[kind].stored += h.counts[kind].stored;
-            result.counts[kind].not_wanted += h.counts[kind].not_wanted;
-            result.counts[kind].not_storable += h.counts[kind].not_storable;
-        }
+        for (std::size_t kind = 0; kind < kMapKinds; ++kind) result.counts[kind].add(h.counts[kind]);
     }
     result.ledger.scale(1.0 / static_cast<double>(paths));
     result.seconds_trace = tracing.seconds();

@@ -37,6 +37,8 @@ struct MapParameters {
     // By when the maps are to be there: with fewer paths than asked for, if there is not the time. Not looked
     // at where a target is set.
     Deadline deadline = {};
+    // Sets of such maps that are still to be made, with this one: for what memory they need.
+    int sets = 1;
     // By which paths are emitted; null: plainly. Outlives the maps' making.
     const LearnedEmission* emission = nullptr;
 };
@@ -46,6 +48,12 @@ struct DepositCount {
     std::uint64_t stored = 0;
     std::uint64_t not_wanted = 0;    // the map of their class is not built, or does not take them
     std::uint64_t not_storable = 0;  // on mirrors, glass, rough or black surfaces
+
+    void add(const DepositCount& more) {
+        stored += more.stored;
+        not_wanted += more.not_wanted;
+        not_storable += more.not_storable;
+    }
 };
 
 struct PhotonMaps {

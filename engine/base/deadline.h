@@ -22,6 +22,9 @@ class Deadline {
         return deadline;
     }
 
+    // When the first of `count` > 0 things that follow on one another and take as long is to be done.
+    Deadline shared_by(int count) const { return count > 1 && exists() ? after(left() / count) : *this; }
+
     bool exists() const { return at_.has_value(); }
     // Seconds; not above 0 once it has passed, infinite where there is none.
     double left() const {

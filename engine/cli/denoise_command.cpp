@@ -21,8 +21,8 @@ constexpr const char* kDenoiseFooter =
 and place of what is seen. The image that is made of it has the denoised light as R, G and B.
 
 Every half is filtered by itself, and compared with the other one: so the error that is left is known, what filtering
-blurs included. Where filtering would harm, the measured light stands. What all samples share, as the photons of
-photonmap, neither half tells of: its error is not removed, and not counted.
+blurs included. Where filtering would harm, the measured light stands. What all samples share, as the blur of photons
+or maps that were loaded, neither half tells of: its error is not removed, and not counted.
 
 lucerna render does the same at its end with --denoise, and with --png, --time and --error unless --no-denoise is given.
 

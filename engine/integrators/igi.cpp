@@ -74,22 +74,33 @@ class IgiEstimator final : public Estimator {
           only_diffuse_(!throws_caustics(scene)) {}
 
     Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(CameraRay{ray}, sampler.next(), sampler);
+        return camera_sample(CameraRay{ray}, set_of(sampler.next()), sampler);
     }
     // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
     // by.
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
         const float u = sampler.next();
-        const float set = camera.half ? 0.5F * (u + static_cast<float>(*camera.half)) : u;
+        LightSet set = set_of(u);
+        if (camera.half) {
+            set = set_of(0.5F * (u + static_cast<float>(*camera.half)));
+            set.half = static_cast<std::size_t>(*camera.half);
+        }
         return camera_sample(camera, set, sampler);
     }
 
   private:
-    // One well-distributed number in [0,1) chooses the set.
-    Rgb camera_sample(const CameraRay& camera, float u_set, Sampler& sampler) const {
+    // What a camera sample sees of all that was made: a set of VPLs, and the caustic photons of its half.
+    struct LightSet {
+        std::size_t vpls, half;
+    };
+    // One well-distributed number in [0,1) chooses the VPLs.
+    LightSet set_of(float u) const {
+        return {static_cast<std::size_t>(u * static_cast<float>(lights_.sets())), 0};
+    }
+
+    Rgb camera_sample(const CameraRay& camera, const LightSet& set, Sampler& sampler) const {
         const Ray& ray = camera.ray;
         const PartsSink of_ray(camera.parts);
-        const auto set = static_cast<std::size_t>(u_set * static_cast<float>(lights_.sets()));
         const int most = most_bounces(settings_.max_depth);
         const auto shade = [&](const Vertex& vertex, int left, const PartsSink& parts) {
             return shade_place(vertex, set, left, sampler, parts);
@@ -105,12 +116,12 @@ class IgiEstimator final : public Estimator {
     }
 
     // Where paths may have `left` > 0 more bounces, the one there included.
-    DirectLight shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler,
+    DirectLight shade_place(const Vertex& vertex, const LightSet& set, int left, Sampler& sampler,
                             const PartsSink& parts) const;
-    Rgb shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler,
+    Rgb shade_place(const MediumVertex& vertex, const LightSet& set, int left, Sampler& sampler,
                     const PartsSink& parts) const;
     // `parts`: of the path's ray, but for its throughput.
-    Rgb follow(CompensatingPath path, std::size_t set, Sampler& sampler, PartsSink parts) const;
+    Rgb follow(CompensatingPath path, const LightSet& set, Sampler& sampler, PartsSink parts) const;
     std::optional<LobeChoice> choose_lobe(const Bsdf& bsdf, const CompensatingPath& path, const Rgb& left,
                                           Sampler& sampler) const;
     CompensatingPath continue_path(const Vertex& vertex, const BsdfSample& sample, const LightChoice& choice,
@@ -151,14 +162,14 @@ class IgiEstimator final : public Estimator {
 
     // All lights of one set, by way of those that are asked, times `throughput`.
     template <typename Place>
-    Rgb indirect(const Place& place, std::size_t set, int left, const Rgb& throughput, Sampler& sampler,
+    Rgb indirect(const Place& place, const LightSet& set, int left, const Rgb& throughput, Sampler& sampler,
                  const PartsSink& parts) const {
         Rgb sum(0);
         const float u = sampler.next();
         Sampler more = sampler.split(1);
         const int bounces = within(left);
         if (bounces < 0) return sum;
-        lights_.choose(place, set, u, more, [&](const Vpl& light, float scale) {
+        lights_.choose(place, set.vpls, u, more, [&](const Vpl& light, float scale) {
             if (int{light.bounces} > bounces) return;
             const Rgb brought = scale * shading_.shade(place, light, throughput, more);
             sum += brought;
@@ -179,7 +190,7 @@ class IgiEstimator final : public Estimator {
 };
 
 // The BSDF's sample serves direct light (its share of multiple importance sampling) and compensation at once.
-DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int left, Sampler& sampler,
+DirectLight IgiEstimator::shade_place(const Vertex& vertex, const LightSet& set, int left, Sampler& sampler,
                                       const PartsSink& parts) const {
     DirectLight shaded;
     LightChoice choice;
@@ -193,8 +204,8 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
     const Bsdf lit = lit_by_vpls(vertex.bsdf);
     const Vertex lit_vertex{vertex.hit, lit, vertex.wo, vertex.medium};
     shaded.radiance += indirect(lit_vertex, set, left, Rgb(settings_.indirect_scale), sampler, parts);
-    shaded.radiance +=
-        settings_.indirect_scale * caustics_.radiance(vertex, left, parts.times(settings_.indirect_scale));
+    shaded.radiance += settings_.indirect_scale *
+                       caustics_.radiance(vertex, set.half, left, parts.times(settings_.indirect_scale));
     if (!settings_.compensate) return shaded;
 
     const float share = 1 / static_cast<float>(settings_.gather_samples);
@@ -213,7 +224,7 @@ DirectLight IgiEstimator::shade_place(const Vertex& vertex, std::size_t set, int
     return shaded;
 }
 
-Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int left, Sampler& sampler,
+Rgb IgiEstimator::shade_place(const MediumVertex& vertex, const LightSet& set, int left, Sampler& sampler,
                               const PartsSink& parts) const {
     const LightChoice choice = chooser_.at(vertex.p);
     const Rgb scale(settings_.indirect_scale);
@@ -242,7 +253,8 @@ Rgb IgiEstimator::shade_place(const MediumVertex& vertex, std::size_t set, int l
 // the ray lands nothing is taken off. Of lamps that are met over such surfaces, and of caustics that are seen
 // by way of them, counts what the Caustic map has not brought to a place before them: they are small and
 // bright, and rays would meet them seldom.
-Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sampler, PartsSink parts) const {
+Rgb IgiEstimator::follow(CompensatingPath path, const LightSet& set, Sampler& sampler,
+                         PartsSink parts) const {
     Rgb near(0), beyond(0);                        // up to the first place that is met, and from there
     const float scale = settings_.indirect_scale;  // of the latter
     for (int bounce = 0; bounce < kMaxBounces && !is_black(path.throughput); ++bounce) {
@@ -289,7 +301,8 @@ Rgb IgiEstimator::follow(CompensatingPath path, std::size_t set, Sampler& sample
             Rgb lamps =
                 path.of_lamps() * next_event(scene_, vertex, sampler, choice, here.times(path.of_lamps()));
             if (!path.specular && !is_black(path.caustic))
-                lamps += path.caustic * caustics_.radiance(vertex, path.left, here.times(path.caustic));
+                lamps +=
+                    path.caustic * caustics_.radiance(vertex, set.half, path.left, here.times(path.caustic));
             beyond += path.throughput * lamps;
             if (!on->specular)
                 beyond += indirect(vertex, set, path.left, path.throughput, sampler, parts.times(scale));
@@ -441,6 +454,9 @@ class IgiSession final : public Session {
         Phase phase(monitor, "virtual point lights in order", 1);
         IgiVpls ordered(vpls, parameters.paths, settings_, context.workers);
         phase.advance(1);
+        if (context.two_halves && ordered.sets() < 2)
+            warn_of_shared("one set of virtual lights (\"integer nsets\" 1, \"string choice\" \"tree\") is",
+                           monitor);
         made.total = vpls.lights.size();
         made.sets = parameters.sets;
         made.bytes = ordered.bytes();

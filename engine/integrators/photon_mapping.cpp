@@ -267,6 +267,7 @@ std::optional<PhotonMappingState> first_pass(const PhotonMapSettings& settings, 
     PhotonMappingState state;
     MapParameters parameters = map_parameters(settings, context);
     parameters.emission = parts.emission;
+    parameters.sets = parts.sets;
     if (parameters.wanted != std::array<bool, kMapKinds>{}) {
         state.maps = make_maps(parameters, context, parts.files);
         if (context.monitor.stopped()) return std::nullopt;
@@ -362,14 +363,19 @@ class PhotonMapEstimator final : public Estimator {
 
     // Learns how many samples of each kind pay where, if the settings leave that open.
     void split(const PassContext& context) {
-        splitting_ = Splitting(fixed_numbers(settings_));
-        if (!is_split_by_pilot(settings_) || !context.view) return;
-        splitting_ = Splitting(*context.view, context.seed, context.pass, context.workers,
-                               [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
-                                   return camera_sample(CameraRay{ray}, Splits{{}, &pilot}, sampler);
-                               });
+        if (!is_split_by_pilot(settings_) || !context.view)
+            return split_by(Splitting(fixed_numbers(settings_)));
+        split_by(Splitting(*context.view, context.seed, context.pass, context.workers,
+                           [this](const Ray& ray, Sampler& sampler, SplitPilot& pilot) {
+                               return camera_sample(CameraRay{ray}, Splits{{}, &pilot}, sampler);
+                           }));
+    }
+    // What another one learned, whose maps are of as many photons.
+    void split_by(const Splitting& learned) {
+        splitting_ = learned;
         if (settings_.guide_gather != GatherGuiding::on && !splitting_.any_guided()) directions_.reset();
     }
+    const Splitting& splitting() const { return splitting_; }
 
   private:
     // How many samples of each kind are taken at what a camera sample sees; in the pilot, two of each.
@@ -800,15 +806,78 @@ class PhotonMapEstimator final : public Estimator {
     Splitting splitting_;
 };
 
+// Without numbers of samples: split(). Null if the monitor stopped it.
+std::unique_ptr<PhotonMapEstimator> make_estimator(const PhotonMapSettings& settings,
+                                                   const PassContext& context, PhotonMapPass parts) {
+    auto state = first_pass(settings, context, parts);
+    if (!state) return nullptr;
+    return std::make_unique<PhotonMapEstimator>(context.scene, settings, std::move(parts), std::move(*state));
+}
+
+// -----------------------------------------------------------------------------------------------------
+// Two halves of the samples, each with maps of its own
+// Half of the photons, and of those in an estimate, so that discs are as wide: the mean of both is as good as
+// by one set of maps of all photons, and what the halves differ by tells how good.
+// -----------------------------------------------------------------------------------------------------
+
+PhotonMapSettings settings_of_half(PhotonMapSettings settings) {
+    const auto halve = [](auto& number) { number = (number + 1) / 2; };  // 0 stays 0
+    halve(settings.photons);
+    halve(settings.caustic_photons);
+    halve(settings.indirect_photons);
+    halve(settings.estimate.k);
+    halve(settings.gather_k);
+    return settings;
+}
+
+class HalvesEstimator final : public Estimator {
+  public:
+    using Halves = std::array<std::unique_ptr<PhotonMapEstimator>, 2>;
+    explicit HalvesEstimator(Halves halves) : halves_(std::move(halves)) {}
+
+    // Of no half: as good as either.
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return halves_[0]->Li(ray, sampler); }
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
+        return halves_[static_cast<std::size_t>(camera.half.value_or(0))]->Li_of(camera, sampler);
+    }
+
+  private:
+    Halves halves_;
+};
+
+// Null if the monitor stopped it. `parts_of_half()` gives the pass's parts, but for `sets`.
+template <typename Parts>
+std::unique_ptr<const Estimator> halves_of_pass(const PhotonMapSettings& whole, const PassContext& context,
+                                                Parts&& parts_of_half) {
+    PhotonMapSettings settings = settings_of_half(whole);
+    HalvesEstimator::Halves halves;
+    for (std::uint32_t half = 0; half < 2; ++half) {
+        PhotonMapPass parts = parts_of_half();
+        parts.sets = half == 0 ? 2 : 1;
+        PassStatistics statistics;
+        const PassContext own{context.prepared_by(context.prepared.shared_by(parts.sets)),
+                              2 * context.pass + half, statistics};
+        halves[half] = make_estimator(settings, own, std::move(parts));
+        if (!halves[half]) return nullptr;
+        if (half == 0) {
+            halves[0]->split(own);
+            // As many for the other half, whatever there would be time for.
+            if (statistics.ledger && context.prepared.exists())
+                settings.photons = static_cast<std::int64_t>(statistics.ledger->paths());
+        } else {
+            halves[1]->split_by(halves[0]->splitting());
+        }
+        context.statistics.add(statistics);
+    }
+    return std::make_unique<HalvesEstimator>(std::move(halves));
+}
+
 }  // namespace
 
 std::unique_ptr<const Estimator> photon_map_pass(const PhotonMapSettings& settings,
                                                  const PassContext& context, PhotonMapPass parts) {
-    auto state = first_pass(settings, context, parts);
-    if (!state) return nullptr;
-    auto estimator =
-        std::make_unique<PhotonMapEstimator>(context.scene, settings, std::move(parts), std::move(*state));
-    estimator->split(context);
+    auto estimator = make_estimator(settings, context, std::move(parts));
+    if (estimator) estimator->split(context);
     return estimator;
 }
 
@@ -891,11 +960,19 @@ class PhotonMapSession final : public Session {
 
     std::unique_ptr<const Estimator> pass(std::uint32_t index, Monitor& monitor,
                                           PassStatistics& statistics) const override {
-        PhotonMapPass parts;
-        parts.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
-        parts.guides = guides_ ? &*guides_ : nullptr;
-        parts.files = files_;
-        return photon_map_pass(settings_, {context_.told_to(monitor), index, statistics}, std::move(parts));
+        const auto parts = [this] {
+            PhotonMapPass own;
+            own.emission = pre_pass_ ? &pre_pass_->emission : nullptr;
+            own.guides = guides_ ? &*guides_ : nullptr;
+            own.files = files_;
+            return own;
+        };
+        const PassContext context{context_.told_to(monitor), index, statistics};
+        if (!context.two_halves) return photon_map_pass(settings_, context, parts());
+        // A file is of one set of maps.
+        if (!files_.any()) return halves_of_pass(settings_, context, parts);
+        warn_of_shared("the maps of one file are", monitor);
+        return photon_map_pass(settings_, context, parts());
     }
 
   private:

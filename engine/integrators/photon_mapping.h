@@ -44,6 +44,7 @@ struct PhotonMapPass {
     const LearnedEmission* emission = nullptr;  // by which light paths are emitted; null: by power
     const GuideMap* guides = nullptr;           // for the direct methods that go by one
     MapFiles files = {};
+    int sets = 1;  // MapParameters'
     // Camera samples of a pixel by this pass; one of them estimates density from the maps, or, in pixels that
     // show an edge (`edges`, if not null), every one.
     int samples = 1;

@@ -180,11 +180,9 @@ void PassStatistics::add(const PassStatistics& pass) {
         all.ledger->scatterings += ledger->scatterings;
     }
     for (std::size_t kind = 0; kind < kMapKinds; ++kind) {
-        if (!maps[kind] || !all.maps[kind]) continue;
-        all.maps[kind]->stored += maps[kind]->stored;
-        all.maps[kind]->not_wanted += maps[kind]->not_wanted;
-        all.maps[kind]->not_storable += maps[kind]->not_storable;
+        if (maps[kind] && all.maps[kind]) all.maps[kind]->add(*maps[kind]);
     }
+    if (irradiance_points && all.irradiance_points) *all.irradiance_points += *irradiance_points;
     *this = std::move(all);
 }
 
@@ -217,6 +215,12 @@ void RenderReport::restore(const std::map<std::string, double>& numbers,
     Reader reader{numbers, notes};
     visit_once(once, reader);
     visit_passes(passes, reader);
+}
+
+void warn_of_shared(std::string_view what, Monitor& monitor) {
+    monitor.warn(fmt::format(
+        "{} for both halves of the samples: a denoiser neither removes the error of that nor counts it",
+        what));
 }
 
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {

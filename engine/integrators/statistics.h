@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct LedgerStatistics {
 
     LedgerStatistics() = default;
     explicit LedgerStatistics(const Ledger& ledger);
+    std::uint64_t paths() const { return paths_emitted + paths_not_emitted; }
 };
 
 // The importance pre-pass (engine/guiding/importance_pre_pass.h).
@@ -118,5 +120,8 @@ struct RenderReport {
 // Where nothing takes light away, as in a closed room of albedo 1, a light path ends by roulette alone: what
 // it still carries then is missing, and what rare long paths bring has no limit. One warning if so.
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor);
+
+// Where samples are of two halves (RenderContext) and `what` serves both all the same.
+void warn_of_shared(std::string_view what, Monitor& monitor);
 
 }  // namespace lucerna

@@ -136,8 +136,9 @@ class Run {
     std::unique_ptr<const Session> begin(double share) {
         const Stopwatch preparing;
         const Deadline prepared = Deadline::after(share * (options_.limits.seconds - elapsed()));
-        auto session = integrator_->begin(
-            {job_.scene, options_.seed, options_.workers, monitor_, view_of(job_), prepared}, report_.once);
+        auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, monitor_,
+                                           view_of(job_), prepared, job_.film.two_halves},
+                                          report_.once);
         preparing_ += preparing.seconds();
         return monitor_.stopped() ? nullptr : std::move(session);
     }

@@ -108,8 +108,9 @@ bool Trial::prepare(double seconds) {
     PassMonitor quiet(monitor_);
     if (!session_) {
         OnceStatistics once;
-        session_ = integrator_->begin(
-            {job_.scene, seed_, workers_, quiet, view_of(job_), Deadline::after(seconds)}, once);
+        session_ = integrator_->begin({job_.scene, seed_, workers_, quiet, view_of(job_),
+                                       Deadline::after(seconds), job_.film.two_halves},
+                                      once);
         if (!session_ || quiet.stopped()) return false;
         if (!in_passes()) {
             for (const auto& [phase, took] : once.seconds) once_ += took;

@@ -28,12 +28,17 @@ struct RenderContext {
     // By when preparations are to be done, with fewer photons or points than the settings ask for if need be.
     // What they make depends on the clock then.
     Deadline prepared = {};
+    // Whether the image's samples are of two halves that are to be independent of each other: what their
+    // errors come from, each has for itself.
+    bool two_halves = false;
 
     // The same, its phases told to another monitor.
-    RenderContext told_to(Monitor& other) const { return {scene, seed, workers, other, view, prepared}; }
+    RenderContext told_to(Monitor& other) const {
+        return {scene, seed, workers, other, view, prepared, two_halves};
+    }
     // The same, but for when preparations end.
     RenderContext prepared_by(const Deadline& deadline) const {
-        return {scene, seed, workers, monitor, view, deadline};
+        return {scene, seed, workers, monitor, view, deadline, two_halves};
     }
 };
 

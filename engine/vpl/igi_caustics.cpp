@@ -67,35 +67,46 @@ IgiCaustics::IgiCaustics(const IgiSettings& settings, const RenderContext& conte
     if (most_bounces(settings.max_depth) < 2) return;
     const Stopwatch watch;
     MapParameters maps;
-    maps.paths = settings.caustic_paths;
+    const int halves = context.two_halves ? 2 : 1;
+    maps.paths = (settings.caustic_paths + halves - 1) / halves;
     maps.wanted[static_cast<std::size_t>(MapKind::caustic)] = true;
     maps.seed = context.seed;
-    maps.pass = pass;
     maps.specular_below = specular_below_;
     maps.longest = most_bounces(settings.max_depth) - 1;
     maps.caustic_chains = rays_find_rest_;
     maps.most_bounces = kMostBounces;
     maps.emission = learned;
-    maps.deadline = context.prepared;
-    PhotonMaps built = build_photon_maps(scene, maps, context.workers, context.monitor);
-    if (context.monitor.stopped()) return;
-    constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);
-    map_ = std::move(built.maps[kCaustic]);
     density_.radius = largest_radius(diagonal(scene));
-    made_ = {built.ledger.paths, built.counts[kCaustic], watch.seconds()};
+    density_.k = (density_.k + halves - 1) / halves;  // of discs that are as wide
+    made_.emplace();
+    for (int half = 0; half < halves; ++half) {
+        maps.sets = halves - half;
+        maps.pass = static_cast<std::uint32_t>(halves) * pass + static_cast<std::uint32_t>(half);
+        maps.deadline = context.prepared.shared_by(maps.sets);
+        PhotonMaps built = build_photon_maps(scene, maps, context.workers, context.monitor);
+        if (context.monitor.stopped()) return;
+        // As many for the other half, whatever there would be time for.
+        maps.paths = static_cast<std::int64_t>(built.ledger.paths);
+        maps.most_bounces = 0;
+        constexpr auto kCaustic = static_cast<std::size_t>(MapKind::caustic);
+        maps_.push_back(std::move(*built.maps[kCaustic]));
+        made_->paths += built.ledger.paths;
+        made_->photons.add(built.counts[kCaustic]);
+    }
+    made_->seconds = watch.seconds();
 }
 
-Rgb IgiCaustics::radiance(const Vertex& vertex, int left, const PartsSink& parts) const {
-    if (!map_ || !vertex.bsdf.has_diffuse()) return Rgb(0);
+Rgb IgiCaustics::radiance(const Vertex& vertex, std::size_t half, int left, const PartsSink& parts) const {
+    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return Rgb(0);
     const Bsdf part = rays_find_rest_ ? vertex.bsdf.diffuse_part() : vertex.bsdf.blurred_part(0);
     DensityEstimateSettings how = density_;
     if (max_depth_ > 0) how.most_bounces = left - 1;
-    const DensityEstimate estimate(*map_, how);
+    const DensityEstimate estimate(maps_.size() > 1 ? maps_[half] : maps_.front(), how);
     return estimate.radiance(vertex.hit, part, vertex.wo, MapKind::caustic, parts).value;
 }
 
 Rgb IgiCaustics::left_to_rays(const Vertex& vertex, const V3f& w) const {
-    if (!map_ || !vertex.bsdf.has_diffuse()) return left_to_rays();
+    if (maps_.empty() || !vertex.bsdf.has_diffuse()) return left_to_rays();
     if (vertex.bsdf.is_diffuse()) return Rgb(0);
     const Rgb all = vertex.bsdf.f(vertex.wo, w, Transport::radiance);
     const Rgb rest = vertex.bsdf.rest().f(vertex.wo, w, Transport::radiance);

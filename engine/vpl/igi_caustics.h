@@ -35,11 +35,12 @@ class IgiCaustics {
     // Without a map.
     explicit IgiCaustics(const IgiSettings& settings);
     // Photons of settings.caustic_paths light paths, emitted by `learned` if it is not null, if the settings
-    // want a map and the scene has anything to throw. Stopped early (monitor), it must not be used.
+    // want a map and the scene has anything to throw: one map for all samples, or, where these are of two
+    // halves (context), one of half the paths for each. Stopped early (monitor), it must not be used.
     IgiCaustics(const IgiSettings& settings, const RenderContext& context, std::uint32_t pass,
                 const LearnedEmission* learned);
 
-    // How the map was made; none if it was not.
+    // How the maps were made, all together; none if they were not.
     struct Made {
         std::uint64_t paths;
         DepositCount photons;
@@ -49,9 +50,10 @@ class IgiCaustics {
 
     // Lobes of a smaller GGX alpha turn light as mirrors do, as far as caustics and compensating rays go.
     float specular_below() const { return specular_below_; }
-    // What the map brings to a surface, radiance towards wo: what came over L(S+D)*S+, S specular. `left` >
-    // 0: the bounces that paths may have from there, the one at the surface included.
-    Rgb radiance(const Vertex& vertex, int left, const PartsSink& parts) const;
+    // What the map of that half of the samples, 0 or 1, brings to a surface, radiance towards wo: what came
+    // over L(S+D)*S+, S specular. `left` > 0: the bounces that paths may have from there, the one at the
+    // surface included.
+    Rgb radiance(const Vertex& vertex, std::size_t half, int left, const PartsSink& parts) const;
     // Of light that arrives along w over L(S+D)*S+ and leaves towards wo, the share that rays must still
     // find.
     Rgb left_to_rays(const Vertex& vertex, const V3f& w) const;
@@ -63,7 +65,7 @@ class IgiCaustics {
     int max_depth_;
     bool rays_find_rest_;  // of what arrives over specular surfaces; else the map brings it to gloss, too
     DensityEstimateSettings density_;
-    std::optional<PhotonMap> map_;
+    std::vector<PhotonMap> maps_;  // none; one; or one for each half
     std::optional<Made> made_;
 };
 

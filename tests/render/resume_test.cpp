@@ -77,6 +77,16 @@ std::vector<Case> cases() {
             {"progressive", progressive},
             {"progressive, two samples in a pass, pre-pass", two_samples}};
 }
+// The same methods with photons for either half of the samples.
+std::vector<Case> cases_of_halves() {
+    std::vector<Case> all;
+    for (const Case& which : cases()) {
+        if (std::holds_alternative<PhotonMapSettings>(which.settings) ||
+            std::holds_alternative<IgiSettings>(which.settings))
+            all.push_back({which.name, which.settings, which.filter, true});
+    }
+    return all;
+}
 
 Job job_of(const Case& which, int spp) {
     Job job =
@@ -141,8 +151,10 @@ TEST(Resume, AdaptiveSamples_SameImageBitForBit) {
 
 TEST(Resume, StoppedAnywhere_SameImageBitForBit) {
     constexpr int kSamples = 4;
-    for (const Case& which : cases()) {
-        SCOPED_TRACE(which.name);
+    std::vector<Case> all = cases();
+    for (Case& which : cases_of_halves()) all.push_back(std::move(which));
+    for (const Case& which : all) {
+        SCOPED_TRACE(which.name + std::string(which.adaptive ? ", two halves" : ""));
         const RenderResult expected = whole(which, kSamples);
         const int asked = render_until(which, kSamples, kNeverStops, nullptr).asked;
         ASSERT_GE(asked, 9 * 3);  // at least once for every tile of every round
