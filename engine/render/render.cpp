@@ -63,8 +63,7 @@ class Run {
     RenderResult render() {
         if (job_.film.two_halves || job_.film.parts) {
             const Stopwatch looking;
-            features_ = render_features(job_, options_.seed, std::min(kMostFeatureSamples, job_.spp),
-                                        options_.workers, monitor_);
+            features_ = render_features(job_, options_.seed, kMostFeatureSamples, options_.workers, monitor_);
             preparing_ += looking.seconds();
         }
         if (allocation_) allocation_->look_at(features_.image);
@@ -91,6 +90,7 @@ class Run {
     // and of what a pass makes, of which there should be many.
     static constexpr double kPreparation = 0.25, kPassPreparation = 0.1;
 
+    // However many samples the image has: it may be gone on with, and they allocate what comes then.
     static constexpr int kMostFeatureSamples = 16;
 
     bool is_adaptive() const { return job_.film.two_halves && job_.film.adaptive && !in_passes_; }
