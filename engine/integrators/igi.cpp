@@ -73,19 +73,12 @@ class IgiEstimator final : public Estimator {
           shading_(scene, settings, lights_.paths()),
           only_diffuse_(!throws_caustics(scene)) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return camera_sample(CameraRay{ray}, set_of(sampler.next()), sampler);
-    }
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
     // Each half of the samples sees one half of the sets, so that what sets differ by is what halves differ
-    // by.
+    // by. One well-distributed number chooses the set.
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        const float u = sampler.next();
-        LightSet set = set_of(u);
-        if (camera.half) {
-            set = set_of(0.5F * (u + static_cast<float>(*camera.half)));
-            set.half = static_cast<std::size_t>(*camera.half);
-        }
-        return camera_sample(camera, set, sampler);
+        const std::size_t vpls = chosen_set(sampler.next(), camera.half, lights_.sets());
+        return camera_sample(camera, {vpls, static_cast<std::size_t>(camera.half.value_or(0))}, sampler);
     }
 
   private:
@@ -93,10 +86,6 @@ class IgiEstimator final : public Estimator {
     struct LightSet {
         std::size_t vpls, half;
     };
-    // One well-distributed number in [0,1) chooses the VPLs.
-    LightSet set_of(float u) const {
-        return {static_cast<std::size_t>(u * static_cast<float>(lights_.sets())), 0};
-    }
 
     Rgb camera_sample(const CameraRay& camera, const LightSet& set, Sampler& sampler) const {
         const Ray& ray = camera.ray;

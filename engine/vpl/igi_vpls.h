@@ -8,6 +8,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <optional>
 #include <span>
 
 #include "engine/scene/media_traversal.h"
@@ -20,6 +22,15 @@ namespace lucerna {
 // A place as VPLs see it; `unit` is the store's, `settings.mindist` a distance.
 LightReceiver light_receiver(const Vertex& vertex, const IgiSettings& settings, float unit);
 LightReceiver light_receiver(const MediumVertex& vertex, const IgiSettings& settings, float unit);
+
+// Of `sets`, a power of two, the one that u in [0,1) chooses: of all, or, for a half of the samples (0 or 1),
+// of its half of them, if there are two. Sums such as (u + half)/2 may be rounded up to 1; products with
+// powers of two are exact.
+inline std::size_t chosen_set(float u, std::optional<int> half, std::size_t sets) {
+    const std::size_t among = half && sets > 1 ? sets / 2 : sets;
+    const std::size_t first = among < sets ? static_cast<std::size_t>(*half) * among : 0;
+    return first + static_cast<std::size_t>(u * static_cast<float>(among));
+}
 
 class IgiVpls {
   public:

@@ -2,6 +2,9 @@
 // from a tree over all sets.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <optional>
+
 #include "engine/vpl/igi_vpls.h"
 #include "tests/support/materials.h"
 #include "tests/support/media_methods.h"
@@ -70,6 +73,22 @@ void expect_all_ways_agree(const Scene& scene, int samples) {
     IgiSettings wrong = few_sets();
     wrong.indirect_scale = 0.67F;
     EXPECT_GT(sigmas_apart(look(scene, wrong, samples), truth), 4);
+}
+
+// No rounding leads past the last set, whatever half of the samples asks; and each set is chosen as often.
+TEST(ChosenSet, OfAnyNumber_IsOneOfTheHalfsOwn) {
+    constexpr float kLast = 0x1.fffffep-1F;
+    for (const std::size_t sets : {1U, 2U, 64U, 1024U}) {
+        EXPECT_EQ(chosen_set(kLast, std::nullopt, sets), sets - 1);
+        EXPECT_EQ(chosen_set(0, std::nullopt, sets), 0U);
+        EXPECT_EQ(chosen_set(kLast, 1, sets), sets - 1);
+        EXPECT_EQ(chosen_set(0, 1, sets), sets / 2);
+        EXPECT_EQ(chosen_set(kLast, 0, sets), sets > 1 ? sets / 2 - 1 : 0);
+    }
+    std::array<int, 8> chosen{};
+    for (int i = 0; i < 64; ++i)
+        ++chosen[chosen_set((static_cast<float>(i / 2) + 0.5F) / 32, i % 2, chosen.size())];
+    for (const int times : chosen) EXPECT_EQ(times, 8);
 }
 
 TEST(VplChoice, DiffuseBox_AllWaysAgree) {
