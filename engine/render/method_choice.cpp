@@ -247,6 +247,8 @@ MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) 
     }
     cost.beyond = beyond_noise(trial, agreed);
     if (trial.in_passes()) {
+        // Of two passes it is mostly noise of the photons that a block's pixels share.
+        if (job.film.two_halves) cost.beyond *= left_by_denoiser(trial);
         cost.kind = MethodCost::Kind::passes;
         cost.sample *= make_integrator(trial.settings())->samples_per_pass();
         cost.passes = trial.passes();
