@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The pictures of docs/gallery.md: makes what the scenes need and renders each in the time beside its name, by the method that is
-# chosen for it, denoised, exposed by itself. Half an hour on two cores.
+# chosen for it, denoised, exposed by itself, but where it says otherwise. Fifteen minutes on two cores.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -29,13 +29,13 @@ for name in $wanted; do
     esac
 done
 
-picture watch 1280x960 240s --colour-space acescg
-picture cloister 1280x854 180s
-picture zoom-flashlight 1280x854 120s
-picture shade 1000x1000 180s
-picture stadium 1280x800 180s
-picture projector 1280x840 240s
-picture office 1280x800 240s
-picture cathedral 1024x1280 240s
+picture watch 1280x960 120s --colour-space acescg
+picture cloister 1280x854 60s
+picture zoom-flashlight 1280x854 60s --exposure 0
+picture shade 1000x1000 120s --integrator igi --set compensate=true nsets=256
+picture stadium 1280x800 120s
+picture projector 1280x840 120s
+picture office 1280x800 120s
+picture cathedral 1024x1280 120s
 picture cornell 1024x1024 60s
-picture cornell-caustic 1024x1024 120s
+picture cornell-caustic 1024x1024 60s
