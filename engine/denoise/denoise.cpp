@@ -323,25 +323,19 @@ class Mixer {
     }
 
     // Mixes the second into the first, in the share that makes the error least: with E the errors and d their
-    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings. `evidence`: by so many standard
-    // errors the sum must be above 0: where little is known, the first stands.
-    void mix(Estimate& first, const Estimate& second, double evidence) const {
+    // difference, (E₁ - E₂ + d²)/(2 d²), each summed over the surroundings.
+    void mix(Estimate& first, const Estimate& second) const {
         constexpr int kReach = 8, kSmooth = 2;
-        constexpr double kPixels = (2 * kReach + 1) * (2 * kReach + 1);
-        Numbers gain(inverse_scale_.size()), difference(gain.size()), square(gain.size()), share(gain.size());
+        Numbers gain(inverse_scale_.size()), difference(gain.size()), share(gain.size());
         for_each([&](std::size_t i) {
             difference[i] =
                 inverse_scale_[i] * sqr(luminance_of(first.mean(i)) - luminance_of(second.mean(i)));
             gain[i] = first.error[i] - second.error[i] + difference[i];
-            square[i] = sqr(gain[i]);
         });
         const Numbers d2 = smoothed(difference, size_, kReach, workers_);
         gain = smoothed(gain, size_, kReach, workers_);
-        if (evidence > 0) square = smoothed(square, size_, kReach, workers_);
-        for_each([&](std::size_t i) {
-            const double sure = gain[i] - evidence * std::sqrt(square[i] / kPixels);
-            share[i] = d2[i] > 0 ? std::clamp(sure / (2 * d2[i]), 0.0, 1.0) : 0;
-        });
+        for_each(
+            [&](std::size_t i) { share[i] = d2[i] > 0 ? std::clamp(gain[i] / (2 * d2[i]), 0.0, 1.0) : 0; });
         share = smoothed(share, size_, kSmooth, workers_);
         for_each([&](std::size_t i) {
             const double s = share[i];
@@ -492,11 +486,9 @@ Denoised denoise(const Layers& input, const Workers& workers) {
     for (const Candidate candidate : {Candidate::trusting, Candidate::loose}) {
         Estimate other = estimate_of(input, shares, filtered, candidate, scale, workers);
         other.error = mixer.error(other);
-        mixer.mix(result, other, 0);
+        mixer.mix(result, other);
     }
-    // Of what is noisy next to nothing is known where a few samples have most of the light.
-    constexpr double kEvidenceForMeasured = 2;
-    mixer.mix(result, mixer.measured(), kEvidenceForMeasured);
+    mixer.mix(result, mixer.measured());
 
     Denoised denoised{Image::rgb(size.x, size.y), 0};
     denoised.image.space = input.halves[0].space;

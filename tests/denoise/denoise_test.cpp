@@ -23,17 +23,12 @@ struct Picture {
 // Two walls that meet in the middle, the right one with a fine pattern of colours, the left one with the edge
 // of a shadow across it, which no feature tells of; lit by `light`. Of the samples' deviations from the mean
 // those of a share `met` are there, so many times as large.
-Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples = {8, 8}, unsigned seed = 1,
-              double met = 1) {
+Picture walls(double light = 1, double noise = 0.5, std::array<int, 2> samples = {8, 8}, unsigned seed = 1) {
     Picture picture;
     Image features(kWide, kHigh, feature_channels());
     std::mt19937 random(seed);
-    // Of a sample, relative: mean 1, and deviation 1 if all are met.
-    std::exponential_distribution<double> value_of(1);
-    std::bernoulli_distribution is_met(met);
-    const auto sample = [&](std::mt19937& from) {
-        return met == 1 || is_met(from) ? value_of(from) / met : 0;
-    };
+    // Of a sample, relative: mean 1, deviation 1.
+    std::exponential_distribution<double> sample(1);
     for (Image& half : picture.layers.halves) half = Image(kWide, kHigh, half_channels());
     for (int y = 0; y < kHigh; ++y) {
         for (int x = 0; x < kWide; ++x) {
@@ -108,18 +103,6 @@ TEST(Denoise, Noise_IsRemovedAndWhatIsLeftIsSaid) {
     }
 }
 
-// Where a few samples have most of the light, the halves of a small neighbourhood tell next to nothing of
-// whether filtering harms: what was measured is not put back without evidence.
-TEST(Denoise, OfLightInFewSamples_NoiseDoesNotComeBack) {
-    double left = 0;
-    for (const unsigned seed : {1U, 2U, 3U}) {
-        const Picture picture = walls(1, 1, {8, 8}, seed, 0.1);
-        left += error_of(picture, denoise(picture.layers, {}).image) / measured_error(picture) / 3;
-    }
-    // 0.187 if the measured image is mixed in by what its error seems to be.
-    EXPECT_LT(left, 0.18);
-}
-
 // A single sample says nothing of its variance; and the halves need not be equal. Of so few samples less is
 // known: what of three images looks best is in part so by chance.
 TEST(Denoise, OfOneSampleAHalf_OrOneAndTwo_NoiseIsRemovedAndSaid) {
@@ -151,6 +134,28 @@ TEST(Denoise, AFewPixelsOfMuchLight_DoNotDecideTheError) {
     const double after = denoise(picture.layers, {}).relative_error;
     EXPECT_GT(after, 0.8 * before);
     EXPECT_LT(after, 2 * before);
+}
+
+// Lamps as small as pixels, which no feature tells of, over walls that are next to black. Patches of 7 x 7
+// tell them apart only in part: some of their light leaks, but no more than doubles the error.
+TEST(Denoise, LampsOfAPixel_AreNotSpreadOverTheDark) {
+    Picture picture = walls(1e-3, 0.5);
+    std::mt19937 random(5);
+    std::normal_distribution<float> noise(1, 0.1F);
+    for (int y = 8; y < kHigh; y += 16) {
+        for (int x = 8; x < kWide; x += 16) {
+            picture.truth.set_rgb(x, y, Rgb(1));
+            for (Image& half : picture.layers.halves) {
+                const float value = noise(random);
+                for (int c = 0; c < 3; ++c) {
+                    half.value(x, y, kLight + c) = value;
+                    half.value(x, y, kVariance + c) = sqr(0.1F);
+                }
+            }
+        }
+    }
+    const double error = error_of(picture, denoise(picture.layers, {}).image);
+    EXPECT_LT(error, 2 * measured_error(picture));
 }
 
 // The statement has a meaning only if halves are independent: of one half twice, it says nearly nothing.
