@@ -12,15 +12,10 @@ class DirectEstimator final : public Estimator {
     DirectEstimator(const Scene& scene, const DirectSettings& settings)
         : scene_(scene), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& ray, Sampler& sampler) const override {
-        return radiance(ray, EmissionRule::all(), sampler, {});
-    }
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return radiance(camera.ray, camera.rule(), sampler, PartsSink(camera.parts));
-    }
-
-  private:
-    Rgb radiance(const Ray& ray, const EmissionRule& rule, Sampler& sampler, const PartsSink& of_ray) const {
+        const Ray& ray = camera.ray;
+        const PartsSink of_ray(camera.parts);
         const auto shade = [&](const Vertex& vertex, int /*left*/, const PartsSink& parts) {
             return direct_light(scene_, vertex, sampler, lights_.at(vertex.hit.at, vertex.bsdf, vertex.wo),
                                 parts);
@@ -33,9 +28,11 @@ class DirectEstimator final : public Estimator {
             return sigma_s *
                    direct_light(scene_, vertex, sampler, lights_.at(vertex.p), parts.times(sigma_s));
         };
-        return follow_and_shade(scene_, from_camera(scene_, ray, rule, most), sampler, shade, source, of_ray);
+        return follow_and_shade(scene_, from_camera(scene_, ray, camera.rule(), most), sampler, shade, source,
+                                of_ray);
     }
 
+  private:
     const Scene& scene_;
     DirectSettings settings_;
     LightChooser lights_;

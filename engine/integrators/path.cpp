@@ -46,11 +46,15 @@ class PathEstimator final : public Estimator {
           guides_(guides),
           lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        return radiance(camera_ray, EmissionRule::all(), sampler, {});
-    }
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
     Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return radiance(camera.ray, camera.rule(), sampler, PartsSink(camera.parts));
+        const bool meter = settings_.quantity == Quantity::illuminance;
+        const PartsSink parts(camera.parts);
+        Path path{camera.ray};
+        path.rule = camera.rule();
+        const Rgb result =
+            follow(path, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
+        return meter ? meter_reading(result) : result;
     }
 
     // The same, with how many times more densely its directions were drawn than without guides.
@@ -65,16 +69,6 @@ class PathEstimator final : public Estimator {
     }
 
   private:
-    Rgb radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
-                 const PartsSink& parts) const {
-        const bool meter = settings_.quantity == Quantity::illuminance;
-        Path path{camera_ray};
-        path.rule = rule;
-        const Rgb result =
-            follow(path, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
-        return meter ? meter_reading(result) : result;
-    }
-
     LightChoice choice_at(const Vertex& x, int bounce) const {
         const LightChoice plain = lights_.at(x.hit.at, x.bsdf, x.wo);
         if (!light_guides_ || bounce >= kGuidedBounces) return plain;
@@ -174,12 +168,8 @@ class MediaPathEstimator final : public Estimator {
     MediaPathEstimator(const Scene& scene, const PathSettings& settings)
         : scene_(scene), media_(scene.media()), settings_(settings), lights_(scene, settings.lights) {}
 
-    Rgb Li(const Ray& camera_ray, Sampler& sampler) const override {
-        return radiance(camera_ray, EmissionRule::all(), sampler, {});
-    }
-    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override {
-        return radiance(camera.ray, camera.rule(), sampler, PartsSink(camera.parts));
-    }
+    Rgb Li(const Ray& ray, Sampler& sampler) const override { return Li_of(CameraRay{ray}, sampler); }
+    Rgb Li_of(const CameraRay& camera, Sampler& sampler) const override;
 
   private:
     struct Path {
@@ -197,8 +187,6 @@ class MediaPathEstimator final : public Estimator {
         std::optional<MediumVertex> scattered;
     };
 
-    Rgb radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
-                 const PartsSink& parts) const;
     Segment propagate(Path& path, Sampler& sampler) const;
     Segment metered_segment(Path& path) const;
     void add_impostors(Path& path, const Ray& rest, float travelled, const std::optional<Hit>& hit,
@@ -211,11 +199,11 @@ class MediaPathEstimator final : public Estimator {
     LightChooser lights_;
 };
 
-Rgb MediaPathEstimator::radiance(const Ray& camera_ray, const EmissionRule& rule, Sampler& sampler,
-                                 const PartsSink& parts) const {
+Rgb MediaPathEstimator::Li_of(const CameraRay& camera, Sampler& sampler) const {
+    const PartsSink parts(camera.parts);
     Path path;
-    path.ray = camera_ray;
-    path.rule = rule;
+    path.ray = camera.ray;
+    path.rule = camera.rule();
     path.medium = media_.camera;
     const bool meter = settings_.quantity == Quantity::illuminance;
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
