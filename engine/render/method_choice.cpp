@@ -369,7 +369,7 @@ class Choosing {
     // False if the user stopped it. What this scene has and the method cannot do is no reason to fail.
     bool run(const IntegratorSettings& settings, double seconds) {
         Phase phase(monitor_, fmt::format("trial of {}", short_text(settings)), 1);
-        auto trial = std::make_unique<Trial>(job_, settings, ~seed_, workers_, monitor_);
+        auto trial = std::make_unique<Trial>(job_, lamps_, settings, ~seed_, workers_, monitor_);
         try {
             if (!trial->run(seconds)) return false;
         } catch (const InputError&) {
@@ -437,6 +437,7 @@ class Choosing {
     const Workers& workers_;
     Monitor& monitor_;
     Stopwatch clock_;
+    SmallLamps lamps_{job_};  // of all trials
     std::vector<std::unique_ptr<Trial>> trials_;
     std::vector<std::string> untried_;
 };

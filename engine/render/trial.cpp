@@ -57,14 +57,14 @@ double Trial::Block::variance_of_a_sample() const {
     return sum / static_cast<double>(pixels.size());
 }
 
-Trial::Trial(const Job& job, const IntegratorSettings& settings, std::uint64_t seed, const Workers& workers,
-             Monitor& monitor)
+Trial::Trial(const Job& job, const SmallLamps& lamps, const IntegratorSettings& settings, std::uint64_t seed,
+             const Workers& workers, Monitor& monitor)
     : job_(job),
+      lamps_(lamps),
       settings_(settings),
       seed_(seed),
       workers_(workers),
       monitor_(monitor),
-      lamps_(job),
       integrator_(make_integrator(settings)),
       places_(trial_blocks(job.film)) {}
 

@@ -22,9 +22,10 @@ std::vector<V2i> trial_blocks(const FilmSettings& film);  // their first pixels
 
 class Trial {
   public:
-    // What is passed must outlive it. `seed` is not the render's: a method is not chosen for its luck.
-    Trial(const Job& job, const IntegratorSettings& settings, std::uint64_t seed, const Workers& workers,
-          Monitor& monitor);
+    // What is passed must outlive it. `lamps`: the job's. `seed` is not the render's: a method is not chosen
+    // for its luck.
+    Trial(const Job& job, const SmallLamps& lamps, const IntegratorSettings& settings, std::uint64_t seed,
+          const Workers& workers, Monitor& monitor);
 
     // Prepares if need be, and looks until so many seconds are over, preparation included; at some blocks, or
     // for two passes, in any case. False if the user stopped it.
@@ -60,11 +61,11 @@ class Trial {
     void sample_blocks(std::size_t begin, std::size_t end, int first, int last);
 
     const Job& job_;
+    const SmallLamps& lamps_;
     IntegratorSettings settings_;
     std::uint64_t seed_;
     const Workers& workers_;
     Monitor& monitor_;
-    SmallLamps lamps_;
     std::unique_ptr<Integrator> integrator_;
     std::unique_ptr<const Session> session_;
     std::unique_ptr<const Estimator> estimator_;

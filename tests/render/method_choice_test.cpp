@@ -92,7 +92,8 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         job.spp = 64;
         const Workers workers{2};
         const Image image = render(job, {1, workers}, silent).image;
-        Trial trial(job, settings, 7, workers, silent);
+        const SmallLamps lamps(job);
+        Trial trial(job, lamps, settings, 7, workers, silent);
         // However slow the machine: a variance of two or three passes is none to divide by.
         do {
             ASSERT_TRUE(trial.run(0.1));
@@ -133,7 +134,8 @@ TEST(Trial, PrePassAndGuides_AreMadeOnce) {
     for (const IntegratorSettings& settings : {IntegratorSettings(maps), IntegratorSettings(pre_pass)}) {
         const bool once = std::holds_alternative<IgiSettings>(settings);
         const Job job = job_of(settings);
-        Trial trial(job, settings, 7, Workers{2}, silent);
+        const SmallLamps lamps(job);
+        Trial trial(job, lamps, settings, 7, Workers{2}, silent);
         ASSERT_TRUE(trial.run(0.01));
         EXPECT_EQ(trial.once_seconds() > 0, once) << integrator_name(settings);
         EXPECT_LT(trial.once_seconds(), trial.prepare_seconds()) << integrator_name(settings);
