@@ -2,24 +2,28 @@
 # that the program states, at equal time.
 #   usage: denoising.py LUCERNA OUT_FOLDER DATA_FOLDER [--times 10,60] [--reference SECONDS] [--large] [SCENE...]
 # Scenes, sizes and references are those of methods.py, but that all references are of our own, whose noise is known. Every image is
-# rendered twice by the method that `--time` chooses, without a denoiser and with one. It needs oiiotool. Nothing else should run meanwhile.
+# rendered twice by the method that `--time` chooses, without a denoiser and with one. It needs oiiotool and numpy. Nothing else should run meanwhile.
 import json
 import math
 import sys
 
-from methods import MASKS, SCENES, Table, option, run
+from methods import MASKS, REFERENCES, SCENES, Table, option, run
+from pixels import error, luminance
 
-SCENES.update({"staircase2": (*SCENES["staircase2"][:2], "path"), "cornellglass": (*SCENES["cornellglass"][:2], "progressive")})
+# By what methods references are made here.
+BY = {"staircase2": "path", "cornellglass": "progressive", "room": "igi", "cathedral": "igi with a pre-pass"}
+REFERENCES["igi with a pre-pass"] = [*REFERENCES["igi"], "--set", "prepass=65536"]
+SCENES.update({name: (*SCENES[name][:2], by) for name, by in BY.items()})
 
 
 class Denoising(Table):
     def numbers(self, name, image):
         """Error without the reference's noise, and FLIP."""
-        reference, noise = self.reference(name)
+        reference, _ = self.reference(name)
+        halves = [luminance(reference.replace(".exr", f"-{half}.exr")) for half in range(2)]
         mask = ["--mask", str(MASKS[name])] if name in MASKS else []
         text, _ = run([self.program, "compare", image, reference, *mask, "--json", "-"])
-        found = json.loads(text[text.index("{"):])
-        return math.sqrt(max(found["error"] ** 2 - noise ** 2, (noise / 2) ** 2)), found["flip"]["ldr"]["mean"]
+        return error(luminance(image), halves, MASKS.get(name)), json.loads(text[text.index("{"):])["flip"]["ldr"]["mean"]
 
     def row(self, name, seconds):
         start = f"{self.out}/{name}-{self.size(name)}-{seconds}s"
@@ -30,12 +34,12 @@ class Denoising(Table):
         # What else is in the file is not compared.
         run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
         own, _ = self.numbers(name, f"{start}.exr")
-        error, flip = self.numbers(name, f"{start}-denoised.exr")
+        denoised, flip = self.numbers(name, f"{start}-denoised.exr")
         with open(f"{start}.json") as file:
-            told = json.load(file)["numbers"].get("error.denoised", math.nan)
+            told = json.load(file)["image"].get("error", math.nan)
         method = next((line.split()[2] for line in said.splitlines() if line.startswith("method ")), "?")
-        return (f"| {name} | {seconds} s | {100 * raw:.3g} % | {100 * own:.3g} % | {100 * error:.3g} % | {error / raw:.2f} | "
-                f"{told / error:.2f} | {raw_flip:.3f} | {flip:.3f} | {method} | {wall:.1f}, {wall_denoised:.1f} s |")
+        return (f"| {name} | {seconds} s | {100 * raw:.3g} % | {100 * own:.3g} % | {100 * denoised:.3g} % | {denoised / raw:.2f} | "
+                f"{told / denoised:.2f} | {raw_flip:.3f} | {flip:.3f} | {method} | {wall:.1f}, {wall_denoised:.1f} s |")
 
 
 def main():

@@ -214,18 +214,10 @@ class Pictures {
         const RenderReport& report = result.report;
         const std::string passes =
             report.passes_done > 0 ? fmt::format("{} passes, ", report.passes_done) : "";
-        const std::optional<double>& error = report.relative_error;
-        const std::string denoised =
-            report.denoised_error ? fmt::format("denoised {:.2g} %, ", 100 * *report.denoised_error) : "";
-        const std::string noise = !error ? ""
-                                  : facts.choice && facts.choice->beyond_noise > 0
-                                      ? fmt::format("noise {:.2g} %, at most {:.2g} % beyond it, ",
-                                                    100 * *error, 100 * facts.choice->beyond_noise)
-                                      : fmt::format("noise {:.2g} %, ", 100 * *error);
-        std::vector<std::string> lines{fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{}{})",
-                                                   image_.string(), result.image.width, result.image.height,
-                                                   report.unit, passes, report.samples_done, noise, denoised,
-                                                   duration_text(facts.render_seconds))};
+        std::vector<std::string> lines{
+            fmt::format("image    {} ({} x {}, {}, {}{} spp, {}{})", image_.string(), result.image.width,
+                        result.image.height, report.unit, passes, report.samples_done,
+                        error_text(facts, report), duration_text(facts.render_seconds))};
         if (!report.pixels_apart.empty()) {
             const V2i& first = report.pixels_apart.front();
             lines.push_back(report.pixels_apart.size() == 1
@@ -244,6 +236,19 @@ class Pictures {
     }
 
   private:
+    static std::string error_text(const RunFacts& facts, const RenderReport& report) {
+        if (!report.relative_error) return "";
+        const double shared = facts.choice ? facts.choice->beyond_noise : 0;
+        std::string text = fmt::format("noise {:.2g} %, ", 100 * *report.relative_error);
+        if (report.denoised_error) {
+            text += fmt::format("denoised {:.2g} %, ", 100 * *picture_error(facts, report));
+            if (shared > 0)
+                text += fmt::format("at most {:.2g} % of it shared by all samples, ", 100 * shared);
+        } else if (shared > 0) {
+            text += fmt::format("at most {:.2g} % beyond it, ", 100 * shared);
+        }
+        return text;
+    }
     static const Image& shown(const RenderResult& result) {
         return result.denoised ? *result.denoised : result.image;
     }

@@ -57,6 +57,7 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["image"] = {{"width", job.film.rendered_size().x},
                      {"height", job.film.rendered_size().y},
                      {"file", image_file.string()}};
+    if (const auto error = picture_error(facts, report)) json["image"]["error"] = *error;
     json["samples"] = {{"asked", job.spp == kNoEndOfSamples ? Json() : Json(job.spp)},
                        {"done", report.samples_done}};
     json["complete"] = report.complete;
@@ -79,6 +80,12 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["peak_memory_bytes"] = peak_memory_bytes();
     // File names need not be UTF-8; a foreign byte must not cost the statistics.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report) {
+    const std::optional<double>& own = report.denoised_error ? report.denoised_error : report.relative_error;
+    if (!own) return std::nullopt;
+    return std::hypot(*own, facts.choice ? facts.choice->beyond_noise : 0);
 }
 
 std::map<std::string, std::string> header_attributes(const RunFacts& facts, const Job& job,

@@ -26,11 +26,16 @@ struct RunFacts {
 };
 
 // JSON. Keys, stable: program, version, scene, integrator, settings, seed, threads, image {width, height,
-// file}, samples {asked (null: no end), done}, complete, seconds {read, <phase> …, total}, choice
-// {tried, expected_error, expected_seconds, beyond_noise} (if it was made), numbers, notes,
-// warnings, peak_memory_bytes.
+// file, error (picture_error(), if known)}, samples {asked (null: no end), done}, complete, seconds {read,
+// <phase> …, total}, choice {tried, expected_error, expected_seconds, beyond_noise} (if it was made),
+// numbers, notes, warnings, peak_memory_bytes.
 std::string statistics_json(const RunFacts& facts, const Job& job, const RenderReport& report,
                             const std::filesystem::path& image_file);
+
+// The expected error of the picture, as Film::relative_error() counts it: what halves of its samples tell,
+// and where the method was chosen what all samples share, as large as that may well be. None before it is
+// known.
+std::optional<double> picture_error(const RunFacts& facts, const RenderReport& report);
 
 // Texts for the EXR header, all named "lucerna.…".
 std::map<std::string, std::string> header_attributes(const RunFacts& facts, const Job& job,

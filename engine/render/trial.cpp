@@ -46,6 +46,7 @@ double Trial::Block::mean() const {
 }
 
 double Trial::Block::variance() const {
+    if (passes.count() > 1) return sqr(passes.standard_error());
     double sum = 0;
     for (const RunningStats& pixel : pixels) sum += sqr(pixel.standard_error());
     return sum / sqr(static_cast<double>(pixels.size()));
@@ -129,7 +130,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     const Stopwatch clock;
     const V2i size = block_size(job_.film);
     const auto pixels = static_cast<std::size_t>(size.x * size.y);
-    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}});
+    if (blocks_.size() < end) blocks_.resize(end, Block{std::vector<RunningStats>(pixels), {}, {}});
     const CameraSampler camera_sampler(job_, seed_, integrator_->samples_per_pass(), &lamps_);
     const auto add = [this](std::size_t block, std::size_t pixel, double value) {
         blocks_[block].pixels[pixel].add(value);
@@ -137,6 +138,7 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
     };
     parallel_chunks(workers_, static_cast<std::int64_t>(end - begin), [&](std::int64_t i) {
         const std::size_t block = begin + static_cast<std::size_t>(i);
+        RunningStats of_pass;
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
             const auto p = static_cast<int>(pixel);
             const V2i at = places_[block] + V2i(p % size.x, p / size.x);
@@ -153,8 +155,11 @@ void Trial::sample_blocks(std::size_t begin, std::size_t end, int first, int las
                 }
             }
             // The samples of a pass are one: they look at the same photons.
-            if (in_passes() && seen.count() > 0) add(block, pixel, seen.mean());
+            if (!in_passes() || seen.count() == 0) continue;
+            add(block, pixel, seen.mean());
+            of_pass.add(seen.mean());
         }
+        if (of_pass.count() > 0) blocks_[block].passes.add(of_pass.mean());
     });
     samples_ += (end - begin) * pixels * static_cast<std::size_t>(last - first);
     sampling_ += clock.seconds();

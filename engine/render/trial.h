@@ -43,6 +43,9 @@ class Trial {
     // where it works in passes, what each saw through the pixel.
     struct Block {
         std::vector<RunningStats> pixels;
+        // Where it works in passes: the block's means by each. Its pixels see the same photons, and the mean
+        // varies by more than they tell.
+        RunningStats passes;
         std::vector<float> values;  // that they are of, in no order that matters
         double mean() const;
         double variance() const;              // of mean()

@@ -5,6 +5,7 @@
 #include <csignal>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -219,7 +220,11 @@ TEST_F(RunRender, ErrorAlone_ChoosesTheMethodAndSaysWhich) {
     EXPECT_THAT(outcome.out, HasSubstr("tried    path "));
     const auto stats = nlohmann::json::parse(read_text("a.json"));
     EXPECT_THAT(stats["choice"]["tried"].get<std::string>(), HasSubstr("path"));
-    EXPECT_LE(stats["choice"]["beyond_noise"], 0.025) << "half of what was asked for";
+    const double shared = stats["choice"]["beyond_noise"], left = stats["numbers"]["error.denoised"];
+    EXPECT_LE(shared, 0.025) << "half of what was asked for";
+    EXPECT_DOUBLE_EQ(stats["image"]["error"], std::hypot(left, shared))
+        << "of the picture, whatever its cause";
+    EXPECT_LE(stats["image"]["error"], 0.05);
     EXPECT_TRUE(read_exr("a.exr").attributes.contains("lucerna.tried"));
 
     const std::size_t at = outcome.out.find("method   ");

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "engine/render/render.h"
 #include "engine/render/trial.h"
 #include "tests/support/media.h"
@@ -122,6 +124,36 @@ TEST(Trial, MeansAndVariances_AreThoseOfTheImage) {
         EXPECT_LT(chi2 / static_cast<double>(known), 1.8) << integrator_name(settings);
         EXPECT_GT(chi2 / static_cast<double>(known), 0.05) << integrator_name(settings);
     }
+}
+
+// A block's pixels see the same photons in a pass: its mean varies by more than theirs would if each were by
+// itself. What is taken for noise is otherwise taken for bias.
+TEST(Trial, OfPasses_KnowsTheNoiseThatABlocksPixelsShare) {
+    Monitor silent;
+    ProgressiveSettings settings;
+    settings.photons = 2'000;
+    const Job job = job_of(settings);
+    const SmallLamps lamps(job);
+    std::vector<std::unique_ptr<Trial>> trials;
+    for (const std::uint64_t seed : {7, 8}) {
+        trials.push_back(std::make_unique<Trial>(job, lamps, settings, seed, Workers{2}, silent));
+        do {
+            ASSERT_TRUE(trials.back()->run(0.1));
+        } while (trials.back()->passes() < 24);
+    }
+    double known = 0, by_pixels = 0, squares = 0;
+    for (std::size_t b = 0; b < trials[0]->blocks().size(); ++b) {
+        squares += sqr(trials[0]->blocks()[b].mean() - trials[1]->blocks()[b].mean());
+        for (const auto& trial : trials) {
+            known += trial->blocks()[b].variance();
+            for (const RunningStats& pixel : trial->blocks()[b].pixels)
+                by_pixels += sqr(pixel.standard_error() / 16);
+        }
+    }
+    // The image has 64 blocks, of which neighbours share photons, too: the sum is known to a third or better.
+    EXPECT_GT(known, 0.6 * squares);
+    EXPECT_LT(known, 1.7 * squares);
+    EXPECT_LT(by_pixels, 0.5 * squares) << "each by itself";
 }
 
 TEST(Trial, PrePassAndGuides_AreMadeOnce) {

@@ -1,0 +1,65 @@
+# Whether what stands still moves: a camera that goes sideways, a frame every few pixels, each with a seed of its own. Pieces of surface of a
+# few pixels are followed by their place in the scene (the layer P), and their luminance compared from frame to frame.
+#   usage: flythrough.py LUCERNA OUT_FOLDER DATA_FOLDER [--frames 12] [--spp 16] [--integrator path] [SCENE...]
+# It prints, as shares of a piece's luminance, the root of the mean variance from frame to frame of what is measured and of what is denoised,
+# and how many pieces vary more when denoised. It needs oiiotool and numpy.
+import os
+import sys
+
+import numpy
+
+from methods import SCENES, option, run
+from pixels import luminance, pixels
+
+FRAMES_APART = 1.3  # pixels at the scene's middle distance
+PIECE = 4           # pixels
+
+
+def frame(program, out, scene, step, number, words):
+    """Places, and luminances measured and denoised, of one frame."""
+    file, image = f"{out}/frame.pbrt", f"{out}/frame-{number:02}.exr"
+    with open(file, "w") as text:
+        text.write(f'Translate {-step * number} 0 0\nInclude "{os.path.abspath(scene)}"\n')
+    run([program, "render", file, "-o", image, "--layers", "--denoise", "--png", "--seed", str(number + 1), *words])
+    seen = [luminance(image, channels) for channels in ("R,G,B", "denoised.R,denoised.G,denoised.B")]
+    place, normal = pixels(image, "P.X,P.Y,P.Z"), pixels(image, "Ng.X,Ng.Y,Ng.Z")
+    depth = pixels(image, "Z,Z,Z")[..., 0]
+    return place, depth, normal, seen
+
+
+def main():
+    words = sys.argv[1:]
+    frames, spp = int(option(words, "--frames", "12")), option(words, "--spp", "16")
+    integrator = option(words, "--integrator", "path")
+    program, out, data = words[:3]
+    os.makedirs(out, exist_ok=True)
+    print("| scene | pieces | measured, from frame to frame | denoised | pieces that vary more when denoised |")
+    print("| --- | --- | --- | --- | --- |")
+    for name in words[3:] or ["room", "coffee", "staircase2", "projector"]:
+        scene, (width, height), _ = SCENES[name]
+        asked = ["--resolution", f"{width}x{height}", "--integrator", integrator, "--spp", spp]
+        _, depth, _, _ = frame(program, out, scene.format(data=data), 0, 0, asked)
+        # A pixel's width at the median distance, of a field of view about 50 degrees wide.
+        pixel = numpy.median(depth[depth > 0]) * 0.9 / width
+        pieces = {}
+        for number in range(frames):
+            place, depth, normal, seen = frame(program, out, scene.format(data=data), FRAMES_APART * pixel, number, asked)
+            valid = (depth > 0) & (numpy.linalg.norm(normal, axis=2) > 0.98)  # whole pixels of one surface
+            cell = numpy.floor(place[valid] / (PIECE * pixel)).astype(int)
+            # Surfaces of a cell are told apart by the axis that they face.
+            side = numpy.rint(normal[valid]).astype(int)
+            keys, inverse, count = numpy.unique(numpy.hstack([cell, side]), axis=0, return_inverse=True, return_counts=True)
+            means = [numpy.bincount(inverse.ravel(), light[valid]) / count for light in seen]
+            for key, n, raw, clean in zip(map(tuple, keys), count, *means):
+                if n >= PIECE * PIECE // 2:
+                    pieces.setdefault(key, []).append((raw, clean))
+        followed = numpy.array([values for values in pieces.values() if len(values) == frames])  # pieces x frames x 2
+        mean = followed.mean(axis=(1, 2))
+        variance = followed.var(axis=1, ddof=1) / (mean ** 2 + (0.1 * mean.mean()) ** 2)[:, None]
+        raw, clean = numpy.sqrt(variance.mean(axis=0))
+        more = (variance[:, 1] > variance[:, 0]).mean()
+        print(f"| {name} | {len(followed)} | {100 * raw:.3g} % | {100 * clean:.3g} % | {100 * more:.2g} % |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
