@@ -4,6 +4,7 @@
 # It prints, as shares of a piece's luminance, the root of the mean variance from frame to frame of what is measured and of what is denoised,
 # and how many pieces vary more when denoised. It needs oiiotool and numpy.
 import os
+import shutil
 import sys
 
 import numpy
@@ -15,11 +16,24 @@ FRAMES_APART = 1.3  # pixels at the scene's middle distance
 PIECE = 4           # pixels
 
 
+def beside(out, scene):
+    """A file in a folder that looks like the scene's, from which all that the scene names is found."""
+    folder, tree = os.path.dirname(os.path.abspath(scene)), os.path.join(out, "tree-" + os.path.basename(scene))
+    own = os.path.join(tree, os.path.basename(folder))
+    shutil.rmtree(tree, ignore_errors=True)
+    os.makedirs(own)
+    for source, to in ((os.path.dirname(folder), tree), (folder, own)):
+        for name in os.listdir(source):
+            if not os.path.exists(os.path.join(to, name)):
+                os.symlink(os.path.join(source, name), os.path.join(to, name))
+    return os.path.join(own, "frame.pbrt")
+
+
 def frame(program, out, scene, step, number, words):
     """Places, and luminances measured and denoised, of one frame."""
-    file, image = f"{out}/frame.pbrt", f"{out}/frame-{number:02}.exr"
+    file, image = beside(out, scene), f"{out}/frame-{number:02}.exr"
     with open(file, "w") as text:
-        text.write(f'Translate {-step * number} 0 0\nInclude "{os.path.abspath(scene)}"\n')
+        text.write(f'Translate {-step * number} 0 0\nInclude "{os.path.basename(scene)}"\n')
     run([program, "render", file, "-o", image, "--layers", "--denoise", "--png", "--seed", str(number + 1), *words])
     seen = [luminance(image, channels) for channels in ("R,G,B", "denoised.R,denoised.G,denoised.B")]
     place, normal = pixels(image, "P.X,P.Y,P.Z"), pixels(image, "Ng.X,Ng.Y,Ng.Z")

@@ -286,7 +286,8 @@ std::vector<Method> methods_like(const IntegratorSettings& asked) {
     igi.pre_pass.paths = 0;
     pre_pass.pre_pass.paths = kPrePassPaths;
     // Two passes take what they take: they come after the others that are always worth a look.
-    return {{path, 0}, {igi, 0.05}, {maps, 0.05}, {progressive, 0.05}, {pre_pass, 0.3}, {guided, 0.3}};
+    return {{path, 0, true},           {igi, 0.05, true}, {maps, 0.05},
+            {progressive, 0.05, true}, {pre_pass, 0.3},   {guided, 0.3}};
 }
 
 namespace {
@@ -318,7 +319,7 @@ class Choosing {
             const double left = (1 - kSecondLook) * all - clock_.seconds();
             const double share =
                 unknown ? all : std::max(methods[m].least_seconds, left / waiting(methods, m, left));
-            if (m > 0 && left < methods[m].least_seconds) {
+            if (m > 0 && left < methods[m].least_seconds && !(by_error() && methods[m].always)) {
                 untried_.push_back(short_text(methods[m].settings));
             } else if (!run(methods[m].settings, share)) {
                 return std::nullopt;

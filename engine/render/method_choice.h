@@ -29,6 +29,9 @@ struct MethodChoice {
 struct Method {
     IntegratorSettings settings;  // of its trial: few photons, few sets of VPLs
     double least_seconds;         // with which it is worth trying
+    // One of each kind looks at every picture whose error is asked for: what the others cannot see, none of
+    // their errors tells.
+    bool always = false;
 };
 // What shows the same picture as `asked`, first the one that has no bias; `asked` alone if nothing else does.
 std::vector<Method> methods_like(const IntegratorSettings& asked);
