@@ -1,0 +1,25 @@
+# How long an image takes to an error that is asked for, with a denoiser: wall clock of the whole command, and the error that it then has.
+#   usage: time_to_error.py LUCERNA OUT_FOLDER DATA_FOLDER [--error 5%] [--reference SECONDS] [SCENE...]
+# Scenes, sizes and references are those of denoising.py. Nothing else should run meanwhile.
+import sys
+
+from denoising import Denoising
+from methods import SCENES, option, run
+
+
+def main():
+    words = sys.argv[1:]
+    asked, seconds = option(words, "--error", "5%"), float(option(words, "--reference", "600"))
+    table = Denoising(*words[:3], seconds, False)
+    print("| scene | asked for | wall | denoised error | method |\n| --- | --- | --- | --- | --- |")
+    for name in words[3:] or SCENES:
+        image = f"{table.out}/{name}-{table.size(name)}-to-error"
+        said, wall = table.render(name, f"{image}.exr", ["--error", asked])
+        run(["oiiotool", f"{image}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{image}-denoised.exr"])
+        error, _ = table.numbers(name, f"{image}-denoised.exr")
+        method = next((line.split()[2] for line in said.splitlines() if line.startswith("method ")), "?")
+        print(f"| {name} | {asked} | {wall:.1f} s | {100 * error:.3g} % | {method} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
