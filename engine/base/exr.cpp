@@ -78,9 +78,28 @@ Imf::FrameBuffer frame_buffer(Image& image, const Imath::V2i& origin) {
     return buffer;
 }
 
-}  // namespace
+// The file's data window in its display window, if they differ.
+void read_windows(const Imf::Header& header, Image& image) {
+    const Imath::Box2i data = header.dataWindow(), display = header.displayWindow();
+    // Where they do not lie within this, nobody asks for the place: differences of two would overflow.
+    constexpr int kFar = 1 << 29;
+    for (const Imath::Box2i& box : {data, display}) {
+        for (const int edge : {box.min.x, box.min.y, box.max.x, box.max.y}) {
+            if (edge < -kFar || edge > kFar) return;
+        }
+    }
+    if (data == display) return;
+    image.corner = data.min - display.min;
+    image.picture = display.max - display.min + V2i(1);
+}
 
-Image read_exr(const std::filesystem::path& file) {
+// A file's image and the space of its R, G and B; none where it has none of these.
+struct Stated {
+    Image image;
+    std::optional<ColourSpace> space;
+};
+
+Stated read_stated(const std::filesystem::path& file) {
     require_readable(file);
     try {
         check_exr_header(file, ExrKind::any);
@@ -104,6 +123,7 @@ Image read_exr(const std::filesystem::path& file) {
         require_memory(bytes_of(static_cast<std::uint64_t>(width * height), names.size() * sizeof(float)),
                        fmt::format("an image of {} x {} pixels", width, height), "fewer pixels are accepted");
         Image image(static_cast<int>(width), static_cast<int>(height), std::move(names));
+        read_windows(in.header(), image);
         in.setFrameBuffer(frame_buffer(image, window.min));
         in.readPixels(window.min.y, window.max.y);
         for (auto a = in.header().begin(); a != in.header().end(); ++a) {
@@ -111,9 +131,9 @@ Image read_exr(const std::filesystem::path& file) {
                 image.attributes[a.name()] = text->value();
             }
         }
-        if (!in_colour(image)) return image;
+        if (!in_colour(image)) return {std::move(image), std::nullopt};
         const ColourSpace space = space_of(in.header());
-        return space.name == colour_spaces().front().name ? image : brought_from(space, std::move(image));
+        return {std::move(image), space};
     } catch (const std::bad_alloc&) {
         throw InputError({file.string()}, "not enough memory to read it; fewer pixels are accepted");
     } catch (const std::exception& error) {
@@ -122,10 +142,29 @@ Image read_exr(const std::filesystem::path& file) {
     }
 }
 
+}  // namespace
+
+Image read_exr(const std::filesystem::path& file) {
+    Stated stated = read_stated(file);
+    if (!stated.space || stated.space->name == colour_spaces().front().name) return std::move(stated.image);
+    return brought_from(*stated.space, std::move(stated.image));
+}
+
+Image read_exr_as_stated(const std::filesystem::path& file) {
+    Stated stated = read_stated(file);
+    if (!stated.space) return std::move(stated.image);
+    stated.image.space = find_colour_space(stated.space->name);
+    if (!stated.image.space) throw InputError({file.string()}, "its colours are of a space without a name");
+    return std::move(stated.image);
+}
+
 void write_exr(const std::filesystem::path& file, const Image& image) {
     replace_file(file, [&](const std::filesystem::path& temporary) {
         // OpenEXR refuses some names of channels and attributes: that is a failed write like any other.
-        Imf::Header header(image.width, image.height);
+        const V2i last = image.corner + V2i(image.width - 1, image.height - 1);
+        const Imath::Box2i data({image.corner.x, image.corner.y}, {last.x, last.y});
+        const V2i whole = image.picture == V2i(0, 0) ? V2i(image.width, image.height) : image.picture;
+        Imf::Header header({{0, 0}, {whole.x - 1, whole.y - 1}}, data);
         header.compression() = Imf::ZIP_COMPRESSION;
         for (const std::string& name : image.channels)
             header.channels().insert(name, Imf::Channel(Imf::FLOAT));
@@ -137,7 +176,7 @@ void write_exr(const std::filesystem::path& file, const Image& image) {
             Imf::StdOFStream named(stream, temporary.c_str());
             Imf::OutputFile out(named, header);
             Image& source = const_cast<Image&>(image);  // the frame buffer is not const; writing only reads
-            out.setFrameBuffer(frame_buffer(source, {0, 0}));
+            out.setFrameBuffer(frame_buffer(source, data.min));
             out.writePixels(image.height);
         }
         stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already

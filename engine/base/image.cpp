@@ -1,34 +1,12 @@
 #include "engine/base/image.h"
 
 #include <algorithm>
-#include <array>
+#include <functional>
 #include <optional>
 
 #include "engine/base/colour_space.h"
 
 namespace lucerna {
-namespace {
-
-// Without the channels of these names.
-Image without(const Image& image, const std::array<std::string, 3>& names) {
-    std::vector<std::size_t> kept;
-    Image result;
-    result.width = image.width, result.height = image.height;
-    result.attributes = image.attributes;
-    for (std::size_t c = 0; c < image.channels.size(); ++c) {
-        if (std::ranges::count(names, image.channels[c]) > 0) continue;
-        kept.push_back(c);
-        result.channels.push_back(image.channels[c]);
-    }
-    result.data.reserve(image.data.size() / image.channels.size() * kept.size());
-    for (std::size_t at = 0; at < image.data.size(); at += image.channels.size()) {
-        for (const std::size_t c : kept) result.data.push_back(image.data[at + c]);
-    }
-    return result;
-}
-
-}  // namespace
-
 std::optional<std::size_t> find_channel(const Image& image, const std::string& name) {
     const auto found = std::ranges::find(image.channels, name);
     if (found == image.channels.end()) return std::nullopt;
@@ -45,6 +23,29 @@ void add_channels(Image& image, const Image& more, const std::string& prefix) {
     }
     image.data = std::move(data);
     for (const std::string& name : more.channels) image.channels.push_back(prefix + name);
+}
+
+void describe_alike(Image& image, const Image& other) {
+    image.attributes = other.attributes;
+    image.space = other.space;
+    image.corner = other.corner, image.picture = other.picture;
+}
+
+Image with_channels(const Image& image, const std::function<bool(const std::string& name)>& kept) {
+    std::vector<std::size_t> places;
+    Image result;
+    result.width = image.width, result.height = image.height;
+    describe_alike(result, image);
+    for (std::size_t c = 0; c < image.channels.size(); ++c) {
+        if (!kept(image.channels[c])) continue;
+        places.push_back(c);
+        result.channels.push_back(image.channels[c]);
+    }
+    result.data.reserve(image.data.size() / std::max<std::size_t>(1, image.channels.size()) * places.size());
+    for (std::size_t at = 0; at < image.data.size(); at += image.channels.size()) {
+        for (const std::size_t c : places) result.data.push_back(image.data[at + c]);
+    }
+    return result;
 }
 
 Image brought_to_srgb(Image image, bool held) {
@@ -66,10 +67,11 @@ Image brought_to_srgb(Image image, bool held) {
         if (held) c = held_in_gamut(c, weights);
         *red = static_cast<float>(c.x), *green = static_cast<float>(c.y), *blue = static_cast<float>(c.z);
     }
-    const std::array<std::string, 3> variances{"variance.R", "variance.G", "variance.B"};
-    const bool any = std::ranges::any_of(
-        variances, [&](const std::string& name) { return find_channel(image, name).has_value(); });
-    return any ? without(image, variances) : image;
+    const auto is_variance = [](const std::string& name) {
+        return name == "variance.R" || name == "variance.G" || name == "variance.B";
+    };
+    if (!std::ranges::any_of(image.channels, is_variance)) return image;
+    return with_channels(image, std::not_fn(is_variance));
 }
 
 }  // namespace lucerna

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -26,6 +27,9 @@ struct Image {
     std::vector<float> data;
     std::map<std::string, std::string> attributes;  // text carried in the file's header
     const ColourSpace* space = nullptr;             // of R, G and B (colour_space.h); null: linear sRGB
+    // Of a part of a picture: where its first pixel lies there, and the picture's size. (0, 0): it is the
+    // whole.
+    V2i corner{0, 0}, picture{0, 0};
 
     Image() = default;
     Image(int w, int h, std::vector<std::string> names)
@@ -60,6 +64,12 @@ std::optional<std::size_t> find_channel(const Image& image, const std::string& n
 // The channels of another image of the same size behind an image's own, under names that begin so.
 void add_channels(Image& image, const Image& more, const std::string& prefix);
 
+// Header texts, space and place of another image.
+void describe_alike(Image& image, const Image& other);
+
+// The image without the other channels.
+Image with_channels(const Image& image, const std::function<bool(const std::string& name)>& kept);
+
 // R, G and B brought to linear sRGB: below 0 outside its gamut or, `held`, mixed with grey of the same
 // luminance until none is. variance.R, .G and .B are left out where colours change, as nothing says how they
 // vary together.
@@ -69,6 +79,8 @@ Image brought_to_srgb(Image image, bool held = false);
 // chromaticities than Rec. 709's is brought to linear sRGB, so that all images read are in one space; the
 // attribute "lucerna.broughtfrom" then tells of it. Throws InputError naming file and cause.
 Image read_exr(const std::filesystem::path& file);
+// The same in the space that the file states, which must have a name (colour_space.h).
+Image read_exr_as_stated(const std::filesystem::path& file);
 // Of the layers beside R, G and B of an image that was read: only those three are brought to linear sRGB.
 // Null: linear sRGB.
 const ColourSpace* space_of_layers(const Image& image);

@@ -56,19 +56,29 @@ std::string film_text(const FilmSettings& film) {
         f.tau);
 }
 
-}  // namespace
-
-PictureFacts picture_facts(const Job& job, std::uint64_t seed) {
-    const V2i size = job.film.rendered_size();
+PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t seed) {
+    const V2i size = film.rendered_size();
     PictureFacts facts{{"version of lucerna", std::string(program_version())},
                        {"arithmetic", arithmetic()},
                        {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
                        {"image size", fmt::format("{} x {}", size.x, size.y)},
-                       {"film", film_text(job.film)},
+                       {"film", film_text(film)},
                        {"integrator", std::string(integrator_name(job.integrator))},
                        {"seed", fmt::format("{}", seed)}};
     for (auto& [name, value] : describe(job.integrator)) facts.emplace_back("parameter " + name, value);
     return facts;
+}
+
+}  // namespace
+
+PictureFacts picture_facts(const Job& job, std::uint64_t seed) {
+    return facts_of(job, job.film, seed);
+}
+
+PictureFacts whole_picture_facts(const Job& job, std::uint64_t seed) {
+    FilmSettings whole = job.film;
+    whole.crop_begin = whole.view_begin, whole.crop_end = whole.view_end;
+    return facts_of(job, whole, seed);
 }
 
 Checkpointing::Checkpointing(const CheckpointOptions& options, Monitor& monitor)

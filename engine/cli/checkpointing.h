@@ -25,6 +25,8 @@ struct CheckpointOptions {
 // What must be the same for an image to go on: program, files, seed, integrator and its settings, film. Reads
 // all files of the scene. Throws InputError.
 PictureFacts picture_facts(const Job& job, std::uint64_t seed);
+// The same of what all parts of a picture show (FilmSettings::is_part()), whichever of them the job renders.
+PictureFacts whole_picture_facts(const Job& job, std::uint64_t seed);
 
 class Checkpointing {
   public:

@@ -31,6 +31,7 @@ void add_render_command(CLI::App& program, const CommandContext& context);
 void add_light_command(CLI::App& program, const CommandContext& context);
 void add_import_command(CLI::App& program, const CommandContext& context);
 void add_denoise_command(CLI::App& program, const CommandContext& context);
+void add_merge_command(CLI::App& program, const CommandContext& context);
 void add_relight_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
 void add_study_command(CLI::App& program, const CommandContext& context);

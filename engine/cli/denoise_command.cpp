@@ -51,7 +51,9 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     Denoised denoised = denoise(layers, command.workers);
     const double seconds = clock.seconds();
-    denoised.image.attributes = image.attributes;
+    const ColourSpace* const space = denoised.image.space;
+    describe_alike(denoised.image, image);
+    denoised.image.space = space;  // of the layers, which reading leaves as they are
     denoised.image.attributes.erase("lucerna.broughtfrom");
     denoised.image.attributes["lucerna.denoised"] = fmt::format("{:.3g}", denoised.relative_error);
     write_exr(command.output, denoised.image);

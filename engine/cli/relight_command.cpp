@@ -210,8 +210,8 @@ void act(const RelightCommand& command, const CommandContext& context) {
     const ColourSpace* const space = space_of_layers(image);
     const std::vector<std::string> groups = groups_of(image);
     Image result = relit(image, groups, factors_of(groups, command, space), command.image);
+    describe_alike(result, image);
     result.space = space;
-    result.attributes = image.attributes;
     result.attributes.erase("lucerna.broughtfrom");
     write_exr(command.output, result);
     if (!command.quiet) {

@@ -3,10 +3,13 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <set>
+#include <sstream>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -16,10 +19,12 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/part_files.h"
 #include "engine/cli/run_report.h"
 #include "engine/cli/tev_display.h"
 #include "engine/integrators/integrator.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/render/image_part.h"
 #include "engine/render/job.h"
 #include "engine/render/render.h"
 
@@ -64,6 +69,10 @@ undisturbed render would have made. All but threads, time, error and a higher --
 when the render is done, to go on to more samples one day; time then counts from the first start. If both options
 name the same file, it need not be there yet: one command line then serves for the start and for every restart.
 
+Many machines can render one picture, each a part of it (--part 3/16), with the same options otherwise; lucerna merge
+makes the picture of them, the same bits as of one render (with --no-adaptive: no part knows which of all pixels need most
+samples). Each prepares for the whole picture. --denoise asks for what merging needs to denoise it.
+
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
@@ -77,6 +86,7 @@ Examples:
   lucerna render room.pbrt --integrator path --spp 1024 --seed 7 -o reference.exr --stats reference.json
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2
   lucerna render room.pbrt --png --white-balance 3000
+  lucerna render room.pbrt --spp 1024 --denoise --part 3/16 -o part3.exr
   lucerna render watch.pbrt --colour-space acescg --png)";
 
 // Often enough for an eye that waits.
@@ -88,7 +98,9 @@ struct RenderCommand {
     bool png = false;
     bool layers = false;
     std::optional<bool> denoise;  // none: where it is of use
-    bool adaptive = true;         // where there are two halves
+    std::optional<ImagePart> part;
+    std::optional<PixelBox> crop;
+    bool adaptive = true;  // where there are two halves
     PictureOptions picture;
     SceneOverrides overrides;
     RenderOptions options;
@@ -118,6 +130,53 @@ WorkingSpace parse_working_space(const std::string& word) {
     return *colours;
 }
 
+bool has_limit(const Limits& limits) {
+    return std::isfinite(limits.seconds) || limits.error > 0;
+}
+
+PixelBox parse_box(const Location& at, const std::string& word) {
+    std::array<int, 4> edges{};
+    std::istringstream in(word);
+    std::string number, rest;
+    bool whole = true;
+    for (int& edge : edges) {
+        if (!std::getline(in, number, ',')) whole = false;
+        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), edge);
+        whole = whole && error == std::errc() && end == number.data() + number.size() && edge >= 0;
+    }
+    if (!whole || std::getline(in, rest) || edges[0] >= edges[2] || edges[1] >= edges[3]) {
+        input_error(at,
+                    "\"{}\" is no part of a picture; four whole numbers are, x0,y0,x1,y1 with x0 < x1 and "
+                    "y0 < y1, as 0,0,64,48",
+                    one_line(word));
+    }
+    return {{edges[0], edges[1]}, {edges[2], edges[3]}};
+}
+
+ImagePart parse_part(const Location& at, const std::string& word) {
+    constexpr int kMost = 1 << 20;
+    const std::size_t slash = word.find('/');
+    if (slash == word.npos)
+        input_error(at, "\"{}\" is no part; K/N is, as 3/16 for the third of sixteen", one_line(word));
+    const auto of = static_cast<int>(parse_whole(at, word.substr(slash + 1), 1, kMost));
+    return {static_cast<int>(parse_whole(at, word.substr(0, slash), 1, of)), of};
+}
+
+// Parts of one picture are of as many samples, of one method, whatever each takes.
+void require_part_of_a_picture(const RenderCommand& command) {
+    if (!command.part) return;
+    if (has_limit(command.options.limits)) {
+        throw InputError({"--part"},
+                         "parts of a picture have the same number of samples; --spp or --passes is "
+                         "accepted, and no --time nor --error");
+    }
+    if (!command.options.maps.save.empty()) {
+        throw InputError({"--part"},
+                         "all parts would write the same maps; --save-maps with one render, and "
+                         "--load-maps with all parts, is accepted");
+    }
+}
+
 // Those that the command line names, before the scene names more.
 void declare_files(const RenderCommand& command, CommandFiles& files) {
     files.reads(command.scene);
@@ -142,10 +201,6 @@ void declare_files(const RenderCommand& command, CommandFiles& files) {
 bool has_light_or_is_whole(const RenderResult& result) {
     return result.report.complete || result.report.samples_done > 0 ||
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
-}
-
-bool has_limit(const Limits& limits) {
-    return std::isfinite(limits.seconds) || limits.error > 0;
 }
 
 // How much is done before a limit ends it, where the command line has a say.
@@ -179,6 +234,15 @@ bool denoises(const RenderCommand& command) {
     return command.layers || command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
 }
 
+// In the place of the scene's own.
+void crop(const PixelBox& to, FilmSettings& film) {
+    if (to.end.x > film.width || to.end.y > film.height) {
+        throw InputError({"--crop"}, fmt::format("pixels up to ({}, {}) are not in a picture of {} x {}",
+                                                 to.end.x, to.end.y, film.width, film.height));
+    }
+    film.crop_begin = to.begin, film.crop_end = to.end;
+}
+
 // What is to be had again, bit for bit, is not chosen by the clock.
 bool may_choose(const RenderCommand& command) {
     const SceneOverrides& asked = command.overrides;
@@ -198,15 +262,16 @@ class Pictures {
     // copied for that.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
+        if (command_.part)
+            result.image.attributes.merge(part_attributes(*command_.part, job, facts.seed, command_.layers));
         if (command_.png) {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
         if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
-        if (command_.layers) {
-            add_layers(result.image, *result.layers);
-            add_channels(result.image, *result.parts, "");
-        }
+        // Of a part these are for merging, where it is denoised.
+        if (command_.layers || (command_.part && result.layers)) add_layers(result.image, *result.layers);
+        if (command_.layers) add_channels(result.image, *result.parts, "");
         write_exr(image_, result.image);
     }
     // What was written, for people.
@@ -305,8 +370,11 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
     limit_samples(command, job);
+    if (command.crop) crop(*command.crop, job.film);
+    if (command.part) restrict_to(*command.part, job.film);
     job.film.two_halves = denoises(command);
-    job.film.adaptive = job.film.two_halves && command.adaptive;
+    // Which pixels of a picture need most samples no part of it knows.
+    job.film.adaptive = job.film.two_halves && command.adaptive && !command.part;
     job.film.parts = command.layers;
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
@@ -378,6 +446,7 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
 
 void act(const RenderCommand& command, const CommandContext& context) {
     Stopwatch clock;
+    require_part_of_a_picture(command);
     require_readable(command.scene);
     CommandFiles files;
     declare_files(command, files);
@@ -422,6 +491,11 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
              });
+    add_word(app, "--crop", "X0,Y0,X1,Y1",
+             "render that part of the picture alone, pixels from the top left, the last ones excluded",
+             [&command](const std::string& word) { command.crop = parse_box({"--crop"}, word); });
+    add_word(app, "--part", "K/N", "render the K-th of N parts of the picture, for lucerna merge",
+             [&command](const std::string& word) { command.part = parse_part({"--part"}, word); });
     add_word(app, "--colour-space", "NAME",
              fmt::format("what is rendered in, and the image: {}, in the place of the scene's",
                          fmt::join(WorkingSpace::names(), ", ")),

@@ -98,6 +98,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_import_command(program, context);
         add_denoise_command(program, context);
         add_relight_command(program, context);
+        add_merge_command(program, context);
         add_compare_command(program, context);
         add_study_command(program, context);
         add_info_command(program, context);

@@ -43,30 +43,21 @@ std::uint64_t check_of(Head head, std::span<const std::span<const std::byte>> pa
 
 // --- the text ---
 
-// A line is a line: what would end one is a space.
-std::string plain(std::string_view text) {
-    std::string line(text);
-    for (char& c : line) {
-        if (c == '\n' || c == '\t' || c == '\r') c = ' ';
-    }
-    return line;
-}
-
 std::string text_of(const Checkpoint& checkpoint) {
     std::string text;
     const auto line = [&text](std::string_view kind, std::string_view name, const auto& value) {
-        text += fmt::format("{}\t{}\t{}\n", kind, plain(name), value);
+        text += fmt::format("{}\t{}\t{}\n", kind, plain_line(name), value);
     };
-    for (const auto& [name, value] : checkpoint.facts) line("fact", name, plain(value));
+    for (const auto& [name, value] : checkpoint.facts) line("fact", name, plain_line(value));
     for (const auto& [name, value] : checkpoint.numbers) line("number", name, value);
-    for (const auto& [name, value] : checkpoint.notes) line("note", name, plain(value));
+    for (const auto& [name, value] : checkpoint.notes) line("note", name, plain_line(value));
     line("state", "seconds", checkpoint.seconds);
     line("state", "samples", checkpoint.samples_done);
     line("state", "passes", checkpoint.passes_done);
     line("state", "rays", checkpoint.rays);
     line("state", "invalid rays", checkpoint.invalid_rays);
     line("state", "bad samples", checkpoint.bad_samples);
-    line("state", "first bad", plain(checkpoint.first_bad));
+    line("state", "first bad", plain_line(checkpoint.first_bad));
     return text;
 }
 
@@ -197,23 +188,12 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
 
 void require_same(const std::filesystem::path& file, const PictureFacts& made_with,
                   const PictureFacts& facts) {
-    const std::map<std::string, std::string> before(made_with.begin(), made_with.end());
-    const std::map<std::string, std::string> now(facts.begin(), facts.end());
-    const auto value = [](const auto& from, const std::string& name) {
-        const auto found = from.find(name);
-        return found == from.end() ? std::string("nothing") : found->second;
-    };
-    PictureFacts all = facts;  // in an order that tells the coarse things first
-    all.insert(all.end(), made_with.begin(), made_with.end());
-    for (const auto& [name, ignored] : all) {
-        const std::string was = plain(value(before, name));
-        const std::string is = plain(value(now, name));
-        if (was == is) continue;
-        input_error({file.string()},
-                    "the checkpoint is of another render: its {} is {}, here it is {}; only the number of "
-                    "threads, time, error and a higher number of samples may differ",
-                    plain(name), was, is);
-    }
+    const auto difference = first_difference(made_with, facts);
+    if (!difference) return;
+    input_error({file.string()},
+                "the checkpoint is of another render: its {} is {}, here it is {}; only the number of "
+                "threads, time, error and a higher number of samples may differ",
+                difference->name, difference->of_first, difference->of_second);
 }
 
 }  // namespace lucerna

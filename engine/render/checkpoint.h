@@ -10,14 +10,11 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
-namespace lucerna {
+#include "engine/render/picture_facts.h"
 
-// What makes an image what it is, name and value: the scene, every setting, the seed, the version. Only
-// renders of which all of this is the same can go on with each other's sums.
-using PictureFacts = std::vector<std::pair<std::string, std::string>>;
+namespace lucerna {
 
 struct Checkpoint {
     PictureFacts facts;

@@ -30,6 +30,9 @@ struct FilmSettings {
     WorkingSpace colours;  // of the render, and so of the image
     // The part that is rendered, pixels, `crop_end` exclusive; (0,0): the whole picture.
     V2i crop_begin{0, 0}, crop_end{0, 0};
+    // Where the rest of a picture is rendered elsewhere: what of it all parts together show, pixels,
+    // `view_end` exclusive. Methods prepare for that. (0,0): for what is rendered.
+    V2i view_begin{0, 0}, view_end{0, 0};
 
     // Samples are of two halves that do not depend on each other: what a denoiser needs to know its error.
     // Each half is stratified on its own, and the image of both a little less: in Cornell's box its squared
@@ -41,6 +44,8 @@ struct FilmSettings {
     // Beside the image its parts and the scene's light groups are made (engine/scene/light_parts.h).
     bool parts = false;
 
+    // Whether more of the picture is rendered elsewhere.
+    bool is_part() const { return view_end != V2i(0, 0); }
     V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };
 
@@ -59,6 +64,7 @@ struct Job {
 // What the job's image shows.
 inline View view_of(const Job& job) {
     const FilmSettings& film = job.film;
+    if (film.is_part()) return {&job.camera, V2f(film.view_begin), V2f(film.view_end)};
     return {&job.camera, V2f(film.crop_begin), V2f(film.crop_begin + film.rendered_size())};
 }
 

@@ -388,12 +388,18 @@ class Run {
         if (std::isfinite(error.relative)) report.relative_error = error.relative;
         report.pixels_apart = std::move(error.apart);
         result.image.attributes["lucerna.unit"] = report_.unit;
+        if (job_.film.crop_end != V2i(0, 0)) {
+            result.image.corner = job_.film.crop_begin;
+            result.image.picture = {job_.film.width, job_.film.height};
+        }
         if (denoised && parts_) {
             result.parts = parts_->develop(job_.film.scale, job_.film.colours);
             add_channels(*result.parts, features_.more, "");
         }
         if (!denoised || !film_.has_two_halves()) return result;
         result.layers = layers();
+        // What filters look at around a part's edges is in other parts.
+        if (job_.film.is_part()) return result;
         Denoised picture = denoise(*result.layers, options_.workers);
         result.denoised = std::move(picture.image);
         if (report.relative_error) report.denoised_error = picture.relative_error;

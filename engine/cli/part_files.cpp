@@ -1,0 +1,167 @@
+#include "engine/cli/part_files.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+#include <sstream>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/base/units.h"
+#include "engine/cli/checkpointing.h"
+
+namespace lucerna {
+namespace {
+
+constexpr const char *kPart = "lucerna.part", *kOf = "lucerna.parts", *kView = "lucerna.view",
+                     *kFacts = "lucerna.picture", *kLayers = "lucerna.layers";
+
+std::string text_of(const PictureFacts& facts) {
+    std::string text;
+    for (const auto& [name, value] : facts) text += plain_line(name) + '\t' + plain_line(value) + '\n';
+    return text;
+}
+
+PictureFacts facts_in(const std::string& text) {
+    PictureFacts facts;
+    std::istringstream in(text);
+    for (std::string line; std::getline(in, line);) {
+        const std::size_t tab = std::min(line.find('\t'), line.size());
+        facts.emplace_back(line.substr(0, tab), line.substr(std::min(tab + 1, line.size())));
+    }
+    return facts;
+}
+
+struct Part {
+    std::filesystem::path file;
+    ImagePart which;
+    PixelBox view;  // of the picture, what all parts show
+    PictureFacts facts;
+    Image image;
+};
+
+const std::string& attribute(const Image& image, const char* name, const Location& at) {
+    const auto found = image.attributes.find(name);
+    if (found == image.attributes.end())
+        throw InputError(at, "is no part of a picture; what lucerna render --part wrote is accepted");
+    return found->second;
+}
+
+Part read_part(const std::filesystem::path& file) {
+    const Location at{file.string()};
+    Part part{file, {}, {}, {}, read_exr_as_stated(file)};
+    const auto number = [&](const char* name, std::int64_t least, std::int64_t most) {
+        return static_cast<int>(parse_whole(at, attribute(part.image, name, at), least, most));
+    };
+    part.which.of = number(kOf, 1, 1 << 20);
+    part.which.number = number(kPart, 1, part.which.of);
+    std::istringstream view(attribute(part.image, kView, at));
+    view >> part.view.begin.x >> part.view.begin.y >> part.view.end.x >> part.view.end.y;
+    part.facts = facts_in(attribute(part.image, kFacts, at));
+    const std::vector<PixelBox> boxes = view && part.view.begin.x >= 0 && part.view.begin.y >= 0 &&
+                                                part.view.begin.x < part.view.end.x &&
+                                                part.view.begin.y < part.view.end.y
+                                            ? boxes_of(part.view, part.which.of)
+                                            : std::vector<PixelBox>();
+    const V2i size(part.image.width, part.image.height);
+    if (boxes.empty() || boxes[static_cast<std::size_t>(part.which.number) - 1].begin != part.image.corner ||
+        boxes[static_cast<std::size_t>(part.which.number) - 1].size() != size) {
+        input_error(at, "the part is damaged: {} x {} pixels at ({}, {}) are not part {} of {}", size.x,
+                    size.y, part.image.corner.x, part.image.corner.y, part.which.number, part.which.of);
+    }
+    if (const auto stopped = part.image.attributes.find("lucerna.stopped");
+        stopped != part.image.attributes.end())
+        input_error(at, "the part was stopped after {}; a whole one is accepted", stopped->second);
+    return part;
+}
+
+void require_same_picture(const Part& first, const Part& other) {
+    const Location at{other.file.string()};
+    if (const auto difference = first_difference(other.facts, first.facts)) {
+        input_error(at, "is part of another picture: its {} is {}, in {} it is {}", difference->name,
+                    difference->of_first, first.file.string(), difference->of_second);
+    }
+    if (other.which.of != first.which.of) {
+        input_error(at, "is one of {} parts, {} is one of {}", other.which.of, first.file.string(),
+                    first.which.of);
+    }
+    if (other.view.begin != first.view.begin || other.view.end != first.view.end ||
+        other.image.channels != first.image.channels || other.image.space != first.image.space) {
+        input_error(at, "the part is damaged: it has other channels or another view than {}",
+                    first.file.string());
+    }
+}
+
+// "2, 5 to 7 and …" would be read more slowly than the numbers.
+std::string listed(const std::vector<int>& numbers) {
+    constexpr std::size_t kShown = 20;
+    const std::vector<int> shown(
+        numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(std::min(numbers.size(), kShown)));
+    return fmt::format("{}{}", fmt::join(shown, ", "), numbers.size() > kShown ? ", …" : "");
+}
+
+}  // namespace
+
+std::map<std::string, std::string> part_attributes(const ImagePart& part, const Job& job, std::uint64_t seed,
+                                                   bool layers) {
+    const FilmSettings& film = job.film;
+    PictureFacts facts = whole_picture_facts(job, seed);
+    facts.emplace_back("number of samples", fmt::format("{}", job.spp));
+    return {{kPart, fmt::format("{}", part.number)},
+            {kOf, fmt::format("{}", part.of)},
+            {kView, fmt::format("{} {} {} {}", film.view_begin.x, film.view_begin.y, film.view_end.x,
+                                film.view_end.y)},
+            {kFacts, text_of(facts)},
+            {kLayers, layers ? "kept" : ""}};
+}
+
+MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
+    MergedParts merged;
+    std::optional<Part> first;
+    std::map<int, std::filesystem::path> there;
+    for (const std::filesystem::path& file : files) {
+        Part part = read_part(file);
+        Image& to = merged.image;
+        if (!first) {
+            const V2i size = part.view.size();
+            require_memory(bytes_of(static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y),
+                                    part.image.channels.size() * sizeof(float)),
+                           fmt::format("a picture of {} x {} pixels", size.x, size.y), "fewer are accepted");
+            to = Image(size.x, size.y, part.image.channels);
+            to.space = part.image.space;
+            to.attributes = part.image.attributes;
+            merged.keeps_layers = to.attributes[kLayers] == "kept";
+            for (const char* name : {kPart, kOf, kView, kFacts, kLayers}) to.attributes.erase(name);
+            if (size != part.image.picture) to.corner = part.view.begin, to.picture = part.image.picture;
+        } else {
+            require_same_picture(*first, part);
+        }
+        const auto [before, is_new] = there.emplace(part.which.number, file);
+        if (!is_new) {
+            input_error({file.string()}, "is part {} of {}, as {} is; each is accepted once",
+                        part.which.number, part.which.of, before->second.string());
+        }
+        const V2i at = part.image.corner - part.view.begin;
+        const std::size_t row = static_cast<std::size_t>(part.image.width) * to.channels.size();
+        for (int y = 0; y < part.image.height; ++y)
+            std::copy_n(&part.image.data[part.image.index(0, y)], row, &to.data[to.index(at.x, at.y + y)]);
+        if (first) continue;
+        part.image =
+            Image(0, 0, part.image.channels);  // of it the channels and the space are still asked for
+        part.image.space = to.space;
+        first = std::move(part);
+    }
+    std::vector<int> missing;
+    for (int number = 1; number <= first->which.of; ++number) {
+        if (!there.contains(number)) missing.push_back(number);
+    }
+    if (!missing.empty()) {
+        throw InputError(fmt::format("of {} parts {} {} missing: {}", first->which.of, missing.size(),
+                                     missing.size() == 1 ? "is" : "are", listed(missing)));
+    }
+    return merged;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,57 @@
+#include "engine/render/image_part.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+
+#include "engine/base/error.h"
+
+namespace lucerna {
+namespace {
+
+// Where the piece `i` of `pieces` of a side begins, or the one before it ends.
+int edge(int begin, int end, int i, int pieces) {
+    return begin + static_cast<int>(std::int64_t{end - begin} * i / pieces);
+}
+
+}  // namespace
+
+std::vector<PixelBox> boxes_of(const PixelBox& whole, int of) {
+    const V2i size = whole.size();
+    // The least sum of a box's sides, of all grids of as many boxes.
+    int columns = 0;
+    double least = 0;
+    for (int across = 1; across <= std::min(of, size.x); ++across) {
+        if (of % across != 0 || of / across > size.y) continue;
+        const double sides = double(size.x) / across + double(size.y) * across / of;
+        if (columns == 0 || sides < least) columns = across, least = sides;
+    }
+    std::vector<PixelBox> boxes;
+    if (columns == 0) return boxes;
+    const int rows = of / columns;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            boxes.push_back({{edge(whole.begin.x, whole.end.x, column, columns),
+                              edge(whole.begin.y, whole.end.y, row, rows)},
+                             {edge(whole.begin.x, whole.end.x, column + 1, columns),
+                              edge(whole.begin.y, whole.end.y, row + 1, rows)}});
+        }
+    }
+    return boxes;
+}
+
+void restrict_to(const ImagePart& part, FilmSettings& film) {
+    const PixelBox whole{film.crop_begin, film.crop_begin + film.rendered_size()};
+    const std::vector<PixelBox> boxes = boxes_of(whole, part.of);
+    if (boxes.empty()) {
+        throw InputError(
+            fmt::format("{} x {} pixels make no {} parts of whole columns and rows; fewer are accepted",
+                        whole.size().x, whole.size().y, part.of));
+    }
+    const PixelBox& own = boxes[static_cast<std::size_t>(part.number) - 1];
+    film.view_begin = whole.begin, film.view_end = whole.end;
+    film.crop_begin = own.begin, film.crop_end = own.end;
+}
+
+}  // namespace lucerna
