@@ -7,7 +7,7 @@ import math
 import sys
 
 from denoising import Denoising
-from methods import SCENES, option, run
+from methods import SCENES, option
 
 
 class Adaptive(Denoising):
@@ -16,10 +16,9 @@ class Adaptive(Denoising):
         image = f"{self.out}/{name}-{self.size(name)}-adaptive"
         self.render(name, f"{image}.exr", ["--integrator", "path", "--spp", spp, "--seed", str(seed), "--denoise", "--stats",
                                            f"{image}.json", *words])
-        run(["oiiotool", f"{image}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{image}-denoised.exr"])
         with open(f"{image}.json") as file:
             seconds = json.load(file)["seconds"]["image"]
-        return [self.numbers(name, f"{image}-denoised.exr")[0] ** 2, self.numbers(name, f"{image}.exr")[0] ** 2, seconds]
+        return [self.numbers(name, self.denoised(image))[0] ** 2, self.numbers(name, f"{image}.exr")[0] ** 2, seconds]
 
     def row(self, name, spp, seeds):
         def mean(words):

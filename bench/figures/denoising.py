@@ -25,16 +25,19 @@ class Denoising(Table):
         text, _ = run([self.program, "compare", image, reference, *mask, "--json", "-"])
         return error(luminance(image), halves, MASKS.get(name)), json.loads(text[text.index("{"):])["flip"]["ldr"]["mean"]
 
+    def denoised(self, start):
+        """The denoised image beside the measured one, as a file of its own: what else is in a file is not compared."""
+        run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
+        return f"{start}-denoised.exr"
+
     def row(self, name, seconds):
         start = f"{self.out}/{name}-{self.size(name)}-{seconds}s"
         time = ["--time", f"{seconds}s"]
         _, wall = self.render(name, f"{start}-raw.exr", [*time, "--no-denoise"])
         raw, raw_flip = self.numbers(name, f"{start}-raw.exr")
         said, wall_denoised = self.render(name, f"{start}.exr", [*time, "--denoise", "--png", "--stats", f"{start}.json"])
-        # What else is in the file is not compared.
-        run(["oiiotool", f"{start}.exr", "--ch", "R=denoised.R,G=denoised.G,B=denoised.B", "-o", f"{start}-denoised.exr"])
         own, _ = self.numbers(name, f"{start}.exr")
-        denoised, flip = self.numbers(name, f"{start}-denoised.exr")
+        denoised, flip = self.numbers(name, self.denoised(start))
         with open(f"{start}.json") as file:
             told = json.load(file)["image"].get("error", math.nan)
         method = next((line.split()[2] for line in said.splitlines() if line.startswith("method ")), "?")

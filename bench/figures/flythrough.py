@@ -29,9 +29,9 @@ def beside(out, scene):
     return os.path.join(own, "frame.pbrt")
 
 
-def frame(program, out, scene, step, number, words):
+def frame(program, out, file, scene, step, number, words):
     """Places, and luminances measured and denoised, of one frame."""
-    file, image = beside(out, scene), f"{out}/frame-{number:02}.exr"
+    image = f"{out}/frame-{number:02}.exr"
     with open(file, "w") as text:
         text.write(f'Translate {-step * number} 0 0\nInclude "{os.path.basename(scene)}"\n')
     run([program, "render", file, "-o", image, "--layers", "--denoise", "--png", "--seed", str(number + 1), *words])
@@ -51,13 +51,15 @@ def main():
     print("| --- | --- | --- | --- | --- |")
     for name in words[3:] or ["room", "coffee", "staircase2", "projector"]:
         scene, (width, height), _ = SCENES[name]
+        scene = scene.format(data=data)
+        file = beside(out, scene)
         asked = ["--resolution", f"{width}x{height}", "--integrator", integrator, "--spp", spp]
-        _, depth, _, _ = frame(program, out, scene.format(data=data), 0, 0, asked)
+        _, depth, _, _ = frame(program, out, file, scene, 0, 0, asked)
         # A pixel's width at the median distance, of a field of view about 50 degrees wide.
         pixel = numpy.median(depth[depth > 0]) * 0.9 / width
         pieces = {}
         for number in range(frames):
-            place, depth, normal, seen = frame(program, out, scene.format(data=data), FRAMES_APART * pixel, number, asked)
+            place, depth, normal, seen = frame(program, out, file, scene, FRAMES_APART * pixel, number, asked)
             valid = (depth > 0) & (numpy.linalg.norm(normal, axis=2) > 0.98)  # whole pixels of one surface
             cell = numpy.floor(place[valid] / (PIECE * pixel)).astype(int)
             # Surfaces of a cell are told apart by the axis that they face.

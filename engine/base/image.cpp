@@ -27,7 +27,6 @@ void add_channels(Image& image, const Image& more, const std::string& prefix) {
 
 void describe_alike(Image& image, const Image& other) {
     image.attributes = other.attributes;
-    image.space = other.space;
     image.corner = other.corner, image.picture = other.picture;
 }
 
@@ -35,6 +34,7 @@ Image with_channels(const Image& image, const std::function<bool(const std::stri
     std::vector<std::size_t> places;
     Image result;
     result.width = image.width, result.height = image.height;
+    result.space = image.space;
     describe_alike(result, image);
     for (std::size_t c = 0; c < image.channels.size(); ++c) {
         if (!kept(image.channels[c])) continue;

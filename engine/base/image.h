@@ -64,7 +64,7 @@ std::optional<std::size_t> find_channel(const Image& image, const std::string& n
 // The channels of another image of the same size behind an image's own, under names that begin so.
 void add_channels(Image& image, const Image& more, const std::string& prefix);
 
-// Header texts, space and place of another image.
+// Header texts and place of another image.
 void describe_alike(Image& image, const Image& other);
 
 // The image without the other channels.

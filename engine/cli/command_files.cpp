@@ -87,6 +87,11 @@ void CommandFiles::require_outside(const Folder& folder, const File& file) {
                 folder.by, folder.name.string());
 }
 
+void declare(const ImageOutput& output, CommandFiles& files) {
+    files.writes(output.file, ".exr", "-o");
+    if (output.png) files.writes(png_beside(output.file), ".png", "--png");
+}
+
 void write_text(const std::filesystem::path& file, std::string_view text) {
     const std::span<const std::byte> bytes = std::as_bytes(std::span(text));
     replace_file(file, std::span(&bytes, 1));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/files.h"
+#include "engine/cli/commands.h"
 
 namespace lucerna {
 
@@ -49,6 +50,9 @@ class CommandFiles {
     std::vector<File> inputs_, outputs_;
     std::vector<Folder> folders_;
 };
+
+// The image and its picture, if one is asked for, as outputs.
+void declare(const ImageOutput& output, CommandFiles& files);
 
 // Text files that a command writes.
 

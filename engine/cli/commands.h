@@ -61,6 +61,20 @@ struct PictureOptions {
 };
 // --exposure STOPS, --tone CURVE, --white-balance KELVIN
 void add_picture_options(CLI::App& app, PictureOptions& options);
+// What a command makes of an image.
+struct ImageOutput {
+    std::string file;
+    bool png = false, quiet = false;
+    PictureOptions picture;
+
+    // Writes the image, and what people are to look at if they want a picture, exposed as `exposed_by` is;
+    // says so: `what` of the image beside its size.
+    void write(const Image& image, const std::string& what, const Image& shown, const Image& exposed_by,
+               const CommandContext& context) const;
+};
+// -o FILE.exr, of which `help` tells; --png, the options of pictures, and --quiet.
+void add_image_output(CLI::App& app, ImageOutput& output, const std::string& help);
+
 // Where an image's picture goes.
 inline std::filesystem::path png_beside(std::filesystem::path image) {
     return image.replace_extension(".png");

@@ -32,9 +32,8 @@ Examples:
   lucerna compare clean.exr reference.exr)";
 
 struct DenoiseCommand {
-    std::string image, output;
-    bool png = false, quiet = false;
-    PictureOptions picture;
+    std::string image;
+    ImageOutput output;
     Workers workers;
 };
 
@@ -42,29 +41,20 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     require_readable(command.image);
     CommandFiles files;
     files.reads(command.image);
-    files.writes(command.output, ".exr", "-o");
-    const std::filesystem::path picture = png_beside(command.output);
-    if (command.png) files.writes(picture, ".png", "--png");
+    declare(command.output, files);
 
     const Image image = read_exr(command.image);
     const Layers layers = layers_of(image, command.image);
     const Stopwatch clock;
     Denoised denoised = denoise(layers, command.workers);
     const double seconds = clock.seconds();
-    const ColourSpace* const space = denoised.image.space;
     describe_alike(denoised.image, image);
-    denoised.image.space = space;  // of the layers, which reading leaves as they are
     denoised.image.attributes.erase("lucerna.broughtfrom");
     denoised.image.attributes["lucerna.denoised"] = fmt::format("{:.3g}", denoised.relative_error);
-    write_exr(command.output, denoised.image);
-    if (!command.quiet) {
-        fmt::print(context.out, "image    {} ({} x {}, error {:.2g} %, {})\n", command.output, image.width,
-                   image.height, 100 * denoised.relative_error, duration_text(seconds));
-    }
-    if (!command.png) return;
-    const PictureLook look = command.picture.look(denoised.image);
-    write_png(picture, denoised.image, look);
-    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, look));
+    command.output.write(
+        denoised.image,
+        fmt::format("error {:.2g} %, {}", 100 * denoised.relative_error, duration_text(seconds)),
+        denoised.image, denoised.image, context);
 }
 
 }  // namespace
@@ -75,13 +65,8 @@ void add_denoise_command(CLI::App& program, const CommandContext& context) {
         *program.add_subcommand("denoise", "Take the noise out of an image, and say what is left");
     app.footer(kDenoiseFooter);
     app.add_option("IMAGE", command->image, "OpenEXR image with layers")->required();
-    app.add_option("-o,--output", command->output, "the denoised OpenEXR image")
-        ->required()
-        ->type_name("FILE.exr");
-    app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
-    add_picture_options(app, command->picture);
+    add_image_output(app, command->output, "the denoised OpenEXR image");
     add_threads(app, command->workers);
-    app.add_flag("--quiet", command->quiet, "say nothing but errors");
     app.callback([command, &context] { act(*command, context); });
 }
 

@@ -30,9 +30,7 @@ Examples:
 
 struct MergeCommand {
     std::vector<std::string> parts;
-    std::string output;
-    bool png = false, quiet = false;
-    PictureOptions picture;
+    ImageOutput output;
     Workers workers;
 };
 
@@ -49,31 +47,19 @@ void act(const MergeCommand& command, const CommandContext& context) {
         files.reads(part);
         parts.emplace_back(part);
     }
-    files.writes(command.output, ".exr", "-o");
-    const std::filesystem::path picture = png_beside(command.output);
-    if (command.png) files.writes(picture, ".png", "--png");
+    declare(command.output, files);
 
     MergedParts merged = merge_parts(parts);
     std::optional<Denoised> denoised;
     if (find_channel(merged.image, "first.R"))
-        denoised = denoise(layers_of(merged.image, command.output), command.workers);
+        denoised = denoise(layers_of(merged.image, command.output.file), command.workers);
     Image image = merged.keeps_layers || !denoised ? std::move(merged.image)
                                                    : with_channels(merged.image, is_of_the_image);
-    if (denoised) {
-        denoised->image.space = image.space;
-        add_channels(image, denoised->image, "denoised.");
-    }
-    write_exr(command.output, image);
-    if (!command.quiet) {
-        fmt::print(context.out, "image    {} ({} x {}, {} parts{})\n", command.output, image.width,
-                   image.height, parts.size(),
-                   denoised ? fmt::format(", denoised {:.2g} %", 100 * denoised->relative_error) : "");
-    }
-    if (!command.png) return;
+    if (denoised) add_channels(image, denoised->image, "denoised.");
+    std::string what = fmt::format("{} parts", parts.size());
+    if (denoised) what += fmt::format(", denoised {:.2g} %", 100 * denoised->relative_error);
     const Image& shown = denoised ? denoised->image : image;
-    const PictureLook look = command.picture.look(shown);
-    write_png(picture, shown, look);
-    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, look));
+    command.output.write(image, what, shown, shown, context);
 }
 
 }  // namespace
@@ -84,13 +70,8 @@ void add_merge_command(CLI::App& program, const CommandContext& context) {
         *program.add_subcommand("merge", "Put a picture together from parts that were rendered one by one");
     app.footer(kMergeFooter);
     app.add_option("PARTS", command->parts, "OpenEXR images of all parts")->required();
-    app.add_option("-o,--output", command->output, "the OpenEXR image of the picture")
-        ->required()
-        ->type_name("FILE.exr");
-    app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
-    add_picture_options(app, command->picture);
+    add_image_output(app, command->output, "the OpenEXR image of the picture");
     add_threads(app, command->workers);
-    app.add_flag("--quiet", command->quiet, "say nothing but errors");
     app.callback([command, &context] { act(*command, context); });
 }
 

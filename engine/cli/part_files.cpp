@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <sstream>
 
 #include "engine/base/error.h"
@@ -60,14 +61,10 @@ Part read_part(const std::filesystem::path& file) {
     std::istringstream view(attribute(part.image, kView, at));
     view >> part.view.begin.x >> part.view.begin.y >> part.view.end.x >> part.view.end.y;
     part.facts = facts_in(attribute(part.image, kFacts, at));
-    const std::vector<PixelBox> boxes = view && part.view.begin.x >= 0 && part.view.begin.y >= 0 &&
-                                                part.view.begin.x < part.view.end.x &&
-                                                part.view.begin.y < part.view.end.y
-                                            ? boxes_of(part.view, part.which.of)
-                                            : std::vector<PixelBox>();
+    const bool there = view && part.view.begin.x >= 0 && part.view.begin.y >= 0 &&
+                       part.view.begin.x < part.view.end.x && part.view.begin.y < part.view.end.y;
     const V2i size(part.image.width, part.image.height);
-    if (boxes.empty() || boxes[static_cast<std::size_t>(part.which.number) - 1].begin != part.image.corner ||
-        boxes[static_cast<std::size_t>(part.which.number) - 1].size() != size) {
+    if (!there || box_of(part.which, part.view) != PixelBox{part.image.corner, part.image.corner + size}) {
         input_error(at, "the part is damaged: {} x {} pixels at ({}, {}) are not part {} of {}", size.x,
                     size.y, part.image.corner.x, part.image.corner.y, part.which.number, part.which.of);
     }
@@ -87,18 +84,17 @@ void require_same_picture(const Part& first, const Part& other) {
         input_error(at, "is one of {} parts, {} is one of {}", other.which.of, first.file.string(),
                     first.which.of);
     }
-    if (other.view.begin != first.view.begin || other.view.end != first.view.end ||
-        other.image.channels != first.image.channels || other.image.space != first.image.space) {
+    if (other.view != first.view || other.image.channels != first.image.channels ||
+        other.image.space != first.image.space) {
         input_error(at, "the part is damaged: it has other channels or another view than {}",
                     first.file.string());
     }
 }
 
-// "2, 5 to 7 and …" would be read more slowly than the numbers.
-std::string listed(const std::vector<int>& numbers) {
+// The first of them.
+std::string listed(std::span<const int> numbers) {
     constexpr std::size_t kShown = 20;
-    const std::vector<int> shown(
-        numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(std::min(numbers.size(), kShown)));
+    const auto shown = numbers.first(std::min(numbers.size(), kShown));
     return fmt::format("{}{}", fmt::join(shown, ", "), numbers.size() > kShown ? ", …" : "");
 }
 
@@ -147,11 +143,7 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
         const std::size_t row = static_cast<std::size_t>(part.image.width) * to.channels.size();
         for (int y = 0; y < part.image.height; ++y)
             std::copy_n(&part.image.data[part.image.index(0, y)], row, &to.data[to.index(at.x, at.y + y)]);
-        if (first) continue;
-        part.image =
-            Image(0, 0, part.image.channels);  // of it the channels and the space are still asked for
-        part.image.space = to.space;
-        first = std::move(part);
+        if (!first) first = std::move(part);
     }
     std::vector<int> missing;
     for (int number = 1; number <= first->which.of; ++number) {

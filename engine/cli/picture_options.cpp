@@ -1,5 +1,6 @@
 // The options of commands that write pictures, and what is said of a picture.
 #include <fmt/format.h>
+#include <fmt/ostream.h>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -47,6 +48,23 @@ void add_picture_options(CLI::App& app, PictureOptions& options) {
         "show light of this colour temperature as white in the picture: 1000 to 25000, as 3000 for a warm "
         "lamp, or off (default: off)",
         [&options](const std::string& word) { options.white = parse_white(word); });
+}
+
+void add_image_output(CLI::App& app, ImageOutput& output, const std::string& help) {
+    app.add_option("-o,--output", output.file, help)->required()->type_name("FILE.exr");
+    app.add_flag("--png", output.png, "also write a tone-mapped picture beside the image");
+    add_picture_options(app, output.picture);
+    app.add_flag("--quiet", output.quiet, "say nothing but errors");
+}
+
+void ImageOutput::write(const Image& image, const std::string& what, const Image& shown,
+                        const Image& exposed_by, const CommandContext& context) const {
+    write_exr(file, image);
+    if (!quiet) fmt::print(context.out, "image    {} ({} x {}, {})\n", file, image.width, image.height, what);
+    if (!png) return;
+    const PictureLook look = picture.look(exposed_by);
+    write_png(png_beside(file), shown, look);
+    if (!quiet) fmt::print(context.out, "{}\n", picture_text(png_beside(file), look));
 }
 
 std::string picture_text(const std::filesystem::path& file, const PictureLook& look) {

@@ -1,6 +1,5 @@
 // lucerna relight: an image's light groups, dimmed and coloured, into an image, without rendering again.
 #include <fmt/format.h>
-#include <fmt/ostream.h>
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -97,10 +96,9 @@ NamedChange parse_change(const std::string& word) {
 }
 
 struct RelightCommand {
-    std::string image, output;
+    std::string image;
+    ImageOutput output;
     std::vector<NamedChange> changes;
-    bool png = false, quiet = false;
-    PictureOptions picture;  // without an exposure: that of the image as it was
 };
 
 std::string layer_of(const std::string& group) {
@@ -202,9 +200,7 @@ void act(const RelightCommand& command, const CommandContext& context) {
     require_readable(command.image);
     CommandFiles files;
     files.reads(command.image);
-    files.writes(command.output, ".exr", "-o");
-    const std::filesystem::path picture = png_beside(command.output);
-    if (command.png) files.writes(picture, ".png", "--png");
+    declare(command.output, files);
 
     const Image image = read_exr(command.image);
     const ColourSpace* const space = space_of_layers(image);
@@ -213,15 +209,9 @@ void act(const RelightCommand& command, const CommandContext& context) {
     describe_alike(result, image);
     result.space = space;
     result.attributes.erase("lucerna.broughtfrom");
-    write_exr(command.output, result);
-    if (!command.quiet) {
-        fmt::print(context.out, "image    {} ({} x {}, light groups {})\n", command.output, result.width,
-                   result.height, fmt::join(groups, ", "));
-    }
-    if (!command.png) return;
-    const PictureLook look = command.picture.look(image);
-    write_png(picture, result, look);
-    if (!command.quiet) fmt::print(context.out, "{}\n", picture_text(picture, look));
+    // Exposed as the image was, so that what is dimmed is darker.
+    command.output.write(result, fmt::format("light groups {}", fmt::join(groups, ", ")), result, image,
+                         context);
 }
 
 }  // namespace
@@ -241,12 +231,7 @@ void add_relight_command(CLI::App& program, const CommandContext& context) {
         ->type_name("NAME=CHANGE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    app.add_option("-o,--output", command->output, "the relit OpenEXR image")
-        ->required()
-        ->type_name("FILE.exr");
-    app.add_flag("--png", command->png, "also write a tone-mapped picture beside the image");
-    add_picture_options(app, command->picture);
-    app.add_flag("--quiet", command->quiet, "say nothing but errors");
+    add_image_output(app, command->output, "the relit OpenEXR image");
     app.callback([command, &context] { act(*command, context); });
 }
 

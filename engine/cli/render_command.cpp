@@ -6,6 +6,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -254,16 +255,17 @@ bool may_choose(const RenderCommand& command) {
 // The files of an image.
 class Pictures {
   public:
-    Pictures(const RenderCommand& command, std::filesystem::path image)
-        : command_(command), image_(std::move(image)) {}
+    // `attributes`: for the image's header, beside what it was and did.
+    Pictures(const RenderCommand& command, std::filesystem::path image,
+             std::map<std::string, std::string> attributes)
+        : command_(command), image_(std::move(image)), attributes_(std::move(attributes)) {}
 
     const std::filesystem::path& image() const { return image_; }
     // Puts what was rendered, and how, into the image's attributes: an image may fill the memory, and is not
     // copied for that.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
         result.image.attributes.merge(header_attributes(facts, job, result.report));
-        if (command_.part)
-            result.image.attributes.merge(part_attributes(*command_.part, job, facts.seed, command_.layers));
+        result.image.attributes.insert(attributes_.begin(), attributes_.end());
         if (command_.png) {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
@@ -320,6 +322,7 @@ class Pictures {
 
     const RenderCommand& command_;
     std::filesystem::path image_;
+    std::map<std::string, std::string> attributes_;
 };
 
 std::string stopped_text(const RenderReport& report, int asked) {
@@ -379,7 +382,9 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
-    const Pictures pictures(command, image);
+    std::map<std::string, std::string> attributes;
+    if (command.part) attributes = part_attributes(*command.part, job, facts.seed, command.layers);
+    const Pictures pictures(command, image, std::move(attributes));
     if (command.output.empty()) declare_image(command, image, files);
     files.reads(job.files);
     files.reads(job.caches);

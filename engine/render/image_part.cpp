@@ -17,41 +17,35 @@ int edge(int begin, int end, int i, int pieces) {
 
 }  // namespace
 
-std::vector<PixelBox> boxes_of(const PixelBox& whole, int of) {
+std::optional<PixelBox> box_of(const ImagePart& part, const PixelBox& whole) {
     const V2i size = whole.size();
     // The least sum of a box's sides, of all grids of as many boxes.
     int columns = 0;
     double least = 0;
-    for (int across = 1; across <= std::min(of, size.x); ++across) {
-        if (of % across != 0 || of / across > size.y) continue;
-        const double sides = double(size.x) / across + double(size.y) * across / of;
+    for (int across = 1; across <= std::min(part.of, size.x); ++across) {
+        if (part.of % across != 0 || part.of / across > size.y) continue;
+        const double sides = double(size.x) / across + double(size.y) * across / part.of;
         if (columns == 0 || sides < least) columns = across, least = sides;
     }
-    std::vector<PixelBox> boxes;
-    if (columns == 0) return boxes;
-    const int rows = of / columns;
-    for (int row = 0; row < rows; ++row) {
-        for (int column = 0; column < columns; ++column) {
-            boxes.push_back({{edge(whole.begin.x, whole.end.x, column, columns),
-                              edge(whole.begin.y, whole.end.y, row, rows)},
-                             {edge(whole.begin.x, whole.end.x, column + 1, columns),
-                              edge(whole.begin.y, whole.end.y, row + 1, rows)}});
-        }
-    }
-    return boxes;
+    if (columns == 0) return std::nullopt;
+    const int rows = part.of / columns, column = (part.number - 1) % columns,
+              row = (part.number - 1) / columns;
+    return PixelBox{
+        {edge(whole.begin.x, whole.end.x, column, columns), edge(whole.begin.y, whole.end.y, row, rows)},
+        {edge(whole.begin.x, whole.end.x, column + 1, columns),
+         edge(whole.begin.y, whole.end.y, row + 1, rows)}};
 }
 
 void restrict_to(const ImagePart& part, FilmSettings& film) {
     const PixelBox whole{film.crop_begin, film.crop_begin + film.rendered_size()};
-    const std::vector<PixelBox> boxes = boxes_of(whole, part.of);
-    if (boxes.empty()) {
+    const std::optional<PixelBox> own = box_of(part, whole);
+    if (!own) {
         throw InputError(
             fmt::format("{} x {} pixels make no {} parts of whole columns and rows; fewer are accepted",
                         whole.size().x, whole.size().y, part.of));
     }
-    const PixelBox& own = boxes[static_cast<std::size_t>(part.number) - 1];
     film.view_begin = whole.begin, film.view_end = whole.end;
-    film.crop_begin = own.begin, film.crop_end = own.end;
+    film.crop_begin = own->begin, film.crop_end = own->end;
 }
 
 }  // namespace lucerna

@@ -5,7 +5,7 @@
 // (FilmSettings::view_begin), so each part makes all of them.
 #pragma once
 
-#include <vector>
+#include <optional>
 
 #include "engine/base/vec.h"
 #include "engine/render/job.h"
@@ -20,11 +20,12 @@ struct ImagePart {
 struct PixelBox {
     V2i begin, end;
     V2i size() const { return end - begin; }
+    bool operator==(const PixelBox&) const = default;
 };
 
-// The parts of a box in `of` boxes of a grid, rows first, as square and as equal as they can be. Empty where
-// there are no such boxes: more columns or rows than pixels.
-std::vector<PixelBox> boxes_of(const PixelBox& whole, int of);
+// That part of a box: the parts are boxes of a grid, rows first, as square and as equal as they can be. None
+// where there is no such grid: more columns or rows than pixels.
+std::optional<PixelBox> box_of(const ImagePart& part, const PixelBox& whole);
 
 // Has the film render that part of what it would. Throws InputError that says how many parts there may be.
 void restrict_to(const ImagePart& part, FilmSettings& film);

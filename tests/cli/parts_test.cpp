@@ -197,19 +197,19 @@ TEST(Boxes, OfAPicture_CoverEveryPixelOnce) {
     const PixelBox whole{{3, 5}, {103, 66}};
     for (const int of : {1, 2, 3, 7, 16, 61, 100, 600}) {
         SCOPED_TRACE(of);
-        const auto boxes = boxes_of(whole, of);
-        ASSERT_EQ(boxes.size(), static_cast<std::size_t>(of));
         std::vector<int> seen(100 * 61);
-        for (const PixelBox& box : boxes) {
-            for (int y = box.begin.y; y < box.end.y; ++y) {
-                for (int x = box.begin.x; x < box.end.x; ++x)
+        for (int number = 1; number <= of; ++number) {
+            const auto box = box_of({number, of}, whole);
+            ASSERT_TRUE(box);
+            for (int y = box->begin.y; y < box->end.y; ++y) {
+                for (int x = box->begin.x; x < box->end.x; ++x)
                     ++seen[static_cast<std::size_t>(100 * (y - 5) + x - 3)];
             }
         }
         EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), 100 * 61);
     }
-    EXPECT_TRUE(boxes_of(whole, 101).empty()) << "a prime number, more than columns or rows";
-    EXPECT_EQ(boxes_of({{0, 0}, {64, 48}}, 12)[0].size(), V2i(16, 16)) << "as square as can be";
+    EXPECT_FALSE(box_of({1, 101}, whole)) << "a prime number, more than columns or rows";
+    EXPECT_EQ(box_of({1, 12}, {{0, 0}, {64, 48}})->size(), V2i(16, 16)) << "as square as can be";
 }
 
 }  // namespace parts_test

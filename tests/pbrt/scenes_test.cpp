@@ -25,14 +25,22 @@ std::string text_of(const std::filesystem::path& file) {
     return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
+// Whether another file of its folder includes it, as a world that scenes share.
+bool is_included(const std::filesystem::path& file) {
+    const std::string directive = "Include \"" + file.filename().string() + "\"";
+    for (const auto& entry : std::filesystem::directory_iterator(file.parent_path())) {
+        if (entry.path().extension() == ".pbrt" && text_of(entry.path()).find(directive) != std::string::npos)
+            return true;
+    }
+    return false;
+}
+
 std::vector<std::filesystem::path> main_files() {
     std::vector<std::filesystem::path> files;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(kScenes)) {
         if (entry.path().extension() != ".pbrt") continue;
-        // The others are included by these. near-and-far's both scenes share their world and have lamps that
-        // take minutes to make.
-        if (entry.path().parent_path().filename() == "near-and-far") continue;
-        if (text_of(entry.path()).find("WorldBegin") != std::string::npos) files.push_back(entry.path());
+        if (text_of(entry.path()).find("WorldBegin") != std::string::npos && !is_included(entry.path()))
+            files.push_back(entry.path());
     }
     return files;
 }
