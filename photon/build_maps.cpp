@@ -51,6 +51,10 @@ struct ChunkPhotons : LightPathVisitor {
                                   at.path.strayed);
         }
     }
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, batches, counts);
+    }
     void scatter(const LightPathScatter& at) {
         const auto kind = static_cast<std::size_t>(MapKind::volume);
         const bool direct = at.path.bounces() == 0;
@@ -202,12 +206,13 @@ std::int64_t trace_in_time(const Scene& scene, const MapParameters& parameters, 
     constexpr double kTracing = 0.6;
     constexpr std::int64_t kMostGrowth = 16;  // a first look at few paths is not trusted with more
     const Stopwatch clock;
-    const double time = kTracing * parameters.deadline.left();
-    std::int64_t done = 0, next = std::min(most, kPathsPerChunk * workers.threads);
+    const double time = agreed(workers, kTracing * parameters.deadline.left());
+    const int threads = workers.ranks ? workers.ranks->all_threads() : workers.threads;
+    std::int64_t done = 0, next = std::min(most, kPathsPerChunk * threads);
     while (done < next && !monitor.stopped()) {
         trace_until(scene, parameters, next, workers, monitor, chunks);
         done = next;
-        const double pace = static_cast<double>(done) / std::max(clock.seconds(), 1e-9);
+        const double pace = static_cast<double>(done) / std::max(agreed(workers, clock.seconds()), 1e-9);
         const auto in_time = static_cast<std::int64_t>(std::min(pace * time, 1e18));
         if (in_time >= most) {
             next = std::min(most, kMostGrowth * done);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/path_limits.h"
+#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
 #include "engine/base/warp.h"
 #include "kdtree/box_tree.h"
@@ -13,7 +14,7 @@ namespace lucerna {
 namespace {
 
 constexpr float kSameNormal = 0.9F;  // cosine
-constexpr std::int64_t kPlacesPerChunk = 1024;
+constexpr std::size_t kPlacesPerChunk = 1024;
 // Over shiny surfaces, to a place of a point: a bounce that finds none is one point fewer, and no light is
 // lost.
 constexpr int kMostGlossyBounces = 8;
@@ -107,13 +108,15 @@ void SurfacePoints::add(const SurfacePoints& more) {
 
 SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BounceParameters& parameters,
                         const Workers& workers) {
-    constexpr std::int64_t kPhotons = 4 * kPlacesPerChunk;
+    constexpr std::size_t kPhotons = 4 * kPlacesPerChunk;
     const auto count = static_cast<std::int64_t>(map.size());
     std::vector<SurfacePoints> parts(static_cast<std::size_t>((count + kPhotons - 1) / kPhotons));
     const float share = 1.0F / static_cast<float>(parameters.stride);
-    parallel_ranges(workers, count, kPhotons, [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
+    const auto bounce = [&](std::int64_t chunk) {
         SurfacePoints& part = parts[static_cast<std::size_t>(chunk)];
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        const auto begin = static_cast<std::size_t>(chunk * kPhotons);
+        const std::size_t end = std::min(begin + kPhotons, map.size());
+        for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t number = number_of(map.photons()[i]);
             Sampler sampler(parameters.seed, Purpose::gather, parameters.pass, number);
             if (sampler.next() >= share) continue;
@@ -121,7 +124,10 @@ SurfacePoints bounce_on(const Scene& scene, const PhotonMap& map, const BouncePa
             const V3f d = Frame(n).to_world(square_to_cosine_hemisphere(sampler.next2()));
             land(scene, surface_point_of(scene, map.positions()[i], n), d, number, sampler, part);
         }
-    });
+    };
+    shared_chunks(
+        workers, "irradiance points", static_cast<std::int64_t>(parts.size()), ResultsOf::everywhere, bounce,
+        [&](std::int64_t chunk, auto& archive) { archive(parts[static_cast<std::size_t>(chunk)]); });
     SurfacePoints all;
     for (const SurfacePoints& part : parts) all.add(part);
     return all;
@@ -133,11 +139,12 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
       most_bounces_(sources.how.most_bounces),
       places_(in_order(places, workers)),
       values_(places_.size()) {
-    const auto count = static_cast<std::int64_t>(size());
-    Phase phase(monitor, "irradiance", static_cast<std::uint64_t>(count));
-    parallel_ranges(workers, count, kPlacesPerChunk, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+    const std::size_t chunks = (size() + kPlacesPerChunk - 1) / kPlacesPerChunk;
+    Phase phase(monitor, "irradiance", chunks);
+    const auto estimate = [&](std::int64_t chunk) {
         if (monitor.stopped()) return;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        const std::size_t begin = static_cast<std::size_t>(chunk) * kPlacesPerChunk;
+        for (std::size_t i = begin; i < std::min(begin + kPlacesPerChunk, size()); ++i) {
             const SurfacePoint at = places_[i];
             std::optional<Probing> probing = sources.probing;
             if (probing) probing->sampler = probing->sampler.split(places_.numbers[i]);
@@ -161,8 +168,16 @@ IrradiancePoints::IrradiancePoints(const SurfacePoints& places, const Irradiance
                           shares_of_shorter(late, luminance(light.irradiance())),
                           static_cast<BounceCount>(deepest)};
         }
-        phase.advance(static_cast<std::uint64_t>(end - begin));
-    });
+    };
+    shared_chunks(
+        workers, "irradiance", static_cast<std::int64_t>(chunks), ResultsOf::everywhere, estimate,
+        [&](std::int64_t chunk, auto& archive) {
+            const std::size_t begin = static_cast<std::size_t>(chunk) * kPlacesPerChunk;
+            auto own =
+                std::span(values_).subspan(begin, std::min<std::size_t>(kPlacesPerChunk, size() - begin));
+            archive(own);
+        },
+        [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); });
     reach_ = reach_of_most();
     index_ =
         make_photon_index(sources.maps.front()->index_kind(), places_.positions, places_.normals, workers);

@@ -53,6 +53,10 @@ struct SurfacePoints {
         numbers.push_back(number);
     }
     void add(const SurfacePoints& more);
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(positions, normals, errors, numbers);
+    }
     SurfacePoint operator[](std::size_t i) const { return {positions[i], normals[i].unpack(), errors[i]}; }
 };
 

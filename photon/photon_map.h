@@ -94,6 +94,10 @@ struct Photons {
         photons.push_back(photon);
         bounces.push_back(kept_bounces(bounced));
     }
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(positions, normals, photons, bounces);
+    }
     void append(const Photons& more) {
         positions.insert(positions.end(), more.positions.begin(), more.positions.end());
         normals.insert(normals.end(), more.normals.begin(), more.normals.end());

@@ -3,7 +3,8 @@
 // visitors of the same paths.
 //
 // Work is chunks of a fixed number of paths, so that results do not depend on the number of threads; each
-// chunk has a visitor of its own, and the visitors, joined in order, are the result.
+// chunk has a visitor of its own, and the visitors, joined in order, are the result. The ranks of a parallel
+// job share out the chunks, and each gets all visitors.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/ranks.h"
 #include "photon/light_path_group.h"
 
 namespace lucerna {
@@ -34,7 +36,9 @@ struct LightPaths {
     std::string_view phase = "photons";  // as progress names it
 };
 
-// What a visitor does unless it says otherwise: nothing. A visitor is used by one thread.
+// What a visitor does unless it says otherwise: nothing. A visitor is used by one thread. Its fields()
+// (engine/base/packing.h) are what the other ranks of a parallel job need of it; without them each rank
+// traces all paths.
 struct LightPathVisitor {
     Ledger ledger;  // of its paths, in W times their number
 
@@ -114,16 +118,38 @@ void trace_light_paths(const LightPathWork& work, const LightPaths& paths, std::
     const SamplerFamily samplers = samplers_of(paths);
     Phase phase(work.monitor, paths.phase, static_cast<std::uint64_t>(paths.count - first));
     const auto trace = [&](std::int64_t from, std::int64_t to) {
-        parallel_ranges(work.workers, to - from, paths.per_chunk,
-                        [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
-                            if (work.monitor.stopped()) return;
-                            Visitor visitor = make_visitor(end - begin);
-                            trace_chunk(work.scene, paths, samplers, paths.first + from + begin,
-                                        paths.first + from + end, visitor);
-                            chunks[static_cast<std::size_t>((from + begin) / paths.per_chunk)] =
-                                std::move(visitor);
-                            phase.advance(static_cast<std::uint64_t>(end - begin));
-                        });
+        const std::int64_t first_chunk = from / paths.per_chunk;
+        const auto begin_of = [&](std::int64_t chunk) { return from + chunk * paths.per_chunk; };
+        const auto end_of = [&](std::int64_t chunk) { return std::min(to, begin_of(chunk + 1)); };
+        const auto visitor_of = [&](std::int64_t chunk) -> Visitor& {
+            return chunks[static_cast<std::size_t>(first_chunk + chunk)];
+        };
+        constexpr bool kIsShared = requires(Visitor & v, Packer & p) {
+            v.fields(p);
+        };
+        std::atomic<std::int64_t> told{0};
+        shared_chunks(
+            kIsShared ? work.workers : work.workers.alone(), paths.phase,
+            (to - from + paths.per_chunk - 1) / paths.per_chunk, ResultsOf::everywhere,
+            [&](std::int64_t chunk) {
+                if (work.monitor.stopped()) return;
+                Visitor visitor = make_visitor(end_of(chunk) - begin_of(chunk));
+                trace_chunk(work.scene, paths, samplers, paths.first + begin_of(chunk),
+                            paths.first + end_of(chunk), visitor);
+                visitor_of(chunk) = std::move(visitor);
+            },
+            [&](std::int64_t chunk, auto& archive) {
+                Visitor& visitor = visitor_of(chunk);
+                if constexpr (std::remove_reference_t<decltype(archive)>::kUnpacks)
+                    visitor = make_visitor(end_of(chunk) - begin_of(chunk));
+                if constexpr (kIsShared) visitor.fields(archive);
+            },
+            [&](std::int64_t more) {
+                // The last chunk may have fewer.
+                const std::int64_t before = told.fetch_add(more);
+                phase.advance(static_cast<std::uint64_t>(std::min(to, begin_of(before + more)) -
+                                                         std::min(to, begin_of(before))));
+            });
     };
     // Whole chunks, so that those after them begin where they would.
     const std::int64_t sample = std::min(paths.count, std::max(first, kFirstPaths));

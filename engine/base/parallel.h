@@ -42,9 +42,16 @@ class Ordered {
     }
 };
 
-// How many threads may work: a value that is passed down, never a global setting.
+class Ranks;
+
+// How many threads may work, and the ranks of a parallel job (engine/base/ranks.h) that share the work; null:
+// this process alone. A value that is passed down, never a global setting.
 struct Workers {
     int threads = std::max(1, omp_get_num_procs());
+    Ranks* ranks = nullptr;
+
+    // For what one rank does, or each for itself.
+    Workers alone() const { return {threads}; }
 };
 
 // Calls body(chunk) for every chunk in [0, chunks), each once, in any order. If any throws, the exception of

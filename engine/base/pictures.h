@@ -18,6 +18,8 @@
 #include <variant>
 #include <vector>
 
+#include "engine/base/module.h"
+
 namespace lucerna {
 
 // A picture for people carries colours; a measurement is the camera's own numbers, whatever the file says
@@ -71,7 +73,7 @@ class PictureReader {
 };
 
 // Pixels [x0, x1) × [y0, y1), from the top left corner.
-struct PixelBox {
+struct PictureRegion {
     int x0, x1, y0, y1;
 };
 
@@ -81,8 +83,8 @@ class TiledPicture {
     virtual ~TiledPicture() = default;
     // As PictureReader reads, of the channels it was opened with; that the file cannot be read may be found
     // out no sooner than here.
-    virtual void read(const PixelBox& box, std::span<std::uint8_t> out) const = 0;
-    virtual void read(const PixelBox& box, std::span<float> out) const = 0;
+    virtual void read(const PictureRegion& box, std::span<std::uint8_t> out) const = 0;
+    virtual void read(const PictureRegion& box, std::span<float> out) const = 0;
 };
 
 class TileCache {
@@ -117,9 +119,6 @@ class Pictures {
     // In place; the format is the one asked for, whatever the file's name. Throws std::runtime_error.
     virtual void write(const std::filesystem::path& file, const PictureToWrite& picture) const = 0;
 };
-
-// Where the program's shared libraries are looked for: its RUNPATH, then the system's folders.
-std::vector<std::filesystem::path> library_folders();
 
 // The library, loaded if it is not yet; safe from any thread. Throws InputError, which names `file`, on whose
 // behalf it is wanted: there is none in any of the folders, or the first there is cannot be used.

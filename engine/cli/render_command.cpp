@@ -20,6 +20,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/cli/part_files.h"
 #include "engine/cli/run_report.h"
 #include "engine/cli/tev_display.h"
@@ -161,6 +162,18 @@ ImagePart parse_part(const Location& at, const std::string& word) {
         input_error(at, "\"{}\" is no part; K/N is, as 3/16 for the third of sixteen", one_line(word));
     const auto of = static_cast<int>(parse_whole(at, word.substr(slash + 1), 1, kMost));
     return {static_cast<int>(parse_whole(at, word.substr(0, slash), 1, of)), of};
+}
+
+// What srun starts many times without MPI would render, and write, the same image as often.
+void require_own_part(const RenderCommand& command) {
+    const int processes = processes_without_mpi();
+    if (processes > 1 && !command.part) {
+        throw InputError(
+            {"srun"}, fmt::format("has started {} processes that know nothing of each other; srun --mpi=pmix "
+                                  "makes them the ranks of one render, and --ntasks=1, or a --part for each, "
+                                  "is accepted",
+                                  processes));
+    }
 }
 
 // Parts of one picture are of as many samples, of one method, whatever each takes.
@@ -357,10 +370,43 @@ struct Frames {
     std::set<std::filesystem::path> written;  // the images of those before
     ConsoleMonitor& monitor;
     const CommandContext& context;
+    Ranks* ranks;  // null: this process is alone
 };
 
+// The next frame of the scene file, if one is left, as the command line has it rendered.
+std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
+    std::optional<Job> job = scene.next();
+    if (!job) return job;
+    limit_samples(command, *job);
+    if (command.crop) crop(*command.crop, job->film);
+    if (command.part) restrict_to(*command.part, job->film);
+    job->film.two_halves = denoises(command);
+    // Which pixels of a picture need most samples no part of it knows.
+    job->film.adaptive = job->film.two_halves && command.adaptive && !command.part;
+    job->film.parts = command.layers;
+    return job;
+}
+
+// On other ranks than 0: what render_frame() does with them. False: there is no other frame for them.
+bool follow_frame(const RenderCommand& command, Frames& frames) {
+    Ranks& ranks = *frames.ranks;
+    std::optional<Job> job = next_job(command, frames.scene);
+    if (!job) return false;
+    const Listening listening(frames.context.around);  // rank 0 says when it ends
+    require_same_facts(ranks, picture_facts(*job, command.options.seed));
+    if (may_choose(command)) share_settings(ranks, job->integrator);
+    RenderOptions options;
+    options.seed = command.options.seed;
+    options.workers = {command.options.workers.threads, &ranks};
+    options.maps.load = command.options.maps.load;
+    Monitor silent;
+    render(*job, options, silent);
+    return ranks.agree(false);
+}
+
 // Reads and renders the next frame of the scene file, if one is left. `clock` runs since its time began.
-void render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
+// False: it was the last that the user wants.
+bool render_frame(const RenderCommand& command, Frames& frames, int frame, const Stopwatch& clock) {
     ConsoleMonitor& monitor = frames.monitor;
     CommandFiles& files = frames.files;
 
@@ -368,17 +414,10 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
     Checkpointing checkpointing(command.checkpoint, monitor);
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
     const Stopwatch reading;
-    std::optional<Job> next = frames.scene.next();
-    if (!next) return;
+    std::optional<Job> next = next_job(command, frames.scene);
+    if (!next) return false;
     Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
-    limit_samples(command, job);
-    if (command.crop) crop(*command.crop, job.film);
-    if (command.part) restrict_to(*command.part, job.film);
-    job.film.two_halves = denoises(command);
-    // Which pixels of a picture need most samples no part of it knows.
-    job.film.adaptive = job.film.two_halves && command.adaptive && !command.part;
-    job.film.parts = command.layers;
     std::filesystem::path image =
         command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
@@ -391,14 +430,17 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
 
     // Render, showing the image as it improves. From here on there is something to keep.
     const Listening listening(frames.context.around);
+    if (frames.ranks) require_same_facts(*frames.ranks, picture_facts(job, facts.seed));
     RenderOptions options = command.options;
     const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
         const Stopwatch choosing;
         facts.choice = select_method(job, options, monitor);
+        if (frames.ranks) share_settings(*frames.ranks, job.integrator);
         facts.choose_seconds = choosing.seconds();
     }
+    options.workers.ranks = frames.ranks;
     options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
@@ -446,11 +488,29 @@ void render_frame(const RenderCommand& command, Frames& frames, int frame, const
         said.push_back(fmt::format("go on    --resume {}", command.checkpoint.kept().string()));
     for (const std::string& line : said) monitor.info(line);
     checkpointing.finish();
+    const bool go_on = result.report.complete && !monitor.stopped();
+    if (frames.ranks) frames.ranks->agree(go_on);
     if (!result.report.complete) throw Stopped(stopped_text(result.report, job.spp));
+    return go_on;
 }
 
-void act(const RenderCommand& command, const CommandContext& context) {
-    Stopwatch clock;
+void follow(const RenderCommand& command, const CommandContext& context, Ranks& ranks) {
+    std::ostream nowhere(nullptr);
+    ConsoleMonitor silent(nowhere, nowhere, {false, true, nullptr, {}});
+    require_readable(command.scene);
+    Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, silent),
+                  {},
+                  {},
+                  silent,
+                  context,
+                  &ranks};
+    int frame = 1;
+    while (follow_frame(of_frame(command, frame), frames) && frames.scene.more()) ++frame;
+}
+
+void render_frames(const RenderCommand& command, const CommandContext& context, Ranks* ranks,
+                   Stopwatch clock) {
+    require_own_part(command);
     require_part_of_a_picture(command);
     require_readable(command.scene);
     CommandFiles files;
@@ -461,14 +521,27 @@ void act(const RenderCommand& command, const CommandContext& context) {
                   std::move(files),
                   {},
                   monitor,
-                  context};
-    render_frame(command, frames, 1, clock);
-    for (int frame = 2; frames.scene.more() && !monitor.stopped(); ++frame) {
+                  context,
+                  ranks};
+    bool go_on = render_frame(command, frames, 1, clock);
+    for (int frame = 2; go_on && frames.scene.more(); ++frame) {
         clock = {};
         const RenderCommand own = of_frame(command, frame);
         declare_files(own, frames.files);
-        render_frame(own, frames, frame, clock);
+        go_on = render_frame(own, frames, frame, clock);
     }
+}
+
+void act(const RenderCommand& command, const CommandContext& context) {
+    const Stopwatch clock;
+    const ParallelJob parallel(context, command.options.workers);
+    parallel.run([&] {
+        if (parallel.leads()) {
+            render_frames(command, context, parallel.ranks(), clock);
+        } else {
+            follow(command, context, *parallel.ranks());
+        }
+    });
 }
 
 void add_image_options(CLI::App& app, RenderCommand& command) {

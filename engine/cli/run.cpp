@@ -38,8 +38,8 @@ constexpr const char* kRunFooter = R"(Examples:
 
 Every command says more with --help: lucerna render --help)";
 
-int fail(std::ostream& err, int code, std::string_view message) {
-    fmt::print(err, "lucerna: {}\n", plain_text(one_line(message)));
+int fail(std::ostream& err, int code, std::string_view message, std::string_view who = "lucerna") {
+    fmt::print(err, "{}: {}\n", who, plain_text(one_line(message)));
     return code;
 }
 
@@ -115,19 +115,28 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
                                     did_you_mean(argv[1], known), fmt::join(known, ", ")));
         }
         return parse_and_act(program, argc, argv, out, err);
+    } catch (...) {
+        return report_error(err, around);
+    }
+}
+
+int report_error(std::ostream& err, const Surroundings& around, std::string_view who) {
+    try {
+        throw;
     } catch (const Stopped& stopped) {
-        return fail(err, kStopped + (around.stop ? around.stop->load() : 0), stopped.what());
+        return fail(err, kStopped + (around.stop ? around.stop->load() : 0), stopped.what(), who);
     } catch (const InputError& error) {
-        return fail(err, kBadInput, error.what());
+        return fail(err, kBadInput, error.what(), who);
     } catch (const std::filesystem::filesystem_error& error) {
-        return fail(err, kBadInput, error.what());
+        return fail(err, kBadInput, error.what(), who);
     } catch (const std::bad_alloc&) {
         return fail(err, kBadInput,
-                    "not enough memory; fewer photons, a smaller image or a smaller lamp need less");
+                    "not enough memory; fewer photons, a smaller image or a smaller lamp need less", who);
     } catch (const std::exception& error) {
         return fail(
             err, kOurFault,
-            fmt::format("a fault of lucerna's own; please report it, with the command: {}", error.what()));
+            fmt::format("a fault of lucerna's own; please report it, with the command: {}", error.what()),
+            who);
     }
 }
 

@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <ostream>
+#include <string_view>
 
 namespace lucerna {
 
@@ -20,6 +21,10 @@ struct Surroundings {
     // the process at once. May be null.
     std::atomic<bool>* listening = nullptr;
 };
+
+// In a catch block: one line on `err` that begins with `who` and tells what was thrown. Returns the exit
+// code.
+int report_error(std::ostream& err, const Surroundings& around, std::string_view who = "lucerna");
 
 int run(int argc, const char* const* argv, std::ostream& out, std::ostream& err,
         const Surroundings& around = {});

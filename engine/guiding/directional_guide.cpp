@@ -238,6 +238,10 @@ struct UnsampledHits : LightPathVisitor {
 
     float kept = 0;  // of the photons that count in part, what has not been stored yet
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, photons);
+    }
     void hit(const LightPathHit& at) {
         if (!at.bsdf.has_diffuse()) return;
         if (at.path.bounces() == 0) {

@@ -235,6 +235,10 @@ struct FirstHits : LightPathVisitor {
     float share = 0;  // of a path among all
     Photons photons;
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, photons);
+    }
     bool begin(std::uint32_t /*path*/, const std::optional<LightPathStart>& start,
                const Sampler& /*sampler*/) {
         if (!start) return false;

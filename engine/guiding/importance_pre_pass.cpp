@@ -31,6 +31,10 @@ struct PrePassPhotons : LightPathVisitor {
     std::uint32_t path = 0;
     std::array<Photons, kMapKinds> photons;
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, photons);
+    }
     bool begin(std::uint32_t number, const std::optional<LightPathStart>& /*start*/,
                const Sampler& /*sampler*/) {
         path = number;

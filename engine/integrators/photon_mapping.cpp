@@ -104,7 +104,8 @@ PhotonMaps make_maps(const MapParameters& parameters, const PassContext& context
                          context.workers);
     }
     PhotonMaps maps = build_photon_maps(scene, parameters, context.workers, context.monitor);
-    if (!files.save.empty() && !context.monitor.stopped()) {
+    const bool writes = !context.workers.ranks || context.workers.ranks->leads();
+    if (!files.save.empty() && writes && !context.monitor.stopped()) {
         save_maps(files.save, maps, map_key(scene, parameters));
     }
     return maps;
@@ -217,7 +218,7 @@ std::size_t stride_in_time(const PassContext& context, const PhotonMap& global,
         const double left = std::max(context.prepared.left(), 1e-3);
         const auto stride =
             static_cast<std::size_t>(std::min(std::ceil(seconds / left), double{kMostStride}));
-        bounce.stride = std::max(wanted, stride);
+        bounce.stride = agreed(context.workers, std::max(wanted, stride));
         if (bounce.stride == wanted) break;
     }
     return bounce.stride;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/base/ranks.h"
 #include "engine/scene/camera.h"
 
 namespace lucerna {
@@ -33,7 +34,8 @@ PixelEdges::PixelEdges(const Scene& scene, const View& view, const Workers& work
       height_(static_cast<std::int64_t>(std::ceil(view.end.y)) - y0_),
       edges_(static_cast<std::size_t>(width_ * height_)) {
     constexpr std::int64_t kRows = 8;
-    parallel_ranges(workers, height_, kRows, [&](std::int64_t begin, std::int64_t end, std::int64_t) {
+    const auto look = [&](std::int64_t chunk) {
+        const std::int64_t begin = chunk * kRows, end = std::min(begin + kRows, height_);
         const auto corners_of_row = [&](std::int64_t y) {
             std::vector<Seen> row(static_cast<std::size_t>(width_) + 1);
             for (std::size_t x = 0; x < row.size(); ++x) {
@@ -55,7 +57,14 @@ PixelEdges::PixelEdges(const Scene& scene, const View& view, const Workers& work
             }
             above.swap(below);
         }
-    });
+    };
+    shared_chunks(workers, "pixel edges", (height_ + kRows - 1) / kRows, ResultsOf::everywhere, look,
+                  [&](std::int64_t chunk, auto& archive) {
+                      const std::int64_t begin = chunk * kRows, rows = std::min(kRows, height_ - begin);
+                      auto own = std::span(edges_).subspan(static_cast<std::size_t>(begin * width_),
+                                                           static_cast<std::size_t>(rows * width_));
+                      archive(own);
+                  });
 }
 
 }  // namespace lucerna

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "engine/base/parallel.h"
+#include "engine/base/ranks.h"
 #include "engine/base/sampler.h"
 #include "engine/scene/render_context.h"
 
@@ -124,8 +125,9 @@ Splitting::Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, c
     down_ = std::clamp(static_cast<int>(size_.y / kLeastCell), 1, kCells);
     const auto cells = static_cast<std::size_t>(across_ * down_);
     std::vector<Cell> pixels(cells * kPixels);
-    parallel_each(workers, cells, 1, [&](std::size_t i) {
-        const auto c = static_cast<int>(i);
+    const auto look = [&](std::int64_t number) {
+        const auto i = static_cast<std::size_t>(number);
+        const auto c = static_cast<int>(number);
         const V2f cell(static_cast<float>(c % across_), static_cast<float>(c / across_));
         const V2f extent(size_.x / static_cast<float>(across_), size_.y / static_cast<float>(down_));
         for (int p = 0; p < kPixels; ++p) {
@@ -146,7 +148,12 @@ Splitting::Splitting(const View& view, std::uint64_t seed, std::uint32_t pass, c
             own.between = 0.5 * (seen[0] - seen[1]) * (seen[0] - seen[1]);
             own.square = 0.25 * (seen[0] + seen[1]) * (seen[0] + seen[1]);
         }
-    });
+    };
+    shared_chunks(workers, "pilot", static_cast<std::int64_t>(cells), ResultsOf::everywhere, look,
+                  [&](std::int64_t cell, auto& archive) {
+                      auto own = std::span(pixels).subspan(static_cast<std::size_t>(cell) * kPixels, kPixels);
+                      archive(own);
+                  });
     settle(pixels);
 }
 

@@ -83,12 +83,12 @@ class Tiled final : public TiledPicture {
         if (!handle_) throw std::runtime_error(cache_->geterror());
     }
 
-    void read(const PixelBox& box, std::span<std::uint8_t> out) const override { read_into(box, out); }
-    void read(const PixelBox& box, std::span<float> out) const override { read_into(box, out); }
+    void read(const PictureRegion& box, std::span<std::uint8_t> out) const override { read_into(box, out); }
+    void read(const PictureRegion& box, std::span<float> out) const override { read_into(box, out); }
 
   private:
     template <typename Number>
-    void read_into(const PixelBox& b, std::span<Number> out) const {
+    void read_into(const PictureRegion& b, std::span<Number> out) const {
         assert(out.size() == static_cast<std::size_t>(b.x1 - b.x0) * static_cast<std::size_t>(b.y1 - b.y0) *
                                  static_cast<std::size_t>(channels_));
         if (!cache_->get_pixels(handle_, cache_->get_perthread_info(), 0, 0, b.x0, b.x1, b.y0, b.y1, 0, 1, 0,

@@ -183,15 +183,19 @@ void SampleAllocation::allocate(int half, int done, const std::vector<double>& e
     }
 }
 
+// All blocks have been seen with so many samples of each half: kLeastShare.
+std::size_t SampleAllocation::level_for_decision(int done) {
+    const int seen = std::max(kFirstSeen, done / 2 / kLeastShare);
+    return static_cast<std::size_t>(level_of(seen, kFirstSeen));
+}
+
 void SampleAllocation::decide(int done) {
-    if (done < kFirst || !std::has_single_bit(static_cast<unsigned>(done))) return;
+    if (!is_decision(done)) return;
     for (int b = 0; b < blocks(); ++b) {
         for (const int half : {0, 1}) shares_[slot(b, half)] = {upto(b, half, done), 0};
     }
     decided_ = done;
-    // All blocks have been seen with so many samples of each half: kLeastShare.
-    const int seen = std::max(kFirstSeen, done / 2 / kLeastShare);
-    const auto& level = levels_[static_cast<std::size_t>(level_of(seen, kFirstSeen))];
+    const auto& level = levels_[level_for_decision(done)];
     int most = 0;
     for (const int half : {0, 1}) {
         allocate(half, done, errors(1 - half, level));

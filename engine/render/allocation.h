@@ -61,6 +61,25 @@ class SampleAllocation {
     // False, and unchanged, if these are none of such a film.
     bool restore(std::span<const std::byte> state);
 
+    // For the same allocation on other ranks: what all of them go by; what a block was seen with, by all that
+    // later decisions may ask of it, or by the next one alone, at `done` samples per pixel.
+    template <typename Archive>
+    void fields(Archive& archive) {
+        std::size_t levels = levels_.size();
+        archive(decided_, shares_, levels);
+        while (levels_.size() < levels) levels_.emplace_back(shares_.size());
+    }
+    template <typename Archive>
+    void fields_of(int block, Archive& archive) {
+        for (auto& level : levels_) archive(level[slot(block, 0)], level[slot(block, 1)]);
+    }
+    template <typename Archive>
+    void fields_for_decision(int block, int done, Archive& archive) {
+        auto& level = levels_[level_for_decision(done)];
+        archive(level[slot(block, 0)], level[slot(block, 1)]);
+    }
+    static bool is_decision(int done) { return done >= kFirst && (done & (done - 1)) == 0; }
+
   private:
     static constexpr int kFirstSeen = 4;           // samples of a half
     static constexpr int kFirst = 2 * kFirstSeen;  // samples of a pixel
@@ -82,6 +101,7 @@ class SampleAllocation {
     std::size_t slot(int block, int half) const {
         return 2 * static_cast<std::size_t>(block) + static_cast<std::size_t>(half);
     }
+    static std::size_t level_for_decision(int done);
     int pixels(int block) const;
     template <typename Visit>
     void for_each_pixel(int block, Visit&& visit) const;

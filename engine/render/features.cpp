@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/ranks.h"
 #include "engine/base/stats.h"
 #include "engine/denoise/denoise.h"
 #include "engine/render/film.h"
@@ -144,7 +145,7 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
     Features features{{size.x, size.y, feature_channels()}, {size.x, size.y, more_channels()}};
     const CameraSampler sampler(job, seed, 0, nullptr);
     const std::array<V3f, 3> axes = camera_axes(job.camera);
-    parallel_each(workers, static_cast<std::size_t>(size.y), 1, [&](std::size_t row) {
+    const auto look = [&](std::int64_t row) {
         if (monitor.stopped()) return;
         const auto y = static_cast<int>(row);
         std::vector<std::uint32_t> objects, materials;
@@ -171,7 +172,17 @@ Features render_features(const Job& job, std::uint64_t seed, int most_samples, c
             *more++ = static_cast<float>(most_frequent(objects));
             *more++ = static_cast<float>(most_frequent(materials));
         }
-    });
+    };
+    const auto row_of = [&](Image& image, std::int64_t row) {
+        return std::span(image.data)
+            .subspan(image.index(0, static_cast<int>(row)),
+                     static_cast<std::size_t>(size.x) * image.channels.size());
+    };
+    shared_chunks(
+        workers, "features", size.y, ResultsOf::at_rank_0, look, [&](std::int64_t row, auto& archive) {
+            std::span<float> of_image = row_of(features.image, row), more = row_of(features.more, row);
+            archive(of_image, more);
+        });
     return features;
 }
 

@@ -104,6 +104,21 @@ class Film {
     }
     // Takes up sums() of a film of the same size and kind: as many bytes as bytes_of_sums().
     void restore(std::span<const std::byte> sums);
+    // The sums of pixels [begin, end), for a film of the same size and kind on another rank.
+    template <typename Archive>
+    void fields_of(const V2i& begin, const V2i& end, Archive& archive) {
+        const auto row_of = [&](auto& values, std::size_t first) {
+            auto row = std::span(values).subspan(first, static_cast<std::size_t>(end.x - begin.x));
+            archive(row);
+        };
+        for (int y = begin.y; y < end.y; ++y) {
+            for (std::size_t first = place(begin.x, y); first < pixels_.size(); first += size_) {
+                row_of(pixels_, first);
+                if (kind_.by_pass) row_of(passes_, first);
+            }
+            if (!half_buffers_.empty()) row_of(half_buffers_, place(begin.x, y));
+        }
+    }
 
   private:
     struct Pixel {

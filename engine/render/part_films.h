@@ -32,6 +32,10 @@ class PartFilms {
     std::vector<std::byte> sums() const;
     std::size_t bytes_of_sums() const;
     void restore(std::span<const std::byte> sums);
+    template <typename Archive>
+    void fields_of(const V2i& begin, const V2i& end, Archive& archive) {
+        for (Film& film : films_) film.fields_of(begin, end, archive);
+    }
 
     // With their share of what develop() makes.
     static std::size_t bytes_per_pixel(const Film::Kind& kind, const LightGroups& groups);

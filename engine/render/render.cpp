@@ -13,6 +13,7 @@
 #include "engine/render/part_films.h"
 #include "engine/render/progress.h"
 #include "engine/render/render_checks.h"
+#include "engine/render/tile_exchange.h"
 #include "engine/render/tiles.h"
 
 namespace lucerna {
@@ -36,7 +37,8 @@ std::int64_t spreading_stride(std::int64_t items) {
     return stride;
 }
 
-// One render, from nothing, or from what another one left, to the image.
+// One render, from nothing, or from what another one left, to the image. On the ranks of a parallel job rank
+// 0 runs it, and has the others do what is done together (Order), by the same code: they follow().
 class Run {
   public:
     Run(const Job& job, const RenderOptions& options, Monitor& monitor)
@@ -51,22 +53,24 @@ class Run {
           parts_(make_part_films()),
           tiles_(job, options.seed, film_, integrator_->samples_per_pass(), parts_ ? &*parts_ : nullptr,
                  is_adaptive() ? &allocation_.emplace(film_) : nullptr),
-          samples_(static_cast<std::size_t>(tiles_.tiles())),
-          first_steps_(samples_.size()),
+          states_(static_cast<std::size_t>(tiles_.tiles())),
           show_timer_(options.show ? options.show_every : kNever),
           watch_timer_(options.watch ? options.watch_every : kNever, true),
           checkpoint_timer_(options.keep ? options.keep_every : kNever) {
         report_.unit = unit();
         if (options.resume) take_up(*options.resume);
+        if (options.workers.ranks) {
+            exchange_.emplace(*options.workers.ranks, job.scene, tiles_, film_, parts_ ? &*parts_ : nullptr,
+                              allocation_ ? &*allocation_ : nullptr, states_);
+        }
     }
 
     RenderResult render() {
-        if (job_.film.two_halves || job_.film.parts) {
-            const Stopwatch looking;
-            features_ = render_features(job_, options_.seed, kMostFeatureSamples, options_.workers, monitor_);
-            preparing_ += looking.seconds();
+        look_at_features();
+        if (exchange_ && allocation_ && options_.resume) {
+            order({.kind = Order::allocate});
+            exchange_->share_allocation();
         }
-        if (allocation_) allocation_->look_at(features_.image);
         if (in_passes_) {
             render_passes();
         } else {
@@ -75,13 +79,59 @@ class Run {
         if (options_.resume) report_.seconds.add("earlier", options_.resume->seconds);
         report_.seconds.add("prepare", preparing_);
         report_.seconds.add("image", imaging_);
+        bring_together();
         warn();
         keep();
         const Stopwatch denoising;
         RenderResult last = result(true);
         if (last.denoised) last.report.seconds.add("denoise", denoising.seconds());
         if (options_.watch) options_.watch(last);
+        order({.kind = Order::end});
         return last;
+    }
+
+    // On other ranks than 0.
+    void follow() {
+        std::unique_ptr<const Session> session;
+        std::unique_ptr<const Estimator> estimator;
+        for (;;) {
+            const Order order = options_.workers.ranks->agree(Order());
+            switch (order.kind) {
+                case Order::features:
+                    look_at_features();
+                    break;
+                case Order::begin:
+                    session = make_session(order.seconds);
+                    break;
+                case Order::pass: {
+                    estimator.reset();
+                    PassStatistics told_by_rank_0;
+                    estimator =
+                        session->pass(static_cast<std::uint32_t>(order.number), monitor_, told_by_rank_0);
+                    break;
+                }
+                case Order::sweep_tiles:
+                    exchange_->render(options_.workers, {}, [&](std::size_t tile) {
+                        render_tile(*estimator, order.sweep, tile);
+                        return true;
+                    });
+                    break;
+                case Order::decide:
+                    exchange_->decide(order.number);
+                    break;
+                case Order::allocate:
+                    exchange_->share_allocation();
+                    break;
+                case Order::count_rays:
+                    exchange_->all_rays();
+                    break;
+                case Order::bring_together:
+                    exchange_->bring_together();
+                    break;
+                case Order::end:
+                    return;
+            }
+        }
     }
 
   private:
@@ -107,12 +157,40 @@ class Run {
 
     enum class Swept : std::uint8_t { whole, out_of_time, stopped };
 
+    // Samples of all tiles: all up to `end`, or of the first ones those of a step.
+    struct Sweep {
+        int end = 0;
+        std::optional<int> first_step = {};
+        bool may_end = true;  // before all tiles have theirs
+    };
+
+    // What rank 0 tells the others to do with it.
+    struct Order {
+        enum : std::uint8_t {
+            features,
+            begin,
+            pass,
+            sweep_tiles,
+            decide,
+            allocate,
+            count_rays,
+            bring_together,
+            end
+        } kind = end;
+        int number = 0;      // the pass's; samples per pixel at which is decided
+        double seconds = 0;  // in which to prepare
+        Sweep sweep = {};
+    };
+    void order(const Order& order) const {
+        if (exchange_ && leads()) options_.workers.ranks->agree(order);
+    }
+
     // Goes on from a checkpoint whose facts are this render's.
     void take_up(const Checkpoint& from) {
         const int per_pass = integrator_->samples_per_pass();
         const std::size_t of_image = film_.bytes_of_sums();
         const std::size_t of_parts = parts_ ? parts_->bytes_of_sums() : 0;
-        if (from.tiles.size() != samples_.size() || from.film.size() != of_image + of_parts ||
+        if (from.tiles.size() != states_.size() || from.film.size() != of_image + of_parts ||
             (in_passes_ && std::int64_t{from.passes_done} * per_pass != from.samples_done) ||
             (allocation_ ? !allocation_->restore(from.allocation) : !from.allocation.empty())) {
             throw InputError("the checkpoint is of an image of another kind or size");
@@ -126,16 +204,30 @@ class Run {
         }
         film_.restore(std::span(from.film).first(of_image));
         if (parts_) parts_->restore(std::span(from.film).subspan(of_image));
-        samples_ = from.tiles;
-        tiles_.take_up_bad(from.bad_samples, from.first_bad);
+        for (std::size_t t = 0; t < states_.size(); ++t) states_[t].samples = from.tiles[t];
+        tiles_.take_up_bad({from.bad_samples, from.first_bad, {}});
         report_.samples_done = from.samples_done;
         report_.passes_done = from.passes_done;
     }
 
+    void look_at_features() {
+        if (!job_.film.two_halves && !job_.film.parts) return;
+        order({.kind = Order::features});
+        const Stopwatch looking;
+        features_ = render_features(job_, options_.seed, kMostFeatureSamples, options_.workers, monitor_);
+        if (allocation_ && leads()) allocation_->look_at(features_.image);
+        preparing_ += looking.seconds();
+    }
+
     // Makes what all passes share, in that share of the time. Null if it was stopped.
     std::unique_ptr<const Session> begin(double share) {
+        const double seconds = share * (options_.limits.seconds - elapsed());
+        order({.kind = Order::begin, .seconds = seconds});
+        return make_session(seconds);
+    }
+    std::unique_ptr<const Session> make_session(double seconds) {
         const Stopwatch preparing;
-        const Deadline prepared = Deadline::after(share * (options_.limits.seconds - elapsed()));
+        const Deadline prepared = Deadline::after(seconds);
         auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, monitor_,
                                            view_of(job_), prepared, job_.film.two_halves},
                                           report_.once);
@@ -150,7 +242,7 @@ class Run {
         if (enough(rule, done)) return end(rule.reason());
         const auto session = begin(kPreparation);
         const auto estimator = session ? prepare(*session, 0, monitor_, report_.passes) : nullptr;
-        report_.rays_prepare = job_.scene.rays();
+        report_.rays_prepare = rays_so_far();
         if (!estimator) return end("user");
         Progress progress(monitor_, "image", way(), options_.limits);
         const auto round_from = [&] {
@@ -163,7 +255,7 @@ class Run {
             if (swept == Swept::stopped) return end("user");
             if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             done += round;
-            if (allocation_) allocation_->decide(done);
+            if (allocation_) decide(done);
             tile_seconds_ = (imaging_ - before) * options_.workers.threads /
                             (static_cast<double>(round) * tiles_.tiles());
             progress.round(elapsed());
@@ -229,6 +321,7 @@ class Run {
 
     std::unique_ptr<const Estimator> prepare(const Session& session, int pass, Monitor& monitor,
                                              PassStatistics& statistics) {
+        order({.kind = Order::pass, .number = pass});
         const Stopwatch preparing;
         auto estimator = session.pass(static_cast<std::uint32_t>(pass), monitor, statistics);
         last_preparing_ = preparing.seconds();
@@ -236,52 +329,59 @@ class Run {
         return estimator;
     }
 
+    void decide(int done) {
+        if (!exchange_) return allocation_->decide(done);
+        order({.kind = Order::decide, .number = done});
+        exchange_->decide(done);
+    }
+
     // All pixels' samples up to `end`, those that are there left out. Not whole: some pixels have them, some
     // have not.
     Swept render_tiles(const Estimator& estimator, int end, Progress& progress) {
-        if (report_.samples_done > 0) {
-            return sweep(true, [&](std::size_t tile) {
-                std::int32_t& there = samples_[tile];
-                if (there >= end) return false;
-                tiles_.render(estimator, static_cast<int>(tile), there, end);
-                progress.tile(end - there);
-                there = end;
-                return true;
-            });
-        }
+        if (report_.samples_done > 0) return sweep(estimator, {end}, progress);
         for (int step = 0; step < TileRenderer::kFirstSteps; ++step) {
             // However little time there is: something to see everywhere.
-            const Swept swept = sweep(step > 0, [&](std::size_t tile) {
-                if (samples_[tile] > 0 || first_steps_[tile] > step) return false;
-                tiles_.render_first(estimator, static_cast<int>(tile), end, step);
-                if (++first_steps_[tile] < TileRenderer::kFirstSteps) return true;
-                samples_[tile] = end;
-                progress.tile(end);
-                return true;
-            });
+            const Swept swept = sweep(estimator, {end, step, step > 0}, progress);
             if (swept != Swept::whole) return swept;
         }
         return Swept::whole;
     }
 
-    // Calls render(tile) for all tiles, unless it may end before that and has to: the user or the time says
-    // so. render() is false where there is nothing to do. With an end in time they come in an order that is
-    // spread over the image early on.
-    template <typename Render>
-    Swept sweep(bool may_end, Render&& render) {
+    bool wants(const Sweep& sweep, std::size_t tile) const {
+        const TileState& there = states_[tile];
+        return sweep.first_step ? there.samples == 0 && there.first_steps <= *sweep.first_step
+                                : there.samples < sweep.end;
+    }
+    void render_tile(const Estimator& estimator, const Sweep& sweep, std::size_t tile) {
+        const auto number = static_cast<int>(tile);
+        if (sweep.first_step) {
+            tiles_.render_first(estimator, number, sweep.end, *sweep.first_step);
+        } else {
+            tiles_.render(estimator, number, states_[tile].samples, sweep.end);
+        }
+        note(sweep, tile);
+    }
+    // The tile has what a sweep gives it. Returns how many samples that were, those of a tile's first steps
+    // with the last of them.
+    int note(const Sweep& sweep, std::size_t tile) {
+        TileState& there = states_[tile];
+        if (sweep.first_step && ++there.first_steps < TileRenderer::kFirstSteps) return 0;
+        return sweep.end - std::exchange(there.samples, sweep.end);
+    }
+
+    // All tiles, unless it may end before that and has to: the user or the time says so. With an end in time
+    // they come in an order that is spread over the image early on.
+    Swept sweep(const Estimator& estimator, const Sweep& sweep, Progress& progress) {
         const std::int64_t tiles = tiles_.tiles(), stride = ends_in_time() ? spreading_stride(tiles) : 1;
         for (;;) {
             const Stopwatch imaging;
-            std::atomic<bool> whole{true}, began{false};
-            parallel_chunks(options_.workers, tiles, [&](std::int64_t i) {
-                // Between two pauses something is done, however often they are due.
-                if (may_end && (monitor_.stopped() || is_out_of_time() || (began && pause_due()))) {
-                    whole = false;
-                    return;
-                }
-                if (!render(static_cast<std::size_t>(i * stride % tiles))) return;
-                began = true;
-            });
+            std::vector<std::int64_t> left;
+            for (std::int64_t i = 0; i < tiles; ++i) {
+                const std::int64_t tile = i * stride % tiles;
+                if (wants(sweep, static_cast<std::size_t>(tile))) left.push_back(tile);
+            }
+            const bool whole = exchange_ ? sweep_by_ranks(estimator, sweep, std::move(left), progress)
+                                         : sweep_alone(estimator, sweep, left, progress);
             imaging_ += imaging.seconds();
             if (whole) return Swept::whole;
             if (monitor_.stopped()) return Swept::stopped;
@@ -289,6 +389,73 @@ class Run {
             pause();
         }
     }
+
+    bool sweep_alone(const Estimator& estimator, const Sweep& sweep, std::span<const std::int64_t> left,
+                     Progress& progress) {
+        std::atomic<bool> whole{true}, began{false};
+        parallel_chunks(options_.workers, static_cast<std::int64_t>(left.size()), [&](std::int64_t i) {
+            // Between two pauses something is done, however often they are due.
+            if (sweep.may_end && (monitor_.stopped() || is_out_of_time() || (began && pause_due()))) {
+                whole = false;
+                return;
+            }
+            const auto tile = static_cast<std::size_t>(left[static_cast<std::size_t>(i)]);
+            const std::int32_t before = states_[tile].samples;
+            render_tile(estimator, sweep, tile);
+            progress.tile(states_[tile].samples - before);
+            began = true;
+        });
+        return whole;
+    }
+
+    // By all ranks: the same, and what the others did is noted.
+    bool sweep_by_ranks(const Estimator& estimator, const Sweep& sweep, std::vector<std::int64_t> left,
+                        Progress& progress) {
+        Ranks& ranks = *options_.workers.ranks;
+        const std::size_t all = left.size();
+        const int last_step = TileRenderer::kFirstSteps - 1;
+        const int each =
+            sweep.first_step.value_or(last_step) == last_step ? sweep.end - report_.samples_done : 0;
+        std::atomic<std::int64_t> told{0}, done{0};
+        std::atomic<bool> began{false};
+        Ranks::Loop loop;
+        loop.items = std::move(left);
+        if (sweep.may_end) {
+            loop.seconds = options_.limits.seconds - elapsed();
+            loop.ends = [&] {
+                return ranks.asked_to_stop() || is_out_of_time() || (began.exchange(true) && pause_due());
+            };
+        }
+        loop.advance = [&](std::int64_t tiles) {
+            told += tiles * each;
+            progress.tile(static_cast<int>(tiles * each));
+        };
+        order({.kind = Order::sweep_tiles, .sweep = sweep});
+        std::atomic<std::size_t> own{0};
+        const std::vector<std::int64_t> others =
+            exchange_->render(options_.workers, std::move(loop), [&](std::size_t tile) {
+                const std::int32_t before = states_[tile].samples;
+                render_tile(estimator, sweep, tile);
+                done += states_[tile].samples - before;
+                ++own;
+                return true;
+            });
+        for (const std::int64_t tile : others) done += note(sweep, static_cast<std::size_t>(tile));
+        progress.tile(static_cast<int>(done - told));
+        is_apart_ = true;
+        return own + others.size() == all;
+    }
+
+    bool leads() const { return !exchange_ || options_.workers.ranks->leads(); }
+
+    // For whatever looks at the whole image.
+    void bring_together() {
+        if (!exchange_ || !is_apart_) return;
+        order({.kind = Order::bring_together});
+        exchange_->bring_together();
+        is_apart_ = false;
+    }
+
     bool ends_in_time() const { return std::isfinite(options_.limits.seconds); }
     bool is_out_of_time() const { return ends_in_time() && elapsed() >= options_.limits.seconds; }
 
@@ -309,6 +476,7 @@ class Run {
     }
     void present(const std::function<void(const RenderResult&)>& to, Recurring& when, bool denoised) {
         const double begin = clock_.seconds();
+        bring_together();
         to(result(denoised));
         when.done(begin, clock_.seconds());
     }
@@ -322,19 +490,20 @@ class Run {
     void keep() {
         if (!options_.keep || !keepable_) return;
         const double begin = clock_.seconds();
+        bring_together();
         Checkpoint now;
         now.seconds = elapsed();
         now.samples_done = report_.samples_done;
         now.passes_done = report_.passes_done;
-        now.tiles = samples_;
+        for (const TileState& state : states_) now.tiles.push_back(state.samples);
         now.film = film_.sums();
         if (allocation_) now.allocation = allocation_->state();
         if (parts_) {
             const std::vector<std::byte> parts = parts_->sums();
             now.film.insert(now.film.end(), parts.begin(), parts.end());
         }
-        now.bad_samples = tiles_.bad_samples();
-        now.first_bad = tiles_.first_bad();
+        now.bad_samples = bad_samples().count;
+        now.first_bad = bad_samples().first;
         now.rays = rays();
         now.invalid_rays = invalid_rays();
         if (in_passes_) {
@@ -347,9 +516,9 @@ class Run {
 
     // Whether what was taken up needs nothing more: then nothing is prepared. Asked at the end of a round or
     // pass alone, where the render before did the same.
-    bool enough(StopRule& rule, int done) const {
-        const auto other = [this](std::int32_t samples) { return samples != report_.samples_done; };
-        if (done == 0 || std::any_of(samples_.begin(), samples_.end(), other)) return false;
+    bool enough(StopRule& rule, int done) {
+        const auto other = [this](const TileState& state) { return state.samples != report_.samples_done; };
+        if (done == 0 || std::any_of(states_.begin(), states_.end(), other)) return false;
         return has_error(rule, done) || rule.next(done, 1, elapsed()) == 0;
     }
 
@@ -363,7 +532,7 @@ class Run {
         if (job_.spp != kNoEndOfSamples) {
             span.asked = static_cast<std::uint64_t>(tiles_.tiles()) * static_cast<std::uint64_t>(job_.spp);
         }
-        for (const std::int32_t samples : samples_) span.there += static_cast<std::uint64_t>(samples);
+        for (const TileState& state : states_) span.there += static_cast<std::uint64_t>(state.samples);
         span.seconds = earlier();
         return span;
     }
@@ -380,7 +549,7 @@ class Run {
     RenderResult result(bool denoised) const {
         RenderResult result{film_.develop(job_.film.scale, job_.film.colours), report_};
         RenderReport& report = result.report;
-        report.samples_not_finite = tiles_.bad_samples();
+        report.samples_not_finite = bad_samples().count;
         report.rays_invalid = invalid_rays();
         report.rays_total = rays();
         // Infinity is no number to write down.
@@ -413,22 +582,37 @@ class Run {
 
     // Whether so many samples, or passes, are enough for the error that is asked for: of the denoised
     // picture, where there is one. That takes longer to tell than a round, and is not asked after each.
-    bool has_error(StopRule& rule, int done) const {
+    bool has_error(StopRule& rule, int done) {
         if (!rule.wants_error()) return false;
-        if (!film_.has_two_halves()) return rule.satisfied(done, film_.relative_error());
+        if (!film_.has_two_halves()) {
+            bring_together();
+            return rule.satisfied(done, film_.relative_error());
+        }
         constexpr unsigned kLooks = 4;  // from one power of two to the next
         const unsigned number = static_cast<unsigned>(done),
                        step = std::max(1U, std::bit_floor(number) / kLooks);
         if (done < StopRule::kLeastForError || number % step != 0) return false;
+        bring_together();
         return rule.satisfied(done, denoise(layers(), options_.workers).relative_error);
     }
 
     // Of all renders of this image.
     double earlier() const { return options_.resume ? options_.resume->seconds : 0; }
     double elapsed() const { return earlier() + clock_.seconds(); }
-    std::uint64_t rays() const { return job_.scene.rays() + (options_.resume ? options_.resume->rays : 0); }
+    std::uint64_t rays() const {
+        const std::uint64_t own = exchange_ ? exchange_->rays() : job_.scene.rays();
+        return own + (options_.resume ? options_.resume->rays : 0);
+    }
     std::uint64_t invalid_rays() const {
-        return job_.scene.invalid_rays() + (options_.resume ? options_.resume->invalid_rays : 0);
+        const std::uint64_t own = exchange_ ? exchange_->invalid_rays() : job_.scene.invalid_rays();
+        return own + (options_.resume ? options_.resume->invalid_rays : 0);
+    }
+    const BadSamples& bad_samples() const {
+        return exchange_ ? exchange_->bad_samples() : tiles_.bad_samples();
+    }
+    std::uint64_t rays_so_far() const {
+        order({.kind = Order::count_rays});
+        return exchange_ ? exchange_->all_rays() : job_.scene.rays();
     }
 
     std::string unit() const {
@@ -438,9 +622,9 @@ class Run {
     }
 
     void warn() {
-        if (tiles_.bad_samples() > 0) {
+        if (bad_samples().count > 0) {
             monitor_.warn(fmt::format("{} samples were not finite and were left out; the first: {}",
-                                      tiles_.bad_samples(), tiles_.first_bad()));
+                                      bad_samples().count, bad_samples().first));
         }
         if (invalid_rays() > 0) {
             monitor_.warn(fmt::format("{} rays were not finite and met nothing", invalid_rays()));
@@ -465,13 +649,14 @@ class Run {
     std::optional<SampleAllocation> allocation_;  // none: all pixels get as many samples
     std::optional<PartFilms> parts_;
     TileRenderer tiles_;
-    std::vector<std::int32_t> samples_;  // that each tile's pixels have
+    std::vector<TileState> states_;                 // by tile
+    mutable std::optional<TileExchange> exchange_;  // on ranks
+    bool is_apart_ = false;                         // the ranks have newer sums than rank 0
     RenderReport report_;
     double preparing_ = 0, imaging_ = 0;  // seconds, of this render
     double last_preparing_ = 0;           // of them, the last pass's
     double last_pass_ = 0;                // seconds of the last pass
     double tile_seconds_ = 0;             // of one sample of a tile's pixels, by one thread
-    std::vector<int> first_steps_;        // of each tile's first samples, those that are done
     Recurring show_timer_, watch_timer_, checkpoint_timer_;
     bool keepable_ = true;  // the image is one from which others can go on
 };
@@ -486,7 +671,14 @@ RenderResult render(const Job& job, const RenderOptions& options, Monitor& monit
     require_image_memory(job, options);
     warn_of_unseen_lights(job.scene, job.integrator, monitor);
     warn_of_glowing_media(job.scene, job.integrator, monitor);
-    return Run(job, options, monitor).render();
+    Ranks* const ranks = options.workers.ranks;
+    if (!ranks) return Run(job, options, monitor).render();
+    RanksMonitor of_all(*ranks, monitor);
+    ranks->listen_to([&monitor] { return monitor.stopped(); });
+    Run run(job, options, of_all);
+    if (ranks->leads()) return run.render();
+    run.follow();
+    return {};
 }
 
 }  // namespace lucerna

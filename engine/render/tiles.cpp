@@ -37,12 +37,9 @@ Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, 
 
 template <typename Visit>
 void TileRenderer::for_each_pixel(int tile, Visit&& visit) const {
-    const int x0 = tile % across() * kTile;
-    const int y0 = tile / across() * kTile;
-    for (int y = y0; y < std::min(y0 + kTile, film_.height()); ++y) {
-        for (int x = x0; x < std::min(x0 + kTile, film_.width()); ++x) {
-            visit(V2i(x, y));
-        }
+    const PixelBox pixels = box(tile);
+    for (int y = pixels.begin.y; y < pixels.end.y; ++y) {
+        for (int x = pixels.begin.x; x < pixels.end.x; ++x) visit(V2i(x, y));
     }
 }
 
@@ -126,9 +123,9 @@ void TileRenderer::add_sample(const Estimator& estimator, const V2i& at, int hal
 void TileRenderer::report_bad(const V2i& at, int sample, const Rgb& value) {
     const std::lock_guard lock(mutex_);
     const std::array<int, 3> here{sample, at.y, at.x};
-    if (bad_samples_++ == 0 || here < first_bad_at_) {
-        first_bad_at_ = here;
-        first_bad_ = fmt::format("pixel ({}, {}) sample {} seed {}: {} {} {}", at.x, at.y, sample, seed_,
+    if (bad_.count++ == 0 || here < bad_.at) {
+        bad_.at = here;
+        bad_.first = fmt::format("pixel ({}, {}) sample {} seed {}: {} {} {}", at.x, at.y, sample, seed_,
                                  value.x, value.y, value.z);
     }
 }

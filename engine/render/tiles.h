@@ -12,6 +12,7 @@
 #include "engine/integrators/integrator.h"
 #include "engine/render/allocation.h"
 #include "engine/render/film.h"
+#include "engine/render/image_part.h"
 #include "engine/render/job.h"
 #include "engine/render/part_films.h"
 #include "engine/render/render.h"
@@ -61,6 +62,23 @@ class CameraSampler {
     FilterSampler filter_;
 };
 
+// Samples that were not finite and left out; the first of them, to find it again: of the first such sample
+// number the first pixel in reading order, whichever thread found what when.
+struct BadSamples {
+    std::uint64_t count = 0;
+    std::string first;
+    std::array<int, 3> at{};  // sample, y, x; all 0: before any of this render's own
+
+    void add(const BadSamples& more) {
+        if (more.count > 0 && (count == 0 || more.at < at)) first = more.first, at = more.at;
+        count += more.count;
+    }
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(count, first, at);
+    }
+};
+
 // One finished set-up: everything a tile needs. Any thread may render any tile, each tile by one at a time.
 class TileRenderer {
   public:
@@ -79,6 +97,11 @@ class TileRenderer {
           allocation_(allocation) {}
 
     int tiles() const { return across() * ((film_.height() + kTile - 1) / kTile); }
+    // The tile's pixels, from the corner of what is rendered.
+    PixelBox box(int tile) const {
+        const V2i begin(tile % across() * kTile, tile / across() * kTile);
+        return {begin, {std::min(begin.x + kTile, film_.width()), std::min(begin.y + kTile, film_.height())}};
+    }
 
     // The samples [first, end) of every pixel of a tile, `first` > 0.
     void render(const Estimator& estimator, int tile, int first, int end);
@@ -89,16 +112,9 @@ class TileRenderer {
     static constexpr int kFirstSteps = 3;
     void render_first(const Estimator& estimator, int tile, int end, int step);
 
-    // Samples that were not finite and left out; the first of them, to find it again: of the first such
-    // sample number the first pixel in reading order, whichever thread found what when.
-    std::uint64_t bad_samples() const { return bad_samples_; }
-    const std::string& first_bad() const { return first_bad_; }
+    const BadSamples& bad_samples() const { return bad_; }
     // Those of the render that this one goes on with: its samples came before.
-    void take_up_bad(std::uint64_t count, std::string first) {
-        bad_samples_ = count;
-        first_bad_ = std::move(first);
-        first_bad_at_ = {};
-    }
+    void take_up_bad(BadSamples before) { bad_ = std::move(before); }
 
   private:
     static constexpr int kTile = 16;  // pixels
@@ -120,9 +136,7 @@ class TileRenderer {
     bool by_pass_;
     SampleAllocation* allocation_;
     std::mutex mutex_;
-    std::uint64_t bad_samples_ = 0;
-    std::string first_bad_;
-    std::array<int, 3> first_bad_at_{};  // sample, y, x; all 0: before any of this render's own
+    BadSamples bad_;
 };
 
 }  // namespace lucerna

@@ -236,7 +236,7 @@ class CachedTexels final : public Texels {
     static constexpr int kBand = 64;
 
     void read(int x0, int x1, int y0, int y1, float* out) const {
-        const PixelBox box{x0, x1, y0, y1};
+        const PictureRegion box{x0, x1, y0, y1};
         const std::size_t count = Header{x1 - x0, y1 - y0, header_.channels, false, false}.values();
         if (header_.bytes) {
             std::array<std::uint8_t, 12> few{};

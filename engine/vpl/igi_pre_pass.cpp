@@ -48,9 +48,18 @@ struct ShadingPointsLit : LightPathVisitor {
     std::span<PathTrial> all;    // by path
     PathTrial* trial = nullptr;  // of the path that is under way
     std::optional<Sampler> roulette;
+    std::uint32_t first = 0, end = 0;  // paths of the chunk
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, first, end);
+        std::span<PathTrial> own = all.subspan(first, end - first);
+        archive(own);
+    }
     bool begin(std::uint32_t path, const std::optional<LightPathStart>& /*start*/, const Sampler& sampler) {
         trial = &all[path];
+        if (end == 0) first = path;
+        end = path + 1;
         *trial = draw_places(places.size(), sampler.split(2));
         roulette = sampler.split(1);
         return true;
@@ -290,20 +299,31 @@ float importance_of(const Vpl& light, const ShadingPoints& seen, const ShadingPo
 
 std::vector<float> importances_of(const VplSets& sets, std::size_t many, const ShadingPoints& seen,
                                   const IgiSettings& settings, const RenderContext& context) {
-    constexpr std::int64_t kGrain = 1024;  // fixed, so that results do not depend on threads
+    constexpr std::size_t kGrain = 1024;  // fixed, so that results do not depend on threads
     const ShadingPointContribution shading(context.scene, settings);
-    const auto count = static_cast<std::int64_t>(sets.lights.size());
     std::vector<float> result(sets.lights.size());
-    Phase phase(context.monitor, "virtual point lights that matter", sets.lights.size());
-    parallel_ranges(
-        context.workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t /*chunk*/) {
+    const std::size_t chunks = (result.size() + kGrain - 1) / kGrain;
+    Phase phase(context.monitor, "virtual point lights that matter", chunks);
+    const auto values_of = [&](std::int64_t chunk) {
+        const std::size_t begin = static_cast<std::size_t>(chunk) * kGrain;
+        return std::span(result).subspan(begin, std::min(kGrain, result.size() - begin));
+    };
+    shared_chunks(
+        context.workers, "importance of virtual point lights", static_cast<std::int64_t>(chunks),
+        ResultsOf::everywhere,
+        [&](std::int64_t chunk) {
             if (context.monitor.stopped()) return;
-            for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+            std::size_t i = static_cast<std::size_t>(chunk) * kGrain;
+            for (float& value : values_of(chunk)) {
                 Sampler sampler(context.seed, Purpose::importance, kLightsPass, i);
-                result[i] = importance_of(sets.lights[i], seen, shading, many, sampler);
+                value = importance_of(sets.lights[i++], seen, shading, many, sampler);
             }
-            phase.advance(static_cast<std::uint64_t>(end - begin));
-        });
+        },
+        [&](std::int64_t chunk, auto& archive) {
+            auto values = values_of(chunk);
+            archive(values);
+        },
+        [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); });
     return result;
 }
 

@@ -19,6 +19,10 @@ struct ChunkVpls : LightPathVisitor {
     bool by_light = false;  // whether anybody will ask which light a VPL came from
     std::vector<Vpl> lights;
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, lights);
+    }
     void hit(const LightPathHit& at) {
         if (longest < 0) return;
         make_vpls(at, gloss, [&](const Vpl& light) {

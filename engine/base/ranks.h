@@ -1,0 +1,300 @@
+// The ranks of a job at work on one render: what they agree on, and how they share out what can be done in
+// any order.
+//
+// Every rank has the whole scene and runs the same code; at places that all of them pass in the same order
+// they meet (the collective calls below). Work is numbered items whose results do not depend on who does
+// them, nor when. Rank 0 hands the items out, a few at a time, to whoever asks: a slow node gets fewer, and
+// holds nobody up. So an image has the same bits on any number of ranks and threads.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "engine/base/communicator.h"
+#include "engine/base/monitor.h"
+#include "engine/base/packing.h"
+#include "engine/base/parallel.h"
+
+namespace lucerna {
+
+class Ranks {
+  public:
+    // `threads`: of this rank. Collective.
+    Ranks(std::unique_ptr<Communicator> communicator, int threads);
+    ~Ranks();
+    Ranks(const Ranks&) = delete;
+    Ranks& operator=(const Ranks&) = delete;
+
+    int rank() const { return communicator_->rank(); }
+    int size() const { return communicator_->size(); }
+    bool leads() const { return rank() == 0; }
+    const std::string& host(int rank) const { return hosts_[static_cast<std::size_t>(rank)]; }
+    int threads(int rank) const { return threads_[static_cast<std::size_t>(rank)]; }
+    int all_threads() const { return all_threads_; }
+    int on_this_host() const;  // ranks, this one among them
+
+    // --- Where ranks meet: collective. `what` names it in the statistics.
+
+    // Rank 0's value.
+    template <typename T>
+    T agree(T value) {
+        static_assert(is_plain_data<T>);
+        broadcast("agreement", std::as_writable_bytes(std::span(&value, 1)));
+        return value;
+    }
+    std::vector<std::byte> broadcast(std::string_view what, std::vector<std::byte> bytes);
+    // By rank; at rank 0 alone, or everywhere.
+    std::vector<std::vector<std::byte>> gather(std::string_view what, std::vector<std::byte> own);
+    std::vector<std::vector<std::byte>> all_gather(std::string_view what, std::vector<std::byte> own);
+
+    // Whether the user asked to stop, as it was known when ranks last met: on all of them the same.
+    bool stopped() const { return stopped_; }
+    // Rank 0: by whom the user asks.
+    void listen_to(std::function<bool()> asked_to_stop) { asked_to_stop_ = std::move(asked_to_stop); }
+
+    // --- Work that is shared out
+
+    struct Loop {
+        // At rank 0: items, in the order in which they are handed out; and, where items have a state, which
+        // rank has it, by item (kNobody: none yet). Ranks get those that they have first.
+        std::vector<std::int64_t> items = {};
+        std::vector<int> holders = {};
+        // At rank 0, from any thread: no more is handed out; and seconds after which none of what was handed
+        // out is begun.
+        std::function<bool()> ends = {};
+        double seconds = std::numeric_limits<double>::infinity();
+        // At rank 0, from any thread: so many more are done, by whomever; that rank has its state now.
+        std::function<void(std::int64_t)> advance = {};
+        std::function<void(std::int64_t item, int rank)> moved = {};
+        // Of items with a state: it leaves this rank, it is here.
+        std::function<std::vector<std::byte>(std::int64_t item)> give = {};
+        std::function<void(std::int64_t item, std::vector<std::byte> state)> take = {};
+    };
+    static constexpr int kNobody = -1;
+
+    // Calls body(item) for this rank's share of the loop's items, from any of its threads. Returns those for
+    // which it is true; another rank may still be at work, so that what the loop refers to must live until
+    // ranks meet again. Collective.
+    template <typename Body>
+    std::vector<std::int64_t> work(const Workers& workers, Loop loop, Body&& body);
+    // Meets, to learn whether the user asked to stop.
+    bool agree_to_stop() {
+        stopped_ = agree(asked_to_stop_ && asked_to_stop_());
+        return stopped_;
+    }
+    bool asked_to_stop() const { return asked_to_stop_ && asked_to_stop_(); }
+    // At rank 0, after that: of the last loop's items, how many Loop::advance was not told of.
+    std::int64_t untold(std::int64_t items) const { return items - told_; }
+
+    // What was sent and received, and how long that took, by name.
+    struct Traffic {
+        std::uint64_t calls = 0, bytes = 0;
+        double waited = 0;   // seconds, for the last rank to come
+        double seconds = 0;  // of the transfer
+    };
+    const std::map<std::string, Traffic, std::less<>>& traffic() const { return traffic_; }
+
+    // Ends all ranks.
+    void abort(int exit_code) { communicator_->abort(exit_code); }
+
+  private:
+    struct Item {
+        std::int64_t number;
+        int holder;
+    };
+    // What rank 0 has not handed out yet: by who has the items' state, at the end those that nobody has.
+    class Queue {
+      public:
+        void fill(const Loop& loop, int ranks);
+        bool empty() const { return left_ == 0; }
+        std::vector<Item> take(int rank, int threads, double seconds_per_item, int all_threads);
+
+      private:
+        std::vector<std::deque<std::int64_t>> of_;
+        std::int64_t left_ = 0;
+    };
+    struct Request {
+        std::int32_t kind;  // kTake, kFetch
+        std::int32_t threads = 0;
+        std::int64_t done = 0;  // since the last one
+        double seconds = 0;     // of one item
+        std::int64_t item = 0;
+    };
+    struct Answer {
+        std::vector<Item> items;
+        double seconds = 0;  // until when they may be begun
+        template <typename Archive>
+        void fields(Archive& archive) {
+            archive(items, seconds);
+        }
+    };
+    enum : std::int32_t { kTake, kFetch };
+
+    // This rank's share of the items: asks for more before it has none.
+    class Share {
+      public:
+        Share(Ranks& ranks, int threads) : ranks_(ranks), threads_(threads) {}
+        std::optional<std::int64_t> next();
+        void done(std::int64_t item, double seconds);
+        void give_up();
+        std::vector<std::int64_t> finish();
+
+      private:
+        void ask(std::unique_lock<std::mutex>& lock);
+        Answer asked(const Request& request);
+
+        Ranks& ranks_;
+        int threads_;
+        std::mutex mutex_;
+        std::condition_variable came_;
+        std::deque<std::int64_t> items_;
+        bool asking_ = false, ended_ = false, given_up_ = false;
+        double until_ = std::numeric_limits<double>::infinity();  // by clock_
+        Stopwatch clock_;
+        std::vector<std::int64_t> done_;
+        std::size_t told_ = 0;  // of them, to rank 0
+        double busy_ = 0;       // seconds, of all threads
+    };
+
+    void broadcast(std::string_view what, std::span<std::byte> bytes);
+    void begin(Loop loop);
+    Answer hand_out(int rank, const Request& request);
+    std::vector<std::byte> fetch(std::int64_t item, int from);
+    std::vector<std::byte> answer(int from, const Request& request);
+    void serve();
+    Traffic& traffic_of(std::string_view what);
+
+    std::unique_ptr<Communicator> communicator_;
+    std::vector<std::string> hosts_;
+    std::vector<int> threads_;
+    int all_threads_ = 1;
+    std::function<bool()> asked_to_stop_;
+    bool stopped_ = false;
+    std::map<std::string, Traffic, std::less<>> traffic_;
+    int exceptions_;  // in flight when it was made
+
+    std::mutex mutex_;  // of what the service reads
+    Loop loop_;         // until ranks meet again: others may be at work when this one has nothing left to do
+    Stopwatch loop_clock_;
+    Queue queue_;
+    bool ended_ = false;     // nothing more is handed out
+    std::int64_t told_ = 0;  // items that are done
+    std::atomic<bool> leaving_{false};
+    std::thread service_;
+};
+
+// A monitor whose stopped() is what all ranks agreed on; rank 0's user is told of the rest.
+class RanksMonitor final : public Monitor {
+  public:
+    RanksMonitor(Ranks& ranks, Monitor& user) : ranks_(ranks), user_(user) {}
+    void begin(std::string_view phase, std::uint64_t total) override {
+        if (ranks_.leads()) user_.begin(phase, total);
+    }
+    void advance(std::uint64_t units) override {
+        if (ranks_.leads()) user_.advance(units);
+    }
+    void end() override {
+        if (ranks_.leads()) user_.end();
+    }
+    void info(std::string_view line) override {
+        if (ranks_.leads()) user_.info(line);
+    }
+    void warn(std::string_view line) override {
+        if (ranks_.leads()) user_.warn(line);
+    }
+    bool stopped() const override { return ranks_.stopped(); }
+
+  private:
+    Ranks& ranks_;
+    Monitor& user_;
+};
+
+template <typename Body>
+std::vector<std::int64_t> Ranks::work(const Workers& workers, Loop loop, Body&& body) {
+    begin(std::move(loop));
+    Share share(*this, workers.threads);
+    parallel_chunks(workers, workers.threads, [&](std::int64_t /*thread*/) {
+        try {
+            while (const auto item = share.next()) {
+                const Stopwatch clock;
+                if (body(*item)) share.done(*item, clock.seconds());
+            }
+        } catch (...) {
+            share.give_up();
+            throw;
+        }
+    });
+    return share.finish();
+}
+
+// What rank 0 found by a clock or of its machine, on all ranks.
+template <typename T>
+T agreed(const Workers& workers, T value) {
+    return workers.ranks ? workers.ranks->agree(value) : value;
+}
+
+// parallel_chunks() over all ranks. What a chunk made, fields(chunk, archive) packs and unpacks: every rank
+// has all of it then, or rank 0 alone. `advance(n)`: so many more chunks are done, told to rank 0; from any
+// thread. False: the user stopped it, and nothing is whole.
+enum class ResultsOf : std::uint8_t { everywhere, at_rank_0 };
+template <typename Body, typename Fields, typename Advance>
+bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsOf results,
+                   Body&& body, Fields&& fields, Advance&& advance) {
+    if (!workers.ranks) {
+        parallel_chunks(workers, chunks, [&](std::int64_t chunk) {
+            body(chunk);
+            advance(std::int64_t{1});
+        });
+        return true;
+    }
+    Ranks& ranks = *workers.ranks;
+    Ranks::Loop loop;
+    if (ranks.leads()) {
+        loop.items.resize(static_cast<std::size_t>(chunks));
+        for (std::size_t i = 0; i < loop.items.size(); ++i) loop.items[i] = static_cast<std::int64_t>(i);
+        loop.ends = [&ranks] { return ranks.asked_to_stop(); };
+        loop.advance = [&advance](std::int64_t n) { advance(n); };
+    }
+    const std::vector<std::int64_t> own = ranks.work(workers, std::move(loop), [&](std::int64_t chunk) {
+        body(chunk);
+        return true;
+    });
+    if (ranks.agree_to_stop()) return false;
+    if (ranks.leads()) advance(ranks.untold(chunks));
+    Packer packer;
+    for (const std::int64_t chunk : own) {
+        packer(chunk);
+        fields(chunk, packer);
+    }
+    const auto all = results == ResultsOf::everywhere ? ranks.all_gather(what, packer.take())
+                                                      : ranks.gather(what, packer.take());
+    for (std::size_t r = 0; r < all.size(); ++r) {
+        if (static_cast<int>(r) == ranks.rank()) continue;
+        Unpacker unpacker(all[r]);
+        while (!unpacker.empty()) {
+            std::int64_t chunk = 0;
+            unpacker(chunk);
+            fields(chunk, unpacker);
+        }
+    }
+    return true;
+}
+template <typename Body, typename Fields>
+bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t chunks, ResultsOf results,
+                   Body&& body, Fields&& fields) {
+    return shared_chunks(workers, what, chunks, results, std::forward<Body>(body),
+                         std::forward<Fields>(fields), [](std::int64_t) {});
+}
+
+}  // namespace lucerna

@@ -1,0 +1,83 @@
+#include "engine/cli/parallel_job.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <thread>
+
+#include "engine/base/error.h"
+#include "engine/base/files.h"
+#include "engine/cli/run.h"
+
+namespace lucerna {
+namespace {
+
+// By which two builds of one version are told apart.
+std::string hash_of_program() {
+    WordHash hash;
+    hash.add_bytes(read_bytes("/proc/self/exe"));
+    return fmt::format("{:016x}", hash.value());
+}
+
+}  // namespace
+
+ParallelJob::ParallelJob(const CommandContext& context, const Workers& workers) : context_(context) {
+    if (is_parallel_job()) ranks_ = std::make_unique<Ranks>(join_parallel_job(), workers.threads);
+}
+
+void ParallelJob::run(const std::function<void()>& act) const {
+    if (!ranks_) return act();
+    try {
+        act();
+    } catch (const Stopped&) {
+        throw;  // by all of them
+    } catch (...) {
+        std::string who = "lucerna";
+        if (!ranks_->leads()) {
+            // What rank 0 finds wrong, too, it tells.
+            std::this_thread::sleep_for(std::chrono::seconds(1));
+            who += fmt::format(": rank {} on {}", ranks_->rank(), ranks_->host(ranks_->rank()));
+        }
+        const int code = report_error(context_.err, context_.around, who);
+        context_.err.flush();
+        ranks_->abort(code);
+    }
+}
+
+void require_same_facts(Ranks& ranks, PictureFacts facts) {
+    facts.insert(facts.begin(), {"program (hash of its file)", hash_of_program()});
+    std::vector<std::string> lines;
+    for (const auto& [name, value] : facts) lines.push_back(name), lines.push_back(value);
+    Packer own;
+    own(lines);
+    const auto all = ranks.gather("facts", own.take());
+    for (std::size_t r = 1; r < all.size(); ++r) {
+        std::vector<std::string> others;
+        Unpacker unpacker(all[r]);
+        unpacker(others);
+        PictureFacts there;
+        for (std::size_t i = 0; i + 1 < others.size(); i += 2) there.emplace_back(others[i], others[i + 1]);
+        if (const auto difference = first_difference(there, facts)) {
+            throw InputError(
+                fmt::format("rank {} on {} would render another picture: its {} is {}, that of rank 0 on {} "
+                            "is {}; the same "
+                            "program, files and options on all ranks are accepted",
+                            r, ranks.host(static_cast<int>(r)), difference->name, difference->of_first,
+                            ranks.host(0), difference->of_second));
+        }
+    }
+    ranks.agree(true);  // not reached by rank 0 if they differ: it ends them all
+}
+
+void share_settings(Ranks& ranks, IntegratorSettings& settings) {
+    Packer packer;
+    std::visit([&](const auto& own) { packer(std::string(integrator_name(settings)), own); }, settings);
+    const std::vector<std::byte> bytes = ranks.broadcast("settings", packer.take());
+    std::string name;
+    Unpacker unpacker(bytes);
+    unpacker(name);
+    settings = make_settings(name, {});
+    std::visit([&](auto& own) { unpacker(own); }, settings);
+}
+
+}  // namespace lucerna

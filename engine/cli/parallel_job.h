@@ -1,0 +1,42 @@
+// A command on the ranks of a parallel job (engine/base/ranks.h): rank 0 reads, says and writes what one
+// process would; the others read the scene, too, and share the work.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <ostream>
+
+#include "engine/base/monitor.h"
+#include "engine/base/ranks.h"
+#include "engine/cli/commands.h"
+#include "engine/integrators/settings.h"
+#include "engine/render/picture_facts.h"
+
+namespace lucerna {
+
+class ParallelJob {
+  public:
+    // Joins the job, if the launcher started more than one rank. Throws InputError.
+    ParallelJob(const CommandContext& context, const Workers& workers);
+
+    Ranks* ranks() const { return ranks_.get(); }  // null: this process is alone
+    bool leads() const { return !ranks_ || ranks_->leads(); }
+
+    // An error that any rank throws is told once, with the rank and its host where it is not rank 0, and ends
+    // them all.
+    void run(const std::function<void()>& act) const;
+
+  private:
+    const CommandContext& context_;
+    std::unique_ptr<Ranks> ranks_;
+};
+
+// The ranks agree. Collective.
+
+// Of the picture, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
+// its host, whose program, files or settings differ, and in what. The others wait there to be ended.
+void require_same_facts(Ranks& ranks, PictureFacts facts);
+// Rank 0's.
+void share_settings(Ranks& ranks, IntegratorSettings& settings);
+
+}  // namespace lucerna

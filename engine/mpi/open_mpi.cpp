@@ -1,0 +1,212 @@
+// Communicator by MPI. Calls are nonblocking ones that are asked again and again, with sleeps between: an MPI
+// that waits keeps a processor busy, which ranks on one machine, and the threads of this one, need.
+#include <fmt/format.h>
+#include <mpi.h>
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+
+#include "engine/base/communicator.h"
+
+namespace lucerna {
+namespace {
+
+// A count is an int; more goes in several calls.
+constexpr std::size_t kMostBytes = std::size_t{1} << 30;
+
+// What is sent between two ranks: messages have their own tags, from 0 on.
+constexpr int kGatherTag = 1000;
+
+void check(int code, const char* what) {
+    if (code == MPI_SUCCESS) return;
+    char text[MPI_MAX_ERROR_STRING] = {};
+    int length = 0;
+    MPI_Error_string(code, text, &length);
+    throw std::runtime_error(
+        fmt::format("{}: {}", what, std::string(text, static_cast<std::size_t>(length))));
+}
+
+// Asks until done() says so: at once for a while, then less and less often.
+template <typename Done>
+void wait_until(Done&& done) {
+    using namespace std::chrono;
+    constexpr milliseconds kAtOnce(1);
+    constexpr microseconds kLongest(300);
+    const auto begin = steady_clock::now();
+    auto pause = microseconds(20);
+    while (!done()) {
+        if (steady_clock::now() - begin < kAtOnce) {
+            std::this_thread::yield();
+        } else {
+            std::this_thread::sleep_for(pause);
+            pause = std::min(2 * pause, kLongest);
+        }
+    }
+}
+
+void wait_for(MPI_Request& request, const char* what) {
+    wait_until([&] {
+        int done = 0;
+        check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
+        return done != 0;
+    });
+}
+
+int count_of(std::size_t bytes) {
+    return static_cast<int>(bytes);
+}
+
+class OpenMpi final : public Communicator {
+  public:
+    OpenMpi() {
+        int provided = 0;
+        check(MPI_Init_thread(nullptr, nullptr, MPI_THREAD_MULTIPLE, &provided), "MPI_Init_thread");
+        if (provided < MPI_THREAD_MULTIPLE) {
+            MPI_Finalize();
+            throw std::runtime_error("this MPI does not let several threads call it (MPI_THREAD_MULTIPLE)");
+        }
+        check(MPI_Comm_dup(MPI_COMM_WORLD, &collectives_), "MPI_Comm_dup");
+        check(MPI_Comm_dup(MPI_COMM_WORLD, &messages_), "MPI_Comm_dup");
+        MPI_Comm_set_errhandler(collectives_, MPI_ERRORS_RETURN);
+        MPI_Comm_set_errhandler(messages_, MPI_ERRORS_RETURN);
+        MPI_Comm_rank(collectives_, &rank_);
+        MPI_Comm_size(collectives_, &size_);
+    }
+    ~OpenMpi() override {
+        MPI_Comm_free(&messages_);
+        MPI_Comm_free(&collectives_);
+        MPI_Finalize();
+    }
+    OpenMpi(const OpenMpi&) = delete;
+    OpenMpi& operator=(const OpenMpi&) = delete;
+
+    int rank() const override { return rank_; }
+    int size() const override { return size_; }
+    std::string host() const override {
+        char name[MPI_MAX_PROCESSOR_NAME] = {};
+        int length = 0;
+        MPI_Get_processor_name(name, &length);
+        return {name, static_cast<std::size_t>(length)};
+    }
+
+    void broadcast(std::span<std::byte> bytes) override { broadcast_from(0, bytes); }
+
+    void all_gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
+                    std::span<std::byte> all) override {
+        if (all.size() > kMostBytes) {
+            for (int r = 0; r < size_; ++r) {
+                const auto part = all.first(sizes[static_cast<std::size_t>(r)]);
+                if (r == rank_) std::copy(own.begin(), own.end(), part.begin());
+                broadcast_from(r, part);
+                all = all.subspan(part.size());
+            }
+            return;
+        }
+        std::vector<int> counts, begins;
+        std::size_t begin = 0;
+        for (const std::size_t size : sizes) {
+            counts.push_back(count_of(size));
+            begins.push_back(count_of(begin));
+            begin += size;
+        }
+        MPI_Request request{};
+        check(MPI_Iallgatherv(own.data(), count_of(own.size()), MPI_BYTE, all.data(), counts.data(),
+                              begins.data(), MPI_BYTE, collectives_, &request),
+              "MPI_Iallgatherv");
+        wait_for(request, "MPI_Iallgatherv");
+    }
+
+    void gather(std::span<const std::byte> own, std::span<const std::size_t> sizes,
+                std::span<std::byte> all) override {
+        if (rank_ != 0) return send_in_pieces(own);
+        for (int r = 0; r < size_; ++r) {
+            const auto part = all.first(sizes[static_cast<std::size_t>(r)]);
+            if (r == 0) {
+                std::copy(own.begin(), own.end(), part.begin());
+            } else {
+                receive_in_pieces(r, part);
+            }
+            all = all.subspan(part.size());
+        }
+    }
+
+    void send(int to, int tag, std::span<const std::byte> bytes) override {
+        MPI_Request request{};
+        check(MPI_Isend(bytes.data(), count_of(bytes.size()), MPI_BYTE, to, tag, messages_, &request),
+              "MPI_Isend");
+        wait_for(request, "MPI_Isend");
+    }
+    std::vector<std::byte> receive(int from, int tag) override {
+        std::optional<Message> message;
+        wait_until([&] { return (message = try_receive_from(from, tag)).has_value(); });
+        return std::move(message->bytes);
+    }
+    std::optional<Message> try_receive(int tag) override { return try_receive_from(MPI_ANY_SOURCE, tag); }
+
+    void abort(int exit_code) override {
+        MPI_Abort(MPI_COMM_WORLD, exit_code);
+        std::abort();  // it does not return
+    }
+
+  private:
+    void broadcast_from(int root, std::span<std::byte> bytes) {
+        while (!bytes.empty()) {
+            const auto piece = bytes.first(std::min(bytes.size(), kMostBytes));
+            MPI_Request request{};
+            check(MPI_Ibcast(piece.data(), count_of(piece.size()), MPI_BYTE, root, collectives_, &request),
+                  "MPI_Ibcast");
+            wait_for(request, "MPI_Ibcast");
+            bytes = bytes.subspan(piece.size());
+        }
+    }
+
+    void send_in_pieces(std::span<const std::byte> bytes) {
+        while (!bytes.empty()) {
+            const auto piece = bytes.first(std::min(bytes.size(), kMostBytes));
+            MPI_Request request{};
+            check(MPI_Isend(piece.data(), count_of(piece.size()), MPI_BYTE, 0, kGatherTag, collectives_,
+                            &request),
+                  "MPI_Isend");
+            wait_for(request, "MPI_Isend");
+            bytes = bytes.subspan(piece.size());
+        }
+    }
+    void receive_in_pieces(int from, std::span<std::byte> bytes) {
+        while (!bytes.empty()) {
+            const auto piece = bytes.first(std::min(bytes.size(), kMostBytes));
+            MPI_Request request{};
+            check(MPI_Irecv(piece.data(), count_of(piece.size()), MPI_BYTE, from, kGatherTag, collectives_,
+                            &request),
+                  "MPI_Irecv");
+            wait_for(request, "MPI_Irecv");
+            bytes = bytes.subspan(piece.size());
+        }
+    }
+
+    std::optional<Message> try_receive_from(int from, int tag) {
+        int there = 0;
+        MPI_Message message{};
+        MPI_Status status{};
+        check(MPI_Improbe(from, tag, messages_, &there, &message, &status), "MPI_Improbe");
+        if (there == 0) return std::nullopt;
+        int count = 0;
+        MPI_Get_count(&status, MPI_BYTE, &count);
+        Message received{status.MPI_SOURCE, std::vector<std::byte>(static_cast<std::size_t>(count))};
+        MPI_Request request{};
+        check(MPI_Imrecv(received.bytes.data(), count, MPI_BYTE, &message, &request), "MPI_Imrecv");
+        wait_for(request, "MPI_Imrecv");
+        return received;
+    }
+
+    int rank_ = 0, size_ = 1;
+    MPI_Comm collectives_ = MPI_COMM_NULL, messages_ = MPI_COMM_NULL;
+};
+
+}  // namespace
+}  // namespace lucerna
+
+extern "C" lucerna::Communicator* lucerna_mpi_1() {
+    return new lucerna::OpenMpi();
+}

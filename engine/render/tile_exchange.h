@@ -1,0 +1,104 @@
+// Tiles on the ranks of a parallel job: every tile's sums are on one rank, the one that renders its next
+// samples. Rank 0 knows where each is, and hands them out anew in every round (engine/base/ranks.h): a rank
+// keeps its tiles, and one that has nothing left to do takes over those of another, with their sums. For a
+// whole image they are brought together at rank 0.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/ranks.h"
+#include "engine/render/allocation.h"
+#include "engine/render/film.h"
+#include "engine/render/part_films.h"
+#include "engine/render/tiles.h"
+
+namespace lucerna {
+
+// What a tile has: of its pixels' samples all numbers below; of the first ones, steps
+// (TileRenderer::render_first).
+struct TileState {
+    std::int32_t samples = 0;
+    std::int32_t first_steps = 0;
+};
+
+// Calls are collective.
+class TileExchange {
+  public:
+    // What is referred to is this rank's own; `parts` and `allocation` may be null. Rank 0 has the sums of
+    // all tiles that have samples.
+    TileExchange(Ranks& ranks, const Scene& scene, const TileRenderer& tiles, Film& film, PartFilms* parts,
+                 SampleAllocation* allocation, std::span<TileState> states);
+
+    // As Ranks::work(), of tiles: `loop` without what moves their state. At rank 0: what the others did.
+    template <typename Render>
+    std::vector<std::int64_t> render(const Workers& workers, Ranks::Loop loop, Render&& render);
+
+    // Rank 0's film, and parts, and allocation, have the sums of all tiles.
+    void bring_together();
+    // SampleAllocation::decide(done), on what all ranks saw.
+    void decide(int done);
+    // All ranks allocate as rank 0.
+    void share_allocation();
+
+    // At rank 0, as it was when tiles were last brought together: of all ranks.
+    const BadSamples& bad_samples() const { return bad_; }
+    std::uint64_t rays() const { return rays_; }
+    std::uint64_t invalid_rays() const { return invalid_rays_; }
+    // The same now.
+    std::uint64_t all_rays();
+
+    // Tiles by this rank, rounds counted apart.
+    std::uint64_t rendered() const { return rendered_; }
+
+  private:
+    std::vector<std::int64_t> finish_round(const std::vector<std::int64_t>& own);
+    template <typename Archive>
+    void fields_of(std::int64_t tile, Archive& archive);
+    template <typename Visit>
+    void for_each_block(std::int64_t tile, Visit&& visit) const;
+
+    Ranks& ranks_;
+    const Scene& scene_;
+    const TileRenderer& tiles_;
+    Film& film_;
+    PartFilms* parts_;
+    SampleAllocation* allocation_;
+    std::span<TileState> states_;
+    std::vector<int> holders_;            // rank 0: by tile
+    std::vector<std::uint8_t> here_;      // tiles whose sums are on this rank
+    std::vector<std::uint8_t> is_newer_;  // than what rank 0 has of them
+    BadSamples bad_;
+    std::uint64_t rays_ = 0, invalid_rays_ = 0;
+    std::uint64_t rendered_ = 0;
+};
+
+template <typename Render>
+std::vector<std::int64_t> TileExchange::render(const Workers& workers, Ranks::Loop loop, Render&& render) {
+    loop.holders = holders_;
+    loop.moved = [this](std::int64_t tile, int rank) { holders_[static_cast<std::size_t>(tile)] = rank; };
+    loop.give = [this](std::int64_t tile) {
+        here_[static_cast<std::size_t>(tile)] = 0;
+        Packer packer;
+        fields_of(tile, packer);
+        return packer.take();
+    };
+    loop.take = [this](std::int64_t tile, std::vector<std::byte> state) {
+        const auto t = static_cast<std::size_t>(tile);
+        here_[t] = 1;
+        if (state.empty()) return;
+        is_newer_[t] = 1;
+        Unpacker unpacker(state);
+        fields_of(tile, unpacker);
+    };
+    const std::vector<std::int64_t> own = ranks_.work(workers, std::move(loop), [&](std::int64_t tile) {
+        if (!render(static_cast<std::size_t>(tile))) return false;
+        is_newer_[static_cast<std::size_t>(tile)] = 1;
+        return true;
+    });
+    rendered_ += own.size();
+    return finish_round(own);
+}
+
+}  // namespace lucerna
