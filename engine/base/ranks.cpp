@@ -168,8 +168,8 @@ void Ranks::begin(Loop loop) {
         told_ = 0;
         if (leads()) queue_.fill(loop_, size());
     }
-    // Nobody asks before rank 0 can answer.
-    agree(0);
+    // Nobody asks before all can answer.
+    all_gather("begin", {});
 }
 
 Ranks::Answer Ranks::hand_out(int rank, const Request& request) {
