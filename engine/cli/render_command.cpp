@@ -432,6 +432,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     const Listening listening(frames.context.around);
     if (frames.ranks) require_same_facts(*frames.ranks, picture_facts(job, facts.seed));
     RenderOptions options = command.options;
+    options.workers.ranks = frames.ranks;
     const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
@@ -440,7 +441,6 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         if (frames.ranks) share_settings(*frames.ranks, job.integrator);
         facts.choose_seconds = choosing.seconds();
     }
-    options.workers.ranks = frames.ranks;
     options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
