@@ -243,6 +243,31 @@ TEST_F(Mpi, RanksThatWouldRenderAnotherPicture_AreRefusedByName) {
     }
 }
 
+// A rank without the scene's files gets them; it says so where they are not enough.
+TEST_F(Mpi, BroadcastScene_ReachesRanksThatDoNotHaveIt) {
+    const Words words{"render", "scenes/scene.pbrt", "--spp", "4", "--broadcast-scene", "-o", "../many.exr"};
+    for (const char* name : {"here/scenes", "here/lamps", "there"})
+        std::filesystem::create_directories(folder_ / name);
+    std::string scene = kScene;
+    scene.replace(scene.find("lamp.exr"), 8, "../lamps/lamp.exr");
+    std::ofstream(folder_ / "here/scenes/scene.pbrt") << scene;
+    std::filesystem::copy_file(folder_ / "lamp.exr", folder_ / "here/lamps/lamp.exr");
+    Start start = on(1);
+    start.launcher.insert(start.launcher.end(), {"-wdir", (folder_ / "here").string()});
+    Words all = words;
+    all.insert(all.end(), {":", "-n", "2", "-wdir", (folder_ / "there").string(), LUCERNA_COMMAND});
+    const Finished finished = run_command(with(all, words), start);
+    EXPECT_EQ(finished.code, 0) << finished.out << finished.err;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "there"));
+    ASSERT_EQ(alone({"render", "here/scenes/scene.pbrt", "--spp", "4", "-o", "one.exr"}).code, 0);
+    expect_same_image("one.exr", "many.exr");
+    for (std::string& word : all) word = word == "--broadcast-scene" ? "--quiet" : word;
+    const Finished refused =
+        run_command(with(all, {"render", "scenes/scene.pbrt", "-o", "../many.exr"}), start);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("scenes/scene.pbrt: no such file"));
+}
+
 // srun without --mpi=pmix: as many processes, each of which would write the same image.
 TEST_F(Mpi, ManyProcessesWithoutMpi_AreRefusedUnlessTheyRenderParts) {
     Start start{folder_.path()};
