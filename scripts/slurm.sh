@@ -133,8 +133,13 @@ CryptoType=crypto/munge
 AuthInfo=socket=$folder/munge.socket,cred_expire=5
 StateSaveLocation=$folder/state
 SlurmdSpoolDir=$folder/spool.%n
+# PMIx keeps a folder for each step there, which two nodes cannot share.
+TmpFS=$folder/tmp.%n
 SlurmctldPidFile=$folder/slurmctld.pid
 SlurmdPidFile=$folder/slurmd.%n.pid
+SlurmctldLogFile=$folder/slurmctld.log
+SlurmdLogFile=$folder/%n.log
+SlurmdDebug=debug
 # No control groups, no database.
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
@@ -155,6 +160,7 @@ ReturnToService=2
 JobRequeue=1
 END
 for ((node = 1; node <= nodes; ++node)); do
+    mkdir "$folder/spool.node$node" "$folder/tmp.node$node"
     echo "NodeName=node$node NodeHostname=$host NodeAddr=127.0.0.1 Port=${ports[node]} CPUs=$cpus"
 done >>"$folder/slurm.conf"
 echo "PartitionName=local Nodes=ALL Default=YES State=UP MaxTime=INFINITE" >>"$folder/slurm.conf"
