@@ -50,7 +50,7 @@ running_jobs() { timeout 20 squeue --noheader --format '%i' 2>/dev/null; }
 
 # Stops what this script started, by its process ids, whatever has happened before.
 stop() {
-    local code=$?
+    local code=$? alive pid process
     trap '' INT TERM HUP
     trap - EXIT
     set +e
@@ -75,9 +75,14 @@ stop() {
     done
     for pid in "${daemons[@]}"; do ! kill -KILL "$pid" 2>/dev/null || echo "slurm.sh: $pid had to be killed" >&2; done
     wait "${daemons[@]}" 2>/dev/null
+    # Steps outlive the daemons, as they should on a cluster. All of them, and their processes, have this cluster's configuration.
+    for process in $(grep -lsxz "SLURM_CONF=$folder/slurm.conf" /proc/[0-9]*/environ); do
+        process=${process#/proc/}
+        kill -KILL "${process%/environ}" 2>/dev/null && echo "slurm.sh: ${process%/environ} was left and had to be killed" >&2
+    done
     if [ -n "$logs" ]; then
         mkdir -p "$logs"
-        cp "$folder"/*.log "$folder"/*.conf "$folder"/jobs.txt "$logs/" 2>/dev/null
+        cp "$folder"/*.log "$folder"/slurm.conf "$folder"/jobs.txt "$logs/" 2>/dev/null
     fi
     rm -rf "$folder"
     exit "$code"
@@ -89,7 +94,7 @@ trap 'exit 143' TERM HUP
 start() { # NAME COMMAND...: a daemon in the foreground of a process of its own
     local name=$1
     shift
-    "$@" >>"$folder/$name.log" 2>&1 </dev/null &
+    "$@" >"$folder/$name.out" 2>&1 </dev/null &
     daemons+=($!)
 }
 wait_for() { # WHAT COMMAND...
@@ -100,7 +105,7 @@ wait_for() { # WHAT COMMAND...
         sleep 0.2
     done
     echo "slurm.sh: $what; the ends of the logs:" >&2
-    tail -n 15 "$folder"/*.log >&2
+    tail -n 15 "$folder"/*.out >&2
     exit 1
 }
 # Ports that nobody listens at now; below the range from which the kernel takes ports for connections that go out.
@@ -139,7 +144,6 @@ SlurmctldPidFile=$folder/slurmctld.pid
 SlurmdPidFile=$folder/slurmd.%n.pid
 SlurmctldLogFile=$folder/slurmctld.log
 SlurmdLogFile=$folder/%n.log
-SlurmdDebug=debug
 # No control groups, no database.
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
@@ -167,7 +171,7 @@ echo "PartitionName=local Nodes=ALL Default=YES State=UP MaxTime=INFINITE" >>"$f
 export SLURM_CONF="$folder/slurm.conf"
 mkdir "$folder/state"
 
-start munge munged --foreground --socket="$folder/munge.socket" --key-file="$folder/munge.key" --seed-file="$folder/munge.seed" \
+start munged munged --foreground --socket="$folder/munge.socket" --key-file="$folder/munge.key" --seed-file="$folder/munge.seed" \
     --pid-file="$folder/munge.pid" --num-threads=2 --force
 wait_for "munged does not answer" munge --socket="$folder/munge.socket" --no-input
 start slurmctld slurmctld -D -c
