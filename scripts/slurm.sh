@@ -50,7 +50,7 @@ running_jobs() { timeout 20 squeue --noheader --format '%i' 2>/dev/null; }
 
 # Stops what this script started, by its process ids, whatever has happened before.
 stop() {
-    local code=$? alive pid process
+    local code=$? alive pid left second
     trap '' INT TERM HUP
     trap - EXIT
     set +e
@@ -76,10 +76,14 @@ stop() {
     for pid in "${daemons[@]}"; do ! kill -KILL "$pid" 2>/dev/null || echo "slurm.sh: $pid had to be killed" >&2; done
     wait "${daemons[@]}" 2>/dev/null
     # Steps outlive the daemons, as they should on a cluster. All of them, and their processes, have this cluster's configuration.
-    for process in $(grep -lsxz "SLURM_CONF=$folder/slurm.conf" /proc/[0-9]*/environ); do
-        process=${process#/proc/}
-        kill -KILL "${process%/environ}" 2>/dev/null && echo "slurm.sh: ${process%/environ} was left and had to be killed" >&2
+    export -n SLURM_CONF
+    for second in 0 1 2; do
+        mapfile -t left < <(grep -lsxz "SLURM_CONF=$folder/slurm.conf" /proc/[0-9]*/environ | cut -d/ -f3)
+        [ ${#left[@]} -gt 0 ] || break
+        [ "$second" -lt 2 ] || kill -KILL "${left[@]}" 2>/dev/null
+        sleep 1
     done
+    [ ${#left[@]} -eq 0 ] || echo "slurm.sh: ${#left[@]} processes were left and had to be killed" >&2
     if [ -n "$logs" ]; then
         mkdir -p "$logs"
         cp "$folder"/*.log "$folder"/slurm.conf "$folder"/jobs.txt "$logs/" 2>/dev/null
