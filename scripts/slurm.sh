@@ -184,7 +184,8 @@ for ((node = 1; node <= nodes; ++node)); do start "node$node" slurmd -D -N "node
 all_idle() { [ "$(sinfo --noheader --Node --format '%T' | grep -cx idle)" -eq "$nodes" ]; }
 wait_for "not every node is idle" all_idle
 
-"$@" &
+# With this script's standard input, which a shell gives to nothing in its background unless told.
+"$@" <&0 &
 command=$!
 code=0
 wait "$command" || code=$?

@@ -33,7 +33,8 @@ jobs=$repository/docs/howto/cluster scene=$repository/scenes/cornell/cornell.pbr
 folder=$(mktemp -d)
 leave() {
     local code=$?
-    if [ -n "$logs" ]; then mkdir -p "$logs" && cp "$folder"/*.log "$logs/" 2>/dev/null || true; fi
+    set +e
+    [ -z "$logs" ] || { mkdir -p "$logs" && cp "$folder"/*.log "$logs/"; }
     rm -rf "$folder"
     exit "$code"
 }
