@@ -78,6 +78,8 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
              {"tiles", rank.tiles},
              {"rays", rank.rays},
              {"seconds", {{"prepare", rank.prepare_seconds}, {"image", rank.image_seconds}}},
+             {"processor_seconds",
+              {{"prepare", rank.prepare_processor_seconds}, {"image", rank.image_processor_seconds}}},
              {"peak_memory_bytes", rank.peak_memory}});
     }
     for (const auto& [what, traffic] : report.traffic) {

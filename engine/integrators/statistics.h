@@ -99,11 +99,13 @@ struct RankReport {
     std::uint64_t tiles = 0;  // that it rendered, those of every round counted
     std::uint64_t rays = 0;
     double prepare_seconds = 0, image_seconds = 0;
-    std::uint64_t peak_memory = 0;  // bytes
+    double prepare_processor_seconds = 0, image_processor_seconds = 0;  // of all its threads
+    std::uint64_t peak_memory = 0;                                      // bytes
 
     template <typename Archive>
     void fields(Archive& archive) {
-        archive(host, threads, tiles, rays, prepare_seconds, image_seconds, peak_memory);
+        archive(host, threads, tiles, rays, prepare_seconds, image_seconds, prepare_processor_seconds,
+                image_processor_seconds, peak_memory);
     }
 };
 

@@ -38,6 +38,28 @@ std::int64_t spreading_stride(std::int64_t items) {
     return stride;
 }
 
+// Seconds, by the clock and of all threads' processors.
+struct PhaseTime {
+    double seconds = 0, processor = 0;
+};
+// A stretch of it.
+class TimedPhase {
+  public:
+    explicit TimedPhase(PhaseTime& phase) : phase_(phase) {}
+    ~TimedPhase() {
+        phase_.seconds += clock_.seconds();
+        phase_.processor += processor_.seconds();
+    }
+    TimedPhase(const TimedPhase&) = delete;
+    TimedPhase& operator=(const TimedPhase&) = delete;
+    double seconds() const { return clock_.seconds(); }
+
+  private:
+    PhaseTime& phase_;
+    Stopwatch clock_;
+    ProcessorStopwatch processor_;
+};
+
 // One render, from nothing, or from what another one left, to the image. On the ranks of a parallel job rank
 // 0 runs it, and has the others do what is done together (Order), by the same code: they follow().
 class Run {
@@ -78,8 +100,8 @@ class Run {
             render_rounds();
         }
         if (options_.resume) report_.seconds.add("earlier", options_.resume->seconds);
-        report_.seconds.add("prepare", preparing_);
-        report_.seconds.add("image", imaging_);
+        report_.seconds.add("prepare", preparing_.seconds);
+        report_.seconds.add("image", imaging_.seconds);
         bring_together();
         report_ranks();
         warn();
@@ -112,12 +134,11 @@ class Run {
                     break;
                 }
                 case Order::sweep_tiles: {
-                    const Stopwatch imaging;
+                    const TimedPhase timed(imaging_);
                     exchange_->render(options_.workers, {}, [&](std::size_t tile) {
                         render_tile(*estimator, order.sweep, tile);
                         return true;
                     });
-                    imaging_ += imaging.seconds();
                     break;
                 }
                 case Order::decide:
@@ -221,10 +242,9 @@ class Run {
     void look_at_features() {
         if (!job_.film.two_halves && !job_.film.parts) return;
         order({.kind = Order::features});
-        const Stopwatch looking;
+        const TimedPhase timed(preparing_);
         features_ = render_features(job_, options_.seed, kMostFeatureSamples, options_.workers, monitor_);
         if (allocation_ && leads()) allocation_->look_at(features_.image);
-        preparing_ += looking.seconds();
     }
 
     // Makes what all passes share, in that share of the time. Null if it was stopped.
@@ -234,12 +254,11 @@ class Run {
         return make_session(seconds);
     }
     std::unique_ptr<const Session> make_session(double seconds) {
-        const Stopwatch preparing;
+        const TimedPhase timed(preparing_);
         const Deadline prepared = Deadline::after(seconds);
         auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, monitor_,
                                            view_of(job_), prepared, job_.film.two_halves},
                                           report_.once);
-        preparing_ += preparing.seconds();
         return monitor_.stopped() ? nullptr : std::move(session);
     }
 
@@ -258,13 +277,13 @@ class Run {
             return allocation_ ? std::min(round, SampleAllocation::next_decision(done) - done) : round;
         };
         while (const int round = rule.next(done, round_from(), elapsed())) {
-            const double before = imaging_;
+            const double before = imaging_.seconds;
             const Swept swept = render_tiles(*estimator, done + round, progress);
             if (swept == Swept::stopped) return end("user");
             if (swept == Swept::out_of_time) return end(rule.time_is_up(), progress);
             done += round;
             if (allocation_) decide(done);
-            tile_seconds_ = (imaging_ - before) * options_.workers.threads /
+            tile_seconds_ = (imaging_.seconds - before) * options_.workers.threads /
                             (static_cast<double>(round) * tiles_.tiles());
             progress.round(elapsed());
             if (has_error(rule, done)) break;
@@ -334,10 +353,9 @@ class Run {
     }
     std::unique_ptr<const Estimator> make_estimator(const Session& session, int pass, Monitor& monitor,
                                                     PassStatistics& statistics) {
-        const Stopwatch preparing;
+        const TimedPhase timed(preparing_);
         auto estimator = session.pass(static_cast<std::uint32_t>(pass), monitor, statistics);
-        last_preparing_ = preparing.seconds();
-        preparing_ += last_preparing_;
+        last_preparing_ = timed.seconds();
         return estimator;
     }
 
@@ -386,7 +404,7 @@ class Run {
     Swept sweep(const Estimator& estimator, const Sweep& sweep, Progress& progress) {
         const std::int64_t tiles = tiles_.tiles(), stride = ends_in_time() ? spreading_stride(tiles) : 1;
         for (;;) {
-            const Stopwatch imaging;
+            std::optional<TimedPhase> timed(imaging_);
             std::vector<std::int64_t> left;
             for (std::int64_t i = 0; i < tiles; ++i) {
                 const std::int64_t tile = i * stride % tiles;
@@ -394,7 +412,7 @@ class Run {
             }
             const bool whole = exchange_ ? sweep_by_ranks(estimator, sweep, std::move(left), progress)
                                          : sweep_alone(estimator, sweep, left, progress);
-            imaging_ += imaging.seconds();
+            timed.reset();
             if (whole) return Swept::whole;
             if (monitor_.stopped()) return Swept::stopped;
             if (is_out_of_time()) return Swept::out_of_time;
@@ -467,7 +485,8 @@ class Run {
         order({.kind = Order::report});
         Packer own;
         own(RankReport{ranks.host(ranks.rank()), options_.workers.threads, exchange_->rendered(),
-                       job_.scene.rays(), preparing_, imaging_, peak_memory()});
+                       job_.scene.rays(), preparing_.seconds, imaging_.seconds, preparing_.processor,
+                       imaging_.processor, peak_memory()});
         for (const std::vector<std::byte>& bytes : ranks.gather("reports", own.take())) {
             Unpacker unpacker(bytes);
             unpacker(report_.ranks.emplace_back());
@@ -680,10 +699,10 @@ class Run {
     mutable std::optional<TileExchange> exchange_;  // on ranks
     bool is_apart_ = false;                         // the ranks have newer sums than rank 0
     RenderReport report_;
-    double preparing_ = 0, imaging_ = 0;  // seconds, of this render
-    double last_preparing_ = 0;           // of them, the last pass's
-    double last_pass_ = 0;                // seconds of the last pass
-    double tile_seconds_ = 0;             // of one sample of a tile's pixels, by one thread
+    PhaseTime preparing_, imaging_;  // of this render
+    double last_preparing_ = 0;      // of them, the last pass's
+    double last_pass_ = 0;           // seconds of the last pass
+    double tile_seconds_ = 0;        // of one sample of a tile's pixels, by one thread
     Recurring show_timer_, watch_timer_, checkpoint_timer_;
     bool keepable_ = true;  // the image is one from which others can go on
 };
