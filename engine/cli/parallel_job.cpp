@@ -29,8 +29,8 @@ void ParallelJob::run(const std::function<void()>& act) const {
     if (!ranks_) return act();
     try {
         act();
-    } catch (const Stopped&) {
-        throw;  // by all of them
+    } catch (const Stopped&) {  // by all of them
+        if (leads()) throw;
     } catch (...) {
         std::string who = "lucerna";
         if (!ranks_->leads()) {
@@ -44,7 +44,7 @@ void ParallelJob::run(const std::function<void()>& act) const {
     }
 }
 
-void require_same_facts(Ranks& ranks, PictureFacts facts) {
+void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts) {
     facts.insert(facts.begin(), {"program (hash of its file)", hash_of_program()});
     std::vector<std::string> lines;
     for (const auto& [name, value] : facts) lines.push_back(name), lines.push_back(value);
@@ -59,10 +59,9 @@ void require_same_facts(Ranks& ranks, PictureFacts facts) {
         for (std::size_t i = 0; i + 1 < others.size(); i += 2) there.emplace_back(others[i], others[i + 1]);
         if (const auto difference = first_difference(there, facts)) {
             throw InputError(
-                fmt::format("rank {} on {} would render another picture: its {} is {}, that of rank 0 on {} "
-                            "is {}; the same "
+                fmt::format("rank {} on {} would {}: its {} is {}, that of rank 0 on {} is {}; the same "
                             "program, files and options on all ranks are accepted",
-                            r, ranks.host(static_cast<int>(r)), difference->name, difference->of_first,
+                            r, ranks.host(static_cast<int>(r)), would, difference->name, difference->of_first,
                             ranks.host(0), difference->of_second));
         }
     }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <ostream>
+#include <string_view>
 
 #include "engine/base/monitor.h"
 #include "engine/base/ranks.h"
@@ -33,9 +34,10 @@ class ParallelJob {
 
 // The ranks agree. Collective.
 
-// Of the picture, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
-// its host, whose program, files or settings differ, and in what. The others wait there to be ended.
-void require_same_facts(Ranks& ranks, PictureFacts facts);
+// Of the work, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
+// its host, whose program, files or settings differ, and in what: it would e.g. "render another picture". The
+// others wait there to be ended.
+void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts);
 // Rank 0's.
 void share_settings(Ranks& ranks, IntegratorSettings& settings);
 
