@@ -40,6 +40,9 @@ make one lamp, in which light that two of them hold is shared out by its directi
 
 Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
 
+Under mpirun or srun --mpi=pmix the ranks share the work, and make the same bits as one process; rank 0 writes the
+files. All ranks read the rig and its scene.
+
 Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <string_view>
 #include <thread>
 
 #include "engine/base/error.h"
@@ -17,6 +19,19 @@ std::string hash_of_program() {
     WordHash hash;
     hash.add_bytes(read_bytes("/proc/self/exe"));
     return fmt::format("{:016x}", hash.value());
+}
+
+bool shares_work(std::span<const char* const> words) {
+    constexpr std::string_view kCommands[][2] = {{"render"}, {"study"}, {"light", "acquire"}};
+    return std::ranges::any_of(kCommands, [&](const auto& command) {
+        return !words.empty() && words[0] == command[0] &&
+               (command[1].empty() || (words.size() > 1 && words[1] == command[1]));
+    });
+}
+
+bool asks_for_help(std::span<const char* const> words) {
+    return std::ranges::any_of(
+        words, [](std::string_view word) { return word == "--help" || word == "-h" || word == "--version"; });
 }
 
 }  // namespace
@@ -34,14 +49,27 @@ void ParallelJob::run(const std::function<void()>& act) const {
     } catch (...) {
         std::string who = "lucerna";
         if (!ranks_->leads()) {
-            // What rank 0 finds wrong, too, it tells.
-            std::this_thread::sleep_for(std::chrono::seconds(1));
+            leave_it_to_rank_0();
             who += fmt::format(": rank {} on {}", ranks_->rank(), ranks_->host(ranks_->rank()));
         }
         const int code = report_error(context_.err, context_.around, who);
         context_.err.flush();
         ranks_->abort(code);
     }
+}
+
+bool has_work_here(std::span<const char* const> words) {
+    return rank_by_launcher() == 0 || (shares_work(words) && !asks_for_help(words));
+}
+
+void say_if_alone(std::span<const char* const> words, std::ostream& err) {
+    if (!is_parallel_job() || shares_work(words) || asks_for_help(words)) return;
+    err << "lucerna: warning: rank 0 does this alone; render, light acquire and study share their work among "
+           "ranks\n";
+}
+
+void leave_it_to_rank_0() {
+    std::this_thread::sleep_for(std::chrono::seconds(3));
 }
 
 void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts) {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <ostream>
+#include <span>
 #include <string_view>
 
 #include "engine/base/monitor.h"
@@ -31,6 +32,14 @@ class ParallelJob {
     const CommandContext& context_;
     std::unique_ptr<Ranks> ranks_;
 };
+
+// Before a command joins the job. Of one that shares no work among ranks (the words of its command line), and
+// of help, rank 0 does what a process alone would, and the others have nothing to do.
+bool has_work_here(std::span<const char* const> words);
+// Rank 0 says on `err` that it does so.
+void say_if_alone(std::span<const char* const> words, std::ostream& err);
+// Lets rank 0 tell what is wrong on all ranks: it then ends before this one.
+void leave_it_to_rank_0();
 
 // The ranks agree. Collective.
 

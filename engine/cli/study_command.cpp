@@ -41,6 +41,10 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
 Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
 goes on from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
 
+Under mpirun or srun --mpi=pmix the ranks share out the renders: each makes one at a time by itself, with --threads of its
+own, and rank 0 keeps and measures them. Images and errors are those of one process. Times are those of the host that made
+the render, which DIR/results.json names: hosts should be alike, and no host have more threads than processors.
+
 Results: DIR/study.html, one page with plots, images and all numbers, and the numbers as DIR/results.csv and
 DIR/results.json. Error is that of one image, as in render --error: the root mean square, over the pixels, of the
 difference of luminance over the reference's (plus a tenth of its mean).
