@@ -149,7 +149,8 @@ void trace_until(const Scene& scene, const MapParameters& parameters, std::int64
         {scene, workers, monitor}, light_paths(parameters, total), chunks,
         [&](std::int64_t count) { return ChunkPhotons(parameters, count); },
         [&](const std::vector<ChunkPhotons>& traced, std::int64_t done, std::int64_t all) {
-            require_memory_for_maps(traced, done, all, parameters.sets);
+            const int ranks = workers.ranks ? workers.ranks->on_this_host() : 1;
+            require_memory_for_maps(traced, done, all, parameters.sets * ranks);
         });
 }
 

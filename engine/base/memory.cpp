@@ -148,6 +148,13 @@ std::optional<std::uint64_t> available_in_groups(const std::filesystem::path& ro
     return least == kNoLimit ? std::nullopt : std::optional(least);
 }
 
+// Linux counts in KiB.
+std::uint64_t peak_memory() {
+    rusage usage{};
+    if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
 std::optional<std::uint64_t> available_memory() {
     const std::optional<std::uint64_t> machine = of_the_machine(), groups = available_in_groups();
     const std::uint64_t least =

@@ -21,6 +21,9 @@ std::optional<std::uint64_t> available_memory();
 // and where that says the groups are mounted). None where no group has a limit.
 std::optional<std::uint64_t> available_in_groups(const std::filesystem::path& root = "/");
 
+// The most that this process has held; 0 where the system does not say.
+std::uint64_t peak_memory();
+
 // Of `count` things of so many bytes each; where that is more than a number holds, the largest there is.
 constexpr std::uint64_t bytes_of(std::uint64_t count, std::uint64_t each) {
     constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();

@@ -23,6 +23,7 @@
 #include "engine/cli/parallel_job.h"
 #include "engine/cli/part_files.h"
 #include "engine/cli/run_report.h"
+#include "engine/cli/scene_copy.h"
 #include "engine/cli/tev_display.h"
 #include "engine/integrators/integrator.h"
 #include "engine/pbrt/read_scene.h"
@@ -75,6 +76,12 @@ Many machines can render one picture, each a part of it (--part 3/16), with the 
 makes the picture of them, the same bits as of one render (with --no-adaptive: no part knows which of all pixels need most
 samples). Each prepares for the whole picture. --denoise asks for what merging needs to denoise it.
 
+mpirun, and srun --mpi=pmix, start one render of many processes (ranks), on one machine or on many, with the bits of one:
+all of them read the scene, unless --broadcast-scene has the first send it, and share light paths, preparations and tiles;
+the first says and writes everything. Time, error, checkpoints and signals are those of one render, which goes on with
+--resume on any number of ranks. One rank for each machine or socket, with its processors as threads, is best:
+docs/cluster.md.
+
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
   lucerna render room.pbrt --integrator photonmap --set photons=2000000 --set k=200 --spp 32
@@ -89,7 +96,8 @@ Examples:
   lucerna render room.pbrt --resolution 160x120 --spp 4 --png --exposure -2
   lucerna render room.pbrt --png --white-balance 3000
   lucerna render room.pbrt --spp 1024 --denoise --part 3/16 -o part3.exr
-  lucerna render watch.pbrt --colour-space acescg --png)";
+  lucerna render watch.pbrt --colour-space acescg --png
+  mpirun --hostfile machines --map-by ppr:1:node --bind-to none lucerna render room.pbrt --spp 1024 --png)";
 
 // Often enough for an eye that waits.
 constexpr double kDisplayEvery = 1;  // seconds
@@ -108,6 +116,7 @@ struct RenderCommand {
     RenderOptions options;
     CheckpointOptions checkpoint;
     std::optional<Endpoint> display;
+    bool broadcast_scene = false;
     int passes = 0;  // 0: not given
     std::string stats;
     bool quiet = false;
@@ -370,7 +379,8 @@ struct Frames {
     std::set<std::filesystem::path> written;  // the images of those before
     ConsoleMonitor& monitor;
     const CommandContext& context;
-    Ranks* ranks;  // null: this process is alone
+    Ranks* ranks;     // null: this process is alone
+    SceneCopy* copy;  // null: every rank reads the files itself
 };
 
 // The next frame of the scene file, if one is left, as the command line has it rendered.
@@ -415,6 +425,11 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     RunFacts facts{command.scene, command.options.seed, command.options.workers.threads};
     const Stopwatch reading;
     std::optional<Job> next = next_job(command, frames.scene);
+    if (frames.copy) {
+        std::vector<std::filesystem::path> all = next ? next->files : std::vector<std::filesystem::path>();
+        if (next) all.insert(all.end(), next->caches.begin(), next->caches.end());
+        frames.copy->send({command.scene, command.options.maps.load}, std::move(all));
+    }
     if (!next) return false;
     Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
@@ -433,6 +448,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     if (frames.ranks)
         require_same_facts(*frames.ranks, "render another picture", picture_facts(job, facts.seed));
     RenderOptions options = command.options;
+    options.workers.ranks = frames.ranks;
     const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
     options.limits.seconds = whole - clock.seconds();
     if (may_choose(command)) {
@@ -441,7 +457,6 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         if (frames.ranks) share_settings(*frames.ranks, job.integrator);
         facts.choose_seconds = choosing.seconds();
     }
-    options.workers.ranks = frames.ranks;
     options.limits.seconds = whole - clock.seconds();
     const Stopwatch rendering;
     checkpointing.attach(job, options);
@@ -495,18 +510,32 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     return go_on;
 }
 
-void follow(const RenderCommand& command, const CommandContext& context, Ranks& ranks) {
+void follow(RenderCommand command, const CommandContext& context, Ranks& ranks) {
+    std::optional<SceneCopy> copy;
+    const auto receive = [&](RenderCommand& own) {
+        if (!copy) return;
+        const SceneCopy::Places places = copy->receive();
+        own.scene = places.scene.string();
+        own.options.maps.load = places.maps;
+    };
+    if (command.broadcast_scene) copy.emplace(ranks);
+    receive(command);
+    require_readable(command.scene);
     std::ostream nowhere(nullptr);
     ConsoleMonitor silent(nowhere, nowhere, {false, true, nullptr, {}});
-    require_readable(command.scene);
     Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, silent),
                   {},
                   {},
                   silent,
                   context,
-                  &ranks};
-    int frame = 1;
-    while (follow_frame(of_frame(command, frame), frames) && frames.scene.more()) ++frame;
+                  &ranks,
+                  nullptr};
+    bool go_on = follow_frame(command, frames);
+    for (int frame = 2; go_on && frames.scene.more(); ++frame) {
+        RenderCommand own = of_frame(command, frame);
+        receive(own);
+        go_on = follow_frame(own, frames);
+    }
 }
 
 void render_frames(const RenderCommand& command, const CommandContext& context, Ranks* ranks,
@@ -518,12 +547,15 @@ void render_frames(const RenderCommand& command, const CommandContext& context, 
     declare_files(command, files);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
+    std::optional<SceneCopy> copy;
+    if (ranks && command.broadcast_scene) copy.emplace(*ranks);
     Frames frames{SceneFrames(command.scene, command.overrides, command.options.workers, monitor),
                   std::move(files),
                   {},
                   monitor,
                   context,
-                  ranks};
+                  ranks,
+                  copy ? &*copy : nullptr};
     bool go_on = render_frame(command, frames, 1, clock);
     for (int frame = 2; go_on && frames.scene.more(); ++frame) {
         clock = {};
@@ -579,6 +611,9 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              fmt::format("what is rendered in, and the image: {}, in the place of the scene's",
                          fmt::join(WorkingSpace::names(), ", ")),
              [&command](const std::string& word) { command.overrides.colours = parse_working_space(word); });
+    app.add_flag("--broadcast-scene", command.broadcast_scene,
+                 "of the ranks of a parallel job the first alone reads the scene's files, and sends them to "
+                 "the others");
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
     app.add_flag("--strict", command.overrides.strict,

@@ -1,7 +1,6 @@
 #include "engine/cli/run_report.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 #include <cmath>
 #include <ctime>
@@ -9,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "engine/base/memory.h"
 #include "engine/base/parallel.h"
 #include "engine/base/units.h"
 #include "engine/base/version.h"
@@ -32,13 +32,6 @@ Json settings_json(IntegratorSettings settings) {
         }
     }
     return json;
-}
-
-// The most memory the process has held. Linux counts in KiB.
-std::uint64_t peak_memory_bytes() {
-    rusage usage{};
-    if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
 }  // namespace
@@ -77,7 +70,22 @@ std::string statistics_json(const RunFacts& facts, const Job& job, const RenderR
     json["numbers"] = report.numbers();
     json["notes"] = report.notes();
     json["warnings"] = facts.warnings;
-    json["peak_memory_bytes"] = peak_memory_bytes();
+    json["peak_memory_bytes"] = peak_memory();
+    for (const RankReport& rank : report.ranks) {
+        json["ranks"].push_back(
+            {{"host", rank.host},
+             {"threads", rank.threads},
+             {"tiles", rank.tiles},
+             {"rays", rank.rays},
+             {"seconds", {{"prepare", rank.prepare_seconds}, {"image", rank.image_seconds}}},
+             {"peak_memory_bytes", rank.peak_memory}});
+    }
+    for (const auto& [what, traffic] : report.traffic) {
+        json["traffic"][what] = {{"calls", traffic.calls},
+                                 {"bytes", traffic.bytes},
+                                 {"waited_seconds", traffic.waited},
+                                 {"seconds", traffic.seconds}};
+    }
     // File names need not be UTF-8; a foreign byte must not cost the statistics.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -28,7 +28,9 @@ struct RunFacts {
 // JSON. Keys, stable: program, version, scene, integrator, settings, seed, threads, image {width, height,
 // file, error (picture_error(), if known)}, samples {asked (null: no end), done}, complete, seconds {read,
 // <phase> …, total}, choice {tried, expected_error, expected_seconds, beyond_noise} (if it was made),
-// numbers, notes, warnings, peak_memory_bytes.
+// numbers, notes, warnings, peak_memory_bytes; of a parallel job also ranks [{host, threads, tiles, rays,
+// seconds {prepare, image}, peak_memory_bytes}] and rank 0's traffic {<what> {calls, bytes, waited_seconds,
+// seconds}}.
 std::string statistics_json(const RunFacts& facts, const Job& job, const RenderReport& report,
                             const std::filesystem::path& image_file);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/monitor.h"
+#include "engine/base/ranks.h"
 #include "engine/guiding/importance_pre_pass.h"
 #include "photon/build_maps.h"
 #include "photon/deposit.h"
@@ -91,6 +92,21 @@ struct PassStatistics {
     void add(const PassStatistics& pass);
 };
 
+// What one rank of a parallel job did.
+struct RankReport {
+    std::string host;
+    int threads = 1;
+    std::uint64_t tiles = 0;  // that it rendered, those of every round counted
+    std::uint64_t rays = 0;
+    double prepare_seconds = 0, image_seconds = 0;
+    std::uint64_t peak_memory = 0;  // bytes
+
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(host, threads, tiles, rays, prepare_seconds, image_seconds, peak_memory);
+    }
+};
+
 // What a render did, for --stats.
 struct RenderReport {
     OnceStatistics once;
@@ -108,6 +124,8 @@ struct RenderReport {
     std::optional<double> relative_error;       // estimated, of the image
     std::optional<double> denoised_error;       // the same of the denoised one
     std::vector<V2i> pixels_apart;              // that this error is without (Film::ErrorEstimate)
+    std::vector<RankReport> ranks;              // of a parallel job
+    std::map<std::string, Ranks::Traffic, std::less<>> traffic;  // of its rank 0
 
     // By dotted names, which are stable: the JSON's keys.
     std::map<std::string, double> numbers() const;

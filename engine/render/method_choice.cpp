@@ -11,6 +11,7 @@
 #include "engine/base/error.h"
 #include "engine/base/image.h"
 #include "engine/base/monitor.h"
+#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
 #include "engine/render/trial.h"
 #include "engine/vpl/igi_caustics.h"
@@ -225,13 +226,15 @@ double left_by_denoiser(const Trial& trial) {
     return family_of(trial.settings()) == kRays ? 0.1 : 0.25;
 }
 
-MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job) {
+// `speed`: of all who render together, where the trial's is 1. Preparation is shared out in part; the rest
+// takes as long.
+MethodCost cost_of(const Trial& trial, const Consensus& agreed, const Job& job, double speed) {
     const V2i size = job.film.rendered_size();
     const double pixels = static_cast<double>(size.x) * size.y;
     MethodCost cost;
     cost.once = trial.once_seconds();
     cost.prepare = trial.prepare_seconds() - cost.once;
-    cost.sample = trial.sample_seconds() * pixels;
+    cost.sample = trial.sample_seconds() * pixels / speed;
     cost.variance = variance_of(trial, agreed, job.film.two_halves);
     const std::vector<double> deviations = deviations_of(trial, agreed);
     cost.seen = static_cast<double>(deviations.size()) / pixels;
@@ -296,7 +299,12 @@ class Choosing {
   public:
     Choosing(const Job& job, const Limits& limits, std::uint64_t seed, const Workers& workers,
              Monitor& monitor)
-        : job_(job), limits_(limits), seed_(seed), workers_(workers), monitor_(monitor) {}
+        : job_(job),
+          limits_(limits),
+          seed_(seed),
+          workers_(workers.alone()),
+          speed_(workers.ranks ? static_cast<double>(workers.ranks->all_threads()) / workers.threads : 1),
+          monitor_(monitor) {}
 
     std::optional<MethodChoice> choose() {
         std::vector<Method> methods = methods_like(job_.integrator);
@@ -389,7 +397,7 @@ class Choosing {
         const Consensus agreed(trials);
         std::vector<Expectation> result;
         for (const Trial* trial : trials) {
-            const MethodCost cost = cost_of(*trial, agreed, job_);
+            const MethodCost cost = cost_of(*trial, agreed, job_, speed_);
             const double left = limits_.seconds - clock_.seconds();
             result.push_back(by_error() ? soonest_below(limits_.error, cost)
                                         : best_in(std::max(left, 1e-3), cost));
@@ -435,7 +443,8 @@ class Choosing {
     const Job& job_;
     const Limits& limits_;
     std::uint64_t seed_;
-    const Workers& workers_;
+    Workers workers_;  // of trials
+    double speed_;     // of all ranks of a parallel job together, where this one's is 1
     Monitor& monitor_;
     Stopwatch clock_;
     SmallLamps lamps_{job_};  // of all trials

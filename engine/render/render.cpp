@@ -5,6 +5,7 @@
 #include <numeric>
 #include <optional>
 
+#include "engine/base/memory.h"
 #include "engine/base/monitor.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/features.h"
@@ -80,6 +81,7 @@ class Run {
         report_.seconds.add("prepare", preparing_);
         report_.seconds.add("image", imaging_);
         bring_together();
+        report_ranks();
         warn();
         keep();
         const Stopwatch denoising;
@@ -106,16 +108,18 @@ class Run {
                 case Order::pass: {
                     estimator.reset();
                     PassStatistics told_by_rank_0;
-                    estimator =
-                        session->pass(static_cast<std::uint32_t>(order.number), monitor_, told_by_rank_0);
+                    estimator = make_estimator(*session, order.number, monitor_, told_by_rank_0);
                     break;
                 }
-                case Order::sweep_tiles:
+                case Order::sweep_tiles: {
+                    const Stopwatch imaging;
                     exchange_->render(options_.workers, {}, [&](std::size_t tile) {
                         render_tile(*estimator, order.sweep, tile);
                         return true;
                     });
+                    imaging_ += imaging.seconds();
                     break;
+                }
                 case Order::decide:
                     exchange_->decide(order.number);
                     break;
@@ -127,6 +131,9 @@ class Run {
                     break;
                 case Order::bring_together:
                     exchange_->bring_together();
+                    break;
+                case Order::report:
+                    report_ranks();
                     break;
                 case Order::end:
                     return;
@@ -175,6 +182,7 @@ class Run {
             allocate,
             count_rays,
             bring_together,
+            report,
             end
         } kind = end;
         int number = 0;      // the pass's; samples per pixel at which is decided
@@ -322,6 +330,10 @@ class Run {
     std::unique_ptr<const Estimator> prepare(const Session& session, int pass, Monitor& monitor,
                                              PassStatistics& statistics) {
         order({.kind = Order::pass, .number = pass});
+        return make_estimator(session, pass, monitor, statistics);
+    }
+    std::unique_ptr<const Estimator> make_estimator(const Session& session, int pass, Monitor& monitor,
+                                                    PassStatistics& statistics) {
         const Stopwatch preparing;
         auto estimator = session.pass(static_cast<std::uint32_t>(pass), monitor, statistics);
         last_preparing_ = preparing.seconds();
@@ -447,6 +459,21 @@ class Run {
     }
 
     bool leads() const { return !exchange_ || options_.workers.ranks->leads(); }
+
+    // What each rank did.
+    void report_ranks() {
+        if (!exchange_) return;
+        Ranks& ranks = *options_.workers.ranks;
+        order({.kind = Order::report});
+        Packer own;
+        own(RankReport{ranks.host(ranks.rank()), options_.workers.threads, exchange_->rendered(),
+                       job_.scene.rays(), preparing_, imaging_, peak_memory()});
+        for (const std::vector<std::byte>& bytes : ranks.gather("reports", own.take())) {
+            Unpacker unpacker(bytes);
+            unpacker(report_.ranks.emplace_back());
+        }
+        report_.traffic = ranks.traffic();
+    }
 
     // For whatever looks at the whole image.
     void bring_together() {

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "engine/base/memory.h"
+#include "engine/base/ranks.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/film.h"
 #include "engine/render/job.h"
@@ -26,7 +27,9 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
 
 void require_image_memory(const Job& job, const RenderOptions& options) {
     const V2i size = job.film.rendered_size();
-    require_memory(image_memory(job, options), fmt::format("an image of {} x {} pixels", size.x, size.y),
+    const std::uint64_t ranks = options.workers.ranks ? options.workers.ranks->on_this_host() : 1;
+    require_memory(ranks * image_memory(job, options),
+                   fmt::format("an image of {} x {} pixels", size.x, size.y),
                    "fewer pixels are accepted, or a part of the image at a time (Film \"pixelbounds\" or "
                    "\"cropwindow\")");
 }

@@ -33,14 +33,16 @@ struct Finished {
 struct SignalAt {
     int signal;
     std::function<bool(const std::string& out)> ready;
+    std::function<pid_t(pid_t)> to = [](pid_t started) { return started; };
 };
 
 // How to start it, and when to lose patience.
 struct Start {
-    std::filesystem::path folder;
+    std::filesystem::path folder = {};
     double patience = 30;                         // seconds; then it is killed
     std::function<void()> in_child = [] {};       // before it begins
     std::size_t close_after = std::string::npos;  // bytes of standard output, after which nobody reads it
+    std::vector<std::string> launcher = {};       // what starts the command, with its options
 };
 
 inline bool has_begun(const std::string& out, const std::string& phase) {
@@ -59,8 +61,9 @@ class RunningCommand {
   public:
     RunningCommand(const std::vector<std::string>& words, const Start& start) {
         const std::array<int, 2> out = new_pipe(), err = new_pipe();
-        std::vector<std::string> all = words;
-        all.insert(all.begin(), LUCERNA_COMMAND);
+        std::vector<std::string> all = start.launcher;
+        all.push_back(LUCERNA_COMMAND);
+        all.insert(all.end(), words.begin(), words.end());
         std::vector<char*> argv;
         for (std::string& word : all) argv.push_back(word.data());
         argv.push_back(nullptr);
@@ -71,7 +74,7 @@ class RunningCommand {
             dup2(out[1], STDOUT_FILENO);
             dup2(err[1], STDERR_FILENO);
             start.in_child();
-            if (chdir(start.folder.c_str()) == 0) execv(argv[0], argv.data());
+            if (chdir(start.folder.c_str()) == 0) execvp(argv[0], argv.data());
             _exit(127);
         }
         close(out[1]);
@@ -110,7 +113,7 @@ class RunningCommand {
             if (from_[0] >= 0 && finished.out.size() >= start.close_after) shut(0);
             if (when.ready && !finished.sent && when.ready(finished.out)) {
                 since = std::chrono::steady_clock::now();
-                finished.sent = kill(child_, when.signal) == 0;
+                finished.sent = kill(when.to(child_), when.signal) == 0;
             }
         }
         int status = 0;

@@ -45,7 +45,8 @@ class ThreadHub {
         std::unique_lock lock(mutex_);
         for (;;) {
             auto& box = boxes_[{at, tag}];
-            const auto found = std::find_if(box.begin(), box.end(), [&](const auto& m) { return m.from == from; });
+            const auto found =
+                std::find_if(box.begin(), box.end(), [&](const auto& m) { return m.from == from; });
             if (found != box.end()) {
                 std::vector<std::byte> bytes = std::move(found->bytes);
                 box.erase(found);
@@ -123,7 +124,9 @@ class ThreadCommunicator final : public Communicator {
             all = all.subspan(sizes[r]);
         }
     }
-    void send(int to, int tag, std::span<const std::byte> bytes) override { hub_.send(rank_, to, tag, bytes); }
+    void send(int to, int tag, std::span<const std::byte> bytes) override {
+        hub_.send(rank_, to, tag, bytes);
+    }
     std::vector<std::byte> receive(int from, int tag) override { return hub_.receive(rank_, from, tag); }
     std::optional<Message> try_receive(int tag) override { return hub_.try_receive(rank_, tag); }
     void abort(int /*exit_code*/) override { hub_.fail(); }

@@ -1,0 +1,285 @@
+// The built command under mpirun: the image of one process, bit for bit; ranks that die, that are asked to
+// stop, that would render another picture.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "engine/base/files.h"
+#include "engine/base/image.h"
+#include "tests/process/command.h"
+#include "tests/process/good_files.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lucerna {
+namespace mpi_test {
+
+using namespace testing;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Words = std::vector<std::string>;
+
+// A room with glass, fog in a box and a measured lamp.
+constexpr const char* kScene = R"(
+LookAt 0 0 -3.2  0 -0.1 0  0 1 0
+Camera "perspective" "float fov" 45
+Film "rgb" "integer xresolution" 48 "integer yresolution" 40 "string filename" "a.exr"
+Sampler "independent" "integer pixelsamples" 12
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.6 0.5 0.4 ]
+Shape "trianglemesh" "point3 P" [ -1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1 ] "integer indices" [ 0 2 1 0 3 2 ]
+Shape "trianglemesh" "point3 P" [ -1 1 -1  1 1 -1  1 1 1  -1 1 1 ] "integer indices" [ 0 1 2 0 2 3 ]
+Shape "trianglemesh" "point3 P" [ -1 -1 1  1 -1 1  1 1 1  -1 1 1 ] "integer indices" [ 0 2 1 0 3 2 ]
+Shape "trianglemesh" "point3 P" [ -1 -1 -1  -1 1 -1  -1 1 1  -1 -1 1 ] "integer indices" [ 0 1 2 0 2 3 ]
+AttributeBegin
+Material "dielectric" Translate 0.45 -0.65 -0.2 Shape "sphere" "float radius" 0.3
+AttributeEnd
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [ 3 3 2 ]
+Shape "trianglemesh" "point3 P" [ -0.3 0.97 -0.3  0.3 0.97 -0.3  0.3 0.97 0.3  -0.3 0.97 0.3 ] "integer indices" [ 0 1 2 0 2 3 ]
+AttributeEnd
+AttributeBegin
+Translate 0 0.2 -0.9 Scale 5 5 5 LightSource "lightfield" "string filename" "lamp.exr"
+AttributeEnd
+)";
+constexpr const char* kFog = R"(
+MakeNamedMedium "fog" "string type" "homogeneous" "rgb sigma_a" [ 0.02 0.02 0.03 ] "rgb sigma_s" [ 0.3 0.3 0.2 ]
+AttributeBegin
+MediumInterface "fog" ""
+Material "interface" Translate -0.45 -0.55 0.3 Shape "sphere" "float radius" 0.4
+AttributeEnd
+)";
+
+struct Method {
+    const char* name;
+    Words options;
+    bool fog = false;
+};
+void PrintTo(const Method& method, std::ostream* out) {
+    *out << method.name;
+}
+
+class Mpi : public ::testing::TestWithParam<Method> {
+  protected:
+    void SetUp() override {
+        std::ofstream(folder_ / "rig.toml") << std::string(kPlanes) + kDisc;
+        const Finished made =
+            run_command({"light", "acquire", "rig.toml", "-o", "lamp.exr"}, {folder_.path()});
+        ASSERT_EQ(made.code, 0) << made.err;
+        std::ofstream(folder_ / "scene.pbrt") << kScene;
+        std::ofstream(folder_ / "fog.pbrt") << std::string(kScene) + kFog;
+    }
+
+    // More ranks than processors, by whichever user.
+    Start on(int ranks) const {
+        Start start{folder_.path(), 120};
+        start.launcher = {"mpirun", "--oversubscribe", "--bind-to", "none", "-n", std::to_string(ranks)};
+        start.in_child = [] {
+            for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"})
+                setenv(name, "1", 1);
+            setenv("OMP_WAIT_POLICY", "passive", 1);
+        };
+        return start;
+    }
+    Finished alone(const Words& words) const { return run_command(words, {folder_.path(), 60}); }
+
+    void expect_same_image(const std::string& a, const std::string& b) const {
+        const Image one = read_exr(folder_ / a), other = read_exr(folder_ / b);
+        EXPECT_EQ(one.channels, other.channels);
+        EXPECT_TRUE(one.data == other.data) << a << ' ' << b;
+    }
+
+    TemporaryFolder folder_;
+};
+
+Words with(Words words, const Words& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
+class MpiEveryMethod : public Mpi {
+  protected:
+    void expect_the_image_of_one(const std::vector<int>& ranks) const {
+        const Method& method = GetParam();
+        const Words words = with({"render", method.fog ? "fog.pbrt" : "scene.pbrt", "--png", "--integrator",
+                                  method.name, "--seed", "3"},
+                                 method.options);
+        const Finished expected = alone(with(words, {"-o", "one.exr"}));
+        ASSERT_EQ(expected.code, 0) << expected.err;
+        for (const int size : ranks) {
+            for (const char* threads : {"1", "2"}) {
+                SCOPED_TRACE(fmt::format("{} ranks of {} threads", size, threads));
+                std::filesystem::remove(folder_ / "many.exr");
+                const Finished result = run_command(
+                    with(words, {"-o", "many.exr", "--threads", threads, "--stats", "many.json"}), on(size));
+                ASSERT_EQ(result.code, 0) << result.out << result.err;
+                expect_same_image("one.exr", "many.exr");
+                EXPECT_EQ(read_bytes(folder_ / "one.png"), read_bytes(folder_ / "many.png"));
+                // One voice.
+                const std::size_t said = result.out.find("image    many.exr");
+                EXPECT_NE(said, result.out.npos) << result.out;
+                EXPECT_EQ(result.out.find("image    many.exr", said + 1), result.out.npos) << result.out;
+                if (size > 1) {
+                    EXPECT_THAT(read_text(folder_ / "many.json"), HasSubstr("\"ranks\": ["));
+                }
+            }
+        }
+    }
+};
+
+TEST_P(MpiEveryMethod, OnTwoRanks_IsTheImageOfOneProcess) {
+    expect_the_image_of_one({2});
+}
+TEST_P(MpiEveryMethod, OnAnyRanks_IsTheImageOfOneProcess) {
+    expect_the_image_of_one({1, 3, 8});
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , MpiEveryMethod,
+    ::testing::Values(Method{"path", {"--set", "guidelights=3000"}, true},
+                      Method{"photonmap", {"--set", "photons=20000", "--set", "prepass=2000", "--spp", "8"}},
+                      Method{"photonmap",
+                             {"--set", "photons=20000", "--set", "direct=guided", "--layers", "--set",
+                              "precompute=0", "--spp", "4"}},
+                      Method{"igi", {"--set", "nsets=4", "--set", "prepass=2000", "--spp", "8"}, true},
+                      Method{"progressive", {"--set", "photons=4000", "--set", "prepass=2000"}, true},
+                      Method{"direct", {"--no-adaptive"}}));
+
+// The rank with that number among mpirun's children.
+pid_t rank_of(pid_t mpirun, int number) {
+    std::vector<pid_t> children;
+    std::ifstream list(fmt::format("/proc/{0}/task/{0}/children", mpirun));
+    for (pid_t child = 0; list >> child;) children.push_back(child);
+    if (children.empty()) return -1;
+    return children[static_cast<std::size_t>(number) % children.size()];
+}
+
+TEST_F(Mpi, KilledRankInEachPhase_EndsTheJobAndItGoesOnOnFewer) {
+    const Words words{"render",       "scene.pbrt",
+                      "--integrator", "photonmap",
+                      "--set",        "photons=300000",
+                      "--spp",        "64",
+                      "--seed",       "3",
+                      "--threads",    "1",
+                      "--png",        "--stats",
+                      "a.json",       "--checkpoint",
+                      "a.checkpoint", "--resume",
+                      "a.checkpoint", "--checkpoint-every",
+                      "0.2s"};
+    ASSERT_EQ(alone(with(words, {"-o", "one.exr"})).code, 0);
+    int killed = 0;
+    for (const char* phase : {"build scene", "photons", "irradiance", "image", "image"}) {
+        SCOPED_TRACE(phase);
+        if (killed < 4) std::filesystem::remove(folder_ / "a.checkpoint");
+        std::filesystem::remove(folder_ / "many.exr");
+        SignalAt at = in_phase(SIGKILL, phase);
+        at.to = [&](pid_t mpirun) { return rank_of(mpirun, killed); };
+        if (std::string(phase) == "image")
+            at.ready = [this](const std::string& out) {
+                return has_begun(out, "image") && std::filesystem::exists(folder_ / "a.checkpoint");
+            };
+        const Finished finished = run_command(with(words, {"-o", "many.exr"}), on(3), at);
+        ASSERT_TRUE(finished.sent);
+        ++killed;
+        EXPECT_EQ(finished.code, 128 + SIGKILL) << finished.err;
+        EXPECT_THAT(finished.err, HasSubstr("signal 9"));
+        EXPECT_FALSE(std::filesystem::exists(folder_ / "many.exr"));
+    }
+    const Finished second = run_command(with(words, {"-o", "many.exr"}), on(2));
+    EXPECT_EQ(second.code, 0) << second.err;
+    EXPECT_THAT(second.out, HasSubstr("resumed: "));
+    expect_same_image("one.exr", "many.exr");
+}
+
+TEST_F(Mpi, AskedToStop_WritesWhatThereIsAndGoesOnAlone) {
+    const Words words{"render",       "scene.pbrt",   "--integrator", "progressive", "--set",
+                      "photons=2000", "--spp",        "1600",         "--seed",      "3",
+                      "--png",        "--checkpoint", "a.checkpoint", "--resume",    "a.checkpoint"};
+    ASSERT_EQ(alone(with(words, {"-o", "one.exr"})).code, 0);
+    std::filesystem::remove(folder_ / "a.checkpoint");
+    Start start = on(3);
+    const auto in_child = start.in_child;
+    start.in_child = [in_child] {
+        in_child();
+        // So many seconds mpirun waits before it asks its ranks to end, and again before it kills them.
+        setenv("OMPI_MCA_odls_base_sigkill_timeout", "2", 1);
+    };
+    const Finished first = run_command(with(words, {"-o", "many.exr"}), start, in_phase(SIGINT, "passes"));
+    ASSERT_TRUE(first.sent);
+    EXPECT_NE(first.code, 0);
+    EXPECT_THAT(first.err, HasSubstr("lucerna: stopped: ")) << first.out;
+    EXPECT_TRUE(read_exr(folder_ / "many.exr").attributes.contains("lucerna.stopped"));
+    const Finished second = alone(with(words, {"-o", "many.exr"}));
+    EXPECT_EQ(second.code, 0) << second.err;
+    EXPECT_THAT(second.out, HasSubstr("resumed: "));
+    expect_same_image("one.exr", "many.exr");
+}
+
+TEST_F(Mpi, RanksThatWouldRenderAnotherPicture_AreRefusedByName) {
+    const std::string program = LUCERNA_COMMAND;
+    std::ofstream(folder_ / "other.pbrt") << kScene << "LightSource \"point\"\n";
+    const std::string copy = (folder_ / "lucerna").string();
+    std::filesystem::copy_file(program, copy);
+    std::ofstream(copy, std::ios::app) << "another build";
+    struct Other {
+        Words command;
+        std::string named;
+    };
+    for (const Other& other :
+         {Other{{program, "render", "other.pbrt"}, "scene (hash of all its files)"},
+          Other{{program, "render", "scene.pbrt", "--seed", "4"}, "its seed is 4"},
+          Other{{program, "render", "scene.pbrt", "--set", "maxdepth=3"}, "parameter maxdepth"},
+          Other{{copy, "render", "scene.pbrt"}, "program (hash of its file)"},
+          Other{{program, "render", "nowhere.pbrt"}, "rank 1 on"}}) {
+        SCOPED_TRACE(::testing::PrintToString(other.command));
+        Words words{"render", "scene.pbrt", "-o", "a.exr", "--quiet", ":", "-n", "1"};
+        const Finished finished = run_command(with(words, other.command), on(1));
+        EXPECT_EQ(finished.code, 1) << finished.out << finished.err;
+        EXPECT_THAT(finished.err, HasSubstr("lucerna: rank 1 on"));
+        EXPECT_THAT(finished.err, HasSubstr(other.named));
+        EXPECT_FALSE(std::filesystem::exists(folder_ / "a.exr"));
+    }
+}
+
+// A rank without the scene's files gets them; it says so where they are not enough.
+TEST_F(Mpi, BroadcastScene_ReachesRanksThatDoNotHaveIt) {
+    const Words words{"render", "scenes/scene.pbrt", "--spp", "4", "--broadcast-scene", "-o", "../many.exr"};
+    for (const char* name : {"here/scenes", "here/lamps", "there"})
+        std::filesystem::create_directories(folder_ / name);
+    std::string scene = kScene;
+    scene.replace(scene.find("lamp.exr"), 8, "../lamps/lamp.exr");
+    std::ofstream(folder_ / "here/scenes/scene.pbrt") << scene;
+    std::filesystem::copy_file(folder_ / "lamp.exr", folder_ / "here/lamps/lamp.exr");
+    Start start = on(1);
+    start.launcher.insert(start.launcher.end(), {"-wdir", (folder_ / "here").string()});
+    Words all = words;
+    all.insert(all.end(), {":", "-n", "2", "-wdir", (folder_ / "there").string(), LUCERNA_COMMAND});
+    const Finished finished = run_command(with(all, words), start);
+    EXPECT_EQ(finished.code, 0) << finished.out << finished.err;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_ / "there"));
+    ASSERT_EQ(alone({"render", "here/scenes/scene.pbrt", "--spp", "4", "-o", "one.exr"}).code, 0);
+    expect_same_image("one.exr", "many.exr");
+    for (std::string& word : all) word = word == "--broadcast-scene" ? "--quiet" : word;
+    const Finished refused =
+        run_command(with(all, {"render", "scenes/scene.pbrt", "-o", "../many.exr"}), start);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("scenes/scene.pbrt: no such file"));
+}
+
+// srun without --mpi=pmix: as many processes, each of which would write the same image.
+TEST_F(Mpi, ManyProcessesWithoutMpi_AreRefusedUnlessTheyRenderParts) {
+    Start start{folder_.path()};
+    start.in_child = [] { setenv("SLURM_STEP_NUM_TASKS", "4", 1); };
+    const Finished refused = run_command({"render", "scene.pbrt", "-o", "a.exr", "--spp", "1"}, start);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.err, HasSubstr("has started 4 processes"));
+    EXPECT_THAT(refused.err, HasSubstr("--mpi=pmix"));
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.exr"));
+    EXPECT_EQ(run_command({"render", "scene.pbrt", "-o", "a.exr", "--spp", "1", "--part", "1/4"}, start).code,
+              0);
+}
+
+}  // namespace mpi_test
+}  // namespace lucerna
