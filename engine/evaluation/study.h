@@ -84,9 +84,9 @@ struct StudyResult {
 // numbers of threads, do not compare.
 struct StudyOrigin {
     std::set<std::string> machines;
-    std::set<std::string> hosts;  // of the ranks of a parallel job
     std::set<int> threads;
-    std::set<std::string> dates;  // of UTC; in order
+    std::set<std::string> dates;       // of UTC; in order
+    std::set<std::string> hosts = {};  // of the ranks of a parallel job
 };
 
 // Marks, scene by scene, the points of the Pareto front.
