@@ -89,21 +89,24 @@ class Study {
         if (ranks) made_ = made_by(*ranks);
     }
 
-    // Less than all where the monitor wished to stop.
+    // Less than all where the monitor wished to stop: of ranks, those that were made by then.
     std::vector<StudyResult> all() {
         std::vector<StudyResult> results;
         for (const StudyScene& scene : description_.scenes) {
             const auto reference = next_image();
             if (!reference) break;
+            const std::size_t before = results.size();
             const StudyMeasure measure(reference->image, scene.mask_above);
+            bool goes_on = true;
             for (const StudyPoint& point : description_.points) {
-                const auto result = measured(scene, point, measure);
-                if (!result) return results;
-                // Only now are there results of this scene.
-                if (references_.size() == static_cast<std::size_t>(&scene - description_.scenes.data()))
-                    references_.emplace_back(reference->image.name);
-                results.push_back(*result);
+                auto result = measured(scene, point, measure);
+                goes_on = result || made_;
+                if (!goes_on) break;
+                if (result) results.push_back(std::move(*result));
             }
+            if (results.size() == before) break;
+            references_.emplace_back(reference->image.name);
+            if (!goes_on) break;
         }
         return results;
     }
@@ -128,36 +131,43 @@ class Study {
         result.set = point.overrides.set;
         result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
         std::vector<NamedImage> images;
+        bool is_whole = true;
         for (int seed = 0; seed < description_.seeds; ++seed) {
             auto one = next_image();
-            if (!one) return {};
+            is_whole = is_whole && one;
+            if (!one && !made_) return {};
+            if (!one) continue;
             result.seconds += one->seconds / description_.seeds;
             if (!one->host.empty()) result.hosts.insert(one->host);
             images.push_back(std::move(one->image));
         }
+        if (!is_whole) return {};
         result.image = images.front().name;
         measure.measure(images, result, monitor_);
         return result;
     }
     std::vector<std::optional<StudyRun>> made_by(Ranks& ranks) {
-        std::size_t count = 0;
         return runs_.run_by_ranks(all_, monitor_, [&](const StudyWork& work, const StudyRun& run, int rank) {
-            monitor_.info(fmt::format("{}/{}  {}: {}", ++count, all_.size(), work_text(work),
-                                      run.found ? "found"
-                                                : fmt::format("rank {} on {}, {}", rank, ranks.host(rank),
-                                                              duration_text(run.seconds))));
+            count(run);
+            const std::string how = run.found ? "found"
+                                              : fmt::format("rank {} on {}, {}", rank, ranks.host(rank),
+                                                            duration_text(run.seconds));
+            monitor_.info(
+                fmt::format("{}/{}  {}: {}", rendered_ + found_, all_.size(), work_text(work), how));
         });
     }
+    void count(const StudyRun& run) { ++(run.found ? found_ : rendered_); }
     std::optional<StudyRun> next_run() {
-        const std::size_t i = rendered_ + found_;
+        const std::size_t i = next_++;
         if (made_) return (*made_)[i];
         monitor_.info(fmt::format("{}/{}  {}", i + 1, all_.size(), work_text(all_[i])));
-        return runs_.run(all_[i], monitor_);
+        const auto run = runs_.run(all_[i], monitor_);
+        if (run) count(*run);
+        return run;
     }
     std::optional<Rendered> next_image() {
         const auto run = next_run();
         if (!run) return {};
-        ++(run->found ? found_ : rendered_);
         if (!run->machine.empty()) origin_.machines.insert(run->machine);
         if (!run->host.empty()) origin_.hosts.insert(run->host);
         if (!run->date.empty()) origin_.dates.insert(run->date);
@@ -169,8 +179,9 @@ class Study {
     StudyRuns& runs_;
     Monitor& monitor_;
     std::vector<StudyWork> all_;
-    std::optional<std::vector<std::optional<StudyRun>>> made_;  // by ranks
+    std::size_t next_ = 0;  // of all_
     std::size_t rendered_ = 0, found_ = 0;
+    std::optional<std::vector<std::optional<StudyRun>>> made_;  // by ranks
     std::vector<std::filesystem::path> references_;
     StudyOrigin origin_;
 };
