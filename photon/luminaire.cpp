@@ -16,6 +16,11 @@ struct EscapedRays : LightPathVisitor {
     SlabAxes side;
     LuminaireBlock block;
 
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(ledger, block.rays, block.tints.first, block.tints.each, block.tints.rays, block.flux);
+    }
+
     void escape(const LightPathEscape& at) {
         const V3f d = side.straight() ? at.d : V3f(side.to_slab(V3d(at.d)));
         if (!(d.z > kLeastForward)) {

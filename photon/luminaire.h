@@ -66,7 +66,8 @@ inline constexpr float kLeastForward = 1e-6F;
 // and power, no media, parameters in range.
 void check_luminaire(const Scene& scene, const LuminaireParameters& parameters);
 
-// Block number `index` in [0, parameters.blocks()) of parameters that check_luminaire() accepts.
+// Block number `index` in [0, parameters.blocks()) of parameters that check_luminaire() accepts. Ranks share
+// out its paths, and each has the whole block; none of it where Ranks::stopped() then.
 LuminaireBlock trace_luminaire(const Scene& scene, const LuminaireParameters& parameters, std::int64_t index,
                                const Workers& workers);
 

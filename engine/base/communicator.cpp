@@ -32,6 +32,11 @@ bool is_parallel_job() {
     return std::getenv("PMIX_RANK") != nullptr && number_in_environment("SLURM_STEP_NUM_TASKS") > 1;
 }
 
+int rank_by_launcher() {
+    if (!is_parallel_job()) return 0;
+    return number_in_environment(std::getenv("OMPI_COMM_WORLD_RANK") ? "OMPI_COMM_WORLD_RANK" : "PMIX_RANK");
+}
+
 int processes_without_mpi() {
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"}) {
         if (std::getenv(name)) return 1;

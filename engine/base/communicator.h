@@ -50,6 +50,8 @@ class Communicator {
 // Whether the launcher (mpirun, srun) has started more than one rank of this program, by the environment that
 // it leaves.
 bool is_parallel_job();
+// Which of them this is, before it joins; 0 outside a parallel job.
+int rank_by_launcher();
 
 // How many processes srun started that know nothing of each other: without --mpi=pmix it starts a program so
 // many times. 1: none beside this one.

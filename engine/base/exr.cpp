@@ -13,6 +13,7 @@
 #include <fstream>
 #include <new>
 #include <optional>
+#include <span>
 
 #include "engine/base/colour_space.h"
 #include "engine/base/error.h"
@@ -158,30 +159,45 @@ Image read_exr_as_stated(const std::filesystem::path& file) {
     return std::move(stated.image);
 }
 
+namespace {
+
+// OpenEXR refuses some names of channels and attributes.
+void write_into(Imf::OStream& stream, const Image& image) {
+    const V2i last = image.corner + V2i(image.width - 1, image.height - 1);
+    const Imath::Box2i data({image.corner.x, image.corner.y}, {last.x, last.y});
+    const V2i whole = image.picture == V2i(0, 0) ? V2i(image.width, image.height) : image.picture;
+    Imf::Header header({{0, 0}, {whole.x - 1, whole.y - 1}}, data);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    for (const std::string& name : image.channels) header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    if (in_colour(image)) Imf::addChromaticities(header, chromaticities_of(image.space));
+    for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
+    Imf::OutputFile out(stream, header);
+    Image& source = const_cast<Image&>(image);  // the frame buffer is not const; writing only reads
+    out.setFrameBuffer(frame_buffer(source, data.min));
+    out.writePixels(image.height);
+}
+
+}  // namespace
+
 void write_exr(const std::filesystem::path& file, const Image& image) {
     replace_file(file, [&](const std::filesystem::path& temporary) {
-        // OpenEXR refuses some names of channels and attributes: that is a failed write like any other.
-        const V2i last = image.corner + V2i(image.width - 1, image.height - 1);
-        const Imath::Box2i data({image.corner.x, image.corner.y}, {last.x, last.y});
-        const V2i whole = image.picture == V2i(0, 0) ? V2i(image.width, image.height) : image.picture;
-        Imf::Header header({{0, 0}, {whole.x - 1, whole.y - 1}}, data);
-        header.compression() = Imf::ZIP_COMPRESSION;
-        for (const std::string& name : image.channels)
-            header.channels().insert(name, Imf::Channel(Imf::FLOAT));
-        if (in_colour(image)) Imf::addChromaticities(header, chromaticities_of(image.space));
-        for (const auto& [name, text] : image.attributes) header.insert(name, Imf::StringAttribute(text));
         // A stream of our own: OpenEXR writes the last part where it cannot say that it failed.
         std::ofstream stream(temporary, std::ios::binary);
         {
             Imf::StdOFStream named(stream, temporary.c_str());
-            Imf::OutputFile out(named, header);
-            Image& source = const_cast<Image&>(image);  // the frame buffer is not const; writing only reads
-            out.setFrameBuffer(frame_buffer(source, data.min));
-            out.writePixels(image.height);
+            write_into(named, image);
         }
         stream.exceptions(std::ios::badbit | std::ios::failbit);  // throws if it has failed already
         stream.close();
     });
+}
+
+std::vector<std::byte> exr_bytes(const Image& image) {
+    Imf::StdOSStream stream;
+    write_into(stream, image);
+    const std::string text = stream.str();
+    const auto bytes = std::as_bytes(std::span(text));
+    return {bytes.begin(), bytes.end()};
 }
 
 const ColourSpace* space_of_layers(const Image& image) {

@@ -87,6 +87,8 @@ const ColourSpace* space_of_layers(const Image& image);
 // Writes beside the target and renames, so that a reader sees the old file or the new one, never half of one.
 // An image with R, G and B states the chromaticities of its space.
 void write_exr(const std::filesystem::path& file, const Image& image);
+// The same as the bytes of such a file.
+std::vector<std::byte> exr_bytes(const Image& image);
 
 // 8-bit sRGB of the first three channels under that look.
 void write_png(const std::filesystem::path& file, const Image& image, const PictureLook& look);

@@ -80,6 +80,7 @@ class Unpacker {
         (take(fields), ...);
     }
     bool empty() const { return left_.empty(); }
+    std::span<const std::byte> left() const { return left_; }
 
   private:
     void take_bytes(std::span<std::byte> to) {

@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kRequestTag = 1, kAnswerTag = 2;
+constexpr int kRequestTag = 1, kAnswerTag = 2;  // and the request's kind: several may wait at a time
 
 template <typename T>
 std::vector<std::byte> packed(T value) {
@@ -166,6 +166,7 @@ void Ranks::begin(Loop loop) {
         loop_clock_ = {};
         ended_ = false;
         told_ = 0;
+        failure_ = nullptr;
         if (leads()) queue_.fill(loop_, size());
     }
     // Nobody asks before all can answer.
@@ -179,16 +180,28 @@ Ranks::Answer Ranks::hand_out(int rank, const Request& request) {
     if (!ended_ && loop_.ends && loop_.ends()) ended_ = true;
     Answer answer;
     answer.seconds = loop_.seconds - loop_clock_.seconds();
+    answer.one_by_one = loop_.one_by_one;
     if (ended_) return answer;
-    answer.items = queue_.take(rank, request.threads, request.seconds, all_threads_);
+    const double seconds_per_item = loop_.one_by_one ? 0 : request.seconds;
+    answer.items = queue_.take(rank, request.threads, seconds_per_item, all_threads_);
     if (loop_.moved) {
         for (const Item& item : answer.items) loop_.moved(item.number, rank);
     }
     return answer;
 }
 
-std::vector<std::byte> Ranks::answer(int from, const Request& request) {
-    if (request.kind == kTake) return packed(hand_out(from, request));
+std::vector<std::byte> Ranks::answer(int from, const Request& request, std::span<const std::byte> made) {
+    switch (request.kind) {
+        case kTake:
+            return packed(hand_out(from, request));
+        case kAskedToStop:
+            return packed(asked_to_stop());
+        case kMade:
+            take_delivery(request.item, from, made);
+            return {};
+        default:
+            break;  // kFetch
+    }
     const std::lock_guard lock(mutex_);
     return loop_.give(request.item);
 }
@@ -199,8 +212,11 @@ void Ranks::serve() {
     auto pause = kShortest;
     while (!leaving_) {
         if (const auto message = communicator_->try_receive(kRequestTag)) {
-            communicator_->send(message->from, kAnswerTag,
-                                answer(message->from, unpacked<Request>(message->bytes)));
+            Request request{};
+            Unpacker unpacker(message->bytes);
+            unpacker(request);
+            communicator_->send(message->from, kAnswerTag + request.kind,
+                                answer(message->from, request, unpacker.left()));
             pause = kShortest;
         } else {
             std::this_thread::sleep_for(pause);
@@ -213,7 +229,57 @@ std::vector<std::byte> Ranks::fetch(std::int64_t item, int from) {
     Request request{kFetch};
     request.item = item;
     communicator_->send(from, kRequestTag, packed(request));
-    return communicator_->receive(from, kAnswerTag);
+    return communicator_->receive(from, kAnswerTag + kFetch);
+}
+
+void Ranks::deliver(std::int64_t item) {
+    Request request{kMade};
+    request.item = item;
+    Packer packer;
+    packer(request);
+    const std::vector<std::byte> made = loop_.made(item);
+    packer(std::span(made));
+    const std::lock_guard lock(delivering_);
+    const Stopwatch clock;
+    communicator_->send(0, kRequestTag, packer.take());
+    communicator_->receive(0, kAnswerTag + kMade);
+    Traffic& traffic = traffic_of("items made");
+    ++traffic.calls;
+    traffic.bytes += made.size();
+    traffic.seconds += clock.seconds();
+}
+
+void Ranks::take_delivery(std::int64_t item, int from, std::span<const std::byte> made) {
+    // The loop stays as long as one is at work who delivers.
+    std::unique_lock lock(mutex_);
+    const auto arrived = loop_.arrived;
+    lock.unlock();
+    try {
+        arrived(item, from, made);
+    } catch (...) {
+        lock.lock();
+        if (!failure_) failure_ = std::current_exception();
+        failed_ = true;  // which stops the others, too
+        ended_ = true;
+    }
+}
+
+void Ranks::end_deliveries() {
+    all_gather("end", {});
+    const std::lock_guard lock(mutex_);
+    if (failure_) std::rethrow_exception(failure_);
+}
+
+bool Ranks::asked_to_stop() {
+    constexpr double kSecondsBetween = 0.3;
+    if (leads()) return failed_ || (asked_to_stop_ && asked_to_stop_());
+    const std::unique_lock lock(stop_mutex_, std::try_to_lock);
+    if (told_to_stop_ || !lock || (since_asked_ && since_asked_->seconds() < kSecondsBetween))
+        return told_to_stop_;
+    communicator_->send(0, kRequestTag, packed(Request{kAskedToStop}));
+    told_to_stop_ = unpacked<bool>(communicator_->receive(0, kAnswerTag + kAskedToStop));
+    since_asked_.emplace();
+    return told_to_stop_;
 }
 
 std::optional<std::int64_t> Ranks::Share::next() {
@@ -230,7 +296,8 @@ std::optional<std::int64_t> Ranks::Share::next() {
             items_.pop_front();
         }
         // In good time, while the others are still at work.
-        const bool few = items_.size() < static_cast<std::size_t>((threads_ + 1) / 2);
+        const bool few = one_by_one_ ? !item && items_.empty()
+                                     : items_.size() < static_cast<std::size_t>((threads_ + 1) / 2);
         if (few && !ended_ && !asking_) ask(lock);
         if (item) return item;
         if (items_.empty() && !ended_ && asking_)
@@ -260,6 +327,7 @@ void Ranks::Share::ask(std::unique_lock<std::mutex>& lock) {
     asking_ = false;
     for (const Item& item : answer.items) items_.push_back(item.number);
     if (answer.items.empty()) ended_ = true;
+    one_by_one_ = answer.one_by_one;
     until_ = clock_.seconds() + answer.seconds;
     came_.notify_all();
 }
@@ -270,7 +338,7 @@ Ranks::Answer Ranks::Share::asked(const Request& request) {
         answer = ranks_.hand_out(0, request);
     } else {
         ranks_.communicator_->send(0, kRequestTag, packed(request));
-        answer = unpacked<Answer>(ranks_.communicator_->receive(0, kAnswerTag));
+        answer = unpacked<Answer>(ranks_.communicator_->receive(0, kAnswerTag + kTake));
     }
     if (!ranks_.loop_.take) return answer;
     // A state that is elsewhere is fetched by whoever gets the item, and is here from then on.

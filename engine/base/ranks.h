@@ -11,6 +11,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <map>
@@ -80,12 +81,20 @@ class Ranks {
         // Of items with a state: it leaves this rank, it is here.
         std::function<std::vector<std::byte>(std::int64_t item)> give = {};
         std::function<void(std::int64_t item, std::vector<std::byte> state)> take = {};
+        // If set, on all ranks: what an item made elsewhere goes to rank 0 as soon as it is done. There it
+        // arrives from another thread; where that throws, all are asked to stop, and rank 0 throws it at the
+        // end.
+        std::function<std::vector<std::byte>(std::int64_t item)> made = {};
+        std::function<void(std::int64_t item, int rank, std::span<const std::byte> made)> arrived = {};
+        // At rank 0: a rank gets an item only when it has none, instead of some in good time. Of few and long
+        // ones.
+        bool one_by_one = false;
     };
     static constexpr int kNobody = -1;
 
     // Calls body(item) for this rank's share of the loop's items, from any of its threads. Returns those for
-    // which it is true; another rank may still be at work, so that what the loop refers to must live until
-    // ranks meet again. Collective.
+    // which it is true; another rank may still be at work (unless Loop::made is set), so that what the loop
+    // refers to must live until ranks meet again. Collective.
     template <typename Body>
     std::vector<std::int64_t> work(const Workers& workers, Loop loop, Body&& body);
     // Meets, to learn whether the user asked to stop.
@@ -93,7 +102,8 @@ class Ranks {
         stopped_ = agree(asked_to_stop_ && asked_to_stop_());
         return stopped_;
     }
-    bool asked_to_stop() const { return asked_to_stop_ && asked_to_stop_(); }
+    // Between two meetings, from any thread; elsewhere than at rank 0 by a message, a few times a second.
+    bool asked_to_stop();
     // At rank 0, after that: of the last loop's items, how many Loop::advance was not told of.
     std::int64_t untold(std::int64_t items) const { return items - told_; }
 
@@ -125,7 +135,7 @@ class Ranks {
         std::int64_t left_ = 0;
     };
     struct Request {
-        std::int32_t kind;  // kTake, kFetch
+        std::int32_t kind;
         std::int32_t threads = 0;
         std::int64_t done = 0;  // since the last one
         double seconds = 0;     // of one item
@@ -134,12 +144,14 @@ class Ranks {
     struct Answer {
         std::vector<Item> items;
         double seconds = 0;  // until when they may be begun
+        bool one_by_one = false;
         template <typename Archive>
         void fields(Archive& archive) {
-            archive(items, seconds);
+            archive(items, seconds, one_by_one);
         }
     };
-    enum : std::int32_t { kTake, kFetch };
+    // kMade is followed by what was made.
+    enum : std::int32_t { kTake, kFetch, kMade, kAskedToStop };
 
     // This rank's share of the items: asks for more before it has none.
     class Share {
@@ -159,7 +171,7 @@ class Ranks {
         std::mutex mutex_;
         std::condition_variable came_;
         std::deque<std::int64_t> items_;
-        bool asking_ = false, ended_ = false, given_up_ = false;
+        bool asking_ = false, ended_ = false, given_up_ = false, one_by_one_ = false;
         double until_ = std::numeric_limits<double>::infinity();  // by clock_
         Stopwatch clock_;
         std::vector<std::int64_t> done_;
@@ -171,7 +183,10 @@ class Ranks {
     void begin(Loop loop);
     Answer hand_out(int rank, const Request& request);
     std::vector<std::byte> fetch(std::int64_t item, int from);
-    std::vector<std::byte> answer(int from, const Request& request);
+    void deliver(std::int64_t item);
+    void take_delivery(std::int64_t item, int from, std::span<const std::byte> made);
+    void end_deliveries();
+    std::vector<std::byte> answer(int from, const Request& request, std::span<const std::byte> made);
     void serve();
     Traffic& traffic_of(std::string_view what);
 
@@ -188,8 +203,14 @@ class Ranks {
     Loop loop_;         // until ranks meet again: others may be at work when this one has nothing left to do
     Stopwatch loop_clock_;
     Queue queue_;
-    bool ended_ = false;     // nothing more is handed out
-    std::int64_t told_ = 0;  // items that are done
+    bool ended_ = false;          // nothing more is handed out
+    std::int64_t told_ = 0;       // items that are done
+    std::exception_ptr failure_;  // of a delivery
+    std::atomic<bool> failed_{false};
+    std::mutex delivering_;  // one message at a time
+    std::mutex stop_mutex_;
+    std::optional<Stopwatch> since_asked_;  // whether to stop
+    std::atomic<bool> told_to_stop_{false};
     std::atomic<bool> leaving_{false};
     std::thread service_;
 };
@@ -228,14 +249,19 @@ std::vector<std::int64_t> Ranks::work(const Workers& workers, Loop loop, Body&& 
         try {
             while (const auto item = share.next()) {
                 const Stopwatch clock;
-                if (body(*item)) share.done(*item, clock.seconds());
+                if (!body(*item)) continue;
+                const double seconds = clock.seconds();
+                if (loop_.made && !leads()) deliver(*item);
+                share.done(*item, seconds);
             }
         } catch (...) {
             share.give_up();
             throw;
         }
     });
-    return share.finish();
+    std::vector<std::int64_t> own = share.finish();
+    if (loop_.made) end_deliveries();
+    return own;
 }
 
 // What rank 0 found by a clock or of its machine, on all ranks.

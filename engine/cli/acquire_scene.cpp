@@ -5,6 +5,8 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/monitor.h"
+#include "engine/base/ranks.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/cli/sums_file.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/scene/arithmetic.h"
@@ -43,30 +45,61 @@ double luminance_of(const V3d& flux) {
     return double{luminance(Rgb(V3f(flux)))};
 }
 
-// Traces and measures the blocks that are missing.
-void measure_blocks(const Scene& scene, const LuminaireParameters& parameters,
-                    const std::filesystem::path& part, const Workers& workers, Monitor& monitor,
-                    AcquisitionState& state) {
-    Phase phase(monitor, "light paths", static_cast<std::uint64_t>(parameters.paths));
-    phase.advance(state.flux.ledger.paths);
-    Stopwatch since_save;
-    for (; state.blocks < parameters.blocks(); ++state.blocks) {
-        if (monitor.stopped()) {
-            if (part.empty()) throw Stopped("stopped before all light paths were traced");
-            save_state(part, state);
-            throw Stopped(fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
-                                      state.flux.ledger.paths, parameters.paths, part.string()));
+// Traces and measures the blocks that are missing. On ranks, rank 0 has all sums then.
+class BlockMeasurement {
+  public:
+    BlockMeasurement(const Scene& scene, const LuminaireParameters& parameters,
+                     const std::filesystem::path& part, const Workers& workers, Monitor& monitor,
+                     AcquisitionState& state)
+        : scene_(scene),
+          parameters_(parameters),
+          part_(part),
+          workers_(workers),
+          monitor_(monitor),
+          state_(state) {}
+
+    void run() {
+        Phase phase(monitor_, "light paths", static_cast<std::uint64_t>(parameters_.paths));
+        phase.advance(state_.flux.ledger.paths);
+        Stopwatch since_save;
+        for (; state_.blocks < parameters_.blocks(); ++state_.blocks) {
+            if (monitor_.stopped()) stop();
+            const bool is_due = !part_.empty() && since_save.seconds() > kSecondsBetweenSaves;
+            if (agreed(workers_, is_due)) {
+                save();
+                since_save = Stopwatch();
+            }
+            const LuminaireBlock block = trace_luminaire(scene_, parameters_, state_.blocks, workers_);
+            const bool is_whole = !workers_.ranks || !workers_.ranks->stopped();
+            if (!is_whole || !add_rays(state_.sums, block.rays, workers_, block.tints)) stop();
+            state_.flux.add(block.flux);
+            phase.advance(block.flux.ledger.paths);
         }
-        if (!part.empty() && since_save.seconds() > kSecondsBetweenSaves) {
-            save_state(part, state);
-            since_save = Stopwatch();
-        }
-        const LuminaireBlock block = trace_luminaire(scene, parameters, state.blocks, workers);
-        add_rays(state.sums, block.rays, workers, block.tints);
-        state.flux.add(block.flux);
-        phase.advance(block.flux.ledger.paths);
+        bring_to_rank_0();
     }
-}
+
+  private:
+    void bring_to_rank_0() {
+        if (workers_.ranks) state_.sums.bring_to_rank_0(*workers_.ranks);
+    }
+    void save() {
+        bring_to_rank_0();
+        if (!part_.empty()) save_state(part_, state_);
+    }
+    [[noreturn]] void stop() {
+        save();
+        if (part_.empty()) throw Stopped("stopped before all light paths were traced");
+        throw Stopped(fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
+                                  state_.flux.ledger.paths, parameters_.paths, part_.string()));
+    }
+
+    const Scene& scene_;
+    const LuminaireParameters& parameters_;
+    const std::filesystem::path& part_;
+    const Workers& workers_;
+    Monitor& monitor_;
+    AcquisitionState& state_;
+};
 
 // Brings the sums to the flux of one lamp.
 SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameters& parameters,
@@ -122,7 +155,12 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     } catch (const InputError& error) {
         throw InputError({emitter.file.string()}, error.what());
     }
-    const std::uint64_t key = part.empty() ? 0 : key_of(emitter, rig, job.scene, parameters, workers);
+    const bool names_work = workers.ranks || !part.empty();
+    const std::uint64_t key = names_work ? key_of(emitter, rig, job.scene, parameters, workers.alone()) : 0;
+    if (workers.ranks) {
+        require_same_facts(*workers.ranks, "measure another lamp",
+                           {{"luminaire", fmt::format("{} ({:016x})", emitter.file.string(), key)}});
+    }
     AcquisitionState state{key, 0, {}, std::move(sums)};
     if (!part.empty()) {
         if (auto kept = load_state(part, key, rig)) {
@@ -131,7 +169,10 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
                                      parameters.paths));
         }
     }
-    measure_blocks(job.scene, parameters, part, workers, monitor, state);
+    state.blocks = agreed(workers, state.blocks);
+    if (workers.ranks && state.blocks > 0) state.sums.begin_at_rank_0(*workers.ranks);
+    BlockMeasurement(job.scene, parameters, part, workers, monitor, state).run();
+    if (workers.ranks && !workers.ranks->leads()) return {};
     try {
         return result_of(emitter, parameters, state);
     } catch (const InputError&) {  // a fault of the luminaire: its sums are of no use, and in the way of a

@@ -42,7 +42,8 @@ struct SceneAcquisition {
 
 // Traces and measures. `part` keeps the sums of work that was stopped (empty: nothing is kept); it is read
 // when it belongs to the same luminaire, rig and seed, and removed by the caller when the result is written.
-// Throws InputError for a scene or a rig that is none, and when the user stops it (after writing `part`).
+// Throws InputError for a scene or a rig that is none, and when the user stops it (after writing `part`). Of
+// ranks, rank 0 has the result, and the part; all throw Stopped.
 SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, const std::filesystem::path& part,
                                const Workers& workers, Monitor& monitor);
 

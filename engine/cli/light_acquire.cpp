@@ -16,6 +16,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/light_commands.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
 #include "engine/scene/texture_image.h"
 #include "lights/measurement/acquire.h"
@@ -38,6 +39,9 @@ A luminaire that shines to several sides is turned before the rig with --sides; 
 make one lamp, in which light that two of them hold is shared out by its direction.
 
 Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
+
+Under mpirun or srun --mpi=pmix the ranks share the work, and make the same bits as one process; rank 0 writes the
+files. All ranks read the rig and its scene.
 
 Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
@@ -187,6 +191,12 @@ NamedEmitter emitter_of(const RigDescription& description) {
     return emitter;
 }
 
+void require_same_emitter(const Workers& workers, const NamedEmitter& emitter) {
+    if (!workers.ranks) return;
+    require_same_facts(*workers.ranks, "measure another lamp",
+                       {{"description (hash of it)", fmt::format("{:016x}", emitter.key)}});
+}
+
 // Runs `work`. Where the description is at fault the same command would fail again, and the mended one must
 // not find its way blocked by what is unfinished; what a full disk or the user cut off stays.
 template <typename Work>
@@ -205,7 +215,7 @@ auto giving_up_part(const std::filesystem::path& part, Work&& work) {
 }
 
 struct AcquireWork {
-    std::filesystem::path part;  // where what is unfinished is kept
+    std::filesystem::path part;  // where what is unfinished is kept; empty but at rank 0
     Workers workers;
     bool strict = false;                            // of a scene
     SlabAxes side;                                  // of a scene
@@ -216,18 +226,20 @@ struct AcquireWork {
 FilterImages acquire_formula(const RigDescription& description, const AcquireWork& work, Monitor& monitor) {
     const std::filesystem::path& part_file = work.part;
     const NamedEmitter emitter = emitter_of(description);
-    AcquirePart part(part_file, emitter.key);
-    if (part.columns() > 0)
-        monitor.info(fmt::format("{}: going on after {} columns", part_file.string(), part.columns()));
+    require_same_emitter(work.workers, emitter);
+    std::optional<AcquirePart> part;
+    if (!part_file.empty()) part.emplace(part_file, emitter.key);
+    if (part && part->columns() > 0)
+        monitor.info(fmt::format("{}: going on after {} columns", part_file.string(), part->columns()));
     AcquireOptions options = description.quality;
-    options.part = &part;
+    options.part = part ? &*part : nullptr;
     try {
         return giving_up_part(part_file, [&] {
             return acquire_filters(emitter.model, description.rig, work.workers, monitor, options);
         });
     } catch (const std::bad_alloc&) {  // thrown before any work: nothing is worth keeping
         std::error_code none;
-        if (part.columns() == 0) std::filesystem::remove(part_file, none);
+        if (part && part->columns() == 0) std::filesystem::remove(part_file, none);
         throw;
     } catch (const Stopped& stopped) {
         throw Stopped(
@@ -243,6 +255,7 @@ FilterImages acquire_luminaire(const RigDescription& description, const AcquireW
     emitter.side = work.side;
     emitter.when_read = work.when_read;
     SceneAcquisition made = acquire_scene(emitter, description.rig, work.part, work.workers, monitor);
+    if (work.workers.ranks && !work.workers.ranks->leads()) return std::move(made.images);
     const std::string_view unit = flux_unit_name(from.unit);
     const FluxAccount& account = made.account;
     monitor.info(
@@ -261,18 +274,23 @@ FilterImages acquire_images(const RigDescription& description, const AcquireWork
     return acquire_formula(description, work, monitor);
 }
 
-// What comes back from the camera of the description, if it has one; its photographs are written if they are
-// wanted.
-FilterImages through_camera(FilterImages images, const RigDescription& description,
-                            const AcquireCommand& command, Monitor& monitor) {
-    const CameraModel camera = description.camera.value_or(CameraModel());
-    if (!command.photographs.empty())
-        write_photographs(images, camera, command.photographs, command.lamp.workers, monitor);
-    if (!description.camera) return images;
-    return photographed(images, camera, command.lamp.workers, monitor).images;
+// Rank 0's.
+void share_images(Ranks& ranks, FilterImages& images) {
+    Packer packer;
+    if (ranks.leads()) images.fields(packer);
+    const std::vector<std::byte> bytes = ranks.broadcast("filter images", packer.take());
+    if (ranks.leads()) return;
+    Unpacker unpacker(bytes);
+    images.fields(unpacker);
 }
 
-void declare_files(const AcquireCommand& command, const RigDescription& description, CommandFiles& files) {
+// Where what is unfinished of a side is kept.
+std::filesystem::path part_of(const AcquireCommand& command, const SlabAxes& side) {
+    return command.lamp.file + (side.straight() ? "" : "." + side.name()) + ".part";
+}
+
+void declare_files(const AcquireCommand& command, const RigDescription& description,
+                   const std::vector<SlabAxes>& sides, CommandFiles& files) {
     for (const std::filesystem::path& file :
          {std::filesystem::path(command.rig), description.emitter.slide, description.emitter.scene}) {
         if (!file.empty()) files.reads(file);
@@ -280,15 +298,19 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
     declare_lamp(command.lamp, files);
     if (!command.photographs.empty())
         files.writes_into(command.photographs, "--photographs", is_photographs_name);
+    if (command.filter)
+        for (const SlabAxes& side : sides) files.writes_beside(part_of(command, side), "-o");
+    if (!command.photographs.empty())
+        check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
 }
 
 // Through pinholes.
-LightField acquire_canned(const RigDescription& description, const AcquireCommand& command,
-                          Monitor& monitor) {
+LightField acquire_canned(const RigDescription& description, const Workers& workers, Monitor& monitor) {
     const NamedEmitter emitter = emitter_of(description);
+    require_same_emitter(workers, emitter);
     EmitterModel model = emitter.model;
     model.info.provenance += "; without an optical filter";
-    return acquire_without_filter(model, description.rig, command.lamp.workers, monitor, description.quality);
+    return acquire_without_filter(model, description.rig, workers, monitor, description.quality);
 }
 
 void check_filter(const RigDescription& description, const AcquireCommand& command) {
@@ -302,11 +324,6 @@ void check_filter(const RigDescription& description, const AcquireCommand& comma
         throw InputError({"--filter"},
                          "none is accepted without a camera and --photographs, which see filters");
     }
-}
-
-// Where what is unfinished of a side is kept.
-std::filesystem::path part_of(const AcquireCommand& command, const SlabAxes& side) {
-    return command.lamp.file + (side.straight() ? "" : "." + side.name()) + ".part";
 }
 
 void check_sides(const AcquireCommand& command, const RigDescription& description) {
@@ -328,44 +345,94 @@ void refuse_strict_without_scene(const AcquireCommand& command, const RigDescrip
                      "no scene is read; the option is accepted with a rig whose emitter is a scene");
 }
 
-void act_acquire(const AcquireCommand& command, const CommandContext& context) {
+// What the user is told, and asks: of ranks, rank 0 speaks, and all stop at the same places.
+class Speaker {
+  public:
+    Speaker(const AcquireCommand& command, const CommandContext& context, Ranks* ranks)
+        : leads_(!ranks || ranks->leads()),
+          console_(
+              leads_ ? context.out : nowhere_, leads_ ? context.err : nowhere_,
+              leads_ ? console_settings(command.lamp, context) : ConsoleSettings{false, true, nullptr, {}}) {
+        if (!ranks) return;
+        ranks->listen_to([this] { return console_.stopped(); });
+        of_all_.emplace(*ranks, console_);
+    }
+    bool leads() const { return leads_; }
+    ConsoleMonitor& console() { return console_; }
+    Monitor& monitor() { return of_all_ ? static_cast<Monitor&>(*of_all_) : console_; }
+
+  private:
+    bool leads_;
+    std::ostream nowhere_{nullptr};
+    ConsoleMonitor console_;
+    std::optional<RanksMonitor> of_all_;
+};
+
+// What comes back from the camera of the description, if it has one; its photographs are written if they are
+// wanted, by rank 0.
+FilterImages through_camera(FilterImages images, const RigDescription& description,
+                            const AcquireCommand& command, const Workers& workers, Speaker& speaker) {
+    const CameraModel camera = description.camera.value_or(CameraModel());
+    Ranks* const ranks = workers.ranks;
+    if (!command.photographs.empty()) {
+        try {
+            if (speaker.leads())
+                write_photographs(images, camera, command.photographs, workers.alone(), speaker.console());
+        } catch (const Stopped&) {
+            if (!ranks) throw;
+        }
+        if (ranks && ranks->agree_to_stop()) throw Stopped("photographs: stopped");
+    }
+    if (!description.camera) return images;
+    if (ranks) share_images(*ranks, images);
+    return photographed(images, camera, workers, speaker.monitor()).images;
+}
+
+void acquire_lamp(const AcquireCommand& command, const CommandContext& context, Ranks* ranks) {
     const RigDescription description =
         command.rig.empty() ? describe(command.quick) : read_rig_file(command.rig);
     refuse_strict_without_scene(command, description);
     check_filter(description, command);
     check_sides(command, description);
     const std::vector<SlabAxes> sides = command.sides.empty() ? std::vector{SlabAxes{}} : command.sides;
+    Speaker speaker(command, context, ranks);
     CommandFiles files;
-    declare_files(command, description, files);
-    if (command.filter)
-        for (const SlabAxes& side : sides) files.writes_beside(part_of(command, side), "-o");
-    if (!command.photographs.empty())
-        check_photographs(description.rig, description.camera.value_or(CameraModel()), command.photographs);
-    ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
+    if (speaker.leads()) declare_files(command, description, sides, files);
+    Monitor& monitor = speaker.monitor();
     std::optional<Listening> listening;
-    AcquireWork work{{}, command.lamp.workers, command.strict, {}, [&](const Job& job) {
+    AcquireWork work{{}, {command.lamp.workers.threads, ranks}, command.strict, {}, [&](const Job& job) {
                          files.reads(job.files);
                          files.reads(job.caches);
                          if (!listening) listening.emplace(context.around);
                      }};
     if (description.emitter.kind != EmitterDescription::Kind::scene) listening.emplace(context.around);
-    if (!command.filter)
-        return finish_lamp(acquire_canned(description, command, monitor), command.lamp, monitor, context);
+    if (!command.filter) {
+        LightField canned = acquire_canned(description, work.workers, monitor);
+        if (speaker.leads()) finish_lamp(std::move(canned), command.lamp, speaker.console(), context);
+        return;
+    }
     std::vector<Slab> measured;
     for (const SlabAxes& side : sides) {
-        work.part = part_of(command, side);
+        if (speaker.leads()) work.part = part_of(command, side);
         work.side = side;
         if (sides.size() > 1) monitor.info(fmt::format("side {}:", side.name()));
         FilterImages seen = acquire_images(description, work, monitor);
         giving_up_part(work.part, [&] {
-            measured.push_back(
-                {side, field_of(through_camera(std::move(seen), description, command, monitor))});
+            seen = through_camera(std::move(seen), description, command, work.workers, speaker);
+            if (speaker.leads()) measured.push_back({side, field_of(seen)});
         });
     }
-    giving_up_part(part_of(command, sides[0]),
-                   [&] { finish_lamp(join_sides(std::move(measured)), command.lamp, monitor, context); });
+    if (!speaker.leads()) return;
+    giving_up_part(part_of(command, sides[0]), [&] {
+        finish_lamp(join_sides(std::move(measured)), command.lamp, speaker.console(), context);
+    });
     std::error_code none;
     for (const SlabAxes& side : sides) std::filesystem::remove(part_of(command, side), none);
+}
+
+void act_acquire(const AcquireCommand& command, const CommandContext& context) {
+    const ParallelJob parallel(context, command.lamp.workers);
+    parallel.run([&] { acquire_lamp(command, context, parallel.ranks()); });
 }
 
 void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <string_view>
 #include <thread>
 
 #include "engine/base/error.h"
@@ -19,6 +21,19 @@ std::string hash_of_program() {
     return fmt::format("{:016x}", hash.value());
 }
 
+bool shares_work(std::span<const char* const> words) {
+    constexpr std::string_view kCommands[][2] = {{"render"}, {"study"}, {"light", "acquire"}};
+    return std::ranges::any_of(kCommands, [&](const auto& command) {
+        return !words.empty() && words[0] == command[0] &&
+               (command[1].empty() || (words.size() > 1 && words[1] == command[1]));
+    });
+}
+
+bool asks_for_help(std::span<const char* const> words) {
+    return std::ranges::any_of(
+        words, [](std::string_view word) { return word == "--help" || word == "-h" || word == "--version"; });
+}
+
 }  // namespace
 
 ParallelJob::ParallelJob(const CommandContext& context, const Workers& workers) : context_(context) {
@@ -29,13 +44,12 @@ void ParallelJob::run(const std::function<void()>& act) const {
     if (!ranks_) return act();
     try {
         act();
-    } catch (const Stopped&) {
-        throw;  // by all of them
+    } catch (const Stopped&) {  // by all of them
+        if (leads()) throw;
     } catch (...) {
         std::string who = "lucerna";
         if (!ranks_->leads()) {
-            // What rank 0 finds wrong, too, it tells.
-            std::this_thread::sleep_for(std::chrono::seconds(1));
+            leave_it_to_rank_0();
             who += fmt::format(": rank {} on {}", ranks_->rank(), ranks_->host(ranks_->rank()));
         }
         const int code = report_error(context_.err, context_.around, who);
@@ -44,7 +58,21 @@ void ParallelJob::run(const std::function<void()>& act) const {
     }
 }
 
-void require_same_facts(Ranks& ranks, PictureFacts facts) {
+bool has_work_here(std::span<const char* const> words) {
+    return rank_by_launcher() == 0 || (shares_work(words) && !asks_for_help(words));
+}
+
+void say_if_alone(std::span<const char* const> words, std::ostream& err) {
+    if (!is_parallel_job() || shares_work(words) || asks_for_help(words)) return;
+    err << "lucerna: warning: rank 0 does this alone; render, light acquire and study share their work among "
+           "ranks\n";
+}
+
+void leave_it_to_rank_0() {
+    std::this_thread::sleep_for(std::chrono::seconds(3));
+}
+
+void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts) {
     facts.insert(facts.begin(), {"program (hash of its file)", hash_of_program()});
     std::vector<std::string> lines;
     for (const auto& [name, value] : facts) lines.push_back(name), lines.push_back(value);
@@ -59,10 +87,9 @@ void require_same_facts(Ranks& ranks, PictureFacts facts) {
         for (std::size_t i = 0; i + 1 < others.size(); i += 2) there.emplace_back(others[i], others[i + 1]);
         if (const auto difference = first_difference(there, facts)) {
             throw InputError(
-                fmt::format("rank {} on {} would render another picture: its {} is {}, that of rank 0 on {} "
-                            "is {}; the same "
+                fmt::format("rank {} on {} would {}: its {} is {}, that of rank 0 on {} is {}; the same "
                             "program, files and options on all ranks are accepted",
-                            r, ranks.host(static_cast<int>(r)), difference->name, difference->of_first,
+                            r, ranks.host(static_cast<int>(r)), would, difference->name, difference->of_first,
                             ranks.host(0), difference->of_second));
         }
     }

@@ -5,6 +5,8 @@
 #include <functional>
 #include <memory>
 #include <ostream>
+#include <span>
+#include <string_view>
 
 #include "engine/base/monitor.h"
 #include "engine/base/ranks.h"
@@ -31,11 +33,20 @@ class ParallelJob {
     std::unique_ptr<Ranks> ranks_;
 };
 
+// Before a command joins the job. Of one that shares no work among ranks (the words of its command line), and
+// of help, rank 0 does what a process alone would, and the others have nothing to do.
+bool has_work_here(std::span<const char* const> words);
+// Rank 0 says on `err` that it does so.
+void say_if_alone(std::span<const char* const> words, std::ostream& err);
+// Lets rank 0 tell what is wrong on all ranks: it then ends before this one.
+void leave_it_to_rank_0();
+
 // The ranks agree. Collective.
 
-// Of the picture, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
-// its host, whose program, files or settings differ, and in what. The others wait there to be ended.
-void require_same_facts(Ranks& ranks, PictureFacts facts);
+// Of the work, and of this program, on every rank: rank 0 throws InputError that names the first rank, and
+// its host, whose program, files or settings differ, and in what: it would e.g. "render another picture". The
+// others wait there to be ended.
+void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts);
 // Rank 0's.
 void share_settings(Ranks& ranks, IntegratorSettings& settings);
 

@@ -403,7 +403,7 @@ bool follow_frame(const RenderCommand& command, Frames& frames) {
     std::optional<Job> job = next_job(command, frames.scene);
     if (!job) return false;
     const Listening listening(frames.context.around);  // rank 0 says when it ends
-    require_same_facts(ranks, picture_facts(*job, command.options.seed));
+    require_same_facts(ranks, "render another picture", picture_facts(*job, command.options.seed));
     if (may_choose(command)) share_settings(ranks, job->integrator);
     RenderOptions options;
     options.seed = command.options.seed;
@@ -445,7 +445,8 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
 
     // Render, showing the image as it improves. From here on there is something to keep.
     const Listening listening(frames.context.around);
-    if (frames.ranks) require_same_facts(*frames.ranks, picture_facts(job, facts.seed));
+    if (frames.ranks)
+        require_same_facts(*frames.ranks, "render another picture", picture_facts(job, facts.seed));
     RenderOptions options = command.options;
     options.workers.ranks = frames.ranks;
     const double whole = command.options.limits.seconds - writing_seconds(command, job.film);

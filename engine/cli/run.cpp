@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "engine/base/version.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
 
 namespace lucerna {
@@ -78,6 +80,7 @@ int parse_and_act(CLI::App& program, int argc, const char* const* argv, std::ost
         program.exit(success, out, err);
         return kDone;
     } catch (const CLI::ParseError& error) {
+        if (rank_by_launcher() > 0) leave_it_to_rank_0();
         return fail_parsing(err, program, error);
     }
 }
@@ -88,6 +91,8 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         const Surroundings& around) {
     PlainStream out(all_out);
     try {
+        const std::span<const char* const> words(argv + std::min(argc, 1), argv + argc);
+        if (!has_work_here(words)) return kDone;
         CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
         program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
@@ -114,8 +119,10 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
                         fmt::format("unknown command \"{}\"; {}known are {}", argv[1],
                                     did_you_mean(argv[1], known), fmt::join(known, ", ")));
         }
+        say_if_alone(words, err);
         return parse_and_act(program, argc, argv, out, err);
     } catch (...) {
+        if (rank_by_launcher() > 0) leave_it_to_rank_0();
         return report_error(err, around);
     }
 }

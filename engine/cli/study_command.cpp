@@ -10,6 +10,7 @@
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/cli/study_page.h"
 #include "engine/cli/study_runs.h"
 #include "engine/evaluation/study.h"
@@ -40,6 +41,10 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
 Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
 goes on from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
 
+Under mpirun or srun --mpi=pmix the ranks share out the renders: each makes one at a time by itself, with --threads of its
+own, and rank 0 keeps and measures them. Images and errors are those of one process. Times are those of the host that made
+the render, which DIR/results.json names: hosts should be alike, and no host have more threads than processors.
+
 Results: DIR/study.html, one page with plots, images and all numbers, and the numbers as DIR/results.csv and
 DIR/results.json. Error is that of one image, as in render --error: the root mean square, over the pixels, of the
 difference of luminance over the reference's (plus a tenth of its mean).
@@ -58,26 +63,50 @@ struct StudyCommand {
     Workers workers;
 };
 
+// Every render, in the order in which results need them.
+std::vector<StudyWork> work_of(const StudyDescription& description) {
+    std::vector<StudyWork> all;
+    for (const StudyScene& scene : description.scenes) {
+        all.push_back({&scene, &description.reference, kReferenceSeed});
+        for (const StudyPoint& point : description.points) {
+            for (int seed = 0; seed < description.seeds; ++seed)
+                all.push_back({&scene, &point, static_cast<std::uint64_t>(seed)});
+        }
+    }
+    return all;
+}
+
+std::string work_text(const StudyWork& work) {
+    return fmt::format("{}: {}, {}, seed {}", work.scene->name, work.point->method, work.point->settings,
+                       work.seed == kReferenceSeed ? 0 : work.seed);
+}
+
 class Study {
   public:
-    Study(const StudyDescription& description, StudyRuns& runs, Monitor& monitor)
-        : description_(description), runs_(runs), monitor_(monitor) {}
+    // `ranks`: null, or rank 0's.
+    Study(const StudyDescription& description, StudyRuns& runs, Ranks* ranks, Monitor& monitor)
+        : description_(description), runs_(runs), monitor_(monitor), all_(work_of(description)) {
+        if (ranks) made_ = made_by(*ranks);
+    }
 
-    // Less than all where the monitor wished to stop.
+    // Less than all where the monitor wished to stop: of ranks, those that were made by then.
     std::vector<StudyResult> all() {
         std::vector<StudyResult> results;
         for (const StudyScene& scene : description_.scenes) {
-            const auto reference = image(scene, description_.reference, kReferenceSeed);
+            const auto reference = next_image();
             if (!reference) break;
+            const std::size_t before = results.size();
             const StudyMeasure measure(reference->image, scene.mask_above);
+            bool goes_on = true;
             for (const StudyPoint& point : description_.points) {
-                const auto result = measured(scene, point, measure);
-                if (!result) return results;
-                // Only now are there results of this scene.
-                if (references_.size() == static_cast<std::size_t>(&scene - description_.scenes.data()))
-                    references_.emplace_back(reference->image.name);
-                results.push_back(*result);
+                auto result = measured(scene, point, measure);
+                goes_on = result || made_;
+                if (!goes_on) break;
+                if (result) results.push_back(std::move(*result));
             }
+            if (results.size() == before) break;
+            references_.emplace_back(reference->image.name);
+            if (!goes_on) break;
         }
         return results;
     }
@@ -91,6 +120,7 @@ class Study {
     struct Rendered {
         NamedImage image;
         double seconds;
+        std::string host;
     };
     std::optional<StudyResult> measured(const StudyScene& scene, const StudyPoint& point,
                                         const StudyMeasure& measure) {
@@ -101,35 +131,57 @@ class Study {
         result.set = point.overrides.set;
         result.set.emplace_back("spp", fmt::format("{}", point.overrides.spp));
         std::vector<NamedImage> images;
+        bool is_whole = true;
         for (int seed = 0; seed < description_.seeds; ++seed) {
-            auto one = image(scene, point, static_cast<std::uint64_t>(seed));
-            if (!one) return {};
+            auto one = next_image();
+            is_whole = is_whole && one;
+            if (!one && !made_) return {};
+            if (!one) continue;
             result.seconds += one->seconds / description_.seeds;
+            if (!one->host.empty()) result.hosts.insert(one->host);
             images.push_back(std::move(one->image));
         }
+        if (!is_whole) return {};
         result.image = images.front().name;
         measure.measure(images, result, monitor_);
         return result;
     }
-    std::optional<Rendered> image(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed) {
-        const std::size_t all =
-            description_.scenes.size() *
-            (1 + description_.points.size() * static_cast<std::size_t>(description_.seeds));
-        monitor_.info(fmt::format("{}/{}  {}: {}, {}, seed {}", rendered_ + found_ + 1, all, scene.name,
-                                  point.method, point.settings, seed == kReferenceSeed ? 0 : seed));
-        const auto run = runs_.run(scene, point, seed, monitor_);
+    std::vector<std::optional<StudyRun>> made_by(Ranks& ranks) {
+        return runs_.run_by_ranks(all_, monitor_, [&](const StudyWork& work, const StudyRun& run, int rank) {
+            count(run);
+            const std::string how = run.found ? "found"
+                                              : fmt::format("rank {} on {}, {}", rank, ranks.host(rank),
+                                                            duration_text(run.seconds));
+            monitor_.info(
+                fmt::format("{}/{}  {}: {}", rendered_ + found_, all_.size(), work_text(work), how));
+        });
+    }
+    void count(const StudyRun& run) { ++(run.found ? found_ : rendered_); }
+    std::optional<StudyRun> next_run() {
+        const std::size_t i = next_++;
+        if (made_) return (*made_)[i];
+        monitor_.info(fmt::format("{}/{}  {}", i + 1, all_.size(), work_text(all_[i])));
+        const auto run = runs_.run(all_[i], monitor_);
+        if (run) count(*run);
+        return run;
+    }
+    std::optional<Rendered> next_image() {
+        const auto run = next_run();
         if (!run) return {};
-        ++(run->found ? found_ : rendered_);
         if (!run->machine.empty()) origin_.machines.insert(run->machine);
+        if (!run->host.empty()) origin_.hosts.insert(run->host);
         if (!run->date.empty()) origin_.dates.insert(run->date);
         origin_.threads.insert(run->threads);
-        return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds};
+        return Rendered{{run->image.string(), read_exr(run->image)}, run->seconds, run->host};
     }
 
     const StudyDescription& description_;
     StudyRuns& runs_;
     Monitor& monitor_;
+    std::vector<StudyWork> all_;
+    std::size_t next_ = 0;  // of all_
     std::size_t rendered_ = 0, found_ = 0;
+    std::optional<std::vector<std::optional<StudyRun>>> made_;  // by ranks
     std::vector<std::filesystem::path> references_;
     StudyOrigin origin_;
 };
@@ -152,19 +204,28 @@ std::string repeated(const StudyCommand& command) {
                        command.strict ? " --strict" : "", threads);
 }
 
-void act(const StudyCommand& command, const CommandContext& context) {
+// On other ranks than 0.
+void follow(const StudyCommand& command, const CommandContext& context, Ranks& ranks) {
+    const StudyDescription description = read_study(command.file);
+    CommandFiles none;
+    StudyRuns runs({}, {none, context.around, command.workers, command.strict, &ranks});
+    Monitor silent;
+    runs.run_by_ranks(work_of(description), silent, {});
+}
+
+void make_study(const StudyCommand& command, const CommandContext& context, Ranks* ranks) {
     const StudyDescription description = read_study(command.file);
     const std::filesystem::path folder = command.folder;
     CommandFiles files;
     files.reads(command.file);
     for (const StudyScene& scene : description.scenes) files.reads(scene.file);
-    StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict});
+    StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict, ranks});
     for (const char* name : {"results.csv", "results.json", "study.html"})
         files.writes(folder / name, "", "study");
     const std::string description_text = read_text(command.file);
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, command.quiet, context.around.stop, {}});
-    Study study(description, runs, monitor);
+    Study study(description, runs, ranks, monitor);
     std::vector<StudyResult> results = study.all();
     const Listening listening(context.around);
     mark_best(results);
@@ -183,6 +244,17 @@ void act(const StudyCommand& command, const CommandContext& context) {
     for (const std::string& line : doubts(results)) monitor.warn(line);
     monitor.info(fmt::format("results  {}", (folder / "study.html").string()));
     if (results.size() < wanted) throw Stopped(stopped);
+}
+
+void act(const StudyCommand& command, const CommandContext& context) {
+    const ParallelJob parallel(context, command.workers);
+    parallel.run([&] {
+        if (parallel.leads()) {
+            make_study(command, context, parallel.ranks());
+        } else {
+            follow(command, context, *parallel.ranks());
+        }
+    });
 }
 
 }  // namespace

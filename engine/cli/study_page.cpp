@@ -126,6 +126,9 @@ std::string origin_html(const StudyReport& report) {
     std::string html = "<table>\n";
     html += row("rendered", dates + " (UTC)");
     html += row("machine", origin.machines.empty() ? "not known" : listed(origin.machines, "; "));
+    if (!origin.hosts.empty()) {
+        html += row("hosts", listed(origin.hosts, ", ") + "; each render is timed by the host that made it");
+    }
     html += row("threads", listed(origin.threads, ", "));
     html += row("program", fmt::format("lucerna {}", program_version()));
     html += row("reference", fmt::format("{}, {}", report.description.reference.overrides.integrator,

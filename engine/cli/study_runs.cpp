@@ -1,9 +1,13 @@
 #include "engine/cli/study_runs.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -11,6 +15,7 @@
 #include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
+#include "engine/cli/parallel_job.h"
 #include "engine/cli/run_report.h"
 #include "engine/render/render.h"
 
@@ -47,60 +52,192 @@ std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::fil
                         true,
                         json.value("machine", ""),
                         json.value("date", ""),
-                        json.at("threads").get<int>()};
+                        json.at("threads").get<int>(),
+                        json.value("host", "")};
     } catch (const nlohmann::json::exception&) {
         throw InputError({notes.string()}, "is not what a study wrote; remove it, and it is made anew");
     }
 }
 
 // What the render says of itself, and where and when it was made.
-std::string notes_text(const std::string& statistics, const StudyRun& run) {
+std::string notes_text(const std::string& statistics, const Ranks* ranks) {
     auto json = nlohmann::ordered_json::parse(statistics);
-    json["machine"] = run.machine;
-    json["date"] = run.date;
+    json["machine"] = machine_text();
+    if (ranks) json["host"] = ranks->host(ranks->rank());
+    json["date"] = today_text();
     return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+// On another rank than 0, whose user it asks; what is to be said is said there.
+class DistantMonitor final : public Monitor {
+  public:
+    explicit DistantMonitor(Ranks& ranks) : ranks_(ranks) {}
+    void warn(std::string_view line) override { warnings_.emplace_back(line); }
+    bool stopped() const override { return ranks_.asked_to_stop(); }
+    std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
+
+  private:
+    Ranks& ranks_;
+    std::vector<std::string> warnings_;
+};
+
+// Threads of ranks on one host that have fewer processors wait for each other, and that is in the times.
+void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
+    Packer packer;
+    packer(static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN)));
+    const auto all = ranks.gather("processors", packer.take());
+    std::map<std::string, int> threads, processors;
+    for (std::size_t r = 0; r < all.size(); ++r) {
+        const int rank = static_cast<int>(r);
+        Unpacker unpacker(all[r]);
+        unpacker(processors[ranks.host(rank)]);
+        threads[ranks.host(rank)] += ranks.threads(rank);
+    }
+    for (const auto& [host, count] : threads) {
+        if (count <= processors[host]) continue;
+        monitor.warn(fmt::format(
+            "the ranks on {} have {} threads together and {} processors: their times are too long; "
+            "fewer --threads, or ranks, measure better",
+            host, count, processors[host]));
+    }
 }
 
 }  // namespace
 
 StudyRuns::StudyRuns(std::filesystem::path folder, const Command& command)
     : folder_(std::move(folder)), command_(command) {
+    if (command_.ranks && !command_.ranks->leads()) return;
     std::error_code status;
     std::filesystem::create_directories(folder_, status);
     if (status) throw InputError({folder_.string()}, "cannot be made: " + status.message());
     command_.files.writes_into(folder_, "study", is_run);
 }
 
-std::optional<StudyRun> StudyRuns::run(const StudyScene& scene, const StudyPoint& point, std::uint64_t seed,
-                                       Monitor& monitor) {
-    SceneOverrides overrides = point.overrides;
-    overrides.resolution = scene.resolution;
+Job StudyRuns::read(const StudyWork& work, Monitor& monitor) {
+    SceneOverrides overrides = work.point->overrides;
+    overrides.resolution = work.scene->resolution;
     overrides.strict = command_.strict;
-    RunFacts facts{scene.file, seed, command_.workers.threads, 0, 0, 0};
-    const Stopwatch reading;
-    const Job job = read_scene(scene.file, overrides, command_.workers, monitor);
-    if (scenes_.insert(scene.file).second) {
+    Job job = read_scene(work.scene->file, overrides, command_.workers, monitor);
+    if (scenes_.insert(work.scene->file).second) {
         command_.files.reads(job.files);
         command_.files.reads(job.caches);
     }
+    return job;
+}
+
+std::optional<StudyRuns::Made> StudyRuns::make(const StudyWork& work, Monitor& monitor,
+                                               std::optional<Listening>& listening) {
+    RunFacts facts{work.scene->file, work.seed, command_.workers.threads, 0, 0, 0};
+    const Stopwatch reading;
+    const Job job = read(work, monitor);
     facts.read_seconds = reading.seconds();
+    Made made;
+    made.name = name_of(job, work.seed);
+    const std::filesystem::path image = image_of(made.name);
+    if (command_.ranks ? kept_.contains(made.name) : noted(notes_of(made.name), image).has_value())
+        return made;
 
-    const std::string name = name_of(job, seed);
-    const std::filesystem::path image = folder_ / (name + ".exr"), notes = folder_ / (name + ".json");
-    if (const auto run = noted(notes, image)) return run;
-
-    const Listening listening(command_.around);
+    if (!listening) listening.emplace(command_.around);
     const Stopwatch rendering;
-    RenderResult result = render(job, {seed, command_.workers}, monitor);
+    RenderResult result = render(job, {work.seed, command_.workers}, monitor);
     facts.render_seconds = rendering.seconds();
     if (!result.report.complete || monitor.stopped()) return {};
     result.image.attributes.merge(header_attributes(facts, job, result.report));
-    write_exr(image, result.image);
-    const StudyRun run{image,        facts.read_seconds + facts.render_seconds,
-                       false,        machine_text(),
-                       today_text(), command_.workers.threads};
-    write_text(notes, notes_text(statistics_json(facts, job, result.report, image), run));
-    return run;
+    made.image = exr_bytes(result.image);
+    made.notes = notes_text(statistics_json(facts, job, result.report, image), command_.ranks);
+    return made;
+}
+
+StudyRun StudyRuns::keep(const Made& made) const {
+    const std::filesystem::path image = image_of(made.name), notes = notes_of(made.name);
+    const bool found = made.image.empty();
+    if (!found) {
+        const std::span<const std::byte> whole(made.image);
+        replace_file(image, std::span(&whole, 1));
+        write_text(notes, made.notes);
+    }
+    std::optional<StudyRun> run = noted(notes, image);
+    if (!run) throw InputError({image.string()}, "is gone since it was made");
+    run->found = found;
+    return *run;
+}
+
+std::optional<StudyRun> StudyRuns::run(const StudyWork& work, Monitor& monitor) {
+    std::optional<Listening> listening;
+    const std::optional<Made> made = make(work, monitor, listening);
+    if (!made) return {};
+    return keep(*made);
+}
+
+void StudyRuns::find_kept() {
+    std::vector<std::string> names;
+    if (command_.ranks->leads()) {
+        for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+            const std::string name = entry.path().stem().string();
+            if (entry.path().extension() == ".json" && is_run(entry.path().filename().string()) &&
+                noted(entry.path(), image_of(name)))
+                names.push_back(name);
+        }
+    }
+    Packer packer;
+    packer(names);
+    const std::vector<std::byte> bytes = command_.ranks->broadcast("renders found", packer.take());
+    Unpacker unpacker(bytes);
+    unpacker(names);
+    kept_ = {names.begin(), names.end()};
+}
+
+std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const StudyWork> all, Monitor& monitor,
+                                                             const WhenMade& when_made) {
+    Ranks& ranks = *command_.ranks;
+    warn_of_crowded_hosts(ranks, monitor);
+    DistantMonitor distant(ranks);
+    Monitor& own = ranks.leads() ? monitor : distant;
+    std::set<const StudyScene*> seen;
+    for (const StudyWork& work : all) {
+        if (!seen.insert(work.scene).second) continue;
+        require_same_facts(ranks, "render another picture", picture_facts(read(work, own), work.seed));
+    }
+    find_kept();
+    std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 says when it ends
+    ranks.listen_to([&monitor] { return monitor.stopped(); });
+
+    std::mutex mutex;
+    std::vector<std::optional<StudyRun>> runs(ranks.leads() ? all.size() : 0);
+    const auto come_in = [&](std::int64_t item, int rank, const Made& made) {
+        const std::lock_guard lock(mutex);
+        for (const std::string& line : made.warnings) monitor.warn(line);
+        const auto i = static_cast<std::size_t>(item);
+        runs[i] = keep(made);
+        when_made(all[i], *runs[i], rank);
+    };
+    Made last;  // of this rank
+    Ranks::Loop loop;
+    for (std::size_t i = 0; ranks.leads() && i < all.size(); ++i)
+        loop.items.push_back(static_cast<std::int64_t>(i));
+    loop.one_by_one = true;
+    loop.ends = [&ranks] { return ranks.asked_to_stop(); };
+    loop.made = [&last](std::int64_t) {
+        Packer packer;
+        packer(last);
+        return packer.take();
+    };
+    loop.arrived = [&come_in](std::int64_t item, int rank, std::span<const std::byte> bytes) {
+        Made made;
+        Unpacker unpacker(bytes);
+        unpacker(made);
+        come_in(item, rank, made);
+    };
+    // A render at a time, which takes the threads.
+    ranks.work({1}, std::move(loop), [&](std::int64_t item) {
+        std::optional<Made> made = make(all[static_cast<std::size_t>(item)], own, listening);
+        if (!made) return false;
+        made->warnings = distant.take_warnings();
+        last = std::move(*made);
+        if (ranks.leads()) come_in(item, 0, last);
+        return true;
+    });
+    return runs;
 }
 
 }  // namespace lucerna

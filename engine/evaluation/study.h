@@ -67,7 +67,8 @@ struct StudyResult {
     std::string scene, method, settings;
     std::vector<std::pair<std::string, std::string>> set;  // the settings one by one, spp the last
     std::filesystem::path image;                           // of the first seed
-    double seconds = 0;  // reading, preparation and one image; the mean over seeds
+    double seconds = 0;           // reading, preparation and one image; the mean over seeds
+    std::set<std::string> hosts;  // that measured them, of a parallel job
     double error2 = 0;
     std::optional<double> error2_error;     // standard error; of two seeds or more
     std::optional<Estimate> bias2, noise2;  // of two seeds or more
@@ -84,7 +85,8 @@ struct StudyResult {
 struct StudyOrigin {
     std::set<std::string> machines;
     std::set<int> threads;
-    std::set<std::string> dates;  // of UTC; in order
+    std::set<std::string> dates;       // of UTC; in order
+    std::set<std::string> hosts = {};  // of the ranks of a parallel job
 };
 
 // Marks, scene by scene, the points of the Pareto front.

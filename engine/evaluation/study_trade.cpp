@@ -129,6 +129,7 @@ std::string study_json(const StudyDescription& description, const std::vector<St
               {"reference",
                {{"integrator", description.reference.overrides.integrator},
                 {"settings", description.reference.settings}}}};
+    if (!origin.hosts.empty()) json["hosts"] = origin.hosts;
     json["advice"] = advice(results);
     json["points"] = Json::array();
     for (const StudyResult& r : results) {
@@ -145,6 +146,7 @@ std::string study_json(const StudyDescription& description, const std::vector<St
                                   {"mean_ratio", r.mean_ratio},
                                   {"flip", r.flip ? Json(*r.flip) : Json(nullptr)},
                                   {"best", r.best}});
+        if (!r.hosts.empty()) json["points"].back()["hosts"] = r.hosts;
     }
     // Names of files need not be UTF-8.
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -10,6 +10,8 @@
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/base/packing.h"
+#include "engine/base/ranks.h"
 #include "engine/base/spectrum.h"
 #include "engine/base/units.h"
 #include "lights/gauss.h"
@@ -76,7 +78,7 @@ void for_rows_of_column(const Rig& rig, int column, Visit&& visit) {
         for (int n = 0; n < rig.views.y; ++n) visit(rig.index(m, n, column - m * rig.shift.x, 0));
 }
 
-// Both signs of a column, of every channel, as one list, for the file of unfinished work.
+// Both signs of a column, of every channel, as one list: for the file of unfinished work, and for rank 0.
 class ColumnValues {
   public:
     ColumnValues(FilterImages& images, int column) : images_(images), column_(column) {
@@ -84,22 +86,28 @@ class ColumnValues {
         for_rows_of_column(images.rig, column, [&](std::size_t /*first*/) { ++rows; });
         values_.resize(2 * images.channels().size() * rows * length());
     }
-    bool taken_from(AcquirePart& part) {
-        if (values_.empty() || !part.take(column_, values_)) return false;
+    std::span<float> values() { return values_; }
+    void to_images() {
         auto from = values_.begin();
         each_row([&](std::vector<float>& image, std::ptrdiff_t first) {
             std::copy_n(from, length(), image.begin() + first);
             from += static_cast<std::ptrdiff_t>(length());
         });
-        return true;
     }
-    void keep_in(AcquirePart& part) {
-        if (values_.empty()) return;
+    void from_images() {
         auto to = values_.begin();
         each_row([&](const std::vector<float>& image, std::ptrdiff_t first) {
             to = std::copy_n(image.begin() + first, length(), to);
         });
-        part.keep(column_, values_);
+    }
+    bool taken_from(AcquirePart* part) {
+        if (!part || values_.empty() || !part->take(column_, values_)) return false;
+        to_images();
+        return true;
+    }
+    // What values() has.
+    void keep_in(AcquirePart* part) {
+        if (part && !values_.empty()) part->keep(column_, values_);
     }
 
   private:
@@ -119,6 +127,45 @@ class ColumnValues {
     std::vector<float> values_;
 };
 
+constexpr const char* kStopped = "virtual acquisition: stopped";
+
+// Each column comes to rank 0 when it is done, which keeps it in the part as if it were its own.
+template <typename Acquire>
+void acquire_by_ranks(const Workers& workers, int columns, FilterImages& images, AcquirePart* part,
+                      Phase& phase, Acquire&& acquire) {
+    Ranks& ranks = *workers.ranks;
+    Ranks::Loop loop;
+    for (int column = 0; ranks.leads() && column < columns; ++column) {
+        if (ColumnValues(images, column).taken_from(part)) {
+            phase.advance(1);
+        } else {
+            loop.items.push_back(column);
+        }
+    }
+    loop.ends = [&ranks] { return ranks.asked_to_stop(); };
+    loop.made = [&images](std::int64_t column) {
+        ColumnValues values(images, static_cast<int>(column));
+        values.from_images();
+        const auto bytes = std::as_bytes(values.values());
+        return std::vector<std::byte>(bytes.begin(), bytes.end());
+    };
+    loop.arrived = [&](std::int64_t column, int /*rank*/, std::span<const std::byte> made) {
+        ColumnValues values(images, static_cast<int>(column));
+        Unpacker unpacker(made);
+        auto to = values.values();
+        unpacker(to);
+        values.to_images();
+        values.keep_in(part);
+        phase.advance(1);
+    };
+    ranks.work(workers, std::move(loop), [&](std::int64_t column) {
+        acquire(static_cast<int>(column));
+        if (ranks.leads()) phase.advance(1);
+        return true;
+    });
+    if (ranks.agree_to_stop()) throw Stopped(kStopped);
+}
+
 }  // namespace
 
 FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
@@ -135,15 +182,22 @@ FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const 
     const V2i columns(global_columns(rig, 0), global_columns(rig, 1));
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(columns.x));
     // Each global pixel writes coefficients of its own, so columns may be done in any order.
-    parallel_chunks(workers, columns.x, [&](std::int64_t chunk) {
-        if (monitor.stopped()) throw Stopped("virtual acquisition: stopped");
-        const int p = static_cast<int>(chunk);
+    const auto acquire_column = [&](int p) {
+        PointIntegral integral(emitter, rig, options.s_nodes);
+        for (int q = 0; q < columns.y; ++q) acquire_pixel(rig, {p, q}, options.m_nodes, integral, images);
+        if (!options.part) return;
         ColumnValues values(images, p);
-        if (!options.part || !values.taken_from(*options.part)) {
-            PointIntegral integral(emitter, rig, options.s_nodes);
-            for (int q = 0; q < columns.y; ++q) acquire_pixel(rig, {p, q}, options.m_nodes, integral, images);
-            if (options.part) values.keep_in(*options.part);
-        }
+        values.from_images();
+        values.keep_in(options.part);
+    };
+    if (workers.ranks) {
+        acquire_by_ranks(workers, columns.x, images, options.part, phase, acquire_column);
+        return images;
+    }
+    parallel_chunks(workers, columns.x, [&](std::int64_t chunk) {
+        if (monitor.stopped()) throw Stopped(kStopped);
+        const int p = static_cast<int>(chunk);
+        if (!ColumnValues(images, p).taken_from(options.part)) acquire_column(p);
         phase.advance(1);
     });
     return images;
@@ -186,8 +240,8 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
     for (const std::size_t c : {0U, 1U, 2U})
         if (coloured || c == 1) e[c].resize(rig.coefficients());
     Phase phase(monitor, "virtual acquisition", static_cast<std::uint64_t>(rig.views.x));
-    parallel_chunks(workers, rig.views.x, [&](std::int64_t chunk) {
-        if (monitor.stopped()) throw Stopped("virtual acquisition: stopped");
+    const auto acquire_views = [&](std::int64_t chunk) {
+        if (!workers.ranks && monitor.stopped()) throw Stopped(kStopped);
         const int m = static_cast<int>(chunk);
         for (int n = 0; n < rig.views.y; ++n) {
             const V2d on_s(rig.filter(0, m), rig.filter(1, n));
@@ -210,8 +264,18 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
                 }
             }
         }
-        phase.advance(1);
-    });
+    };
+    const std::size_t in_views = rig.coefficients() / static_cast<std::size_t>(rig.views.x);
+    const auto fields = [&](std::int64_t m, auto& archive) {
+        for (std::vector<float>& channel : e) {
+            if (channel.empty()) continue;
+            auto own = std::span(channel).subspan(static_cast<std::size_t>(m) * in_views, in_views);
+            archive(own);
+        }
+    };
+    if (!shared_chunks(workers, "views", rig.views.x, ResultsOf::everywhere, acquire_views, fields,
+                       [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); }))
+        throw Stopped(kStopped);
     double sum = 0;
     for (const float y : e[1]) sum += double{y};
     LightFieldInfo info = emitter.info;

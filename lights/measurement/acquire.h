@@ -66,12 +66,14 @@ class AcquirePart;
 struct AcquireOptions {
     int s_nodes = 3;  // Gauss nodes per half filter spacing on S, 1 to 5
     int m_nodes = 3;  // Gauss nodes per pixel and axis on M, 1 to 5; they smooth the emitter's pattern, too
-    // Where finished work is kept and taken up again; may be null. Of the same emitter, rig and nodes.
+    // Where finished work is kept and taken up again; may be null, and is but at rank 0. Of the same emitter,
+    // rig and nodes.
     AcquirePart* part = nullptr;
 };
 
-// What the rig's sensor sees behind the positive and the negative film. Throws InputError for a rig that is
-// none, and when the user stops it.
+// What the rig's sensor sees behind the positive and the negative film. Ranks share out the columns of M:
+// rank 0 has all of them then, the others those that they made. Throws InputError for a rig that is none, and
+// when the user stops it.
 FilterImages acquire_filters(const EmitterModel& emitter, const Rig& rig, const Workers& workers,
                              Monitor& monitor, const AcquireOptions& options = {});
 

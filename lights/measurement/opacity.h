@@ -58,6 +58,12 @@ struct FilterImages {
     // Makes all images of a lamp of one colour, or of several, black. Throws InputError if they are more than
     // the memory holds.
     void allocate(bool several_colours);
+
+    // What a camera sees (engine/base/packing.h): all but `info`.
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(rig, flux, positive, negative, x.positive, x.negative, z.positive, z.negative);
+    }
 };
 
 // E = scale⁺ I⁺ - scale⁻ I⁻ of one of images.channels(). Throws InputError if the images are not of the rig.

@@ -10,6 +10,7 @@
 #include "engine/base/files.h"
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/base/ranks.h"
 #include "engine/base/spectrum.h"
 #include "lights/measurement/exposure.h"
 
@@ -196,6 +197,11 @@ struct Findings {
     std::uint64_t photographs = 0, saturated = 0;
     std::string first_saturated;
     double variance = 0;  // sum over coefficients of both films' parts
+
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(photographs, saturated, first_saturated, variance);
+    }
 };
 
 class Assembler {
@@ -369,14 +375,28 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
     const std::int64_t views = std::int64_t{rig.views.x} * rig.views.y;
     std::vector<Findings> findings(static_cast<std::size_t>(views));
     Phase phase(monitor, "photographs", static_cast<std::uint64_t>(views));
-    parallel_chunks(workers, views, [&](std::int64_t view) {
-        if (monitor.stopped()) throw Stopped("photographs: stopped");
+    constexpr const char* kStopped = "photographs: stopped";
+    const auto assemble_view = [&](std::int64_t view) {
+        if (!workers.ranks && monitor.stopped()) throw Stopped(kStopped);
         Assembler assembler(manifest, bench, to_plane, assembly);
         const auto m = static_cast<int>(view / rig.views.y), n = static_cast<int>(view % rig.views.y);
         for (const FilterSign sign : kFilterSigns)
             assembler.add(m, n, sign, findings[static_cast<std::size_t>(view)]);
-        phase.advance(1);
-    });
+    };
+    const std::size_t in_view = rig.coefficients() / static_cast<std::size_t>(views);
+    const auto fields = [&](std::int64_t view, auto& archive) {
+        findings[static_cast<std::size_t>(view)].fields(archive);
+        const auto add = [&](std::vector<float>& of) {
+            auto own = std::span(of).subspan(static_cast<std::size_t>(view) * in_view, in_view);
+            archive(own);
+        };
+        for (const int c : assembly.images.channels())
+            for (const FilterSign sign : kFilterSigns) add(assembly.images.of(sign, c));
+        if (options.deviations) add(assembly.deviations);
+    };
+    if (!shared_chunks(workers, "photographs", views, ResultsOf::at_rank_0, assemble_view, fields,
+                       [&](std::int64_t more) { phase.advance(static_cast<std::uint64_t>(more)); }))
+        throw Stopped(kStopped);
     for (float& variance : assembly.deviations) variance = std::sqrt(variance);
     join(findings, manifest.camera.noise_known, assembly, monitor);
     assembly.images.info.provenance =

@@ -153,6 +153,11 @@ void add(FluxAccount& to, const FluxAccount& more) {
 struct Sorted {
     std::vector<std::vector<std::uint32_t>> by_base;
     FluxAccount account;
+
+    template <typename Archive>
+    void fields(Archive& archive) {
+        archive(by_base, account);
+    }
 };
 
 Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_t end, const Rig& rig) {
@@ -233,7 +238,70 @@ void FilterSums::separate_colours() {
     x = {times(positive, tint.x), times(negative, tint.x)};
 }
 
-void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
+void FilterSums::begin_at_rank_0(Ranks& ranks) {
+    tint = ranks.agree(tint);
+    if (ranks.agree(coloured())) separate_colours();
+    const auto rows = static_cast<std::size_t>(rig.views.y);
+    holders.assign(rows, 0);
+    is_newest.assign(rows, ranks.leads());
+}
+
+void FilterSums::bring_to_rank_0(Ranks& ranks) {
+    Packer packer;
+    for (int n = 0; n < rig.views.y && !ranks.leads(); ++n) {
+        if (!is_newest[static_cast<std::size_t>(n)]) continue;
+        packer(n);
+        fields_of_row(n, packer);
+    }
+    const auto all = ranks.gather("filter sums", packer.take());
+    for (std::size_t r = 1; r < all.size(); ++r) {
+        Unpacker unpacker(all[r]);
+        while (!unpacker.empty()) {
+            int n = 0;
+            unpacker(n);
+            fields_of_row(n, unpacker);
+        }
+    }
+}
+
+namespace {
+
+// Calls body(n) for every row of filters, on the rank that has it or can begin it soonest.
+template <typename Body>
+std::vector<std::int64_t> for_rows_by_ranks(FilterSums& sums, const Workers& workers, Body&& body) {
+    Ranks& ranks = *workers.ranks;
+    const auto rows = static_cast<std::size_t>(sums.rig.views.y);
+    if (sums.is_newest.empty()) {  // of black sums any rank can begin
+        sums.holders.assign(rows, Ranks::kNobody);
+        sums.is_newest.assign(rows, 0);
+    }
+    Ranks::Loop loop;
+    if (ranks.leads()) {
+        for (std::size_t n = 0; n < rows; ++n) loop.items.push_back(static_cast<std::int64_t>(n));
+        loop.holders = sums.holders;
+    }
+    loop.moved = [&sums](std::int64_t n, int rank) { sums.holders[static_cast<std::size_t>(n)] = rank; };
+    loop.give = [&sums](std::int64_t n) {
+        Packer packer;
+        sums.fields_of_row(static_cast<int>(n), packer);
+        sums.is_newest[static_cast<std::size_t>(n)] = 0;
+        return packer.take();
+    };
+    loop.take = [&sums](std::int64_t n, const std::vector<std::byte>& state) {
+        sums.is_newest[static_cast<std::size_t>(n)] = 1;
+        if (state.empty()) return;
+        Unpacker unpacker(state);
+        sums.fields_of_row(static_cast<int>(n), unpacker);
+    };
+    return ranks.work(workers, std::move(loop), [&](std::int64_t n) {
+        body(n);
+        return true;
+    });
+}
+
+}  // namespace
+
+bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
               const RayTints& tints) {
     if (tints.rays > 0) {
         if (sums.tint == V3f(0.0F)) sums.tint = tints.first;
@@ -241,13 +309,20 @@ void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
     }
     const auto count = static_cast<std::int64_t>(rays.size());
     std::vector<Sorted> chunks(static_cast<std::size_t>((count + kRaysPerChunk - 1) / kRaysPerChunk));
-    parallel_ranges(workers, count, kRaysPerChunk,
-                    [&](std::int64_t begin, std::int64_t end, std::int64_t chunk) {
-                        chunks[static_cast<std::size_t>(chunk)] = sort_chunk(rays, begin, end, sums.rig);
-                    });
+    if (!shared_chunks(
+            workers, "sorted rays", static_cast<std::int64_t>(chunks.size()), ResultsOf::everywhere,
+            [&](std::int64_t chunk) {
+                const std::int64_t begin = chunk * kRaysPerChunk;
+                chunks[static_cast<std::size_t>(chunk)] =
+                    sort_chunk(rays, begin, std::min(count, begin + kRaysPerChunk), sums.rig);
+            },
+            [&](std::int64_t chunk, auto& archive) {
+                chunks[static_cast<std::size_t>(chunk)].fields(archive);
+            }))
+        return false;
     // Each row of filters has pixels of its own and sees its rays in one order: the same sum on any machine.
     std::vector<double> squares(static_cast<std::size_t>(sums.rig.views.y));
-    parallel_chunks(workers, sums.rig.views.y, [&](std::int64_t row) {
+    const auto add_row = [&](std::int64_t row) {
         const int n = static_cast<int>(row);
         double sum = 0;
         for (int base = n - 2; base <= n + 1; ++base) {
@@ -259,9 +334,25 @@ void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
             }
         }
         squares[static_cast<std::size_t>(row)] = sum;
-    });
+    };
+    if (workers.ranks) {
+        Packer packer;
+        for (const std::int64_t row : for_rows_by_ranks(sums, workers, add_row))
+            packer(row, squares[static_cast<std::size_t>(row)]);
+        for (const std::vector<std::byte>& own : workers.ranks->gather("squares", packer.take())) {
+            Unpacker unpacker(own);
+            while (!unpacker.empty()) {
+                std::int64_t row = 0;
+                unpacker(row);
+                unpacker(squares[static_cast<std::size_t>(row)]);
+            }
+        }
+    } else {
+        parallel_chunks(workers, sums.rig.views.y, add_row);
+    }
     for (const double s : squares) sums.squares += s;
     for (const Sorted& chunk : chunks) add(sums.account, chunk.account);
+    return true;
 }
 
 FilterImages images_of(const FilterSums& sums, double share, const LightFieldInfo& info) {

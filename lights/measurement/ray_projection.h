@@ -12,6 +12,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/ranks.h"
 #include "engine/base/vec.h"
 #include "lights/light_field.h"
 #include "lights/measurement/opacity.h"
@@ -146,12 +147,37 @@ struct FilterSums {
 
     // Nothing yet. Throws InputError for a rig that is none.
     explicit FilterSums(const Rig& of);
+
+    // Of ranks that add the same rays, each has the newest sums of some rows of filters alone: who works on a
+    // row has it. squares and account are right at rank 0. Collective, all of them.
+
+    // Rank 0's sums, those of a file, are the newest of all rows. The others know their tint then.
+    void begin_at_rank_0(Ranks& ranks);
+    // Rank 0 has all rows; who has them, stays.
+    void bring_to_rank_0(Ranks& ranks);
+
+    // A row's sums, as bytes.
+    template <typename Archive>
+    void fields_of_row(int n, Archive& archive) {
+        const std::size_t pixels =
+            static_cast<std::size_t>(rig.pixels.x) * static_cast<std::size_t>(rig.pixels.y);
+        for (std::vector<double>* sum :
+             {&positive, &negative, &x.positive, &x.negative, &z.positive, &z.negative}) {
+            for (int m = 0; m < rig.views.x && !sum->empty(); ++m) {
+                auto view = std::span(*sum).subspan(rig.index(m, n, 0, 0), pixels);
+                archive(view);
+            }
+        }
+    }
+    std::vector<int> holders;     // at rank 0, by row: Ranks::Loop
+    std::vector<char> is_newest;  // by row, here
 };
 
 // Rays in the lamp's frame, as the rig's centre is. Those that do not go towards +z are booked and left out.
-// Each has Y = 1 per unit of flux; `tints`, if there are any, are theirs. Throws InputError if sums of
-// several colours do not fit into memory.
-void add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
+// Each has Y = 1 per unit of flux; `tints`, if there are any, are theirs. Ranks share out the rows of
+// filters. False: the user stopped the ranks before anything was added. Throws InputError if sums of several
+// colours do not fit into memory.
+bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
               const RayTints& tints = {});
 
 // The images as the rig records them: irradiance, each ray's flux times `share` (1 / number of light paths).

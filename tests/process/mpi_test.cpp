@@ -268,6 +268,86 @@ TEST_F(Mpi, BroadcastScene_ReachesRanksThatDoNotHaveIt) {
     EXPECT_THAT(refused.err, HasSubstr("scenes/scene.pbrt: no such file"));
 }
 
+// Lamps and studies, too, are those of one process.
+TEST_F(Mpi, LightAcquire_IsTheLampOfOneProcess) {
+    std::ofstream(folder_ / "luminaire.pbrt")
+        << "Camera \"perspective\" Film \"rgb\" WorldBegin\nTranslate 0 0 -0.02\n"
+           "AreaLightSource \"diffuse\" \"rgb L\" [2 1 1] Shape \"disk\" \"float radius\" 0.006\n";
+    std::ofstream(folder_ / "scene.toml")
+        << std::string(kPlanes) + "kind = 'scene'\nfile = 'luminaire.pbrt'\nunit = 'W'\nrays = 200000\n";
+    for (const char* rig : {"rig.toml", "scene.toml"}) {
+        ASSERT_EQ(alone({"light", "acquire", rig, "-o", "one.exr"}).code, 0);
+        for (const int size : {2, 3}) {
+            SCOPED_TRACE(fmt::format("{}, {} ranks", rig, size));
+            const Finished many = run_command({"light", "acquire", rig, "-o", "many.exr"}, on(size));
+            ASSERT_EQ(many.code, 0) << many.out << many.err;
+            EXPECT_EQ(read_bytes(folder_ / "one.exr"), read_bytes(folder_ / "many.exr"));
+            EXPECT_EQ(read_bytes(folder_ / "one.cells"), read_bytes(folder_ / "many.cells"));
+            EXPECT_FALSE(std::filesystem::exists(folder_ / "many.exr.part"));
+            const std::size_t said = many.out.find("content hash");
+            EXPECT_NE(said, many.out.npos) << many.out;
+            EXPECT_EQ(many.out.find("content hash", said + 1), many.out.npos) << many.out;
+        }
+    }
+    // Its description is another one on a rank.
+    const Words words{"light", "acquire",       "rig.toml", "-o",      "no.exr",     ":",  "-n",
+                      "1",     LUCERNA_COMMAND, "light",    "acquire", "scene.toml", "-o", "no.exr"};
+    const Finished apart = run_command(words, on(1));
+    EXPECT_EQ(apart.code, 1) << apart.out << apart.err;
+    EXPECT_THAT(apart.err, HasSubstr("would measure another lamp"));
+}
+
+TEST_F(Mpi, Study_HasTheErrorsOfOneProcess) {
+    std::ofstream(folder_ / "study.toml") << R"(title = "Two ways"
+seeds = 2
+[[scene]]
+file = "scene.pbrt"
+resolution = "12x10"
+[reference]
+integrator = "path"
+spp = [16]
+[[method]]
+name = "paths"
+integrator = "path"
+spp = [1, 4]
+)";
+    const Words words{"study", "study.toml", "--threads", "1", "-o"};
+    ASSERT_EQ(alone(with(words, {"one"})).code, 0);
+    const Finished many = run_command(with(words, {"many"}), on(3));
+    ASSERT_EQ(many.code, 0) << many.out << many.err;
+    EXPECT_THAT(many.out, HasSubstr("5/5  "));
+    EXPECT_THAT(many.out, HasSubstr("renders  5 made, 0 found"));
+    std::size_t images = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_ / "one/runs")) {
+        const std::string name = entry.path().filename().string();
+        ASSERT_TRUE(std::filesystem::exists(folder_ / "many/runs" / name)) << name;
+        if (!name.ends_with(".exr")) continue;
+        expect_same_image("one/runs/" + name, "many/runs/" + name);
+        ++images;
+    }
+    EXPECT_EQ(images, 5U);
+    EXPECT_THAT(read_text(folder_ / "many/results.json"), HasSubstr("\"hosts\""));
+    EXPECT_THAT(read_text(folder_ / "many/study.html"), HasSubstr("<th>hosts</th>"));
+    EXPECT_THAT(read_text(folder_ / "one/results.json"), Not(HasSubstr("\"hosts\"")));
+}
+
+TEST_F(Mpi, OtherCommands_AreDoneOnceByRank0) {
+    ASSERT_EQ(alone({"render", "scene.pbrt", "--spp", "1", "-o", "one.exr"}).code, 0);
+    const Finished once = alone({"compare", "one.exr", "one.exr"});
+    const Finished many = run_command({"compare", "one.exr", "one.exr"}, on(3));
+    EXPECT_EQ(many.code, 0) << many.err;
+    EXPECT_EQ(many.out, once.out);
+    EXPECT_EQ(many.err,
+              "lucerna: warning: rank 0 does this alone; render, light acquire and study share their work "
+              "among ranks\n");
+    const Finished help = run_command({"study", "--help"}, on(3));
+    EXPECT_EQ(help.code, 0);
+    EXPECT_EQ(help.out, alone({"study", "--help"}).out);
+    const Finished wrong = run_command({"compare", "one.exr", "nowhere.exr"}, on(3));
+    EXPECT_EQ(wrong.code, 1);
+    EXPECT_THAT(wrong.err, HasSubstr("nowhere.exr: no such file"));
+}
+
 // srun without --mpi=pmix: as many processes, each of which would write the same image.
 TEST_F(Mpi, ManyProcessesWithoutMpi_AreRefusedUnlessTheyRenderParts) {
     Start start{folder_.path()};
