@@ -80,7 +80,7 @@ mpirun, and srun --mpi=pmix, start one render of many processes (ranks), on one 
 all of them read the scene, unless --broadcast-scene has the first send it, and share light paths, preparations and tiles;
 the first says and writes everything. Time, error, checkpoints and signals are those of one render, which goes on with
 --resume on any number of ranks. One rank for each machine or socket, with its processors as threads, is best:
-docs/cluster.md.
+docs/howto/cluster.md.
 
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
