@@ -207,8 +207,7 @@ std::vector<std::byte> Ranks::answer(int from, const Request& request, std::span
 }
 
 void Ranks::serve() {
-    using namespace std::chrono;
-    constexpr microseconds kShortest(30), kLongest(300);
+    constexpr std::chrono::microseconds kShortest(30), kLongest(300);
     auto pause = kShortest;
     while (!leaving_) {
         if (const auto message = communicator_->try_receive(kRequestTag)) {

@@ -31,13 +31,12 @@ void check(int code, const char* what) {
 // Asks until done() says so: at once for a while, then less and less often.
 template <typename Done>
 void wait_until(Done&& done) {
-    using namespace std::chrono;
-    constexpr milliseconds kAtOnce(1);
-    constexpr microseconds kLongest(300);
-    const auto begin = steady_clock::now();
-    auto pause = microseconds(20);
+    constexpr std::chrono::milliseconds kAtOnce(1);
+    constexpr std::chrono::microseconds kLongest(300);
+    const auto begin = std::chrono::steady_clock::now();
+    std::chrono::microseconds pause(20);
     while (!done()) {
-        if (steady_clock::now() - begin < kAtOnce) {
+        if (std::chrono::steady_clock::now() - begin < kAtOnce) {
             std::this_thread::yield();
         } else {
             std::this_thread::sleep_for(pause);
