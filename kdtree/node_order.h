@@ -16,6 +16,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/parallel.h"
+#include "engine/base/ranks.h"
 #include "kdtree/box_tree.h"
 
 namespace lucerna {
@@ -167,7 +168,7 @@ inline void check_node_order_size(std::size_t points) {
     }
 }
 
-// [new place] → old place. The same for any number of threads.
+// [new place] → old place. The same for any number of threads and ranks.
 template <std::size_t K>
 std::vector<std::uint32_t> node_order(std::vector<OrderEntry<K>> entries, const Workers& workers) {
     namespace detail = node_order_detail;
@@ -177,10 +178,23 @@ std::vector<std::uint32_t> node_order(std::vector<OrderEntry<K>> entries, const 
     constexpr std::size_t kLeast = 4096;  // points in a range on average
     std::vector<detail::Entries<K>> ranges{entries};
     while (ranges.size() < std::min(kRanges, entries.size() / kLeast)) detail::cut_all<K>(ranges, workers);
-    parallel_chunks(workers, static_cast<std::int64_t>(ranges.size()), [&](std::int64_t chunk) {
-        detail::Scratch<K> scratch;
-        detail::order<K>(ranges[static_cast<std::size_t>(chunk)], scratch);
-    });
+    // On the ranks of a parallel job each range is one rank's, too, where that is worth sending the order.
+    constexpr std::size_t kWorthSending = std::size_t{1} << 17;
+    shared_chunks(
+        entries.size() >= kWorthSending ? workers : workers.alone(), "order of points",
+        static_cast<std::int64_t>(ranges.size()), ResultsOf::everywhere,
+        [&](std::int64_t chunk) {
+            detail::Scratch<K> scratch;
+            detail::order<K>(ranges[static_cast<std::size_t>(chunk)], scratch);
+        },
+        [&](std::int64_t chunk, auto& archive) {
+            const detail::Entries<K> range = ranges[static_cast<std::size_t>(chunk)];
+            std::vector<std::uint32_t> indices(range.size());
+            for (std::size_t i = 0; i < range.size(); ++i) indices[i] = range[i].index;
+            std::span<std::uint32_t> all(indices);
+            archive(all);
+            for (std::size_t i = 0; i < range.size(); ++i) range[i].index = indices[i];
+        });
 
     std::vector<std::uint32_t> result(entries.size());
     constexpr std::int64_t kGrain = 1 << 14;
