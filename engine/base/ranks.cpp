@@ -23,22 +23,13 @@ T unpacked(std::span<const std::byte> bytes) {
     return value;
 }
 
-std::vector<std::vector<std::byte>> cut(std::span<const std::byte> all, std::span<const std::size_t> sizes) {
-    std::vector<std::vector<std::byte>> parts;
-    for (const std::size_t size : sizes) {
-        parts.emplace_back(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(size));
-        all = all.subspan(size);
-    }
-    return parts;
-}
-
 }  // namespace
 
 Ranks::Ranks(std::unique_ptr<Communicator> communicator, int threads)
     : communicator_(std::move(communicator)), exceptions_(std::uncaught_exceptions()) {
     Packer own;
     own(communicator_->host(), threads);
-    for (const std::vector<std::byte>& bytes : all_gather("ranks", own.take())) {
+    for (const std::span<const std::byte> bytes : all_gather("ranks", own.take())) {
         Unpacker unpacker(bytes);
         unpacker(hosts_.emplace_back(), threads_.emplace_back());
     }
@@ -48,7 +39,7 @@ Ranks::Ranks(std::unique_ptr<Communicator> communicator, int threads)
 }
 
 Ranks::~Ranks() {
-    leaving_ = true;
+    hurry(true);
     service_.join();
     // The others wait for what this rank will not do: they cannot leave together.
     if (std::uncaught_exceptions() > exceptions_) (void)communicator_.release();
@@ -68,10 +59,7 @@ Ranks::Traffic& Ranks::traffic_of(std::string_view what) {
 void Ranks::broadcast(std::string_view what, std::span<std::byte> bytes) {
     const Stopwatch clock;
     communicator_->broadcast(bytes);
-    Traffic& traffic = traffic_of(what);
-    ++traffic.calls;
-    traffic.bytes += bytes.size();
-    traffic.seconds += clock.seconds();
+    count(what, bytes.size(), 0, clock.seconds());
 }
 
 std::vector<std::byte> Ranks::broadcast(std::string_view what, std::vector<std::byte> bytes) {
@@ -80,45 +68,60 @@ std::vector<std::byte> Ranks::broadcast(std::string_view what, std::vector<std::
     return bytes;
 }
 
-std::vector<std::vector<std::byte>> Ranks::all_gather(std::string_view what, std::vector<std::byte> own) {
-    const Stopwatch clock;
-    const std::size_t size = own.size();
-    std::vector<std::size_t> one(static_cast<std::size_t>(this->size()), sizeof size), sizes(one.size());
-    communicator_->all_gather(std::as_bytes(std::span(&size, 1)), one,
-                              std::as_writable_bytes(std::span(sizes)));
-    const double waited = clock.seconds();
-    std::size_t total = 0;
-    for (const std::size_t of_rank : sizes) total += of_rank;
-    std::vector<std::byte> all(total);
-    communicator_->all_gather(own, sizes, all);
-    Traffic& traffic = traffic_of(what);
-    ++traffic.calls;
-    traffic.bytes += total;
-    traffic.waited += waited;
-    traffic.seconds += clock.seconds() - waited;
-    return cut(all, sizes);
+Ranks::Gathered::Gathered(std::span<const std::size_t> sizes) {
+    for (const std::size_t size : sizes) size_ += size;
+    bytes_ = std::make_unique_for_overwrite<std::byte[]>(size_);
+    const std::byte* begin = bytes_.get();
+    for (const std::size_t size : sizes) {
+        parts_.emplace_back(begin, size);
+        begin += size;
+    }
 }
 
-std::vector<std::vector<std::byte>> Ranks::gather(std::string_view what, std::vector<std::byte> own) {
+// The sizes go first, by which all ranks wait for the last.
+Ranks::Gathered Ranks::all_gather(std::string_view what, std::vector<std::byte> own) {
     const Stopwatch clock;
-    const std::size_t size = own.size();
-    std::vector<std::size_t> one(static_cast<std::size_t>(this->size()), sizeof size), sizes(one.size());
-    communicator_->all_gather(std::as_bytes(std::span(&size, 1)), one,
-                              std::as_writable_bytes(std::span(sizes)));
+    const std::vector<std::size_t> sizes = sizes_of_all(own.size());
     const double waited = clock.seconds();
-    std::size_t total = 0;
-    for (const std::size_t of_rank : sizes) total += of_rank;
-    std::vector<std::byte> all(leads() ? total : 0);
-    communicator_->gather(own, sizes, all);
+    Gathered all(sizes);
+    communicator_->all_gather(own, sizes, all.all());
+    count(what, all.all().size(), waited, clock.seconds() - waited);
+    return all;
+}
+
+Ranks::Gathered Ranks::gather(std::string_view what, std::vector<std::byte> own) {
+    const Stopwatch clock;
+    const std::vector<std::size_t> sizes = sizes_of_all(own.size());
+    const double waited = clock.seconds();
+    Gathered all = leads() ? Gathered(sizes) : Gathered();
+    communicator_->gather(own, sizes, all.all());
+    count(what, leads() ? all.all().size() : own.size(), waited, clock.seconds() - waited);
+    return all;
+}
+
+std::vector<std::size_t> Ranks::sizes_of_all(std::size_t own) {
+    std::vector<std::size_t> sizes(static_cast<std::size_t>(size()));
+    const std::vector<std::size_t> each(sizes.size(), sizeof own);
+    communicator_->all_gather(std::as_bytes(std::span(&own, 1)), each,
+                              std::as_writable_bytes(std::span(sizes)));
+    return sizes;
+}
+
+void Ranks::count(std::string_view what, std::size_t bytes, double waited, double seconds) {
     Traffic& traffic = traffic_of(what);
     ++traffic.calls;
-    traffic.bytes += leads() ? total : size;
+    traffic.bytes += bytes;
     traffic.waited += waited;
-    traffic.seconds += clock.seconds() - waited;
-    return leads() ? cut(all, sizes) : std::vector<std::vector<std::byte>>();
+    traffic.seconds += seconds;
 }
 
 // --- Work that is shared out
+
+// Of a loop with a count: those with which ranks begin unasked. Half of them, so that the rest evens out how
+// fast ranks are.
+std::int64_t Ranks::first_items(const Loop& loop) {
+    return loop.count / 2;
+}
 
 void Ranks::Queue::fill(const Loop& loop, int ranks) {
     of_.assign(static_cast<std::size_t>(ranks) + 1, {});
@@ -127,6 +130,8 @@ void Ranks::Queue::fill(const Loop& loop, int ranks) {
         of_[static_cast<std::size_t>(holder == kNobody ? ranks : holder)].push_back(item);
     }
     left_ = static_cast<std::int64_t>(loop.items.size());
+    for (std::int64_t item = first_items(loop); item < loop.count; ++item, ++left_)
+        of_[static_cast<std::size_t>(ranks)].push_back(item);
 }
 
 // Its own first, then what nobody has, then the last of whoever has most left. So many at a time that a rank
@@ -169,6 +174,7 @@ void Ranks::begin(Loop loop) {
         failure_ = nullptr;
         if (leads()) queue_.fill(loop_, size());
     }
+    hurry(false);
     // Nobody asks before all can answer.
     all_gather("begin", {});
 }
@@ -206,22 +212,37 @@ std::vector<std::byte> Ranks::answer(int from, const Request& request, std::span
     return loop_.give(request.item);
 }
 
+// Looks for messages, soon after one has come or a loop has begun, and less and less often: looking takes
+// time of a processor that others work on.
 void Ranks::serve() {
-    constexpr std::chrono::microseconds kShortest(30), kLongest(300);
+    constexpr std::chrono::microseconds kShortest(30), kLongest(2000);
     auto pause = kShortest;
+    std::unique_lock lock(hurry_mutex_);
     while (!leaving_) {
-        if (const auto message = communicator_->try_receive(kRequestTag)) {
+        lock.unlock();
+        const auto message = communicator_->try_receive(kRequestTag);
+        if (message) {
             Request request{};
             Unpacker unpacker(message->bytes);
             unpacker(request);
             communicator_->send(message->from, kAnswerTag + request.kind,
                                 answer(message->from, request, unpacker.left()));
+        }
+        lock.lock();
+        if (message || hurry_.wait_for(lock, pause, [this] { return hurries_ || leaving_; })) {
+            hurries_ = false;
             pause = kShortest;
         } else {
-            std::this_thread::sleep_for(pause);
             pause = std::min(2 * pause, kLongest);
         }
     }
+}
+
+void Ranks::hurry(bool leave) {
+    const std::lock_guard lock(hurry_mutex_);
+    hurries_ = true;
+    leaving_ = leave;
+    hurry_.notify_all();
 }
 
 std::vector<std::byte> Ranks::fetch(std::int64_t item, int from) {
@@ -281,6 +302,15 @@ bool Ranks::asked_to_stop() {
     return told_to_stop_;
 }
 
+Ranks::Share::Share(Ranks& ranks, int threads) : ranks_(ranks), threads_(threads) {
+    std::int64_t before = 0;
+    for (int r = 0; r < ranks.rank(); ++r) before += ranks.threads(r);
+    const std::int64_t first = first_items(ranks.loop_), all = ranks.all_threads();
+    const std::int64_t end = first * (before + ranks.threads(ranks.rank())) / all;
+    for (std::int64_t item = first * before / all; item < end; ++item) items_.push_back(item);
+    asker_ = std::thread([this] { keep_asking(); });
+}
+
 std::optional<std::int64_t> Ranks::Share::next() {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -289,46 +319,70 @@ std::optional<std::int64_t> Ranks::Share::next() {
             ended_ = true;
         }
         if (given_up_ || (ended_ && items_.empty())) return std::nullopt;
-        std::optional<std::int64_t> item;
         if (!items_.empty()) {
-            item = items_.front();
+            const std::int64_t item = items_.front();
             items_.pop_front();
+            if (wants_more()) wanted_.notify_one();
+            return item;
         }
-        // In good time, while the others are still at work.
-        const bool few = one_by_one_ ? !item && items_.empty()
-                                     : items_.size() < static_cast<std::size_t>((threads_ + 1) / 2);
-        if (few && !ended_ && !asking_) ask(lock);
-        if (item) return item;
-        if (items_.empty() && !ended_ && asking_)
-            came_.wait(lock, [this] { return !items_.empty() || !asking_; });
+        ++idle_;
+        wanted_.notify_one();
+        came_.wait(lock, [this] { return !items_.empty() || ended_ || given_up_; });
+        --idle_;
     }
 }
 
-void Ranks::Share::ask(std::unique_lock<std::mutex>& lock) {
+void Ranks::Share::keep_asking() {
+    // With what a rank begins unasked it may be at work for long, and rank 0's user cannot wait for that.
+    constexpr std::chrono::milliseconds kPatience(300);
+    std::unique_lock lock(mutex_);
+    for (;;) {
+        const bool woken =
+            wanted_.wait_for(lock, kPatience, [this] { return ended_ || given_up_ || wants_more(); });
+        if (ended_ || given_up_) break;
+        if (!woken) {
+            if (first_items(ranks_.loop_) == 0) continue;
+            lock.unlock();
+            const bool stop = ranks_.asked_to_stop();
+            lock.lock();
+            if (!stop) continue;
+            items_.clear();
+            ended_ = true;
+            break;
+        }
+        const Request what = request();
+        lock.unlock();
+        Answer answer;
+        std::exception_ptr failure;
+        try {
+            answer = asked(what);
+        } catch (...) {
+            failure = std::current_exception();
+        }
+        lock.lock();
+        for (const Item& item : answer.items) items_.push_back(item.number);
+        if (answer.items.empty()) ended_ = true;
+        one_by_one_ = answer.one_by_one;
+        until_ = clock_.seconds() + answer.seconds;
+        if (failure) failure_ = failure, given_up_ = true;
+        came_.notify_all();
+    }
+    came_.notify_all();
+}
+
+void Ranks::Share::stop_asking() {
+    if (!asker_.joinable()) return;
+    give_up();
+    asker_.join();
+}
+
+Ranks::Request Ranks::Share::request() {
     Request request{kTake};
     request.threads = threads_;
     request.done = static_cast<std::int64_t>(done_.size() - told_);
     request.seconds = done_.empty() ? 0 : busy_ / static_cast<double>(done_.size());
     told_ = done_.size();
-    asking_ = true;
-    lock.unlock();
-    Answer answer;
-    try {
-        answer = asked(request);
-    } catch (...) {
-        lock.lock();
-        asking_ = false;
-        given_up_ = true;
-        came_.notify_all();
-        throw;
-    }
-    lock.lock();
-    asking_ = false;
-    for (const Item& item : answer.items) items_.push_back(item.number);
-    if (answer.items.empty()) ended_ = true;
-    one_by_one_ = answer.one_by_one;
-    until_ = clock_.seconds() + answer.seconds;
-    came_.notify_all();
+    return request;
 }
 
 Ranks::Answer Ranks::Share::asked(const Request& request) {
@@ -366,9 +420,13 @@ void Ranks::Share::done(std::int64_t item, double seconds) {
 void Ranks::Share::give_up() {
     const std::lock_guard lock(mutex_);
     given_up_ = true;
+    wanted_.notify_all();
+    came_.notify_all();
 }
 
 std::vector<std::int64_t> Ranks::Share::finish() {
+    stop_asking();
+    if (failure_) std::rethrow_exception(failure_);
     const auto left = static_cast<std::int64_t>(done_.size() - told_);
     if (ranks_.leads() && left > 0) {
         const std::lock_guard lock(ranks_.mutex_);

@@ -55,9 +55,25 @@ class Ranks {
         return value;
     }
     std::vector<std::byte> broadcast(std::string_view what, std::vector<std::byte> bytes);
-    // By rank; at rank 0 alone, or everywhere.
-    std::vector<std::vector<std::byte>> gather(std::string_view what, std::vector<std::byte> own);
-    std::vector<std::vector<std::byte>> all_gather(std::string_view what, std::vector<std::byte> own);
+    // What all ranks sent, by rank.
+    class Gathered {
+      public:
+        Gathered() = default;
+        explicit Gathered(std::span<const std::size_t> sizes);
+        std::span<std::byte> all() { return {bytes_.get(), size_}; }
+        std::size_t size() const { return parts_.size(); }
+        std::span<const std::byte> operator[](std::size_t rank) const { return parts_[rank]; }
+        auto begin() const { return parts_.begin(); }
+        auto end() const { return parts_.end(); }
+
+      private:
+        std::size_t size_ = 0;
+        std::unique_ptr<std::byte[]> bytes_;
+        std::vector<std::span<const std::byte>> parts_;
+    };
+    // At rank 0 alone (elsewhere it is empty), or everywhere.
+    Gathered gather(std::string_view what, std::vector<std::byte> own);
+    Gathered all_gather(std::string_view what, std::vector<std::byte> own);
 
     // Whether the user asked to stop, as it was known when ranks last met: on all of them the same.
     bool stopped() const { return stopped_; }
@@ -71,6 +87,8 @@ class Ranks {
         // rank has it, by item (kNobody: none yet). Ranks get those that they have first.
         std::vector<std::int64_t> items = {};
         std::vector<int> holders = {};
+        // In the place of `items`, on all ranks: 0 to so many, of which every rank begins with some unasked.
+        std::int64_t count = 0;
         // At rank 0, from any thread: no more is handed out; and seconds after which none of what was handed
         // out is begun.
         std::function<bool()> ends = {};
@@ -153,33 +171,49 @@ class Ranks {
     // kMade is followed by what was made.
     enum : std::int32_t { kTake, kFetch, kMade, kAskedToStop };
 
-    // This rank's share of the items: asks for more before it has none.
+    // This rank's share of the items. A thread of its own asks for more before there are none.
     class Share {
       public:
-        Share(Ranks& ranks, int threads) : ranks_(ranks), threads_(threads) {}
+        Share(Ranks& ranks, int threads);
+        ~Share() { stop_asking(); }
+        Share(const Share&) = delete;
+        Share& operator=(const Share&) = delete;
+
         std::optional<std::int64_t> next();
         void done(std::int64_t item, double seconds);
         void give_up();
         std::vector<std::int64_t> finish();
 
       private:
-        void ask(std::unique_lock<std::mutex>& lock);
+        void keep_asking();
+        void stop_asking();
+        Request request();
         Answer asked(const Request& request);
+        bool wants_more() const {
+            return one_by_one_ ? items_.empty() && idle_ > 0
+                               : items_.size() < static_cast<std::size_t>((threads_ + 1) / 2);
+        }
 
         Ranks& ranks_;
         int threads_;
         std::mutex mutex_;
-        std::condition_variable came_;
+        std::condition_variable came_, wanted_;
         std::deque<std::int64_t> items_;
-        bool asking_ = false, ended_ = false, given_up_ = false, one_by_one_ = false;
+        int idle_ = 0;  // threads that wait for an item
+        bool ended_ = false, given_up_ = false, one_by_one_ = false;
+        std::exception_ptr failure_;                              // of asking
         double until_ = std::numeric_limits<double>::infinity();  // by clock_
         Stopwatch clock_;
         std::vector<std::int64_t> done_;
         std::size_t told_ = 0;  // of them, to rank 0
         double busy_ = 0;       // seconds, of all threads
+        std::thread asker_;
     };
 
     void broadcast(std::string_view what, std::span<std::byte> bytes);
+    std::vector<std::size_t> sizes_of_all(std::size_t own);
+    void count(std::string_view what, std::size_t bytes, double waited, double seconds);
+    static std::int64_t first_items(const Loop& loop);
     void begin(Loop loop);
     Answer hand_out(int rank, const Request& request);
     std::vector<std::byte> fetch(std::int64_t item, int from);
@@ -188,6 +222,7 @@ class Ranks {
     void end_deliveries();
     std::vector<std::byte> answer(int from, const Request& request, std::span<const std::byte> made);
     void serve();
+    void hurry(bool leave);
     Traffic& traffic_of(std::string_view what);
 
     std::unique_ptr<Communicator> communicator_;
@@ -211,7 +246,9 @@ class Ranks {
     std::mutex stop_mutex_;
     std::optional<Stopwatch> since_asked_;  // whether to stop
     std::atomic<bool> told_to_stop_{false};
-    std::atomic<bool> leaving_{false};
+    std::mutex hurry_mutex_;
+    std::condition_variable hurry_;
+    bool hurries_ = false, leaving_ = false;
     std::thread service_;
 };
 
@@ -286,9 +323,8 @@ bool shared_chunks(const Workers& workers, std::string_view what, std::int64_t c
     }
     Ranks& ranks = *workers.ranks;
     Ranks::Loop loop;
+    loop.count = chunks;
     if (ranks.leads()) {
-        loop.items.resize(static_cast<std::size_t>(chunks));
-        for (std::size_t i = 0; i < loop.items.size(); ++i) loop.items[i] = static_cast<std::int64_t>(i);
         loop.ends = [&ranks] { return ranks.asked_to_stop(); };
         loop.advance = [&advance](std::int64_t n) { advance(n); };
     }

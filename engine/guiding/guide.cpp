@@ -189,17 +189,23 @@ void GuideMap::cache_distributions(std::span<const std::unique_ptr<Light>> light
         std::vector<Guide::Choice> choices;
     };
     std::vector<Chunk> chunks(static_cast<std::size_t>((count + kGrain - 1) / kGrain));
-    parallel_ranges(workers, count, kGrain, [&](std::int64_t begin, std::int64_t end, std::int64_t number) {
+    const auto make = [&](std::int64_t number) {
         Chunk& chunk = chunks[static_cast<std::size_t>(number)];
         std::array<PartSample, GuideSettings::kMostPhotons> samples;
-        for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        const auto begin = static_cast<std::size_t>(number * kGrain);
+        for (std::size_t i = begin; i < std::min(begin + kGrain, places_.size()); ++i) {
             const std::size_t size =
                 samples_near(map_, photon_parts, settings_, places_[i], normals_[i].unpack(), samples);
             const std::size_t first = chunk.choices.size();
             const float defensive_weight = make_histogram({samples.data(), size}, chunk.choices);
             chunk.distributions.push_back({first, chunk.choices.size() - first, defensive_weight});
         }
-    });
+    };
+    shared_chunks(workers, "guide's distributions", static_cast<std::int64_t>(chunks.size()),
+                  ResultsOf::everywhere, make, [&](std::int64_t number, auto& archive) {
+                      Chunk& chunk = chunks[static_cast<std::size_t>(number)];
+                      archive(chunk.distributions, chunk.choices);
+                  });
     distributions_.reserve(places_.size());
     for (const Chunk& chunk : chunks) {
         for (CachedDistribution distribution : chunk.distributions) {

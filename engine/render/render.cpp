@@ -487,7 +487,7 @@ class Run {
         own(RankReport{ranks.host(ranks.rank()), options_.workers.threads, exchange_->rendered(),
                        job_.scene.rays(), preparing_.seconds, imaging_.seconds, preparing_.processor,
                        imaging_.processor, peak_memory()});
-        for (const std::vector<std::byte>& bytes : ranks.gather("reports", own.take())) {
+        for (const std::span<const std::byte> bytes : ranks.gather("reports", own.take())) {
             Unpacker unpacker(bytes);
             unpacker(report_.ranks.emplace_back());
         }

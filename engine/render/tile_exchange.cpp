@@ -120,7 +120,7 @@ std::uint64_t TileExchange::all_rays() {
     Packer packer;
     packer(scene_.rays());
     std::uint64_t sum = 0;
-    for (const std::vector<std::byte>& bytes : ranks_.gather("rays", packer.take())) {
+    for (const std::span<const std::byte> bytes : ranks_.gather("rays", packer.take())) {
         std::uint64_t rays = 0;
         Unpacker unpacker(bytes);
         unpacker(rays);

@@ -339,7 +339,7 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
         Packer packer;
         for (const std::int64_t row : for_rows_by_ranks(sums, workers, add_row))
             packer(row, squares[static_cast<std::size_t>(row)]);
-        for (const std::vector<std::byte>& own : workers.ranks->gather("squares", packer.take())) {
+        for (const std::span<const std::byte> own : workers.ranks->gather("squares", packer.take())) {
             Unpacker unpacker(own);
             while (!unpacker.empty()) {
                 std::int64_t row = 0;
