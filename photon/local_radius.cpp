@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/base/ranks.h"
 #include "photon/evenness.h"
 #include "photon/irradiance.h"
 #include "photon/probes.h"
@@ -46,11 +47,27 @@ LocalRadius::LocalRadius(const PhotonMap& map, const Parameters& parameters, con
       radii_(places_.size()),
       whole_(places_.size()),
       largest_(parameters.how.radius) {
-    constexpr std::int64_t kGrain = 256;
-    parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
-        radii_[i] = find_radius(map, parameters, i);
-        whole_[i] = parameters.scene && find_whole(map, parameters, i);
-    });
+    constexpr std::size_t kGrain = 64;
+    const auto part = [this](std::int64_t chunk) {
+        const std::size_t begin = static_cast<std::size_t>(chunk) * kGrain;
+        return std::pair(begin, std::min(begin + kGrain, radii_.size()));
+    };
+    shared_chunks(
+        workers, "first radii", static_cast<std::int64_t>((radii_.size() + kGrain - 1) / kGrain),
+        ResultsOf::everywhere,
+        [&](std::int64_t chunk) {
+            const auto [begin, end] = part(chunk);
+            for (std::size_t i = begin; i < end; ++i) {
+                radii_[i] = find_radius(map, parameters, i);
+                whole_[i] = parameters.scene && find_whole(map, parameters, i);
+            }
+        },
+        [&](std::int64_t chunk, auto& archive) {
+            const auto [begin, end] = part(chunk);
+            auto radii = std::span(radii_).subspan(begin, end - begin);
+            auto whole = std::span(whole_).subspan(begin, end - begin);
+            archive(radii, whole);
+        });
 }
 
 float LocalRadius::find_radius(const PhotonMap& map, const Parameters& parameters, std::size_t point) const {

@@ -11,7 +11,7 @@ import time
 from methods import option
 
 JOBS = {
-    "progressive": ("pbrt-v4/staircase2/scene-v4.pbrt", ["--integrator", "progressive", "--passes", "24", "--set", "photons=400000"]),
+    "progressive": ("pbrt-v4/staircase2/scene-v4.pbrt", ["--integrator", "progressive", "--passes", "8", "--set", "photons=400000"]),
     "photonmap": ("pbrt-v4/staircase2/scene-v4.pbrt", ["--integrator", "photonmap", "--set", "photons=1000000", "--spp", "8"]),
     "path": ("pbrt-v4/staircase2/scene-v4.pbrt", ["--integrator", "path", "--spp", "32"]),
 }
@@ -164,6 +164,12 @@ def main():
     meeting = max(seconds[1] - seconds[0], 0) / 200
     print(f"\na pass of nothing: {1e3 * seconds[0] / 200:.2f} ms alone, {1e3 * seconds[1] / 200:.2f} ms on two nodes")
     costs["pass"] = meeting
+    # What rank 0 does at the end, for each pixel.
+    large = measured.run("end", scene, ["--integrator", "direct", "--spp", "2", "--denoise"], 0, (1920, 1080), cores)
+    took, area = large["seconds"], 1920 * 1080
+    costs["denoise"] = took["denoise"] * cores / area
+    costs["end"] = (large["wall"] - took["read"] - took["prepare"] - took["image"] - took["denoise"]) / area
+    print(f"at the end, for each pixel: denoising {1e6 * costs['denoise']:.1f} us of one processor, all else {1e6 * costs['end']:.2f} us of rank 0")
     with open(f"{measured.out}/costs.json", "w") as file:
         json.dump(costs, file, indent=1)
     predict(costs)
@@ -189,7 +195,7 @@ def predict(costs):
             # A round ends when its last tile does; the film is brought together once.
             last_tile = image / rounds * 16 / (pixels / 256 / (threads * n)) / 2
             image_phase = image + meetings + last_tile
-            at_end = (0 if n == 1 else cost["bytes_of_pixel"] * pixels / bandwidth) + pixels * (9.4e-6 / threads + 0.8e-6)
+            at_end = (0 if n == 1 else cost["bytes_of_pixel"] * pixels / bandwidth) + pixels * (costs["denoise"] / threads + costs["end"])
             whole = shared + again + travels + image_phase + at_end
             if n == 1:
                 of_one, whole_of_one = image_phase, whole

@@ -202,10 +202,28 @@ DirectionGuideMap::DirectionGuideMap(const PhotonMap& map, const DirectionGuidin
         normals_.push_back(map.normals()[i]);
     }
     std::vector<std::optional<SquareHistogram>> made(places_.size());
-    constexpr std::int64_t kGrain = 64;
-    parallel_each(workers, places_.size(), kGrain, [&](std::size_t i) {
-        made[i] = histogram_at(map, settings, places_[i], normals_[i].unpack());
-    });
+    constexpr std::size_t kGrain = 64;
+    const auto part = [&](std::int64_t chunk) {
+        const std::size_t begin = static_cast<std::size_t>(chunk) * kGrain;
+        return std::pair(begin, std::min(begin + kGrain, made.size()));
+    };
+    shared_chunks(
+        workers, "direction guides", static_cast<std::int64_t>((made.size() + kGrain - 1) / kGrain),
+        ResultsOf::everywhere,
+        [&](std::int64_t chunk) {
+            const auto [begin, end] = part(chunk);
+            for (std::size_t i = begin; i < end; ++i)
+                made[i] = histogram_at(map, settings, places_[i], normals_[i].unpack());
+        },
+        [&](std::int64_t chunk, auto& archive) {
+            const auto [begin, end] = part(chunk);
+            for (std::size_t i = begin; i < end; ++i) {
+                bool there = made[i].has_value();
+                archive(there);
+                if (there && !made[i]) made[i].emplace();
+                if (there) archive(*made[i]);
+            }
+        });
     for (const auto& histogram : made) {
         numbers_.push_back(histogram ? static_cast<std::uint32_t>(histograms_.size()) : kNone);
         if (histogram) histograms_.push_back(*histogram);
