@@ -107,7 +107,9 @@ std::vector<std::size_t> Ranks::sizes_of_all(std::size_t own) {
     return sizes;
 }
 
+// From any thread that does not hold the mutex.
 void Ranks::count(std::string_view what, std::size_t bytes, double waited, double seconds) {
+    const std::lock_guard lock(mutex_);
     Traffic& traffic = traffic_of(what);
     ++traffic.calls;
     traffic.bytes += bytes;
@@ -263,10 +265,7 @@ void Ranks::deliver(std::int64_t item) {
     const Stopwatch clock;
     communicator_->send(0, kRequestTag, packer.take());
     communicator_->receive(0, kAnswerTag + kMade);
-    Traffic& traffic = traffic_of("items made");
-    ++traffic.calls;
-    traffic.bytes += made.size();
-    traffic.seconds += clock.seconds();
+    count("items made", made.size(), 0, clock.seconds());
 }
 
 void Ranks::take_delivery(std::int64_t item, int from, std::span<const std::byte> made) {
@@ -401,10 +400,7 @@ Ranks::Answer Ranks::Share::asked(const Request& request) {
         if (elsewhere) {
             const Stopwatch clock;
             state = ranks_.fetch(item.number, item.holder);
-            Traffic& traffic = ranks_.traffic_of("moved items");
-            ++traffic.calls;
-            traffic.bytes += state.size();
-            traffic.seconds += clock.seconds();
+            ranks_.count("moved items", state.size(), 0, clock.seconds());
         }
         ranks_.loop_.take(item.number, std::move(state));
     }
