@@ -80,6 +80,9 @@ class Mpi : public ::testing::TestWithParam<Method> {
             for (const char* name : {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM"})
                 setenv(name, "1", 1);
             setenv("OMP_WAIT_POLICY", "passive", 1);
+            // One host: no ssh is looked for. Containers may not let processes read each other's memory.
+            setenv("OMPI_MCA_plm", "isolated", 1);
+            setenv("OMPI_MCA_btl_vader_single_copy_mechanism", "none", 1);
         };
         return start;
     }
