@@ -7,7 +7,7 @@
 # The command runs with SLURM_CONF set, so that sbatch, srun, squeue and scancel in it speak to this cluster and to no
 # other. When it has ended, this waits until no job is queued or running, and stops every daemon; when it failed
 # or is interrupted, jobs are cancelled. The exit code is the command's.
-# Installs what is missing from Debian 12 (slurmctld, slurmd, slurm-client, munge). No accounting database, no
+# Installs what is missing (scripts/deps.sh slurm). No accounting database, no
 # cgroups, no systemd: it runs in a container, as root or as any user.
 set -euo pipefail
 
@@ -29,17 +29,7 @@ while [ $# -gt 0 ]; do
 done
 [ $# -gt 0 ] || usage
 
-missing=()
-for package in slurmctld slurmd slurm-client munge; do
-    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep 'ok installed' >/dev/null || missing+=("$package")
-done
-if [ ${#missing[@]} -gt 0 ]; then
-    echo "installing: ${missing[*]}"
-    sudo=""
-    [ "$(id -u)" -eq 0 ] || sudo="sudo"
-    $sudo apt-get update -qq
-    DEBIAN_FRONTEND=noninteractive $sudo apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
-fi
+bash "$(dirname "${BASH_SOURCE[0]}")/deps.sh" slurm
 export PATH="$PATH:/usr/sbin"
 
 folder=$(mktemp -d "${TMPDIR:-/tmp}/slurm.XXXXXX")

@@ -51,11 +51,6 @@ int Ranks::on_this_host() const {
 
 // --- Where ranks meet
 
-Ranks::Traffic& Ranks::traffic_of(std::string_view what) {
-    const auto found = traffic_.find(what);
-    return found != traffic_.end() ? found->second : traffic_[std::string(what)];
-}
-
 void Ranks::broadcast(std::string_view what, std::span<std::byte> bytes) {
     const Stopwatch clock;
     communicator_->broadcast(bytes);
@@ -110,7 +105,7 @@ std::vector<std::size_t> Ranks::sizes_of_all(std::size_t own) {
 // From any thread that does not hold the mutex.
 void Ranks::count(std::string_view what, std::size_t bytes, double waited, double seconds) {
     const std::lock_guard lock(mutex_);
-    Traffic& traffic = traffic_of(what);
+    Traffic& traffic = traffic_[std::string(what)];
     ++traffic.calls;
     traffic.bytes += bytes;
     traffic.waited += waited;
@@ -131,8 +126,7 @@ void Ranks::Queue::fill(const Loop& loop, int ranks) {
         const int holder = loop.holders.empty() ? kNobody : loop.holders[static_cast<std::size_t>(item)];
         of_[static_cast<std::size_t>(holder == kNobody ? ranks : holder)].push_back(item);
     }
-    left_ = static_cast<std::int64_t>(loop.items.size());
-    for (std::int64_t item = first_items(loop); item < loop.count; ++item, ++left_)
+    for (std::int64_t item = first_items(loop); item < loop.count; ++item)
         of_[static_cast<std::size_t>(ranks)].push_back(item);
 }
 
@@ -162,7 +156,6 @@ std::vector<Ranks::Item> Ranks::Queue::take(int rank, int threads, double second
         items.push_back({first ? queue.front() : queue.back(), holder});
         first ? queue.pop_front() : queue.pop_back();
     }
-    left_ -= static_cast<std::int64_t>(count);
     return items;
 }
 

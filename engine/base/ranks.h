@@ -20,6 +20,7 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "engine/base/communicator.h"
@@ -117,7 +118,7 @@ class Ranks {
     std::vector<std::int64_t> work(const Workers& workers, Loop loop, Body&& body);
     // Meets, to learn whether the user asked to stop.
     bool agree_to_stop() {
-        stopped_ = agree(asked_to_stop_ && asked_to_stop_());
+        stopped_ = agree(leads() && asked_to_stop());
         return stopped_;
     }
     // Between two meetings, from any thread; elsewhere than at rank 0 by a message, a few times a second.
@@ -145,12 +146,10 @@ class Ranks {
     class Queue {
       public:
         void fill(const Loop& loop, int ranks);
-        bool empty() const { return left_ == 0; }
         std::vector<Item> take(int rank, int threads, double seconds_per_item, int all_threads);
 
       private:
         std::vector<std::deque<std::int64_t>> of_;
-        std::int64_t left_ = 0;
     };
     struct Request {
         std::int32_t kind;
@@ -223,7 +222,6 @@ class Ranks {
     std::vector<std::byte> answer(int from, const Request& request, std::span<const std::byte> made);
     void serve();
     void hurry(bool leave);
-    Traffic& traffic_of(std::string_view what);
 
     std::unique_ptr<Communicator> communicator_;
     std::vector<std::string> hosts_;
@@ -299,6 +297,80 @@ std::vector<std::int64_t> Ranks::work(const Workers& workers, Loop loop, Body&& 
     std::vector<std::int64_t> own = share.finish();
     if (loop_.made) end_deliveries();
     return own;
+}
+
+// Items whose state is on one rank at a time, and goes along when another takes the item over: tiles with
+// their sums. fields(item, archive) packs and unpacks a state. Calls with ranks are collective.
+class ItemStates {
+  public:
+    // No rank has worked on any yet.
+    explicit ItemStates(std::size_t items = 0)
+        : holders_(items, Ranks::kNobody), is_here_(items), is_newer_(items) {}
+
+    void begin_at_rank_0(const Ranks& ranks, std::size_t item) {
+        holders_[item] = 0;
+        is_here_[item] = ranks.leads();
+    }
+    bool is_here(std::size_t item) const { return is_here_[item] != 0; }
+
+    // Ranks::work(), of a loop without what moves states.
+    template <typename Fields, typename Body>
+    std::vector<std::int64_t> work(const Workers& workers, Ranks::Loop loop, Fields&& fields, Body&& body);
+    // What is newer than rank 0's goes there; who has an item keeps it.
+    template <typename Fields>
+    void bring_to_rank_0(Ranks& ranks, std::string_view what, Fields&& fields);
+
+  private:
+    std::vector<int> holders_;  // at rank 0
+    std::vector<std::uint8_t> is_here_;
+    std::vector<std::uint8_t> is_newer_;  // than what rank 0 has
+};
+
+template <typename Fields, typename Body>
+std::vector<std::int64_t> ItemStates::work(const Workers& workers, Ranks::Loop loop, Fields&& fields,
+                                           Body&& body) {
+    Ranks& ranks = *workers.ranks;
+    if (ranks.leads()) loop.holders = holders_;
+    loop.moved = [this](std::int64_t item, int rank) { holders_[static_cast<std::size_t>(item)] = rank; };
+    loop.give = [this, fields](std::int64_t item) {
+        is_here_[static_cast<std::size_t>(item)] = 0;
+        Packer packer;
+        fields(item, packer);
+        return packer.take();
+    };
+    loop.take = [this, fields](std::int64_t item, const std::vector<std::byte>& state) {
+        const auto i = static_cast<std::size_t>(item);
+        is_here_[i] = 1;
+        if (state.empty()) return;
+        is_newer_[i] = 1;
+        Unpacker unpacker(state);
+        fields(item, unpacker);
+    };
+    return ranks.work(workers, std::move(loop), [&](std::int64_t item) {
+        body(item);
+        is_newer_[static_cast<std::size_t>(item)] = 1;
+        return true;
+    });
+}
+
+template <typename Fields>
+void ItemStates::bring_to_rank_0(Ranks& ranks, std::string_view what, Fields&& fields) {
+    Packer packer;
+    for (std::size_t i = 0; i < is_here_.size() && !ranks.leads(); ++i) {
+        if (!is_here_[i] || !std::exchange(is_newer_[i], std::uint8_t{0})) continue;
+        const auto item = static_cast<std::int64_t>(i);
+        packer(item);
+        fields(item, packer);
+    }
+    const auto all = ranks.gather(what, packer.take());
+    for (std::size_t r = 1; r < all.size(); ++r) {
+        Unpacker unpacker(all[r]);
+        while (!unpacker.empty()) {
+            std::int64_t item = 0;
+            unpacker(item);
+            fields(item, unpacker);
+        }
+    }
 }
 
 // What rank 0 found by a clock or of its machine, on all ranks.

@@ -135,10 +135,8 @@ class Run {
                 }
                 case Order::sweep_tiles: {
                     const TimedPhase timed(imaging_);
-                    exchange_->render(options_.workers, {}, [&](std::size_t tile) {
-                        render_tile(*estimator, order.sweep, tile);
-                        return true;
-                    });
+                    exchange_->render(options_.workers, {},
+                                      [&](std::size_t tile) { render_tile(*estimator, order.sweep, tile); });
                     break;
                 }
                 case Order::decide:
@@ -147,8 +145,8 @@ class Run {
                 case Order::allocate:
                     exchange_->share_allocation();
                     break;
-                case Order::count_rays:
-                    exchange_->all_rays();
+                case Order::count:
+                    exchange_->count();
                     break;
                 case Order::bring_together:
                     exchange_->bring_together();
@@ -201,7 +199,7 @@ class Run {
             sweep_tiles,
             decide,
             allocate,
-            count_rays,
+            count,
             bring_together,
             report,
             end
@@ -468,7 +466,6 @@ class Run {
                 render_tile(estimator, sweep, tile);
                 done += states_[tile].samples - before;
                 ++own;
-                return true;
             });
         for (const std::int64_t tile : others) done += note(sweep, static_cast<std::size_t>(tile));
         progress.tile(static_cast<int>(done - told));
@@ -657,8 +654,10 @@ class Run {
         return exchange_ ? exchange_->bad_samples() : tiles_.bad_samples();
     }
     std::uint64_t rays_so_far() const {
-        order({.kind = Order::count_rays});
-        return exchange_ ? exchange_->all_rays() : job_.scene.rays();
+        if (!exchange_) return job_.scene.rays();
+        order({.kind = Order::count});
+        exchange_->count();
+        return exchange_->rays();
     }
 
     std::string unit() const {

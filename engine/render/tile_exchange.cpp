@@ -11,13 +11,9 @@ TileExchange::TileExchange(Ranks& ranks, const Scene& scene, const TileRenderer&
       parts_(parts),
       allocation_(allocation),
       states_(states),
-      holders_(ranks.leads() ? states.size() : 0, Ranks::kNobody),
-      here_(states.size()),
-      is_newer_(states.size()) {
+      tiles_on_ranks_(states.size()) {
     for (std::size_t t = 0; ranks.leads() && t < states.size(); ++t) {
-        if (states[t].samples == 0) continue;
-        holders_[t] = 0;
-        here_[t] = 1;
+        if (states[t].samples > 0) tiles_on_ranks_.begin_at_rank_0(ranks, t);
     }
     bad_ = tiles.bad_samples();
 }
@@ -56,39 +52,31 @@ std::vector<std::int64_t> TileExchange::finish_round(const std::vector<std::int6
 }
 
 void TileExchange::bring_together() {
+    count();
+    tiles_on_ranks_.bring_to_rank_0(ranks_, "image", fields());
+}
+
+void TileExchange::count() {
     Packer packer;
     packer(tiles_.bad_samples(), scene_.rays(), scene_.invalid_rays());
-    for (std::size_t t = 0; t < here_.size() && !ranks_.leads(); ++t) {
-        if (!here_[t] || !is_newer_[t]) continue;
-        packer(t);
-        fields_of(static_cast<std::int64_t>(t), packer);
-        is_newer_[t] = 0;
-    }
-    const auto all = ranks_.gather("image", packer.take());
-    bad_ = tiles_.bad_samples();
-    rays_ = scene_.rays();
-    invalid_rays_ = scene_.invalid_rays();
-    for (std::size_t r = 1; r < all.size(); ++r) {
-        Unpacker unpacker(all[r]);
+    bad_ = {};
+    rays_ = invalid_rays_ = 0;
+    for (const std::span<const std::byte> bytes : ranks_.gather("counts", packer.take())) {
         BadSamples bad;
         std::uint64_t rays = 0, invalid_rays = 0;
+        Unpacker unpacker(bytes);
         unpacker(bad, rays, invalid_rays);
         bad_.add(bad);
         rays_ += rays;
         invalid_rays_ += invalid_rays;
-        while (!unpacker.empty()) {
-            std::size_t t = 0;
-            unpacker(t);
-            fields_of(static_cast<std::int64_t>(t), unpacker);
-        }
     }
 }
 
 void TileExchange::decide(int done) {
     if (!SampleAllocation::is_decision(done)) return;
     Packer packer;
-    for (std::size_t t = 0; t < here_.size() && !ranks_.leads(); ++t) {
-        if (!here_[t]) continue;
+    for (std::size_t t = 0; t < states_.size() && !ranks_.leads(); ++t) {
+        if (!tiles_on_ranks_.is_here(t)) continue;
         packer(t);
         for_each_block(static_cast<std::int64_t>(t),
                        [&](int block) { allocation_->fields_for_decision(block, done, packer); });
@@ -114,19 +102,6 @@ void TileExchange::share_allocation() {
     if (ranks_.leads()) return;
     Unpacker unpacker(bytes);
     allocation_->fields(unpacker);
-}
-
-std::uint64_t TileExchange::all_rays() {
-    Packer packer;
-    packer(scene_.rays());
-    std::uint64_t sum = 0;
-    for (const std::span<const std::byte> bytes : ranks_.gather("rays", packer.take())) {
-        std::uint64_t rays = 0;
-        Unpacker unpacker(bytes);
-        unpacker(rays);
-        sum += rays;
-    }
-    return sum;
 }
 
 }  // namespace lucerna

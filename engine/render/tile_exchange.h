@@ -35,19 +35,18 @@ class TileExchange {
     template <typename Render>
     std::vector<std::int64_t> render(const Workers& workers, Ranks::Loop loop, Render&& render);
 
-    // Rank 0's film, and parts, and allocation, have the sums of all tiles.
+    // Rank 0's film, and parts, and allocation, have the sums of all tiles; and the counts.
     void bring_together();
     // SampleAllocation::decide(done), on what all ranks saw.
     void decide(int done);
     // All ranks allocate as rank 0.
     void share_allocation();
 
-    // At rank 0, as it was when tiles were last brought together: of all ranks.
+    // What all ranks have counted so far; at rank 0 the next three tell.
+    void count();
     const BadSamples& bad_samples() const { return bad_; }
     std::uint64_t rays() const { return rays_; }
     std::uint64_t invalid_rays() const { return invalid_rays_; }
-    // The same now.
-    std::uint64_t all_rays();
 
     // Tiles by this rank, rounds counted apart.
     std::uint64_t rendered() const { return rendered_; }
@@ -56,6 +55,9 @@ class TileExchange {
     std::vector<std::int64_t> finish_round(const std::vector<std::int64_t>& own);
     template <typename Archive>
     void fields_of(std::int64_t tile, Archive& archive);
+    auto fields() {
+        return [this](std::int64_t tile, auto& archive) { fields_of(tile, archive); };
+    }
     template <typename Visit>
     void for_each_block(std::int64_t tile, Visit&& visit) const;
 
@@ -66,9 +68,7 @@ class TileExchange {
     PartFilms* parts_;
     SampleAllocation* allocation_;
     std::span<TileState> states_;
-    std::vector<int> holders_;            // rank 0: by tile
-    std::vector<std::uint8_t> here_;      // tiles whose sums are on this rank
-    std::vector<std::uint8_t> is_newer_;  // than what rank 0 has of them
+    ItemStates tiles_on_ranks_;
     BadSamples bad_;
     std::uint64_t rays_ = 0, invalid_rays_ = 0;
     std::uint64_t rendered_ = 0;
@@ -76,27 +76,9 @@ class TileExchange {
 
 template <typename Render>
 std::vector<std::int64_t> TileExchange::render(const Workers& workers, Ranks::Loop loop, Render&& render) {
-    loop.holders = holders_;
-    loop.moved = [this](std::int64_t tile, int rank) { holders_[static_cast<std::size_t>(tile)] = rank; };
-    loop.give = [this](std::int64_t tile) {
-        here_[static_cast<std::size_t>(tile)] = 0;
-        Packer packer;
-        fields_of(tile, packer);
-        return packer.take();
-    };
-    loop.take = [this](std::int64_t tile, std::vector<std::byte> state) {
-        const auto t = static_cast<std::size_t>(tile);
-        here_[t] = 1;
-        if (state.empty()) return;
-        is_newer_[t] = 1;
-        Unpacker unpacker(state);
-        fields_of(tile, unpacker);
-    };
-    const std::vector<std::int64_t> own = ranks_.work(workers, std::move(loop), [&](std::int64_t tile) {
-        if (!render(static_cast<std::size_t>(tile))) return false;
-        is_newer_[static_cast<std::size_t>(tile)] = 1;
-        return true;
-    });
+    const std::vector<std::int64_t> own =
+        tiles_on_ranks_.work(workers, std::move(loop), fields(),
+                             [&](std::int64_t tile) { render(static_cast<std::size_t>(tile)); });
     rendered_ += own.size();
     return finish_round(own);
 }

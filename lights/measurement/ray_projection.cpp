@@ -222,6 +222,7 @@ FilterSums::FilterSums(const Rig& of) : rig(of) {
                    "fewer views or pixels are accepted");
     positive.resize(rig.coefficients());
     negative.resize(rig.coefficients());
+    rows = ItemStates(static_cast<std::size_t>(rig.views.y));
 }
 
 void FilterSums::separate_colours() {
@@ -241,65 +242,12 @@ void FilterSums::separate_colours() {
 void FilterSums::begin_at_rank_0(Ranks& ranks) {
     tint = ranks.agree(tint);
     if (ranks.agree(coloured())) separate_colours();
-    const auto rows = static_cast<std::size_t>(rig.views.y);
-    holders.assign(rows, 0);
-    is_newest.assign(rows, ranks.leads());
+    for (std::size_t n = 0; n < static_cast<std::size_t>(rig.views.y); ++n) rows.begin_at_rank_0(ranks, n);
 }
 
 void FilterSums::bring_to_rank_0(Ranks& ranks) {
-    Packer packer;
-    for (int n = 0; n < rig.views.y && !ranks.leads(); ++n) {
-        if (!is_newest[static_cast<std::size_t>(n)]) continue;
-        packer(n);
-        fields_of_row(n, packer);
-    }
-    const auto all = ranks.gather("filter sums", packer.take());
-    for (std::size_t r = 1; r < all.size(); ++r) {
-        Unpacker unpacker(all[r]);
-        while (!unpacker.empty()) {
-            int n = 0;
-            unpacker(n);
-            fields_of_row(n, unpacker);
-        }
-    }
+    rows.bring_to_rank_0(ranks, "filter sums", fields());
 }
-
-namespace {
-
-// Calls body(n) for every row of filters, on the rank that has it or can begin it soonest.
-template <typename Body>
-std::vector<std::int64_t> for_rows_by_ranks(FilterSums& sums, const Workers& workers, Body&& body) {
-    Ranks& ranks = *workers.ranks;
-    const auto rows = static_cast<std::size_t>(sums.rig.views.y);
-    if (sums.is_newest.empty()) {  // of black sums any rank can begin
-        sums.holders.assign(rows, Ranks::kNobody);
-        sums.is_newest.assign(rows, 0);
-    }
-    Ranks::Loop loop;
-    if (ranks.leads()) {
-        for (std::size_t n = 0; n < rows; ++n) loop.items.push_back(static_cast<std::int64_t>(n));
-        loop.holders = sums.holders;
-    }
-    loop.moved = [&sums](std::int64_t n, int rank) { sums.holders[static_cast<std::size_t>(n)] = rank; };
-    loop.give = [&sums](std::int64_t n) {
-        Packer packer;
-        sums.fields_of_row(static_cast<int>(n), packer);
-        sums.is_newest[static_cast<std::size_t>(n)] = 0;
-        return packer.take();
-    };
-    loop.take = [&sums](std::int64_t n, const std::vector<std::byte>& state) {
-        sums.is_newest[static_cast<std::size_t>(n)] = 1;
-        if (state.empty()) return;
-        Unpacker unpacker(state);
-        sums.fields_of_row(static_cast<int>(n), unpacker);
-    };
-    return ranks.work(workers, std::move(loop), [&](std::int64_t n) {
-        body(n);
-        return true;
-    });
-}
-
-}  // namespace
 
 bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& workers,
               const RayTints& tints) {
@@ -336,8 +284,11 @@ bool add_rays(FilterSums& sums, std::span<const LampRay> rays, const Workers& wo
         squares[static_cast<std::size_t>(row)] = sum;
     };
     if (workers.ranks) {
+        Ranks::Loop loop;
+        for (std::int64_t row = 0; workers.ranks->leads() && row < sums.rig.views.y; ++row)
+            loop.items.push_back(row);
         Packer packer;
-        for (const std::int64_t row : for_rows_by_ranks(sums, workers, add_row))
+        for (const std::int64_t row : sums.rows.work(workers, std::move(loop), sums.fields(), add_row))
             packer(row, squares[static_cast<std::size_t>(row)]);
         for (const std::span<const std::byte> own : workers.ranks->gather("squares", packer.take())) {
             Unpacker unpacker(own);

@@ -169,8 +169,10 @@ struct FilterSums {
             }
         }
     }
-    std::vector<int> holders;     // at rank 0, by row: Ranks::Loop
-    std::vector<char> is_newest;  // by row, here
+    auto fields() {
+        return [this](std::int64_t n, auto& archive) { fields_of_row(static_cast<int>(n), archive); };
+    }
+    ItemStates rows;
 };
 
 // Rays in the lamp's frame, as the rig's centre is. Those that do not go towards +z are booked and left out.
