@@ -149,6 +149,9 @@ inline void on_ranks(int size, std::vector<int> threads, const std::function<voi
                 const int own = threads[std::min(static_cast<std::size_t>(r), threads.size() - 1)];
                 Ranks rank(std::make_unique<ThreadCommunicator>(hub, r), own);
                 body(rank);
+            } catch (const Stopped&) {  // by all of them: another may still be where they meet
+                const std::lock_guard lock(mutex);
+                if (!failure) failure = std::current_exception();
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (!failure) failure = std::current_exception();
