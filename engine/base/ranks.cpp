@@ -204,7 +204,7 @@ std::vector<std::byte> Ranks::answer(int from, const Request& request, std::span
             break;  // kFetch
     }
     const std::lock_guard lock(mutex_);
-    return loop_.give(request.item);
+    return loop_.give ? loop_.give(request.item) : std::vector<std::byte>();
 }
 
 // Looks for messages, soon after one has come or a loop has begun, and less and less often: looking takes
@@ -262,10 +262,11 @@ void Ranks::deliver(std::int64_t item) {
 }
 
 void Ranks::take_delivery(std::int64_t item, int from, std::span<const std::byte> made) {
-    // The loop stays as long as one is at work who delivers.
+    const std::lock_guard arriving(arriving_);
     std::unique_lock lock(mutex_);
     const auto arrived = loop_.arrived;
     lock.unlock();
+    if (!arrived) return;
     try {
         arrived(item, from, made);
     } catch (...) {
@@ -280,6 +281,13 @@ void Ranks::end_deliveries() {
     all_gather("end", {});
     const std::lock_guard lock(mutex_);
     if (failure_) std::rethrow_exception(failure_);
+}
+
+void Ranks::forget_loop() {
+    const std::lock_guard arriving(arriving_);
+    const std::lock_guard lock(mutex_);
+    loop_ = {};
+    ended_ = true;
 }
 
 bool Ranks::asked_to_stop() {

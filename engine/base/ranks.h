@@ -219,6 +219,8 @@ class Ranks {
     void deliver(std::int64_t item);
     void take_delivery(std::int64_t item, int from, std::span<const std::byte> made);
     void end_deliveries();
+    // Before an exception takes away what the loop refers to: others may still ask about it.
+    void forget_loop();
     std::vector<std::byte> answer(int from, const Request& request, std::span<const std::byte> made);
     void serve();
     void hurry(bool leave);
@@ -241,6 +243,7 @@ class Ranks {
     std::exception_ptr failure_;  // of a delivery
     std::atomic<bool> failed_{false};
     std::mutex delivering_;  // one message at a time
+    std::mutex arriving_;    // while Loop::arrived runs
     std::mutex stop_mutex_;
     std::optional<Stopwatch> since_asked_;  // whether to stop
     std::atomic<bool> told_to_stop_{false};
@@ -279,22 +282,28 @@ class RanksMonitor final : public Monitor {
 template <typename Body>
 std::vector<std::int64_t> Ranks::work(const Workers& workers, Loop loop, Body&& body) {
     begin(std::move(loop));
-    Share share(*this, workers.threads);
-    parallel_chunks(workers, workers.threads, [&](std::int64_t /*thread*/) {
-        try {
-            while (const auto item = share.next()) {
-                const Stopwatch clock;
-                if (!body(*item)) continue;
-                const double seconds = clock.seconds();
-                if (loop_.made && !leads()) deliver(*item);
-                share.done(*item, seconds);
+    std::vector<std::int64_t> own;
+    try {
+        Share share(*this, workers.threads);
+        parallel_chunks(workers, workers.threads, [&](std::int64_t /*thread*/) {
+            try {
+                while (const auto item = share.next()) {
+                    const Stopwatch clock;
+                    if (!body(*item)) continue;
+                    const double seconds = clock.seconds();
+                    if (loop_.made && !leads()) deliver(*item);
+                    share.done(*item, seconds);
+                }
+            } catch (...) {
+                share.give_up();
+                throw;
             }
-        } catch (...) {
-            share.give_up();
-            throw;
-        }
-    });
-    std::vector<std::int64_t> own = share.finish();
+        });
+        own = share.finish();
+    } catch (...) {
+        forget_loop();
+        throw;
+    }
     if (loop_.made) end_deliveries();
     return own;
 }

@@ -117,6 +117,37 @@ TEST(SharedWork, WhatCannotArrive_StopsAllAndIsThrownByRank0) {
     on_ranks(2, {1}, broken);
 }
 
+// What the loop refers to is gone then.
+TEST(SharedWork, WhereRank0Fails_NothingArrivesAnyMore) {
+    std::atomic<int> begun{0}, late{0};
+    std::atomic<bool> has_failed{false};
+    const auto failing = [&](Ranks& ranks) {
+        Ranks::Loop loop;
+        if (ranks.leads()) loop.items.assign(1000, 0);
+        loop.one_by_one = true;
+        loop.made = [](std::int64_t) { return std::vector<std::byte>(1); };
+        loop.arrived = [&](std::int64_t, int, std::span<const std::byte>) { late += has_failed ? 1 : 0; };
+        try {
+            ranks.work({1}, std::move(loop), [&](std::int64_t) {
+                if (ranks.leads()) {
+                    while (begun < 2) std::this_thread::yield();
+                    throw InputError("a full disk");
+                }
+                ++begun;
+                while (begun >= 2 && !has_failed) std::this_thread::yield();
+                return true;
+            });
+        } catch (const InputError&) {
+            has_failed = true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));  // while it comes
+            throw;
+        }
+    };
+    EXPECT_THROW(on_ranks(2, {1}, failing), InputError);
+    EXPECT_EQ(begun, 2);
+    EXPECT_EQ(late, 0);
+}
+
 class SharedWorkOf : public ::testing::TestWithParam<bool> {
   protected:
     static EmitterModel lamp(bool coloured) {
