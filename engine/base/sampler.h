@@ -36,7 +36,8 @@ enum class Purpose : std::uint32_t {
     tile,
     importance,
     splitting,
-    camera_of_second_half
+    camera_of_second_half,
+    receiver
 };
 
 class Sampler {

@@ -35,6 +35,7 @@ constexpr const char* kRunFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna import model.glb -o model.pbrt
   lucerna compare room.exr reference.exr
+  lucerna lux room.pbrt --height 0.75 -o lux.csv
   lucerna study direct.toml -o out/direct
   lucerna info --integrators
 
@@ -106,6 +107,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_merge_command(program, context);
         add_compare_command(program, context);
         add_study_command(program, context);
+        add_lux_command(program, context);
         add_info_command(program, context);
         if (argc < 2) {
             out << program.help();

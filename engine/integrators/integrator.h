@@ -32,6 +32,10 @@ struct CameraRay {
     // Gets what the sample's radiance is made of, black before; null: nobody asks. The radiance is the same,
     // bit for bit, with and without.
     LightParts* parts = nullptr;
+    // In the place of the first surface along the ray, which is then along its normal: of a point of a
+    // calculation surface (engine/scene/receiver.h), by methods with illuminance for their quantity. Null:
+    // what the ray meets.
+    const Hit* receiver = nullptr;
     // Lamps whose emission the sample does not count where the ray itself meets them; null: none.
     const LampSet* but = nullptr;
 
@@ -66,6 +70,8 @@ class Integrator {
                                                  OnceStatistics& statistics) const = 0;
     // What a session would build for this scene, a line each; nothing for a method that only traces rays.
     virtual std::vector<std::string> describe(const Scene& /*scene*/) const { return {}; }
+    // Whether its estimators look at CameraRay::receiver.
+    virtual bool takes_receivers() const { return false; }
     // Why this method cannot tell of the scene's light groups what each brings, and what could; empty: it
     // can.
     virtual std::string why_no_light_groups() const { return {}; }

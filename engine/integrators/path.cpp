@@ -51,6 +51,7 @@ class PathEstimator final : public Estimator {
         const bool meter = settings_.quantity == Quantity::illuminance;
         const PartsSink parts(camera.parts);
         Path path{camera.ray};
+        path.receiver = camera.receiver;
         path.rule = camera.rule();
         const Rgb result =
             follow(path, kGlassSplits, sampler, meter ? parts.times(meter_reading(Rgb(1))) : parts);
@@ -82,6 +83,7 @@ class PathEstimator final : public Estimator {
         float eta_scale = 1;
         EmissionRule rule = EmissionRule::all();
         int bounce = 0;
+        const Hit* receiver = nullptr;  // in the place of the first surface
         // How many times more densely directions were drawn than by the BSDFs alone.
         float density_ratio = 1;
     };
@@ -90,9 +92,9 @@ class PathEstimator final : public Estimator {
     // followed both ways. `parts`: of the path, but for its throughput.
     Rgb follow(Path path, int splits, Sampler& sampler, PartsSink parts, float* ratio = nullptr) const {
         Rgb result(0);
-        auto& [ray, throughput, eta_scale, rule, bounce, density_ratio] = path;
+        auto& [ray, throughput, eta_scale, rule, bounce, receiver, density_ratio] = path;
         for (; bounce < kMaxBounces; ++bounce) {
-            const auto hit = scene_.intersect(ray);
+            const auto hit = bounce == 0 && receiver ? std::optional(*receiver) : scene_.intersect(ray);
             const bool metered = settings_.quantity == Quantity::illuminance && bounce == 0;
             if (!metered) result += throughput * emission(scene_, ray, hit, rule, parts.times(throughput));
             if (!hit || (settings_.max_depth > 0 && bounce >= settings_.max_depth)) break;
@@ -121,7 +123,7 @@ class PathEstimator final : public Estimator {
                     if (const auto& way = split->fainter) {
                         const Ray other{hit->at.towards(way->wi), way->wi};
                         result += follow({other, throughput * way->weight, eta_scale * way->eta_scale,
-                                          EmissionRule::all(), bounce + 1, density_ratio},
+                                          EmissionRule::all(), bounce + 1, nullptr, density_ratio},
                                          splits, own, parts.past_mirror());
                     }
                     u = split->brighter;
@@ -209,7 +211,9 @@ Rgb MediaPathEstimator::Li_of(const CameraRay& camera, Sampler& sampler) const {
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
     for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
         const bool metered = meter && bounce == 0;
-        const Segment segment = metered ? metered_segment(path) : propagate(path, sampler);
+        const Segment segment = camera.receiver ? Segment{*camera.receiver, {}}
+                                : metered       ? metered_segment(path)
+                                                : propagate(path, sampler);
         if (!segment.hit && !segment.scattered) break;
         if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
         if (!scatter(path, segment, metered, sampler)) break;
@@ -396,6 +400,7 @@ class PathSession final : public Session {
 class PathIntegrator final : public Integrator {
   public:
     explicit PathIntegrator(const PathSettings& settings) : settings_(settings) {}
+    bool takes_receivers() const override { return true; }
     std::unique_ptr<const Session> begin(const RenderContext& context,
                                          OnceStatistics& statistics) const override {
         std::optional<GuideMap> light_guides;

@@ -569,6 +569,13 @@ void DirectiveReader::shape() {
         params.depart_unused();
 }
 
+void DirectiveReader::calculation_surface() {
+    const std::string name = quoted("the name of the surface");
+    Params params = parameters(name, "surface");
+    read_calculation_surface(reading_, name, params);
+    params.depart_unused();
+}
+
 void DirectiveReader::volume() {
     reading_.old_dialect = true;
     const std::string kind = quoted("a kind of volume");

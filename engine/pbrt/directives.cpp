@@ -37,6 +37,7 @@ const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
         {"ConcatTransform", anywhere, &R::concat_transform},
         {"CoordSysTransform", anywhere, &R::coord_sys_transform},
         {"CoordinateSystem", anywhere, &R::coordinate_system},
+        {"CalculationSurface", world_only, &R::calculation_surface},
         {"Film", options_only, &R::film},
         {"Identity", anywhere, &R::identity},
         {"Import", anywhere, &R::import},
@@ -380,8 +381,9 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
 }
 
 Params DirectiveReader::parameters(std::string_view kind, std::string_view target) {
-    Params params = Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_,
-                                 reading_.leniency, target == "light" && is_own_light(kind));
+    Params params =
+        Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_, reading_.leniency,
+                     target == "surface" || (target == "light" && is_own_light(kind)));
     // An included file may end within a list, which the including one goes on with.
     while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
         close_file();

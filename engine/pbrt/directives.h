@@ -132,6 +132,7 @@ class DirectiveReader {
     void complete_object();
     void object_instance();
     void shape();
+    void calculation_surface();
     void light_source();
     void area_light_source();
 

@@ -20,6 +20,7 @@
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/tokens.h"
 #include "engine/render/job.h"
+#include "engine/scene/calculation_surface.h"
 #include "engine/scene/material.h"
 #include "engine/scene/medium.h"
 #include "engine/scene/mesh.h"
@@ -187,6 +188,7 @@ struct Draft : DraftShapes {
     int spp = 16;
     int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
     IntegratorSettings integrator;
+    std::vector<CalculationSurface> surfaces;  // in world space
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;
 };

@@ -16,6 +16,7 @@ Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
     const int spp = draft.spp;
+    std::vector<CalculationSurface> surfaces = std::move(draft.surfaces);
     std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     const Phase phase(monitor, "build scene", 0);
@@ -24,6 +25,8 @@ Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
             film,
             integrator,
             spp,
+            {},
+            std::move(surfaces),
             std::move(files),
             std::move(caches)};
 }

@@ -102,6 +102,7 @@ std::string accepted_measured_media(std::string_view instead_of);
 // One reader per kind of directive; each in the file of its name. `kind` is the quoted word after the
 // directive.
 void read_shape(Reading& reading, const std::string& kind, Params& params);
+void read_calculation_surface(Reading& reading, const std::string& name, Params& params);
 // Named after its kind.
 Material read_material(Reading& reading, const std::string& kind, Params& params);
 NamedTexture read_texture(Reading& reading, const std::string& kind, Params& params);

@@ -1,6 +1,7 @@
 // Everything a scene file asks for: what the reader makes and the renderer takes.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "engine/base/working_space.h"
 #include "engine/integrators/settings.h"
+#include "engine/scene/calculation_surface.h"
 #include "engine/scene/camera.h"
 #include "engine/scene/render_context.h"
 #include "engine/scene/scene.h"
@@ -49,12 +51,32 @@ struct FilmSettings {
     V2i rendered_size() const { return crop_end == V2i(0, 0) ? V2i(width, height) : crop_end - crop_begin; }
 };
 
+// Points whose illuminance is measured, in the place of what a camera sees: each by several pixels that do
+// not depend on each other, so that how far they differ tells the error of their mean. Pixel (x, y) of the
+// film is head y width + x of all; so many in a row are of one point.
+struct Receivers {
+    std::vector<Receiver> points;
+    int heads = 1;  // of each point, >= 1
+
+    bool empty() const { return points.empty(); }
+    // Pixels beyond the last point's measure that one once more.
+    const Receiver& of(std::int64_t pixel) const {
+        const auto last = static_cast<std::int64_t>(points.size()) - 1;
+        return points[static_cast<std::size_t>(std::min(pixel / heads, last))];
+    }
+};
+
 struct Job {
     Scene scene;
     Camera camera;
     FilmSettings film;
     IntegratorSettings integrator;
     int spp = 16;  // camera samples per pixel
+    // If there are any, the image is theirs, and its quantity illuminance. They have no denoiser and no parts
+    // of a picture, and stand in an image of film.width x film.height pixels.
+    Receivers receivers = {};
+    // Calculation surfaces that the scene names; `receivers` may measure on them.
+    std::vector<CalculationSurface> surfaces = {};
     // What the scene was read from, the scene file first; empty for one made in memory.
     std::vector<std::filesystem::path> files = {};
     // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.

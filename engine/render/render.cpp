@@ -238,7 +238,7 @@ class Run {
     }
 
     void look_at_features() {
-        if (!job_.film.two_halves && !job_.film.parts) return;
+        if (!job_.film.two_halves && !(job_.film.parts && job_.receivers.empty())) return;
         order({.kind = Order::features});
         const TimedPhase timed(preparing_);
         features_ = render_features(job_, options_.seed, kMostFeatureSamples, options_.workers, monitor_);
@@ -251,12 +251,16 @@ class Run {
         order({.kind = Order::begin, .seconds = seconds});
         return make_session(seconds);
     }
+    std::optional<View> view() const {
+        if (!job_.receivers.empty()) return std::nullopt;  // no camera sees them
+        return view_of(job_);
+    }
     std::unique_ptr<const Session> make_session(double seconds) {
         const TimedPhase timed(preparing_);
         const Deadline prepared = Deadline::after(seconds);
-        auto session = integrator_->begin({job_.scene, options_.seed, options_.workers, monitor_,
-                                           view_of(job_), prepared, job_.film.two_halves},
-                                          report_.once);
+        auto session = integrator_->begin(
+            {job_.scene, options_.seed, options_.workers, monitor_, view(), prepared, job_.film.two_halves},
+            report_.once);
         return monitor_.stopped() ? nullptr : std::move(session);
     }
 
@@ -606,7 +610,7 @@ class Run {
         }
         if (denoised && parts_) {
             result.parts = parts_->develop(job_.film.scale, job_.film.colours);
-            add_channels(*result.parts, features_.more, "");
+            if (job_.receivers.empty()) add_channels(*result.parts, features_.more, "");
         }
         if (!denoised || !film_.has_two_halves()) return result;
         result.layers = layers();
@@ -711,6 +715,10 @@ class Run {
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
     if (options.maps.any() && !std::holds_alternative<PhotonMapSettings>(job.integrator)) {
         throw InputError(fmt::format("only photonmap keeps its maps in files; the integrator is {}",
+                                     integrator_name(job.integrator)));
+    }
+    if (!job.receivers.empty() && !make_integrator(job.integrator)->takes_receivers()) {
+        throw InputError(fmt::format("{} does not work out the illuminance of points in space; path does",
                                      integrator_name(job.integrator)));
     }
     require_image_memory(job, options);

@@ -13,6 +13,7 @@ constexpr std::uint32_t kSmallLampsBranch = 0x51a;
 }  // namespace
 
 CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> half, int index) const {
+    if (!job_.receivers.empty()) return receiver_sample(at, index);
     // Numbers go by the place in the whole picture: a part of it is the same picture, cut out.
     const V2i whole = at + job_.film.crop_begin;
     const ImageSamplers& samplers = halves_[static_cast<std::size_t>(half.value_or(0))];
@@ -24,8 +25,18 @@ CameraSampler::Sample CameraSampler::sample(const V2i& at, std::optional<int> ha
     return {{job_.camera.ray(film, lens), film, half}, place.weight, sampler, whole};
 }
 
+// Stratified on its own: heads of one point must not depend on each other, as pixels of a picture may.
+CameraSampler::Sample CameraSampler::receiver_sample(const V2i& at, int index) const {
+    const std::int64_t pixel = std::int64_t{at.y} * job_.film.width + at.x;
+    Sampler sampler = Sampler::stratified(seed_, Purpose::receiver, static_cast<std::uint64_t>(pixel),
+                                          static_cast<std::uint32_t>(index));
+    const Hit hit = receiver_hit(job_.receivers.of(pixel), sampler.next2(), job_.scene);
+    return {{Ray{hit.at.towards(hit.at.n), -hit.at.n}}, 1, sampler, at, hit};
+}
+
 Film::Sample CameraSampler::radiance(const Estimator& estimator, Sample sample, LightParts* parts) const {
     sample.camera.parts = parts;
+    if (sample.receiver) sample.camera.receiver = &*sample.receiver;
     const auto lamps = lamps_ ? lamps_->in_reach(sample.pixel) : SmallLamps::InReach();
     if (!lamps) return {estimator.Li_of(sample.camera, sample.sampler), sample.weight};
     sample.camera.but = &lamps_->lamps();

@@ -28,6 +28,7 @@ class CameraSampler {
     CameraSampler(const Job& job, std::uint64_t seed, int samples_per_pass, const SmallLamps* lamps)
         : job_(job),
           lamps_(lamps),
+          seed_(seed),
           run_(std::max(1, samples_per_pass)),
           halves_{ImageSamplers(seed, Purpose::camera), ImageSamplers(seed, Purpose::camera_of_second_half)},
           filter_(job.film.filter) {}
@@ -37,6 +38,7 @@ class CameraSampler {
         float weight;     // FilterSampler's
         Sampler sampler;  // for what follows
         V2i pixel;        // of the whole picture
+        std::optional<Hit> receiver = {};
     };
     // `at` counts from the corner of what is rendered.
     Sample sample(const V2i& at, int number) const {
@@ -55,8 +57,11 @@ class CameraSampler {
     }
 
   private:
+    Sample receiver_sample(const V2i& at, int index) const;
+
     const Job& job_;
     const SmallLamps* lamps_;
+    std::uint64_t seed_;
     int run_;
     std::array<ImageSamplers, 2> halves_;
     FilterSampler filter_;

@@ -35,10 +35,11 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"engine/integrators", {"engine/vpl"}},
     {"engine/denoise", {"engine/base"}},
     {"engine/render", {"engine/integrators", "engine/denoise"}},
+    {"engine/photometry", {"engine/render"}},
     {"engine/pbrt", {"engine/render"}},
     {"engine/gltf", {"engine/base"}},
     {"engine/evaluation", {"engine/pbrt"}},
-    {"engine/cli", {"engine/evaluation", "engine/gltf", "lights/measurement"}},
+    {"engine/cli", {"engine/evaluation", "engine/gltf", "engine/photometry", "lights/measurement"}},
 };
 
 // Headers of packages, by their beginning, and the only files that may name them.

@@ -1,0 +1,217 @@
+#include "engine/photometry/glare.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/sampler.h"
+#include "engine/base/stats.h"
+#include "engine/base/warp.h"
+#include "engine/scene/quantity.h"
+#include "engine/transport/direct_light.h"
+
+namespace lucerna {
+namespace {
+
+constexpr double kDegree = kPiD / 180;
+constexpr double kFwhmOverSigma = 2.3548200450309493;
+
+// What an eye sees of all lamps along a direction, luminance.
+double lamps_seen(const Scene& scene, const V3f& eye, const V3f& w) {
+    const Ray ray{eye, w};
+    return double{luminance(emission(scene, ray, scene.intersect(ray), EmissionRule::all()))};
+}
+
+// The sums of one luminaire's samples, in batches whose means are nearly normal.
+class LuminaireSums {
+  public:
+    static constexpr int kBatches = 32;
+
+    // Fields: solid angle, luminance x solid angle, the same over p, the same over p², the square of
+    // luminance x solid angle / p².
+    using Values = std::array<double, 5>;
+    void add(int batch, const Values& values) {
+        for (std::size_t i = 0; i < values.size(); ++i)
+            sums_[static_cast<std::size_t>(batch)][i] += values[i];
+    }
+    // Per sample, with so many in a batch.
+    RunningStats field(std::size_t i, int in_a_batch) const {
+        RunningStats stats;
+        for (const Values& of_batch : sums_) stats.add(of_batch[i] / in_a_batch);
+        return stats;
+    }
+
+  private:
+    std::array<Values, kBatches> sums_{};
+};
+
+Reading95 reading_of(const RunningStats& stats) {
+    return {stats.mean(), student_95(LuminaireSums::kBatches) * stats.standard_error()};
+}
+
+class Eye {
+  public:
+    Eye(const Scene& scene, const Observer& observer, const GlareOptions& options)
+        : scene_(scene), observer_(observer), options_(options), at_(V3f(observer.eye - scene.origin())) {}
+
+    std::vector<GlareSource> sources() const {
+        std::vector<GlareSource> all;
+        for (std::uint32_t light = 0; light < scene_.lights().size(); ++light) {
+            const Light& lamp = *scene_.lights()[light];
+            if (!(lamp.power() > 0) || !lamp.bounds()) continue;  // the sky is no luminaire
+            if (const auto source = look_at(light, lamp)) all.push_back(*source);
+        }
+        return all;
+    }
+
+  private:
+    std::optional<GlareSource> look_at(std::uint32_t light, const Light& lamp) const {
+        std::array<LuminaireSums::Values, LuminaireSums::kBatches> sums{};
+        const int in_a_batch = std::max(1, options_.samples / LuminaireSums::kBatches);
+        parallel_each(options_.workers, LuminaireSums::kBatches, 1, [&](std::size_t batch) {
+            for (int i = 0; i < in_a_batch; ++i) {
+                Sampler sampler =
+                    Sampler::stratified(options_.seed, Purpose::receiver, (std::uint64_t{light} << 8) + batch,
+                                        static_cast<std::uint32_t>(i));
+                add(lamp, sampler, sums[batch]);
+            }
+        });
+        LuminaireSums of_all;
+        for (std::size_t batch = 0; batch < sums.size(); ++batch)
+            of_all.add(static_cast<int>(batch), sums[batch]);
+        const double flux = of_all.field(1, in_a_batch).mean();  // illuminance without its cosine
+        if (!(flux > 0)) return std::nullopt;
+        GlareSource source;
+        source.light = light;
+        source.kind = std::string(lamp.kind());
+        source.solid_angle = of_all.field(0, in_a_batch).mean();
+        source.luminance = flux / source.solid_angle;
+        source.position = flux / of_all.field(2, in_a_batch).mean();
+        const Reading95 seen = reading_of(of_all.field(3, in_a_batch));  // sum of L ω / p²
+        source.even = {source.luminance * seen.value, source.luminance * seen.half_width};
+        source.seen = reading_of(of_all.field(4, in_a_batch));
+        return source;
+    }
+
+    void add(const Light& lamp, Sampler& sampler, LuminaireSums::Values& sums) const {
+        const auto towards = lamp.sample_Li(at_, sampler.next2());
+        const V2f u_blur = sampler.next2();
+        if (!towards || !(towards->pdf_w > 0)) return;  // a density is divided by: that of what was drawn
+        const double p = position_index(observer_, towards->w);
+        if (!std::isfinite(p)) return;
+        if (scene_.closest_hit(Ray{at_, towards->w, towards->distance})) return;
+        const double over_pdf = 1 / double{towards->pdf_w};
+        const double radiance_over_pdf = double{luminance(towards->weight)};
+        if (!(radiance_over_pdf > 0)) return;
+        const double again = options_.blur > 0 ? lamps_seen(scene_, at_, blurred(*towards, u_blur))
+                                               : radiance_over_pdf / over_pdf;
+        sums[0] += over_pdf;
+        sums[1] += radiance_over_pdf;
+        sums[2] += radiance_over_pdf / p;
+        sums[3] += radiance_over_pdf / (p * p);
+        sums[4] += radiance_over_pdf * again / (p * p);
+    }
+
+    // Another direction, normally distributed around the first with twice the filter's variance.
+    V3f blurred(const LightSample& towards, const V2f& u) const {
+        const double sigma = std::sqrt(2.0) * options_.blur / kFwhmOverSigma / double{towards.distance};
+        const double r = sigma * std::sqrt(-2 * std::log1p(-double{u.x})), phi = 2 * kPiD * double{u.y};
+        const V3f local(V3d(r * std::cos(phi), r * std::sin(phi), 1));
+        return Frame(towards.w).to_world(local).normalized();
+    }
+
+    const Scene& scene_;
+    const Observer& observer_;
+    const GlareOptions& options_;
+    V3f at_;
+};
+
+Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource::*term,
+                 const Reading95& background) {
+    double sum = 0, square = 0;
+    for (const GlareSource& source : sources) {
+        sum += (source.*term).value;
+        square += sqr((source.*term).half_width);
+    }
+    if (!(sum > 0)) return {-INFINITY, 0};
+    // Without any background it is infinite; the division is as the formula has it.
+    const double relative = std::hypot(std::sqrt(square) / sum, background.half_width / background.value);
+    return {8 * std::log10(0.25 / background.value * sum), 8 / std::numbers::ln10 * relative};
+}
+
+void check(const Observer& observer) {
+    if (!(observer.view.cross(observer.up).length() > 1e-3F)) {
+        throw InputError({observer.name},
+                         "looks up or down: a line of sight with an upright plane is accepted");
+    }
+}
+
+}  // namespace
+
+double position_index(double from_vertical, double from_view) {
+    const double t = from_vertical, s = from_view;
+    // Below the line of sight: [Iwata and Tokura 1997].
+    if (t > 90) {
+        const double s_rad = s * kDegree, down = std::tan(s_rad);  // R / D, to the side and down
+        return down < 0.6 ? 1 + 0.8 * down : 1 + 1.2 * down;
+    }
+    return std::exp((35.2 - 0.31889 * t - 1.22 * std::exp(-2 * t / 9)) * 1e-3 * s +
+                    (21 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
+}
+
+double position_index(const Observer& observer, const V3f& w) {
+    const V3d view(observer.view), d(w);
+    const double along = view.dot(d);
+    if (!(along > 0)) return INFINITY;
+    const V3d side = view.cross(V3d(observer.up)).normalized(), up = side.cross(view);
+    const double s = std::atan2(view.cross(d).length(), along) / kDegree;
+    const double t = std::atan2(std::fabs(side.dot(d)), up.dot(d)) / kDegree;
+    return position_index(t, s);
+}
+
+std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
+                                  Monitor& monitor) {
+    if (common_unit(job.scene.lights()) != FluxUnit::lumen) {
+        throw InputError(
+            "the lights of the scene do not count in lm: glare is rated by luminance in cd/m^2; a scene with "
+            "Option \"string unit\" \"photometric\" is accepted");
+    }
+    std::vector<CalculationSurface> eyes;
+    for (const Observer& observer : observers) {
+        check(observer);
+        const Frame frame(observer.view);
+        CalculationSurface& eye = eyes.emplace_back();
+        constexpr double kTiny = 1e-4;  // m: a point
+        eye.name = observer.name;
+        eye.u = kTiny * V3d(frame.s);
+        eye.v = kTiny * V3d(frame.t);
+        eye.corner = observer.eye - 0.5 * (eye.u + eye.v);
+        eye.normal = eye.up = observer.view;
+        eye.points = {1, 1};
+    }
+    std::vector<GlareReport> reports;
+    for (const Observer& observer : observers) {
+        GlareReport& report = reports.emplace_back();
+        report.observer = observer;
+        report.sources = Eye(job.scene, observer, options).sources();
+    }
+    IlluminanceOptions how;
+    how.seed = options.seed;
+    how.workers = options.workers;
+    how.seconds = options.seconds;
+    how.precision = options.precision;
+    const IlluminanceReport illuminance = illuminance_on(eyes, std::move(job), how, monitor);
+    for (std::size_t i = 0; i < reports.size(); ++i) {
+        GlareReport& report = reports[i];
+        const PointParts& at_eye = illuminance.surfaces[i].points[0];
+        report.vertical = at_eye.all;
+        // What all of it scatters, its indirect part does at the most.
+        report.background = {at_eye.indirect / kPiD, at_eye.all.half_width / kPiD};
+        report.ugr_even = rating(report.sources, &GlareSource::even, report.background);
+        report.ugr = rating(report.sources, &GlareSource::seen, report.background);
+    }
+    return reports;
+}
+
+}  // namespace lucerna

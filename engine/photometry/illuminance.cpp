@@ -1,0 +1,222 @@
+#include "engine/photometry/illuminance.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "engine/base/error.h"
+#include "engine/render/render.h"
+#include "engine/scene/quantity.h"
+
+namespace lucerna {
+namespace {
+
+// Heads of a point, so that an interval of theirs is worth something, and pixels of an image, so that all
+// threads have tiles.
+constexpr int kLeastHeads = 16;
+constexpr std::int64_t kLeastPixels = 16384;
+constexpr int kWidth = 256;
+// Samples of a head after the first round, and the least and most that a round makes of those before it.
+constexpr int kFirstSamples = 16;
+constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
+// An interval is as wide as its heads happen to scatter: aiming a little lower spares a round.
+constexpr double kAim = 0.95;
+
+// The sums of a point's heads.
+class Heads {
+  public:
+    void add(double value) {
+        ++n_;
+        const double delta = value - mean_;
+        mean_ += delta / n_;
+        m2_ += delta * (value - mean_);
+    }
+    Reading95 reading() const {
+        const double variance_of_mean = n_ > 1 ? m2_ / (n_ - 1) / n_ : 0;
+        return {mean_, student_95(n_) * std::sqrt(variance_of_mean)};
+    }
+
+  private:
+    int n_ = 0;
+    double mean_ = 0, m2_ = 0;
+};
+
+// The luminance of an image's channels PREFIX.R .G .B.
+class LightOf {
+  public:
+    LightOf(const Image& image, const std::string& prefix) : image_(image), first_(find(prefix + "R")) {
+        assert(find(prefix + "G") == first_ + 1 && find(prefix + "B") == first_ + 2);
+    }
+    double operator()(std::size_t pixel) const {
+        const float* rgb = &image_.data[pixel * image_.channels.size() + first_];
+        return double{luminance(Rgb(rgb[0], rgb[1], rgb[2]))};
+    }
+
+  private:
+    std::size_t find(const std::string& channel) const { return find_channel(image_, channel).value(); }
+
+    const Image& image_;
+    std::size_t first_;
+};
+
+// Of a surface whose points are done.
+void sum_up(SurfaceIlluminance& done) {
+    double mean = 0, variance = 0;
+    const auto n = static_cast<double>(done.points.size());
+    done.groups.assign(done.points.front().groups.size(), 0.0);
+    for (const PointParts& point : done.points) {
+        mean += point.all.value / n;
+        variance += sqr(point.all.half_width / n);
+        done.direct += point.direct / n;
+        for (std::size_t g = 0; g < done.groups.size(); ++g) done.groups[g] += point.groups[g] / n;
+    }
+    done.mean = {mean, std::sqrt(variance)};
+    const auto by_value = [](const PointParts& a, const PointParts& b) { return a.all.value < b.all.value; };
+    const auto [least, greatest] = std::minmax_element(done.points.begin(), done.points.end(), by_value);
+    done.least = least->all;
+    done.greatest = greatest->all;
+    if (!(mean > 0)) return;
+    // Of a ratio of two estimates to first order, as if they did not depend on each other: of many points the
+    // least one is little of the mean.
+    const double u0 = done.least.value / mean;
+    done.uniformity = {u0, std::hypot(done.least.half_width, u0 * done.mean.half_width) / mean};
+}
+
+// The surfaces' points as the pixels of an image, and back.
+class PointImage {
+  public:
+    PointImage(std::span<const CalculationSurface> surfaces, Job& job) : surfaces_(surfaces) {
+        Receivers& receivers = job.receivers;
+        for (const CalculationSurface& surface : surfaces) {
+            for (int y = 0; y < surface.points.y; ++y) {
+                for (int x = 0; x < surface.points.x; ++x) receivers.points.push_back(surface.receiver(x, y));
+            }
+        }
+        const auto points = static_cast<std::int64_t>(receivers.points.size());
+        receivers.heads =
+            kLeastHeads * static_cast<int>(std::max<std::int64_t>(1, kLeastPixels / kLeastHeads / points));
+        heads_ = receivers.heads;
+        FilmSettings film;
+        film.width = kWidth;
+        film.height = static_cast<int>((points * heads_ + kWidth - 1) / kWidth);
+        film.parts = true;
+        job.film = film;
+    }
+
+    int heads() const { return heads_; }
+    std::vector<SurfaceIlluminance> read(const RenderResult& result,
+                                         const std::vector<std::string>& groups) const {
+        const Image& parts = result.parts.value();
+        const LightOf all(result.image, ""),
+            direct(parts, std::string(light_part_name(LightPart::direct)) + ".");
+        std::vector<LightOf> by_group;
+        for (const std::string& name : groups) by_group.emplace_back(parts, kLightGroupPrefix + name + ".");
+        std::vector<SurfaceIlluminance> read;
+        std::size_t pixel = 0;
+        for (const CalculationSurface& surface : surfaces_) {
+            SurfaceIlluminance& done = read.emplace_back();
+            done.surface = surface;
+            for (std::size_t i = 0; i < surface.size(); ++i) {
+                Heads heads;
+                PointParts point;
+                point.groups.resize(groups.size());
+                for (int h = 0; h < heads_; ++h, ++pixel) {
+                    heads.add(all(pixel));
+                    point.direct += direct(pixel) / heads_;
+                    for (std::size_t g = 0; g < groups.size(); ++g)
+                        point.groups[g] += by_group[g](pixel) / heads_;
+                }
+                point.all = heads.reading();
+                point.indirect = std::max(0.0, point.all.value - point.direct);
+                done.points.push_back(std::move(point));
+            }
+            sum_up(done);
+        }
+        return read;
+    }
+
+  private:
+    std::span<const CalculationSurface> surfaces_;
+    int heads_ = 1;
+};
+
+double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
+    double worst = 0;
+    for (const SurfaceIlluminance& surface : surfaces) {
+        for (const PointParts& point : surface.points) {
+            if (point.all.half_width > 0) worst = std::max(worst, point.all.half_width / surface.mean.value);
+        }
+    }
+    return worst;
+}
+
+}  // namespace
+
+// Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
+double student_95(int n) {
+    constexpr double z = 1.959963984540054;
+    if (n < 2) return std::numeric_limits<double>::infinity();
+    if (n == 2) return 12.706204736432095;
+    const double v = n - 1, z2 = z * z;
+    return z + z * (z2 + 1) / (4 * v) + z * ((5 * z2 + 16) * z2 + 3) / (96 * v * v) +
+           z * (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (384 * v * v * v);
+}
+
+IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,
+                                 const IlluminanceOptions& options, Monitor& monitor) {
+    if (surfaces.empty()) throw InputError("there is no calculation surface");
+    const std::optional<FluxUnit> unit = common_unit(job.scene.lights());
+    if (!unit) {
+        throw InputError(
+            "some lights of the scene count in W and some in lm: their illuminances cannot be "
+            "added; lights of one unit are accepted");
+    }
+    const Stopwatch clock;
+    PathSettings path;
+    path.quantity = Quantity::illuminance;
+    if (const auto* asked = std::get_if<PathSettings>(&job.integrator)) {
+        path = *asked;
+        path.quantity = Quantity::illuminance;
+    }
+    job.integrator = path;
+    const PointImage points(surfaces, job);
+
+    IlluminanceReport report;
+    report.groups = job.scene.light_groups().names;
+    report.unit = unit_text(Quantity::illuminance, unit);
+    report.heads = points.heads();
+    RenderOptions round;
+    round.seed = options.seed;
+    round.workers = options.workers;
+    round.limits.seconds = options.seconds;
+    Checkpoint kept;
+    round.keep = [&kept](Checkpoint now) { kept = std::move(now); };
+    const bool counts = options.most_samples > 0;
+    job.spp = counts ? options.most_samples : kFirstSamples;
+    for (;;) {
+        const RenderResult result = render(job, round, monitor);
+        if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
+        report.surfaces = points.read(result, report.groups);
+        report.precision = worst_of(report.surfaces);
+        report.samples = result.report.samples_done;
+        report.rays = job.scene.rays();
+        report.ended_by = !result.report.complete                 ? "user"
+                          : report.samples < job.spp              ? "time"
+                          : counts                                ? "samples"
+                          : report.precision <= options.precision ? "precision"
+                                                                  : "";
+        if (!report.ended_by.empty()) break;
+        const double growth = sqr(report.precision / (kAim * options.precision));
+        job.spp = static_cast<int>(std::min<double>(
+            kNoEndOfSamples, std::ceil(job.spp * std::clamp(growth, kLeastGrowth, kMostGrowth))));
+        round.resume = &kept;
+    }
+    report.seconds = clock.seconds();
+    return report;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,80 @@
+// Illuminance on calculation surfaces: at each point with its confidence interval, and what standards ask of
+// the whole (EN 12464-1, CIE 97): mean, least, greatest, uniformity.
+//
+// By the path tracer: it has no bias, so that an interval from how its samples scatter holds what it says.
+// Each point has heads of its own (Receivers, engine/render/job.h), whose samples do not depend on each
+// other; their means are nearly normal, and an interval is Student's for the mean of them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/monitor.h"
+#include "engine/base/parallel.h"
+#include "engine/render/job.h"
+#include "engine/render/stop_rule.h"
+#include "engine/scene/calculation_surface.h"
+
+namespace lucerna {
+
+// An estimate and the half-width of its 95 % confidence interval (coverage factor k = 2 for many heads); lx,
+// or W/m² if lights count in W.
+struct Reading95 {
+    double value = 0, half_width = 0;
+};
+
+// What the light of one point is made of; they add up to it.
+struct PointParts {
+    Reading95 all;
+    double direct = 0;           // from lamps and sky in a straight line
+    double indirect = 0;         // all else
+    std::vector<double> groups;  // by light group of the scene; empty if it has none
+};
+
+struct SurfaceIlluminance {
+    CalculationSurface surface;
+    std::vector<PointParts> points;  // row by row: of (x, y) at y surface.points.x + x
+    Reading95 mean;
+    double direct = 0;           // of the mean
+    std::vector<double> groups;  // of the mean
+    Reading95 least, greatest;   // of the points' estimates, with those points' intervals
+    Reading95 uniformity;        // U_0 = least over mean
+    const PointParts& at(int x, int y) const {
+        return points[static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
+                      static_cast<std::size_t>(x)];
+    }
+};
+
+struct IlluminanceOptions {
+    std::uint64_t seed = 0;
+    Workers workers;
+    double seconds = std::numeric_limits<double>::infinity();
+    // Ends when no point's half-width is more than that share of its surface's mean.
+    double precision = 0.02;
+    int most_samples = 0;  // of each head; > 0: so many, whatever the precision
+};
+
+struct IlluminanceReport {
+    std::vector<SurfaceIlluminance> surfaces;
+    std::vector<std::string> groups;  // the scene's light groups
+    std::string unit;                 // "lx", "W/m^2"
+    double precision = 0;             // reached: the largest half-width over its surface's mean
+    std::string ended_by;             // "precision", "time", "samples", "user"
+    int heads = 0;                    // of each point
+    int samples = 0;                  // of each head
+    std::uint64_t rays = 0;
+    double seconds = 0;
+};
+
+// The job's integrator, film and receivers are replaced. Throws InputError: no surface, no light, lights of
+// both units. Ends early, with what there is, when the monitor says so.
+IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,
+                                 const IlluminanceOptions& options, Monitor& monitor);
+
+// Of the mean of `n` >= 2 normal values, over its standard error: the two-sided 95 % quantile of Student's t
+// with n - 1 degrees of freedom.
+double student_95(int n);
+
+}  // namespace lucerna

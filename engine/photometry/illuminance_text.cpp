@@ -1,0 +1,159 @@
+#include "engine/photometry/illuminance_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/plain_text.h"
+#include "engine/scene/light_parts.h"
+
+namespace lucerna {
+namespace {
+
+// As many digits as the interval leaves to tell: its own first two.
+std::string rounded(const Reading95& reading) {
+    if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
+    const int places = std::clamp(1 - static_cast<int>(std::floor(std::log10(reading.half_width))), 0, 9);
+    return fmt::format("{:.{}f} ± {:.{}f}", reading.value, places, reading.half_width, places);
+}
+
+// Of UTF-8 without wide characters.
+std::size_t columns_of(const std::string& text) {
+    return static_cast<std::size_t>(
+        std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
+std::string quoted(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == text.npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+    return quoted + '"';
+}
+
+nlohmann::json json_of(const Reading95& reading) {
+    return {{"value", reading.value}, {"half_width", reading.half_width}};
+}
+
+nlohmann::json json_of(const V3d& v) {
+    return {v.x, v.y, v.z};
+}
+
+nlohmann::json by_group(const IlluminanceReport& report, const std::vector<double>& values) {
+    nlohmann::json groups = nlohmann::json::object();
+    for (std::size_t g = 0; g < values.size(); ++g) groups[report.groups[g]] = values[g];
+    return groups;
+}
+
+}  // namespace
+
+std::string illuminance_text(const IlluminanceReport& report) {
+    std::vector<std::array<std::string, 8>> rows{
+        {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
+    for (const SurfaceIlluminance& surface : report.surfaces) {
+        const CalculationSurface& grid = surface.surface;
+        rows.push_back(
+            {plain_text(grid.name), std::string(kReceiverKinds[static_cast<std::size_t>(grid.kind)]),
+             fmt::format("{} x {}", grid.points.x, grid.points.y), rounded(surface.mean),
+             rounded(surface.least), rounded(surface.greatest), rounded(surface.uniformity),
+             surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
+                                    : "-"});
+    }
+    std::array<std::size_t, 8> widths{};
+    for (const auto& row : rows) {
+        for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], columns_of(row[c]));
+    }
+    std::string text = fmt::format("illuminance in {}, ± half a 95 % confidence interval\n", report.unit);
+    for (const auto& row : rows) {
+        std::string line;
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            line += row[c];
+            if (c + 1 < row.size()) line.append(widths[c] - columns_of(row[c]) + 2, ' ');
+        }
+        text += line + '\n';
+    }
+    return text;
+}
+
+std::string illuminance_csv(const IlluminanceReport& report) {
+    std::string text = fmt::format(
+        "surface,i,j,x,y,z,E [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]", report.unit);
+    for (const std::string& group : report.groups)
+        text += ',' + quoted(fmt::format("{} [{}]", plain_text(group), report.unit));
+    text += '\n';
+    for (const SurfaceIlluminance& surface : report.surfaces) {
+        const std::string name = quoted(plain_text(surface.surface.name));
+        for (int y = 0; y < surface.surface.points.y; ++y) {
+            for (int x = 0; x < surface.surface.points.x; ++x) {
+                const V3d p = surface.surface.position(x, y);
+                const PointParts& point = surface.at(x, y);
+                text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g},{:.7g},{:.3g},{:.7g},{:.7g}", name, x, y,
+                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
+                                    point.indirect);
+                for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
+                text += '\n';
+            }
+        }
+    }
+    return text;
+}
+
+std::string illuminance_json(const IlluminanceReport& report) {
+    nlohmann::json json{{"unit", report.unit},
+                        {"confidence", 0.95},
+                        {"precision", report.precision},
+                        {"ended_by", report.ended_by},
+                        {"heads_of_a_point", report.heads},
+                        {"samples_of_a_head", report.samples},
+                        {"rays", report.rays},
+                        {"seconds", report.seconds},
+                        {"surfaces", nlohmann::json::array()}};
+    for (const SurfaceIlluminance& surface : report.surfaces) {
+        const CalculationSurface& grid = surface.surface;
+        nlohmann::json of{{"name", plain_text(grid.name)},
+                          {"kind", kReceiverKinds[static_cast<std::size_t>(grid.kind)]},
+                          {"corner", json_of(grid.corner)},
+                          {"u", json_of(grid.u)},
+                          {"v", json_of(grid.v)},
+                          {"normal", json_of(V3d(grid.normal))},
+                          {"points", {grid.points.x, grid.points.y}},
+                          {"mean", json_of(surface.mean)},
+                          {"least", json_of(surface.least)},
+                          {"greatest", json_of(surface.greatest)},
+                          {"uniformity", json_of(surface.uniformity)},
+                          {"direct", surface.direct},
+                          {"groups", by_group(report, surface.groups)},
+                          {"values", nlohmann::json::array()}};
+        for (const PointParts& point : surface.points) {
+            of["values"].push_back({{"value", point.all.value},
+                                    {"half_width", point.all.half_width},
+                                    {"direct", point.direct},
+                                    {"indirect", point.indirect},
+                                    {"groups", by_group(report, point.groups)}});
+        }
+        json["surfaces"].push_back(std::move(of));
+    }
+    return json.dump(1) + '\n';
+}
+
+Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
+    const CalculationSurface& grid = surface.surface;
+    std::vector<std::string> channels{"Y", "half_width", "direct", "indirect"};
+    for (const std::string& group : report.groups) channels.push_back(kLightGroupPrefix + group);
+    Image image(grid.points.x, grid.points.y, channels);
+    for (int y = 0; y < grid.points.y; ++y) {
+        for (int x = 0; x < grid.points.x; ++x) {
+            const PointParts& point = surface.at(x, grid.points.y - 1 - y);
+            std::vector<double> values{point.all.value, point.all.half_width, point.direct, point.indirect};
+            values.insert(values.end(), point.groups.begin(), point.groups.end());
+            for (std::size_t c = 0; c < values.size(); ++c)
+                image.value(x, y, static_cast<int>(c)) = static_cast<float>(values[c]);
+        }
+    }
+    image.attributes["lucerna.unit"] = report.unit;
+    image.attributes["lucerna.surface"] = plain_text(grid.name);
+    return image;
+}
+
+}  // namespace lucerna

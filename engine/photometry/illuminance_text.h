@@ -1,0 +1,20 @@
+// What was found of illuminance, for people, for spreadsheets and for programs.
+#pragma once
+
+#include <string>
+
+#include "engine/base/image.h"
+#include "engine/photometry/illuminance.h"
+
+namespace lucerna {
+
+// A table, a line for each surface.
+std::string illuminance_text(const IlluminanceReport& report);
+// A line for each point, under a line of column names (RFC 4180).
+std::string illuminance_csv(const IlluminanceReport& report);
+std::string illuminance_json(const IlluminanceReport& report);
+// A pixel for each point, v upwards. Channels: Y (the illuminance), half_width, direct, indirect and
+// lightgroup.NAME.
+Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceReport& report);
+
+}  // namespace lucerna

@@ -1,0 +1,68 @@
+// A point of a calculation surface: what a photometer's head there reads, in free space, with no surface of
+// the scene behind it.
+//
+// Kinds of illuminance (EN 12665, CIE 17.3), of the radiance L from the direction w with the angle ε to the
+// vertical:
+//
+//   planar            E    = ∫ L max(0, n·w) dw
+//   cylindrical       E_z  = 1/π ∫ L sin ε dw, all sides of a vertical cylinder
+//   semicylindrical   E_sc = 1/π ∫ L (1 + cos α) sin ε dw, the half whose middle faces n; α is w's azimuth
+//                     from n
+//   hemispherical     E_hs = 1/4 ∫ L (1 + n·w) dw, a dome on a base with the normal n
+//   spherical         E_s  = 1/4 ∫ L dw, of which the scalar illuminance E_0 = 4 E_s is four times as much
+//
+// The last four are means of E over heads whose normals are spread evenly over the cylinder, the half of it,
+// the dome and the sphere; so that is how they are estimated, one head for each sample.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include "engine/base/vec.h"
+#include "engine/base/warp.h"
+#include "engine/scene/scene.h"
+
+namespace lucerna {
+
+enum class ReceiverKind : std::uint8_t { planar, cylindrical, semicylindrical, hemispherical, spherical };
+inline constexpr std::string_view kReceiverKinds[] = {"planar", "cylindrical", "semicylindrical",
+                                                      "hemispherical", "spherical"};
+
+struct Receiver {
+    V3d position;  // world, scene units
+    V3f normal;    // unit: of the head; horizontal for a semicylinder; the axis of a cylinder
+    V3f up;        // unit: a semicylinder's axis, normal to `normal`; else not looked at
+    ReceiverKind kind = ReceiverKind::planar;
+};
+
+// The normal of one head of the receiver. `u` uniform in [0,1)².
+inline V3f head_normal(const Receiver& receiver, const V2f& u) {
+    const V3f& n = receiver.normal;
+    switch (receiver.kind) {
+        case ReceiverKind::cylindrical: {
+            const Frame frame(n);
+            const double phi = 2 * kPiD * double{u.x};
+            return frame.to_world(V3f(V3d(std::cos(phi), std::sin(phi), 0)));
+        }
+        case ReceiverKind::semicylindrical: {
+            const double phi = kPiD * (double{u.x} - 0.5);
+            return V3f(std::cos(phi) * V3d(n) + std::sin(phi) * V3d(receiver.up).cross(V3d(n)));
+        }
+        case ReceiverKind::hemispherical:
+        case ReceiverKind::spherical: {
+            const V3f w = square_to_sphere(u);
+            return receiver.kind == ReceiverKind::spherical ? w : face_forward(w, n);
+        }
+        case ReceiverKind::planar:
+            break;
+    }
+    return n;
+}
+
+// That head as the first surface of a path from the eye: white, seen from its front (quantity.h). It is not
+// in the scene, and nothing there knows of it. Rays leave from a little above the point, so that one on a
+// floor is not below it by rounding.
+Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene);
+
+}  // namespace lucerna

@@ -1,0 +1,251 @@
+// Illuminance on calculation surfaces against closed forms, each within its stated interval as often as that
+// says.
+#include "engine/photometry/illuminance.h"
+
+#include <gtest/gtest.h>
+
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <functional>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/pbrt/read_scene.h"
+#include "tests/support/statistics.h"
+
+namespace lucerna {
+namespace illuminance_test {
+
+constexpr double kL = 3;
+
+Job job_of(const std::string& world) {
+    Monitor silent;
+    return read_scene_text("Camera \"perspective\" Film \"rgb\" WorldBegin\n" + world, "scene.pbrt", {},
+                           Workers{2}, silent);
+}
+
+CalculationSurface plane(double height, double size, V2i points, ReceiverKind kind = ReceiverKind::planar) {
+    CalculationSurface surface;
+    surface.name = "plane";
+    surface.corner = {-size / 2, -size / 2, height};
+    surface.u = {size, 0, 0};
+    surface.v = {0, size, 0};
+    surface.normal = surface.up = {0, 0, 1};
+    surface.points = points;
+    surface.kind = kind;
+    return surface;
+}
+
+IlluminanceReport measure(const std::string& world, const CalculationSurface& surface, int samples,
+                          int threads = 2) {
+    Monitor silent;
+    IlluminanceOptions options;
+    options.workers = {threads};
+    options.most_samples = samples;
+    return illuminance_on(std::vector{surface}, job_of(world), options, silent);
+}
+
+using Truth = std::function<double(const V3d&)>;
+
+// Intervals `share` as wide as stated that do not hold the truth, of all.
+std::pair<int, int> misses(const SurfaceIlluminance& found, const Truth& truth, double share = 1) {
+    int missed = 0;
+    for (int y = 0; y < found.surface.points.y; ++y) {
+        for (int x = 0; x < found.surface.points.x; ++x) {
+            const Reading95& reading = found.at(x, y).all;
+            const double e = truth(found.surface.position(x, y));
+            missed += std::fabs(reading.value - e) > share * reading.half_width + 1e-5 * e;
+        }
+    }
+    return {missed, static_cast<int>(found.points.size())};
+}
+
+// As many misses as 95 % leave, or fewer (what is computed exactly has none).
+bool as_stated(const std::pair<int, int>& missed) {
+    const boost::math::binomial of(missed.second, 0.05);
+    return missed.first == 0 || cdf(complement(of, missed.first - 1)) > testing::kFalseAlarm;
+}
+
+void expect_as_stated(const SurfaceIlluminance& found, const Truth& truth) {
+    const auto missed = misses(found, truth);
+    EXPECT_TRUE(as_stated(missed)) << missed.first << " of " << missed.second;
+    double mean = 0;
+    for (int y = 0; y < found.surface.points.y; ++y) {
+        for (int x = 0; x < found.surface.points.x; ++x)
+            mean += truth(found.surface.position(x, y)) / static_cast<double>(found.points.size());
+    }
+    EXPECT_NEAR(found.mean.value, mean, 2 * found.mean.half_width + 1e-5 * mean);  // 4 sigma
+}
+
+// A horizontal plane under a parallel disc of radius r at height h, d beside its axis [Goral 1984's view
+// factor from a point to a disc].
+double under_disc(double d, double h, double r) {
+    const double a = d * d + h * h + r * r;
+    return kPiD * kL / 2 * (1 - (d * d + h * h - r * r) / std::sqrt(a * a - 4 * r * r * d * d));
+}
+// Under the corner of a parallel rectangle a x b; signed by its sides.
+double under_corner(double a, double b, double h) {
+    const double x = a / h, y = b / h;
+    const double p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
+    return kL / 2 * (x / p * std::atan(y / p) + y / q * std::atan(x / q));
+}
+
+constexpr const char* kDisc =
+    "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nAttributeBegin\n"
+    "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Translate 0 0 2 Rotate 180 1 0 0\n"
+    "Shape \"disk\" \"float radius\" 0.7\nAttributeEnd\n";
+constexpr const char* kPoint = "LightSource \"point\" \"rgb I\" [3 3 3] \"point3 from\" [0.2 -0.1 1.5]\n";
+
+TEST(Illuminance, UnderAPointADiscAndARectangle_IsTheClosedFormWithinItsIntervals) {
+    const CalculationSurface surface = plane(0.5, 3, {20, 20});
+    expect_as_stated(measure(kPoint, surface, 4).surfaces[0], [](const V3d& p) {
+        const V3d way = V3d(0.2, -0.1, 1.5) - p;
+        return kL * way.z / std::pow(way.length(), 3);
+    });
+    const SurfaceIlluminance under = measure(kDisc, surface, 4).surfaces[0];
+    expect_as_stated(under, [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 1.5, 0.7); });
+    const auto rectangle =
+        "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Translate 0 0 2\n"
+        "Shape \"bilinearmesh\" \"point3 P\" [-1 -0.4 0  -1 0.4 0  1 -0.4 0  1 0.4 0]\n";
+    expect_as_stated(measure(rectangle, surface, 4).surfaces[0], [](const V3d& p) {
+        double e = 0;
+        for (const double x : {-1.0, 1.0})
+            for (const double y : {-0.4, 0.4})
+                e += (x > 0) == (y > 0) ? under_corner(x - p.x, y - p.y, 1.5)
+                                        : -under_corner(x - p.x, y - p.y, 1.5);
+        return e;
+    });
+    // What must be refused: half as wide intervals, and a disc a little larger.
+    const Truth truth = [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 1.5, 0.7); };
+    EXPECT_FALSE(as_stated(misses(under, truth, 0.5)));
+    EXPECT_FALSE(
+        as_stated(misses(under, [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 1.5, 0.71); })));
+}
+
+TEST(Illuminance, OfEveryKind_IsTheClosedFormOfAPoint) {
+    const V3d lamp(0.2, -0.1, 1.5);
+    const auto at = [&](ReceiverKind kind, const std::function<double(const V3d&)>& of_direction,
+                        V3f normal) {
+        CalculationSurface surface = plane(0.3, 3, {12, 12}, kind);
+        surface.normal = normal;
+        expect_as_stated(measure(kPoint, surface, 16).surfaces[0], [&](const V3d& p) {
+            const V3d way = lamp - p;
+            return kL / way.length2() * of_direction(way.normalized());
+        });
+    };
+    const auto sine = [](const V3d& w) { return std::hypot(w.x, w.y); };
+    at(ReceiverKind::planar, [](const V3d& w) { return std::max(0.0, w.x); }, {1, 0, 0});
+    at(ReceiverKind::cylindrical, [&](const V3d& w) { return sine(w) / kPiD; }, {0, 0, 1});
+    at(ReceiverKind::semicylindrical, [&](const V3d& w) { return (sine(w) + w.x) / kPiD; }, {1, 0, 0});
+    at(ReceiverKind::hemispherical, [](const V3d& w) { return (1 + w.z) / 4; }, {0, 0, 1});
+    at(ReceiverKind::spherical, [](const V3d&) { return 0.25; }, {0, 0, 1});
+}
+
+// An even sky of radiance L: E = pi L, every way it is measured but a half of it for heads that see the half.
+TEST(Illuminance, UnderAnEvenSky_IsPiL) {
+    const auto sky = "LightSource \"infinite\" \"rgb L\" [3 3 3]\n";
+    for (const ReceiverKind kind :
+         {ReceiverKind::planar, ReceiverKind::cylindrical, ReceiverKind::spherical}) {
+        expect_as_stated(measure(sky, plane(0, 1, {4, 4}, kind), 4).surfaces[0],
+                         [](const V3d&) { return kPiD * kL; });
+    }
+}
+
+// In a sphere that emits L and reflects rho, E = pi L / (1 - rho), of which pi L is direct.
+TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
+    const auto sphere =
+        "Material \"diffuse\" \"rgb reflectance\" [0.6 0.6 0.6]\n"
+        "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation\n"
+        "Shape \"sphere\" \"float radius\" 2\n";
+    const SurfaceIlluminance found = measure(sphere, plane(0.2, 1, {8, 8}), 64).surfaces[0];
+    expect_as_stated(found, [](const V3d&) { return kPiD * kL / 0.4; });
+    EXPECT_NEAR(found.direct, kPiD * kL, 0.02 * kPiD * kL);
+    for (const PointParts& point : found.points)
+        EXPECT_NEAR(point.direct + point.indirect, point.all.value, 1e-4 * point.all.value);
+}
+
+// On a floor that is a surface of the scene, not below it by rounding; far from the origin, too.
+TEST(Illuminance, OnASurfaceOfTheScene_SeesWhatIsAbove) {
+    for (const double far : {0.0, 1e4}) {
+        const std::string away = fmt::format("Translate {0} {0} {0}\n", far);
+        const std::string world = away + std::string(kDisc) +
+                                  "Shape \"trianglemesh\" \"point3 P\" [-9 -9 0  9 -9 0  9 9 0  -9 9 0]\n"
+                                  "\"integer indices\" [0 1 2  0 2 3]\n";
+        CalculationSurface floor = plane(far, 3, {12, 12});
+        floor.corner += V3d(far, far, 0);
+        expect_as_stated(measure(world, floor, 16).surfaces[0], [far](const V3d& p) {
+            return under_disc(std::hypot(p.x - far, p.y - far), 2, 0.7);
+        });
+    }
+}
+
+TEST(Illuminance, GroupsAddUp) {
+    const auto two =
+        "LightSource \"point\" \"rgb I\" [3 3 3] \"point3 from\" [0 0 2] \"string lightgroup\" \"a\"\n"
+        "LightSource \"point\" \"rgb I\" [1 1 1] \"point3 from\" [1 0 2] \"string lightgroup\" \"b\"\n";
+    const IlluminanceReport report = measure(two, plane(0, 2, {6, 6}), 64);
+    ASSERT_EQ(report.groups, (std::vector<std::string>{"a", "b"}));
+    const SurfaceIlluminance& found = report.surfaces[0];
+    for (const PointParts& point : found.points)
+        EXPECT_NEAR(point.groups[0] + point.groups[1], point.all.value, 1e-4);
+    expect_as_stated(found, [](const V3d& p) {
+        const V3d a = V3d(0, 0, 2) - p, b = V3d(1, 0, 2) - p;
+        return 6 / std::pow(a.length(), 3) + 2 / std::pow(b.length(), 3);
+    });
+}
+
+TEST(Illuminance, Statistics_AreThoseOfThePoints) {
+    const SurfaceIlluminance found = measure(kDisc, plane(0.5, 3, {7, 5}), 4).surfaces[0];
+    double sum = 0, least = INFINITY, greatest = 0;
+    for (const PointParts& point : found.points) {
+        sum += point.all.value;
+        least = std::min(least, point.all.value);
+        greatest = std::max(greatest, point.all.value);
+    }
+    EXPECT_NEAR(found.mean.value, sum / 35, 1e-9);
+    EXPECT_EQ(found.least.value, least);
+    EXPECT_EQ(found.greatest.value, greatest);
+    EXPECT_NEAR(found.uniformity.value, least / (sum / 35), 1e-12);
+}
+
+TEST(Illuminance, ToAPrecision_IsThatPreciseAndNoMore) {
+    Monitor silent;
+    IlluminanceOptions options;
+    options.workers = {2};
+    for (const double precision : {0.002, 0.0006}) {
+        options.precision = precision;
+        const IlluminanceReport report = illuminance_on(
+            std::vector{plane(0.5, 3, {8, 8})},
+            job_of(std::string(kDisc) + "Material \"diffuse\"\nShape \"sphere\" \"float radius\" 0.2\n"),
+            options, silent);
+        EXPECT_EQ(report.ended_by, "precision");
+        EXPECT_LE(report.precision, precision);
+        EXPECT_GT(report.precision, precision / 4);
+    }
+}
+
+TEST(Illuminance, IsTheSameForAnyNumberOfThreads) {
+    const IlluminanceReport one = measure(kDisc, plane(0.5, 3, {5, 5}), 8, 1),
+                            two = measure(kDisc, plane(0.5, 3, {5, 5}), 8, 2);
+    for (std::size_t i = 0; i < 25; ++i) {
+        EXPECT_EQ(one.surfaces[0].points[i].all.value, two.surfaces[0].points[i].all.value);
+        EXPECT_EQ(one.surfaces[0].points[i].all.half_width, two.surfaces[0].points[i].all.half_width);
+    }
+}
+
+TEST(Illuminance, StudentsQuantile_IsBoosts) {
+    for (const int n : {2, 16, 17, 100, 100000})
+        EXPECT_NEAR(student_95(n), quantile(complement(boost::math::students_t(n - 1), 0.025)), 1e-4) << n;
+}
+
+TEST(CalculationSurface, PointsLieAsTheStandardHasThem) {
+    EXPECT_EQ(default_points(1, 1), V2i(5, 5));
+    EXPECT_EQ(default_points(2, 2), V2i(6, 6));
+    EXPECT_EQ(default_points(5, 5), V2i(8, 8));
+    EXPECT_EQ(default_points(10, 10), V2i(10, 10));
+    EXPECT_EQ(default_points(100, 100), V2i(20, 20));
+    EXPECT_EQ(default_points(10, 1).y, 5);  // by the shorter side
+}
+
+}  // namespace illuminance_test
+}  // namespace lucerna
