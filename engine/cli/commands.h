@@ -36,6 +36,7 @@ void add_relight_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
 void add_study_command(CLI::App& program, const CommandContext& context);
 void add_lux_command(CLI::App& program, const CommandContext& context);
+void add_glare_command(CLI::App& program, const CommandContext& context);
 void add_info_command(CLI::App& program, const CommandContext& context);
 
 // Options that are read by units.h, so that every bad word gets the same kind of answer.

@@ -108,6 +108,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_compare_command(program, context);
         add_study_command(program, context);
         add_lux_command(program, context);
+        add_glare_command(program, context);
         add_info_command(program, context);
         if (argc < 2) {
             out << program.help();

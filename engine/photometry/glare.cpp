@@ -153,8 +153,8 @@ double position_index(double from_vertical, double from_view) {
     const double t = from_vertical, s = from_view;
     // Below the line of sight: [Iwata and Tokura 1997].
     if (t > 90) {
-        const double s_rad = s * kDegree, down = std::tan(s_rad);  // R / D, to the side and down
-        return down < 0.6 ? 1 + 0.8 * down : 1 + 1.2 * down;
+        const double offset = std::tan(s * kDegree);  // from the line of sight, over the distance along it
+        return offset < 0.6 ? 1 + 0.8 * offset : 1 + 1.2 * offset;
     }
     return std::exp((35.2 - 0.31889 * t - 1.22 * std::exp(-2 * t / 9)) * 1e-3 * s +
                     (21 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
@@ -206,8 +206,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         GlareReport& report = reports[i];
         const PointParts& at_eye = illuminance.surfaces[i].points[0];
         report.vertical = at_eye.all;
-        // What all of it scatters, its indirect part does at the most.
-        report.background = {at_eye.indirect / kPiD, at_eye.all.half_width / kPiD};
+        report.background = {at_eye.indirect.value / kPiD, at_eye.indirect.half_width / kPiD};
         report.ugr_even = rating(report.sources, &GlareSource::even, report.background);
         report.ugr = rating(report.sources, &GlareSource::seen, report.background);
     }

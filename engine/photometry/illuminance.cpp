@@ -121,17 +121,19 @@ class PointImage {
             SurfaceIlluminance& done = read.emplace_back();
             done.surface = surface;
             for (std::size_t i = 0; i < surface.size(); ++i) {
-                Heads heads;
+                Heads heads, indirect;
                 PointParts point;
                 point.groups.resize(groups.size());
                 for (int h = 0; h < heads_; ++h, ++pixel) {
                     heads.add(all(pixel));
+                    indirect.add(all(pixel) - direct(pixel));
                     point.direct += direct(pixel) / heads_;
                     for (std::size_t g = 0; g < groups.size(); ++g)
                         point.groups[g] += by_group[g](pixel) / heads_;
                 }
                 point.all = heads.reading();
-                point.indirect = std::max(0.0, point.all.value - point.direct);
+                point.indirect = indirect.reading();
+                point.indirect.value = std::max(0.0, point.indirect.value);  // or rounding's rest
                 done.points.push_back(std::move(point));
             }
             sum_up(done);

@@ -29,7 +29,7 @@ struct Reading95 {
 struct PointParts {
     Reading95 all;
     double direct = 0;           // from lamps and sky in a straight line
-    double indirect = 0;         // all else
+    Reading95 indirect;          // all else
     std::vector<double> groups;  // by light group of the scene; empty if it has none
 };
 

@@ -89,8 +89,7 @@ std::string illuminance_csv(const IlluminanceReport& report) {
                 const V3d p = surface.surface.position(x, y);
                 const PointParts& point = surface.at(x, y);
                 text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g},{:.7g},{:.3g},{:.7g},{:.7g}", name, x, y,
-                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
-                                    point.indirect);
+                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct, point.indirect.value);
                 for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
                 text += '\n';
             }
@@ -129,7 +128,7 @@ std::string illuminance_json(const IlluminanceReport& report) {
             of["values"].push_back({{"value", point.all.value},
                                     {"half_width", point.all.half_width},
                                     {"direct", point.direct},
-                                    {"indirect", point.indirect},
+                                    {"indirect", json_of(point.indirect)},
                                     {"groups", by_group(report, point.groups)}});
         }
         json["surfaces"].push_back(std::move(of));
@@ -145,7 +144,8 @@ Image illuminance_image(const SurfaceIlluminance& surface, const IlluminanceRepo
     for (int y = 0; y < grid.points.y; ++y) {
         for (int x = 0; x < grid.points.x; ++x) {
             const PointParts& point = surface.at(x, grid.points.y - 1 - y);
-            std::vector<double> values{point.all.value, point.all.half_width, point.direct, point.indirect};
+            std::vector<double> values{point.all.value, point.all.half_width, point.direct,
+                                       point.indirect.value};
             values.insert(values.end(), point.groups.begin(), point.groups.end());
             for (std::size_t c = 0; c < values.size(); ++c)
                 image.value(x, y, static_cast<int>(c)) = static_cast<float>(values[c]);

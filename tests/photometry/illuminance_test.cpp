@@ -77,8 +77,7 @@ void expect_as_stated(const SurfaceIlluminance& found, const Truth& truth) {
     EXPECT_NEAR(found.mean.value, mean, 2 * found.mean.half_width + 1e-5 * mean);  // 4 sigma
 }
 
-// A horizontal plane under a parallel disc of radius r at height h, d beside its axis [Goral 1984's view
-// factor from a point to a disc].
+// A horizontal plane under a parallel disc of radius r at height h, d beside its axis.
 double under_disc(double d, double h, double r) {
     const double a = d * d + h * h + r * r;
     return kPiD * kL / 2 * (1 - (d * d + h * h - r * r) / std::sqrt(a * a - 4 * r * r * d * d));
@@ -161,7 +160,7 @@ TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
     expect_as_stated(found, [](const V3d&) { return kPiD * kL / 0.4; });
     EXPECT_NEAR(found.direct, kPiD * kL, 0.02 * kPiD * kL);
     for (const PointParts& point : found.points)
-        EXPECT_NEAR(point.direct + point.indirect, point.all.value, 1e-4 * point.all.value);
+        EXPECT_NEAR(point.direct + point.indirect.value, point.all.value, 1e-4 * point.all.value);
 }
 
 // On a floor that is a surface of the scene, not below it by rounding; far from the origin, too.

@@ -1,0 +1,169 @@
+#include "engine/cli/surface_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/base/plain_text.h"
+#include "engine/base/units.h"
+
+namespace lucerna {
+namespace {
+
+SurfaceOptions::Named parse_surface(const Location& at, std::string_view word) {
+    const auto [name, place] = parse_assignment(at, word);
+    SurfaceOptions::Named surface{name, {}};
+    std::string_view rest = place;
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+        const std::size_t colon = rest.find(':');
+        if ((colon == rest.npos) != (corner == 2)) {
+            input_error(at,
+                        "\"{}\" is no surface; NAME=X,Y,Z:X,Y,Z:X,Y,Z is, a corner and the ends of the two "
+                        "sides from there",
+                        one_line(word));
+        }
+        surface.corners[corner] = parse_point(at, rest.substr(0, colon));
+        rest.remove_prefix(colon == rest.npos ? rest.size() : colon + 1);
+    }
+    return surface;
+}
+
+int parse_axis(const Location& at, std::string_view word) {
+    constexpr std::string_view axes = "xyz";
+    if (word.size() != 1 || axes.find(word) == axes.npos)
+        input_error(at, "\"{}\" is no axis; x, y or z is", one_line(word));
+    return static_cast<int>(axes.find(word));
+}
+
+ReceiverKind parse_kind(const Location& at, std::string_view word) {
+    const auto found = std::find(std::begin(kReceiverKinds), std::end(kReceiverKinds), word);
+    if (found == std::end(kReceiverKinds)) {
+        input_error(at, "\"{}\" is no kind of illuminance; {} are accepted", one_line(word),
+                    fmt::join(kReceiverKinds, ", "));
+    }
+    return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
+}
+
+// What all surfaces of the command line have in common.
+CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
+                              const std::array<V3d, 3>& corners, const Location& at) {
+    CalculationSurface surface;
+    surface.name = std::move(name);
+    surface.corner = corners[0];
+    surface.u = corners[1] - corners[0];
+    surface.v = corners[2] - corners[0];
+    surface.kind = options.kind;
+    const V3d above = surface.u.cross(surface.v).normalized();  // zero of a surface that is refused below
+    surface.up = V3f(above);
+    surface.normal = V3f(options.facing.value_or(above));
+    const double u = surface.u.length(), v = surface.v.length();
+    surface.points = options.spacing ? points_apart(u, v, *options.spacing) : default_points(u, v);
+    check_surface(surface, at);
+    return surface;
+}
+
+CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& job, double height) {
+    const Location at{"--height"};
+    const Box3f bounds = job.scene.bounds();
+    if (bounds.isEmpty()) input_error(at, "the scene has no surfaces above which a plane could lie");
+    const int up = options.up_axis.value_or(up_axis_of(job.camera)), a = (up + 1) % 3, b = (up + 2) % 3;
+    V3d least = V3d(bounds.min) + job.scene.origin(), most = V3d(bounds.max) + job.scene.origin();
+    least[up] += height;
+    for (const int side : {a, b}) least[side] += options.margin, most[side] -= options.margin;
+    if (!(least[a] < most[a]) || !(least[b] < most[b]) || !(least[up] <= most[up])) {
+        input_error(
+            at,
+            "a plane at {:g} with a margin of {:g} does not lie within the scene, which is {:g} x {:g} "
+            "wide and {:g} high",
+            height, options.margin, most[a] - least[a] + 2 * options.margin,
+            most[b] - least[b] + 2 * options.margin, most[up] - least[up] + height);
+    }
+    std::array<V3d, 3> corners{least, least, least};
+    corners[1][a] = most[a];  // up is a x b
+    corners[2][b] = most[b];
+    return surface_at(options, fmt::format("height {:g}", height), corners, at);
+}
+
+}  // namespace
+
+V3d parse_point(const Location& at, std::string_view word) {
+    constexpr double kFar = 1e9;
+    V3d p;
+    std::string_view rest = word;
+    for (int axis = 0; axis < 3; ++axis) {
+        const std::size_t comma = rest.find(',');
+        if ((comma == rest.npos) != (axis == 2))
+            input_error(at, "\"{}\" is no point; X,Y,Z is, as 0,0.75,2.5", one_line(word));
+        p[axis] = parse_number(at, rest.substr(0, comma), -kFar, kFar);
+        rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
+    }
+    return p;
+}
+
+int up_axis_of(const Camera& camera) {
+    const M44d& m = camera.settings().world_from_camera;
+    const V3d up(m[1][0], m[1][1], m[1][2]);
+    int axis = 1;
+    for (const int other : {0, 2}) {
+        if (std::fabs(up[other]) > std::fabs(up[axis])) axis = other;
+    }
+    return axis;
+}
+
+std::vector<CalculationSurface> SurfaceOptions::all(const Job& job) const {
+    std::vector<CalculationSurface> all;
+    for (const Named& named : surfaces)
+        all.push_back(surface_at(*this, named.name, named.corners, {"--surface"}));
+    for (const double height : heights) all.push_back(horizontal_plane(*this, job, height));
+    return all;
+}
+
+void add_height_options(CLI::App& app, SurfaceOptions& options) {
+    app.add_option_function<std::vector<std::string>>(
+           "--height",
+           [&options](const std::vector<std::string>& words) {
+               for (const std::string& word : words)
+                   options.heights.push_back(parse_number({"--height"}, word, -1e9, 1e9));
+           },
+           "a horizontal plane through the model, so far above its lowest point; may be repeated")
+        ->type_name("M")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    add_word(
+        app, "--margin", "M", "of such a plane, from the model's sides (default 0)",
+        [&options](const std::string& word) { options.margin = parse_number({"--margin"}, word, 0, 1e9); });
+    add_word(app, "--up", "AXIS", "of such a plane: x, y or z (default: the one nearest to the camera's)",
+             [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
+    add_word(app, "--spacing", "M", "of points, at the most (default: as EN 12464-1 has it)",
+             [&options](const std::string& word) {
+                 options.spacing = parse_number({"--spacing"}, word, 1e-6, 1e9);
+             });
+}
+
+void add_surface_options(CLI::App& app, SurfaceOptions& options) {
+    app.add_option_function<std::vector<std::string>>(
+           "--surface",
+           [&options](const std::vector<std::string>& words) {
+               for (const std::string& word : words)
+                   options.surfaces.push_back(parse_surface({"--surface"}, word));
+           },
+           "a calculation surface, in the place of the scene's: a corner, and the ends of the two sides from "
+           "there; may be repeated")
+        ->type_name("NAME=X,Y,Z:X,Y,Z:X,Y,Z")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    add_height_options(app, options);
+    add_word(app, "--kind", "KIND",
+             fmt::format("of illuminance: {} (default planar)", fmt::join(kReceiverKinds, ", ")),
+             [&options](const std::string& word) { options.kind = parse_kind({"--kind"}, word); });
+    add_word(app, "--facing", "X,Y,Z", "where heads look (default: across the surface)",
+             [&options](const std::string& word) {
+                 const V3d w = parse_point({"--facing"}, word);
+                 if (!(w.length() > 0)) input_error({"--facing"}, "0,0,0 is no direction");
+                 options.facing = w.normalized();
+             });
+}
+
+}  // namespace lucerna

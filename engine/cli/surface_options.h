@@ -1,0 +1,43 @@
+// Calculation surfaces on the command line: of lucerna lux, and the grids of eyes of lucerna glare.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/cli/commands.h"
+#include "engine/render/job.h"
+#include "engine/scene/calculation_surface.h"
+
+namespace lucerna {
+
+// "X,Y,Z"
+V3d parse_point(const Location& at, std::string_view word);
+
+struct SurfaceOptions {
+    struct Named {
+        std::string name;
+        std::array<V3d, 3> corners;  // a corner, and the ends of the two sides from there
+    };
+    std::vector<Named> surfaces;
+    std::vector<double> heights;
+    double margin = 0;
+    std::optional<int> up_axis;  // 0 to 2: x, y, z
+    std::optional<double> spacing;
+    ReceiverKind kind = ReceiverKind::planar;
+    std::optional<V3d> facing;  // unit
+
+    // Throws InputError.
+    std::vector<CalculationSurface> all(const Job& job) const;
+};
+// --height, --margin, --up, --spacing; where such planes are wanted.
+void add_height_options(CLI::App& app, SurfaceOptions& options);
+// These, and --surface, --kind, --facing.
+void add_surface_options(CLI::App& app, SurfaceOptions& options);
+
+// The axis of the world that is most nearly upward in the picture.
+int up_axis_of(const Camera& camera);
+
+}  // namespace lucerna
