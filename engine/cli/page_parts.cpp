@@ -13,6 +13,7 @@
 
 #include "engine/base/files.h"
 #include "engine/evaluation/error_pictures.h"
+#include "engine/figures/colour_maps.h"
 
 namespace lucerna {
 namespace {

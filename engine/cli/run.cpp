@@ -35,6 +35,7 @@ constexpr const char* kRunFooter = R"(Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
   lucerna import model.glb -o model.pbrt
   lucerna compare room.exr reference.exr
+  lucerna falsecolour lux.exr -o lux.png --isolines
   lucerna study direct.toml -o out/direct
   lucerna info --integrators
 
@@ -105,6 +106,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_relight_command(program, context);
         add_merge_command(program, context);
         add_compare_command(program, context);
+        add_falsecolour_command(program, context);
         add_study_command(program, context);
         add_info_command(program, context);
         if (argc < 2) {

@@ -37,7 +37,8 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"engine/render", {"engine/integrators", "engine/denoise"}},
     {"engine/pbrt", {"engine/render"}},
     {"engine/gltf", {"engine/base"}},
-    {"engine/evaluation", {"engine/pbrt"}},
+    {"engine/figures", {"engine/base"}},
+    {"engine/evaluation", {"engine/pbrt", "engine/figures"}},
     {"engine/cli", {"engine/evaluation", "engine/gltf", "lights/measurement"}},
 };
 

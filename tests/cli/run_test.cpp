@@ -96,7 +96,7 @@ TEST_F(RunErrors, BadWords_AreRefusedByName) {
     expect_refused({"rendr", "scene.pbrt"}, {"unknown command \"rendr\"", "did you mean \"render\"?"});
     // With all that are known, each once and in the order of the help.
     const std::string all =
-        "known are render, light, import, denoise, relight, merge, compare, study, info\n";
+        "known are render, light, import, denoise, relight, merge, compare, falsecolour, study, info\n";
     expect_refused({"rendr", "scene.pbrt"}, {all});
     expect_refused({"wholly-other"}, {"unknown command \"wholly-other\"; " + all});
     expect_refused({"render"}, {"SCENE", "lucerna render --help"});
