@@ -1,7 +1,7 @@
 // False colour: measured values as colours of a map, on a scale whose limits and ticks are round numbers.
 //
 // Round steps are 1, 2 or 5 times a power of ten, and round numbers are multiples of such a step, each the
-// double nearest to its decimal.
+// double nearest to its decimal from 1e-22 to 1e22.
 #pragma once
 
 #include <cstdint>
