@@ -7,7 +7,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kSteps = 10;          // of a linear scale, at most
+constexpr int kLinearSteps = 10;    // of a linear scale, at most
 constexpr double kMostDecades = 4;  // of a logarithmic scale from the values
 constexpr double kRounding = 1e-9;  // of a quotient that is a whole number
 
@@ -32,7 +32,7 @@ double ceil_to(const RoundStep& step, double value) {
     return -floor_to(step, -value);
 }
 
-std::vector<double> multiples(const ValueRange& range, int most) {
+std::vector<double> multiples(const ScaleRange& range, int most) {
     const RoundStep step = round_step_from((range.high - range.low) / most);
     const double first = std::ceil(range.low / step.value() - kRounding);
     const double last = std::floor(range.high / step.value() + kRounding);
@@ -49,7 +49,7 @@ double quantile(std::vector<double> values, double share) {
     return values[static_cast<std::size_t>(at)];
 }
 
-ValueRange linear_range(const std::vector<double>& values, double inside) {
+ScaleRange linear_range(const std::vector<double>& values, double inside) {
     const auto [least_at, most_at] = std::minmax_element(values.begin(), values.end());
     const double least = *least_at;
     double most = quantile(values, inside);
@@ -58,18 +58,18 @@ ValueRange linear_range(const std::vector<double>& values, double inside) {
     // All below the share may be one value.
     const double from = least < 0 || (least > most / 2 && least < most) ? least : 0;
     const double extent = std::max(most, 0.0) - from;
-    const RoundStep step = round_step_from(extent / kSteps);
+    const RoundStep step = round_step_from(extent / kLinearSteps);
     return {floor_to(step, from), ceil_to(step, std::max(most, 0.0))};
 }
 
-ValueRange diverging_range(std::vector<double> values, double inside) {
+ScaleRange diverging_range(std::vector<double> values, double inside) {
     for (double& v : values) v = std::fabs(v);
     const double most = quantile(std::move(values), inside);
     const double end = most > 0 ? round_step_from(most).value() : 1;
     return {-end, end};
 }
 
-ValueRange logarithmic_range(const std::vector<double>& all, double inside) {
+ScaleRange logarithmic_range(const std::vector<double>& all, double inside) {
     std::vector<double> values;
     std::copy_if(all.begin(), all.end(), std::back_inserter(values), [](double v) { return v > 0; });
     if (values.empty()) return {0.1, 1};
@@ -82,7 +82,7 @@ ValueRange logarithmic_range(const std::vector<double>& all, double inside) {
     return {low.value(), high.value()};
 }
 
-ValueRange range_of(const ScaleSettings& settings, std::span<const double> values) {
+ScaleRange range_of(const ScaleSettings& settings, std::span<const double> values) {
     if (settings.range) return *settings.range;
     std::vector<double> finite;
     std::copy_if(values.begin(), values.end(), std::back_inserter(finite),
@@ -109,7 +109,7 @@ RoundStep round_step_from(double value) {
     return step;
 }
 
-std::vector<double> round_numbers(const ValueRange& range, Scaling scaling, int most) {
+std::vector<double> round_numbers(const ScaleRange& range, Scaling scaling, int most) {
     if (scaling == Scaling::linear) return multiples(range, most);
     RoundStep step = round_step_from(range.low);
     std::vector<double> all, powers;

@@ -27,7 +27,7 @@ RoundStep round_step_from(double value);
 
 enum class Scaling : std::uint8_t { linear, logarithmic };
 
-struct ValueRange {
+struct ScaleRange {
     double low = 0, high = 1;  // low < high; on a logarithmic scale 0 < low
 };
 
@@ -35,18 +35,18 @@ struct ValueRange {
 // more than `most` + 1 are there; on a logarithmic scale 1, 2 and 5 times powers of ten, or powers of ten
 // alone, or every second of them and so on, if these are more than `most` + 1. Where a logarithmic range is
 // too narrow to hold three of them, as on a linear scale.
-std::vector<double> round_numbers(const ValueRange& range, Scaling scaling, int most);
+std::vector<double> round_numbers(const ScaleRange& range, Scaling scaling, int most);
 
 struct ScaleSettings {
     ColourMap map = ColourMap::viridis;
     Scaling scaling = Scaling::linear;
-    std::optional<ValueRange> range;  // none: from the values
+    std::optional<ScaleRange> range;  // none: from the values
     // What share of the values a range from the values takes in, in (0, 1]: below 1 a lamp that is seen does
     // not decide the scale of a picture. On a linear scale the share counts from below.
     double inside = 1;
 };
 
-// Requires linear scaling for the diverging map, and a range as ValueRange says.
+// Requires linear scaling for the diverging map, and a range as ScaleRange says.
 //
 // The range from the values: linear, from 0, or from a round number below the least value if that is negative
 // or above half of the largest; logarithmic, 1, 2 or 5 times a power of ten at either end, over four decades
@@ -61,7 +61,7 @@ class FalseColour {
     // From 0 at the lower end of the range to 1 at the upper one.
     double share(double value) const;
 
-    const ValueRange& range() const { return range_; }
+    const ScaleRange& range() const { return range_; }
     Scaling scaling() const { return scaling_; }
     ColourMap map() const { return map_; }
     const OutsideColours& outside() const { return outside_; }
@@ -69,7 +69,7 @@ class FalseColour {
   private:
     ColourMap map_;
     Scaling scaling_;
-    ValueRange range_;
+    ScaleRange range_;
     OutsideColours outside_;
 };
 

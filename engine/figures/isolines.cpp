@@ -9,7 +9,7 @@
 namespace lucerna {
 namespace {
 
-constexpr int kLevels = 8;  // automatic ones, at most, plus one
+constexpr int kMostLevels = 8;  // automatic ones, at most, plus one
 
 // Of one level. Vertices are named by the grid's edge that they lie on: first all edges to the right of a
 // point, then all edges down from one. Every line's direction is told by the values on its two sides, so that
@@ -145,8 +145,8 @@ std::vector<Isoline> isolines(const ValueGrid& grid, std::span<const double> lev
     return lines;
 }
 
-std::vector<double> isoline_levels(const ValueRange& range, Scaling scaling) {
-    std::vector<double> levels = round_numbers(range, scaling, kLevels);
+std::vector<double> isoline_levels(const ScaleRange& range, Scaling scaling) {
+    std::vector<double> levels = round_numbers(range, scaling, kMostLevels);
     std::erase_if(levels, [&](double level) { return !(level > range.low && level < range.high); });
     return levels;
 }

@@ -42,7 +42,7 @@ struct Isoline {
 std::vector<Isoline> isolines(const ValueGrid& grid, std::span<const double> levels);
 
 // Levels that suit a scale: round numbers (false_colour.h) inside the range, ends excluded.
-std::vector<double> isoline_levels(const ValueRange& range, Scaling scaling);
+std::vector<double> isoline_levels(const ScaleRange& range, Scaling scaling);
 
 // The grid for isolines of noisy values: a mean over neighbours, weighted by a Gaussian of this standard
 // deviation, in points; missing values have no say and stay missing. Values are first held in [lowest / 2,

@@ -51,6 +51,8 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<mpi.h>", {"engine/mpi/open_mpi.cpp"}},
     {"<OpenImageIO/", {"engine/pictures/open_image_io.cpp"}},
+    {"<librsvg/", {"engine/pictures/svg.cpp"}},
+    {"<fontconfig/", {"engine/pictures/svg.cpp"}},
     {"<dlfcn.h>", {"engine/base/module.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/scene/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp", "engine/base/png_guard.cpp"}},

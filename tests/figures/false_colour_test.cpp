@@ -13,7 +13,7 @@ namespace false_colour_test {
 using ::testing::DoubleEq;
 using ::testing::ElementsAre;
 
-ValueRange range_of(ScaleSettings settings, const std::vector<double>& values) {
+ScaleRange range_of(ScaleSettings settings, const std::vector<double>& values) {
     return FalseColour(settings, values).range();
 }
 
@@ -91,7 +91,7 @@ TEST(FalseColours, FollowTheMapAndMarkWhatIsOutside) {
     for (const ColourMap map : {ColourMap::viridis, ColourMap::magma, ColourMap::diverging}) {
         ScaleSettings settings;
         settings.map = map;
-        settings.range = ValueRange{-100, 300};
+        settings.range = ScaleRange{-100, 300};
         const FalseColour colour(settings, {});
         EXPECT_EQ(colour(-100), colour_at(map, 0));
         EXPECT_EQ(colour(300), colour_at(map, 1));
@@ -112,7 +112,7 @@ TEST(FalseColours, FollowTheMapAndMarkWhatIsOutside) {
 TEST(FalseColours, OnALogarithmicScale_GoByRatios) {
     ScaleSettings settings;
     settings.scaling = Scaling::logarithmic;
-    settings.range = ValueRange{1, 10000};
+    settings.range = ScaleRange{1, 10000};
     const FalseColour colour(settings, {});
     EXPECT_NEAR(colour.share(100), 0.5, 1e-12);
     EXPECT_EQ(colour(0), colour.outside().below);
