@@ -69,6 +69,10 @@ class Drawing {
     // With a light edge, to be read on any ground.
     void label(const V2d& at, std::string_view what, const char* anchor, double size, double degrees = 0) {
         const std::string turn = degrees == 0 ? "" : turned(at, degrees) + " ";
+        text(
+            at, what, anchor, size,
+            turn +
+                R"(fill="#ffffff" stroke="#ffffff" stroke-width="3" stroke-linejoin="round" aria-hidden="true")");
         text(at, what, anchor, size, turn + R"(class="label")");
     }
     void image(const V2d& corner, const V2d& size, const Image& picture) {
@@ -261,8 +265,7 @@ class Plan {
     std::string svg() {
         fill();
         for (const PlanOutline& outline : figure_.outlines) draw(outline);
-        draw_isolines(drawing_, isolines(figure_.values, shown_.levels),
-                      [&](const V2d& p) { return on_paper(place_of(p.x, p.y)); });
+        draw_plan_isolines();
         if (figure_.numbers) write_numbers();
         for (const PlanLamp& lamp : figure_.lamps) draw(lamp);
         axes();
@@ -309,6 +312,15 @@ class Plan {
         drawing_.image(from, size, picture);
     }
 
+    // Those of the bilinear interpolation, which bend inside a cell: of as many points as can be told apart.
+    void draw_plan_isolines() {
+        constexpr double kPiece = 6;  // pixels
+        const double cell = std::max(figure_.spacing.x, figure_.spacing.y) * scale_;
+        const int parts = std::max(1, static_cast<int>(std::ceil(cell / kPiece)));
+        draw_isolines(drawing_, isolines(refined(figure_.values, parts), shown_.levels),
+                      [&](const V2d& p) { return on_paper(place_of(p.x / parts, p.y / parts)); });
+    }
+
     void write_numbers() {
         const V2d cell = figure_.spacing * scale_;
         double widest = 1e-9;
@@ -347,7 +359,7 @@ class Plan {
             at.x, at.y, kRadius);
         drawing_.line(at - d, at + d, "#000000", 1.2);
         drawing_.line(at + V2d(-d.x, d.y), at + V2d(d.x, -d.y), "#000000", 1.2);
-        if (!lamp.name.empty()) drawing_.label(at + V2d(kRadius + 4, 4), lamp.name, "start", kSmallFont);
+        if (!lamp.name.empty()) drawing_.label(at + V2d(0, -kRadius - 4), lamp.name, "middle", kSmallFont);
     }
 
     void axes() {

@@ -135,8 +135,23 @@ double ValueGrid::between(double x, double y) const {
     const auto [column, s] = split(x, columns);
     const auto [row, t] = split(y, rows);
     const int right = std::min(column + 1, columns - 1), down = std::min(row + 1, rows - 1);
-    return (1 - t) * ((1 - s) * at(column, row) + s * at(right, row)) +
-           t * ((1 - s) * at(column, down) + s * at(right, down));
+    const auto mixed = [](double a, double b, double part) {
+        if (part == 0) return a;  // whatever the other is
+        return part == 1 ? b : (1 - part) * a + part * b;
+    };
+    return mixed(mixed(at(column, row), at(right, row), s), mixed(at(column, down), at(right, down), s), t);
+}
+
+ValueGrid refined(const ValueGrid& grid, int parts) {
+    const auto count = [parts](int points) { return (points - 1) * parts + 1; };
+    ValueGrid fine{count(grid.columns), count(grid.rows), {}};
+    fine.values.reserve(static_cast<std::size_t>(fine.columns) * static_cast<std::size_t>(fine.rows));
+    for (int row = 0; row < fine.rows; ++row) {
+        for (int column = 0; column < fine.columns; ++column)
+            fine.values.push_back(
+                grid.between(static_cast<double>(column) / parts, static_cast<double>(row) / parts));
+    }
+    return fine;
 }
 
 std::vector<Isoline> isolines(const ValueGrid& grid, std::span<const double> levels) {

@@ -24,6 +24,9 @@ struct ValueGrid {
     double between(double x, double y) const;
 };
 
+// With `parts` - 1 points more between two neighbours, bilinear.
+ValueGrid refined(const ValueGrid& grid, int parts);
+
 // A line along which the values are `level`, as a polyline; x in columns to the right, y in rows downwards.
 // What is greater lies to the right of its direction, as it is seen with y pointing down. A closed line's
 // last point is its first.

@@ -33,8 +33,8 @@ std::vector<std::string> split(const std::string& text) {
 // --- help ---
 
 const std::vector<std::vector<std::string>> kCommands = {
-    {},          {"render"}, {"light"}, {"light", "import"}, {"light", "acquire"}, {"light", "info"},
-    {"compare"}, {"info"}};
+    {},          {"render"},      {"light"}, {"light", "import"}, {"light", "acquire"}, {"light", "info"},
+    {"compare"}, {"falsecolour"}, {"info"}};
 
 TEST_F(RunHelp, EveryCommand_ExitsZeroWithExamples) {
     for (std::vector<std::string> words : kCommands) {
@@ -48,7 +48,8 @@ TEST_F(RunHelp, EveryCommand_ExitsZeroWithExamples) {
 
 TEST_F(RunHelp, Program_NamesEveryCommand) {
     const std::string help = lucerna_run({"--help"}).out;
-    for (const char* name : {"render", "light", "compare", "info"}) EXPECT_THAT(help, HasSubstr(name));
+    for (const char* name : {"render", "light", "compare", "falsecolour", "info"})
+        EXPECT_THAT(help, HasSubstr(name));
     const std::string light = lucerna_run({"light", "--help"}).out;
     for (const char* name : {"import", "acquire", "info"}) EXPECT_THAT(light, HasSubstr(name));
 }
