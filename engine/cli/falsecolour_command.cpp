@@ -141,9 +141,8 @@ std::string unit_of(const Image& image, const std::string& channel, const std::s
     if (found->second.starts_with("mixed")) {
         input_error(
             {file},
-            "its lights count partly in W and partly in lm, so that its values have no unit; give all lights "
-            "of the scene in lm (\"illuminance\" or \"power\" of lights from photometric files) or all in W, "
-            "or render each kind alone");
+            "some of its lights count in W and some in lm, so that its values have no unit; render the scene "
+            "with lights of one kind, or with one kind at a time");
     }
     return found->second;
 }

@@ -1,4 +1,5 @@
 // lucerna falsecolour: what it writes, says and refuses.
+#include "engine/base/colour_space.h"
 #include "engine/base/image.h"
 #include "tests/cli/run_support.h"
 #include "tests/support/cannot_run.h"
@@ -17,7 +18,8 @@ Image slope(const std::string& unit = "lx") {
     Image image(100, 40, {"R", "G", "B", "direct.R", "direct.G", "direct.B", "Z"});
     for (int y = 0; y < image.height; ++y) {
         for (int x = 0; x < image.width; ++x) {
-            for (int c = 0; c < 7; ++c) image.value(x, y, c) = c < 3 ? x : c < 6 ? 10 * x : 1;
+            for (int c = 0; c < 7; ++c)
+                image.value(x, y, c) = c < 6 ? static_cast<float>(c < 3 ? x : 10 * x) : 1;
         }
     }
     if (!unit.empty()) image.attributes["lucerna.unit"] = unit;
@@ -47,7 +49,7 @@ TEST_F(RunFalsecolour, Png_OfARender_IsWritten) {
     const Outcome outcome = lucerna_run(
         {"falsecolour", "room.exr", "-o", "room.png", "--size", "200", "--scale", "log", "--isolines"});
     if (outcome.code != 0 && outcome.err.find("needs the font") != std::string::npos)
-        CANNOT_RUN("no DejaVu Sans here");
+        LUCERNA_CANNOT_RUN() << "no DejaVu Sans";
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("W/(m^2 sr), logarithmic"));
     EXPECT_GT(std::filesystem::file_size("room.png"), 2000U);

@@ -8,6 +8,7 @@
 #include <regex>
 
 #include "engine/base/error.h"
+#include "tests/support/cannot_run.h"
 
 namespace lucerna {
 namespace figure_test {
@@ -135,7 +136,7 @@ TEST(Pictures, Drawn_HaveTheirColoursAndTheLegend) {
     try {
         image = drawn(picture_svg(figure), "a.png");
     } catch (const InputError& error) {
-        CANNOT_RUN(error.what());
+        LUCERNA_CANNOT_RUN() << error.what();
     }
     EXPECT_EQ(image.width, 14 + 80 + 18 + 110);
     const FalseColour colour(figure.scale, figure.values.values);
