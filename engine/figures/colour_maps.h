@@ -12,9 +12,9 @@
 namespace lucerna {
 
 // 0 dark violet to 1 yellow over blue and green: matplotlib's viridis, perceptually uniform, also to those
-// who do not tell red from green (van der Walt, Smith 2015; CC0).
+// who do not tell red from green [van der Walt and Smith 2015] (CC0).
 Rgb viridis_colour(double v);
-// 0 black to 1 pale yellow over violet and orange: matplotlib's magma (van der Walt, Smith 2015; CC0), in
+// 0 black to 1 pale yellow over violet and orange: matplotlib's magma [van der Walt and Smith 2015] (CC0), in
 // which FLIP's maps are shown.
 Rgb magma_colour(double v);
 // -1 blue, 0 nearly white, 1 red, and as dark on either side; what lies beyond is shown as the end.
