@@ -33,7 +33,7 @@ class FalseColour(unittest.TestCase):
         (folder / "scene.pbrt").write_text(SCENE)
         subprocess.run([LUCERNA, "render", "scene.pbrt", "--set", "quantity=illuminance", "-o", "e.exr", "--quiet"],
                        cwd=folder, check=True)
-        subprocess.run([LUCERNA, "falsecolour", "e.exr", "-o", "e.svg", "--levels", "30,50", "--size", "600"],
+        subprocess.run([LUCERNA, "falsecolour", "e.exr", "-o", "e.svg", "--levels", "40,60", "--size", "600"],
                        cwd=folder, check=True, stdout=subprocess.DEVNULL)
         cls.page = chromium.Page(folder / "e.svg").__enter__()
 
@@ -54,7 +54,7 @@ class FalseColour(unittest.TestCase):
         # E = I h / (h^2 + r^2)^1.5 with I = 300, h = 2. The camera is 3 above the floor and sees 60 degrees over the
         # shorter side: 2 * 3 * tan 30 degrees over 400 pixels.
         pixels = 400 / (6 * 3 ** -0.5)
-        for level in (30, 50):
+        for level in (40, 60):
             radius = ((300 * 2 / level) ** (2 / 3) - 4) ** 0.5 * pixels
             boxes = self.page.evaluate(
                 f"[...document.querySelectorAll('.isoline[data-level=\"{level}\"]')]"
@@ -76,7 +76,7 @@ class FalseColour(unittest.TestCase):
 
 if __name__ == "__main__":
     if not chromium.browser():
-        print("no browser")
+        print("skipped: no Chromium here (scripts/deps.sh installs it)")
         sys.exit(chromium.SKIPPED)
     LUCERNA = str(pathlib.Path(sys.argv.pop(1)).resolve())
     unittest.main()
