@@ -192,7 +192,7 @@ ShownValues values_of(const Image& image, const FalsecolourCommand& command) {
 // --- picture ---
 
 double automatic_smoothing(int width) {
-    return std::max(1.0, width / 400.0);
+    return std::max(1.0, width / 250.0);
 }
 
 std::string text_of(const FalsecolourCommand& command, const PictureFigure& figure) {
@@ -263,7 +263,7 @@ void add_options(CLI::App& app, const std::shared_ptr<FalsecolourCommand>& comma
                  command->isolines = true;
              });
     add_word(app, "--smooth", "PIXELS",
-             "smooth the values for isolines by this standard deviation, 0 for none (default: 1/400 of the "
+             "smooth the values for isolines by this standard deviation, 0 for none (default: 1/250 of the "
              "image's "
              "width, at least 1)",
              [command](const std::string& word) {
