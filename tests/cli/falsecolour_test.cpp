@@ -75,8 +75,8 @@ TEST_F(RunFalsecolour, Luminance_IsOfTheImagesOwnSpace) {
         write_exr("red.exr", image);
         return lucerna_run({"falsecolour", "red.exr", "-o", "red.svg"}).out;
     };
-    EXPECT_THAT(range("srgb"), HasSubstr("0 to 22 cd/m^2"));     // 21.27
-    EXPECT_THAT(range("rec2020"), HasSubstr("0 to 28 cd/m^2"));  // 26.27
+    EXPECT_THAT(range("srgb"), HasSubstr("0 to 25 cd/m^2"));     // 21.27
+    EXPECT_THAT(range("rec2020"), HasSubstr("0 to 30 cd/m^2"));  // 26.27
 }
 
 TEST_F(RunFalsecolour, WhatIsOutside_IsCounted) {
