@@ -9,6 +9,8 @@ packages=(
     # libraries the engine stands on
     libembree-dev libflann-dev libhwy-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev zlib1g-dev
     librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
+    # drawings with text, as pictures
+    librsvg2-dev fonts-dejavu-core
     # a render by many machines
     libopenmpi-dev openmpi-bin
     # the plots of a study's page (d3.min.js, put into the program)

@@ -48,8 +48,8 @@ bool is_credible(const std::filesystem::path& file, const PictureHeader& header)
 
 const Pictures& pictures(const std::filesystem::path& file,
                          const std::vector<std::filesystem::path>& folders) {
-    const Module module{"liblucerna_pictures.so", "lucerna_pictures_1", "pictures need"};
-    return *reinterpret_cast<decltype(&lucerna_pictures_1)>(load_module(module, {file.string()}, folders))();
+    const Module module{"liblucerna_pictures.so", "lucerna_pictures_2", "pictures need"};
+    return *reinterpret_cast<decltype(&lucerna_pictures_2)>(load_module(module, {file.string()}, folders))();
 }
 
 }  // namespace lucerna

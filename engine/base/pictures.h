@@ -15,6 +15,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -106,6 +107,12 @@ struct PictureToWrite {
         values;
 };
 
+// A drawing in SVG as pixels: rows from the top, red, green and blue of 8 bits, on white.
+struct DrawnSvg {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> rgb;
+};
+
 // What the loaded library can do. Without state, safe from any thread; lives until the process ends.
 class Pictures {
   public:
@@ -118,6 +125,9 @@ class Pictures {
     virtual std::vector<unsigned char> encode(const PictureToWrite& picture) const = 0;
     // In place; the format is the one asked for, whatever the file's name. Throws std::runtime_error.
     virtual void write(const std::filesystem::path& file, const PictureToWrite& picture) const = 0;
+    // At `scale` times its own size. `font` is the family that its text is in. Throws std::runtime_error
+    // where that is not installed, and with the library's words.
+    virtual DrawnSvg draw_svg(std::string_view svg, double scale, const std::string& font) const = 0;
 };
 
 // The library, loaded if it is not yet; safe from any thread. Throws InputError, which names `file`, on whose
@@ -149,4 +159,4 @@ void check_png_chunks(const std::filesystem::path& file);
 
 // The one thing that liblucerna_pictures.so gives away. The number changes with the types above, so that a
 // library of another age is refused.
-extern "C" const lucerna::Pictures* lucerna_pictures_1();
+extern "C" const lucerna::Pictures* lucerna_pictures_2();

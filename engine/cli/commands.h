@@ -34,6 +34,7 @@ void add_denoise_command(CLI::App& program, const CommandContext& context);
 void add_merge_command(CLI::App& program, const CommandContext& context);
 void add_relight_command(CLI::App& program, const CommandContext& context);
 void add_compare_command(CLI::App& program, const CommandContext& context);
+void add_falsecolour_command(CLI::App& program, const CommandContext& context);
 void add_study_command(CLI::App& program, const CommandContext& context);
 void add_lux_command(CLI::App& program, const CommandContext& context);
 void add_glare_command(CLI::App& program, const CommandContext& context);

@@ -8,6 +8,7 @@
 
 #include "engine/base/image.h"
 #include "engine/evaluation/comparison.h"
+#include "engine/figures/markup.h"
 
 namespace lucerna {
 
@@ -23,13 +24,8 @@ extern const std::string_view kD3;           // the package's own file, d3.min.j
 // that the map lacks is a fault of ours.
 std::string filled(std::string_view page, const std::map<std::string, std::string, std::less<>>& blanks);
 
-// Text that shows as itself in HTML, also inside quotes.
-std::string html_text(std::string_view text);
 // A string literal for a script inside HTML: no quote, line end or tag ends it.
 std::string script_text(std::string_view text);
-
-// "data:image/png;base64,…" of a plain picture.
-std::string data_url(const Image& picture);
 
 // A comparison as one HTML file that carries all it needs: images with a slider, a flip, zoom and exposure,
 // maps of the errors, and the numbers.

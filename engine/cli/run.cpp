@@ -36,6 +36,7 @@ constexpr const char* kRunFooter = R"(Examples:
   lucerna import model.glb -o model.pbrt
   lucerna compare room.exr reference.exr
   lucerna lux room.pbrt --height 0.75 -o lux.csv
+  lucerna falsecolour lux.exr -o lux.png --isolines
   lucerna study direct.toml -o out/direct
   lucerna info --integrators
 
@@ -106,6 +107,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         add_relight_command(program, context);
         add_merge_command(program, context);
         add_compare_command(program, context);
+        add_falsecolour_command(program, context);
         add_study_command(program, context);
         add_lux_command(program, context);
         add_glare_command(program, context);

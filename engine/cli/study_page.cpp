@@ -9,6 +9,7 @@
 #include "engine/base/version.h"
 #include "engine/cli/page_parts.h"
 #include "engine/evaluation/error_pictures.h"
+#include "engine/figures/colour_maps.h"
 
 namespace lucerna {
 namespace {

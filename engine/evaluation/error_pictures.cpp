@@ -1,42 +1,16 @@
 #include "engine/evaluation/error_pictures.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
-#include "engine/base/colour_space.h"
-#include "engine/base/spectrum.h"
+#include "engine/figures/colour_maps.h"
+#include "engine/figures/false_colour.h"
 
 namespace lucerna {
 namespace {
 
 constexpr double kErrorFloor = 0.1;  // of the mean luminance, as in render --error
-
-// Every sixteenth entry of the table of 256; straight lines between them are within 1 % of it.
-constexpr std::array<unsigned, 17> kMagma{0x000004, 0x0a0822, 0x1d1147, 0x36106b, 0x51127c, 0x6a1c81,
-                                          0x832681, 0x9c2e7f, 0xb73779, 0xd0416f, 0xe75263, 0xf56b5c,
-                                          0xfc8961, 0xfea772, 0xfec488, 0xfde2a3, 0xfcfdbf};
-
-Rgb from_hex(unsigned colour) {
-    return Rgb(static_cast<float>(colour >> 16 & 255U), static_cast<float>(colour >> 8 & 255U),
-               static_cast<float>(colour & 255U)) /
-           255.0F;
-}
-
-// Linear sRGB of L*, chroma and hue (degrees) of CIE L*a*b*, pulled into the gamut.
-Rgb lch_colour(double lightness, double chroma, double hue) {
-    const auto cube = [](double t) {
-        constexpr double kDelta = 6.0 / 29;
-        return t > kDelta ? t * t * t : 3 * kDelta * kDelta * (t - 4.0 / 29);
-    };
-    const double y = (lightness + 16) / 116;
-    const double a = chroma * std::cos(hue * kPiD / 180), b = chroma * std::sin(hue * kPiD / 180);
-    const V3d white = rgb_to_xyz(Rgb(1));
-    const Rgb c = xyz_to_rgb(V3d(cube(y + a / 500), cube(y), cube(y - b / 200)) * white);
-    const auto clamped = [](float v) { return std::clamp(v, 0.0F, 1.0F); };
-    return {clamped(c.x), clamped(c.y), clamped(c.z)};
-}
 
 double mean_luminance(const Image& image) {
     double sum = 0;
@@ -77,21 +51,6 @@ Image coloured(const Image& values, double scale, Colour&& colour) {
 
 }  // namespace
 
-Rgb diverging_colour(double v) {
-    constexpr double kPale = 96, kDark = 30, kChroma = 75;
-    const double size = std::isnan(v) ? 0 : std::min(1.0, std::fabs(v));
-    const Rgb c =
-        lch_colour(kPale + (kDark - kPale) * size, kChroma * std::sin(size * kPiD * 0.7), v < 0 ? 270 : 35);
-    return {srgb_encoded(c.x), srgb_encoded(c.y), srgb_encoded(c.z)};
-}
-
-Rgb magma_colour(double v) {
-    const double at = std::isnan(v) ? 0 : std::clamp(v, 0.0, 1.0) * (kMagma.size() - 1);
-    const auto below = std::min<std::size_t>(static_cast<std::size_t>(at), kMagma.size() - 2);
-    const float share = static_cast<float>(at - static_cast<double>(below));
-    return from_hex(kMagma[below]) * (1 - share) + from_hex(kMagma[below + 1]) * share;
-}
-
 Image relative_error(const Image& image, const Image& reference) {
     return relative(reference, [&](int x, int y) {
         return double{luminance(image.rgb_at(x, y))} - double{luminance(reference.rgb_at(x, y))};
@@ -107,11 +66,7 @@ double error_scale(const Image& one_channel) {
     for (const float v : one_channel.data) sizes.push_back(std::fabs(double{v}));
     const double most = level(std::move(sizes), 0.98);
     if (!(most > 0)) return 1;
-    const double decade = std::pow(10, std::floor(std::log10(most)));  // most >= 1e-45: > 0
-    for (const double step : {1.0, 2.0, 5.0}) {
-        if (most <= step * decade) return step * decade;
-    }
-    return 10 * decade;
+    return round_step_from(most).value();
 }
 
 Image diverging_picture(const Image& one_channel, double scale) {

@@ -8,13 +8,6 @@
 
 namespace lucerna {
 
-// -1 blue, 0 nearly white, 1 red, and as dark on either side; what lies beyond is shown as the end.
-// Display-referred.
-Rgb diverging_colour(double v);
-// 0 black to 1 pale yellow over violet and orange: matplotlib's magma (van der Walt, Smith 2015; CC0), in
-// which FLIP's maps are shown. Display-referred.
-Rgb magma_colour(double v);
-
 // Errors relative to what is there: (t - r) / (|r| + a tenth of the mean |r|), of luminance. The tenth keeps
 // dark pixels from shouting; it goes with the image, so a scene lit a thousand times as brightly has the same
 // map. One channel. Both images finite, R G B.
@@ -26,7 +19,7 @@ Image relative_to(const Image& value, const Image& reference);
 // 0.
 double error_scale(const Image& one_channel);
 
-// The channel's values over `scale` in the colours above.
+// The channel's values over `scale` in the colours of those maps (colour_maps.h).
 Image diverging_picture(const Image& one_channel, double scale);
 Image magma_picture(const Image& one_channel, double scale);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/base/pictures.h"
+#include "engine/pictures/svg.h"
 
 namespace lucerna {
 namespace {
@@ -177,12 +178,15 @@ class OpenImageIo final : public Pictures {
         stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
         stream.close();
     }
+    DrawnSvg draw_svg(std::string_view svg, double scale, const std::string& font) const override {
+        return draw_svg_by_librsvg(svg, scale, font);
+    }
 };
 
 }  // namespace
 }  // namespace lucerna
 
-extern "C" const lucerna::Pictures* lucerna_pictures_1() {
+extern "C" const lucerna::Pictures* lucerna_pictures_2() {
     static const lucerna::OpenImageIo all;
     return &all;
 }

@@ -38,7 +38,8 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"engine/photometry", {"engine/render"}},
     {"engine/pbrt", {"engine/render"}},
     {"engine/gltf", {"engine/base"}},
-    {"engine/evaluation", {"engine/pbrt"}},
+    {"engine/figures", {"engine/base"}},
+    {"engine/evaluation", {"engine/pbrt", "engine/figures"}},
     {"engine/cli", {"engine/evaluation", "engine/gltf", "engine/photometry", "lights/measurement"}},
 };
 
@@ -51,6 +52,8 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<Imf", {"engine/base/exr.cpp", "lights/light_field_io.cpp"}},
     {"<mpi.h>", {"engine/mpi/open_mpi.cpp"}},
     {"<OpenImageIO/", {"engine/pictures/open_image_io.cpp"}},
+    {"<librsvg/", {"engine/pictures/svg.cpp"}},
+    {"<fontconfig/", {"engine/pictures/svg.cpp"}},
     {"<dlfcn.h>", {"engine/base/module.cpp", "tests/process/preload/other_isa.cpp"}},
     {"<opensubdiv/", {"engine/scene/loop.cpp"}},
     {"<zlib.h>", {"engine/base/gunzip.cpp", "engine/base/png_guard.cpp"}},

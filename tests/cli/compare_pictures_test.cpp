@@ -7,6 +7,7 @@
 #include "engine/base/photograph.h"
 #include "engine/cli/page_parts.h"
 #include "engine/evaluation/error_pictures.h"
+#include "engine/figures/colour_maps.h"
 #include "tests/cli/run_support.h"
 
 namespace lucerna {

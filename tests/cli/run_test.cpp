@@ -33,8 +33,8 @@ std::vector<std::string> split(const std::string& text) {
 // --- help ---
 
 const std::vector<std::vector<std::string>> kCommands = {
-    {},          {"render"}, {"light"}, {"light", "import"}, {"light", "acquire"}, {"light", "info"},
-    {"compare"}, {"info"}};
+    {},          {"render"},      {"light"}, {"light", "import"}, {"light", "acquire"}, {"light", "info"},
+    {"compare"}, {"falsecolour"}, {"info"}};
 
 TEST_F(RunHelp, EveryCommand_ExitsZeroWithExamples) {
     for (std::vector<std::string> words : kCommands) {
@@ -48,7 +48,8 @@ TEST_F(RunHelp, EveryCommand_ExitsZeroWithExamples) {
 
 TEST_F(RunHelp, Program_NamesEveryCommand) {
     const std::string help = lucerna_run({"--help"}).out;
-    for (const char* name : {"render", "light", "compare", "info"}) EXPECT_THAT(help, HasSubstr(name));
+    for (const char* name : {"render", "light", "compare", "falsecolour", "info"})
+        EXPECT_THAT(help, HasSubstr(name));
     const std::string light = lucerna_run({"light", "--help"}).out;
     for (const char* name : {"import", "acquire", "info"}) EXPECT_THAT(light, HasSubstr(name));
 }
@@ -96,7 +97,8 @@ TEST_F(RunErrors, BadWords_AreRefusedByName) {
     expect_refused({"rendr", "scene.pbrt"}, {"unknown command \"rendr\"", "did you mean \"render\"?"});
     // With all that are known, each once and in the order of the help.
     const std::string all =
-        "known are render, light, import, denoise, relight, merge, compare, study, lux, glare, info\n";
+        "known are render, light, import, denoise, relight, merge, compare, falsecolour, study, lux, glare, "
+        "info\n";
     expect_refused({"rendr", "scene.pbrt"}, {all});
     expect_refused({"wholly-other"}, {"unknown command \"wholly-other\"; " + all});
     expect_refused({"render"}, {"SCENE", "lucerna render --help"});

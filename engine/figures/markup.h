@@ -1,0 +1,20 @@
+// Text and pictures as parts of HTML and SVG.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "engine/base/image.h"
+
+namespace lucerna {
+
+// Text that shows as itself in HTML, also inside quotes.
+std::string html_text(std::string_view text);
+// The same for SVG in a file of its own, on one line: control characters, which XML does not allow, are
+// written out.
+std::string svg_text(std::string_view text);
+
+// "data:image/png;base64,…" of a plain picture.
+std::string data_url(const Image& picture);
+
+}  // namespace lucerna

@@ -1,0 +1,166 @@
+// Figures as SVG: what stands where, and that nothing of a name gets out of its text.
+#include "engine/figures/figure.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <regex>
+
+#include "engine/base/error.h"
+#include "tests/support/cannot_run.h"
+
+namespace lucerna {
+namespace figure_test {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+int count(const std::string& text, const std::string& part) {
+    int found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+}
+
+PlanFigure room() {
+    PlanFigure figure;
+    figure.title = "Room";
+    figure.unit = "lx";
+    figure.values = {8, 4, {}};
+    figure.first = {0.5, 3.5};
+    for (int row = 0; row < 4; ++row) {
+        for (int column = 0; column < 8; ++column) figure.values.values.push_back(100 + 50 * column);
+    }
+    return figure;
+}
+
+TEST(Plans, HaveACellAndANumberForEachPoint) {
+    const std::string svg = plan_svg(room());
+    EXPECT_EQ(count(svg, "class=\"value\""), 32);
+    EXPECT_THAT(svg, HasSubstr(">450</text>"));
+    EXPECT_THAT(svg, HasSubstr(">lx</text>"));
+    EXPECT_THAT(svg, HasSubstr("x [m]"));
+    EXPECT_EQ(plan_svg(room()), svg);
+    PlanFigure narrow = room();
+    narrow.width = 300;
+    EXPECT_EQ(count(plan_svg(narrow), "class=\"value\""), 0);  // they do not fit
+    EXPECT_EQ(count(plan_svg(narrow), "class=\"lamp\""), 0);
+}
+
+// E = 100 + 50 (x - 0.5) / m: the line of 200 is at x = 2.5 m, upright. Two outlines give the scale of the
+// paper.
+TEST(Plans, Isolines_AreWhereTheMetresSay) {
+    PlanFigure figure = room();
+    figure.isolines.levels = {200};
+    figure.outlines = {{{{0, 0}, {8, 0}, {8, 4}, {0, 4}}, true}};
+    const std::string svg = plan_svg(figure);
+    std::smatch line, outline;
+    ASSERT_TRUE(
+        std::regex_search(svg, line, std::regex(R"re(data-level="200" d="M([\d.]+) [\d.]+ ([\d.]+) )re")));
+    ASSERT_TRUE(std::regex_search(svg, outline, std::regex(R"re(points="([\d.]+),[\d.]+ ([\d.]+),)re")));
+    const double x0 = std::stod(outline[1]), x8 = std::stod(outline[2]);
+    EXPECT_NEAR(std::stod(line[1]), x0 + (x8 - x0) * 2.5 / 8, 0.11);
+    EXPECT_NEAR(std::stod(line[2]), x0 + (x8 - x0) * 2.5 / 8, 0.11);
+    EXPECT_EQ(count(svg, "class=\"isoline\""), 1);
+    figure.isolines.shown = false;
+    EXPECT_EQ(count(plan_svg(figure), "class=\"isoline\""), 0);
+}
+
+TEST(Plans, Names_StayText) {
+    PlanFigure figure = room();
+    figure.title = "<script>\x01\n& \"a\"";
+    figure.lamps = {{{1, 1}, "<b>"}, {{2, 2}, ""}};
+    const std::string svg = plan_svg(figure);
+    EXPECT_THAT(svg, Not(HasSubstr("<script")));
+    EXPECT_THAT(svg, Not(HasSubstr("<b>")));
+    EXPECT_THAT(svg, HasSubstr("&lt;script&gt;"));
+    EXPECT_EQ(svg.find('\x01'), std::string::npos);
+    EXPECT_EQ(count(svg, "class=\"lamp\""), 2);
+}
+
+TEST(Plans, Legend_NamesWhatIsOutside) {
+    PlanFigure figure = room();
+    EXPECT_THAT(plan_svg(figure), Not(HasSubstr("above")));
+    figure.scale.range = ScaleRange{150, 300};
+    figure.values.values[3] = NAN;
+    const std::string svg = plan_svg(figure);
+    for (const char* part : {"above 300", "below 150", "no value"}) EXPECT_THAT(svg, HasSubstr(part));
+    EXPECT_EQ(count(svg, "class=\"value\""), 31);
+}
+
+TEST(Plans, OfAnyShape_AreDrawn) {
+    for (const auto& [columns, rows] :
+         {std::pair(1, 1), std::pair(1, 5), std::pair(30, 1), std::pair(2, 2)}) {
+        for (const PlanFill fill : {PlanFill::cells, PlanFill::smooth}) {
+            PlanFigure figure;
+            figure.values = {columns, rows,
+                             std::vector<double>(static_cast<std::size_t>(columns * rows), NAN)};
+            figure.fill = fill;
+            const std::string svg = plan_svg(figure);
+            EXPECT_THAT(svg, Not(HasSubstr("nan")));
+            EXPECT_THAT(svg, Not(HasSubstr("inf")));
+        }
+    }
+}
+
+PictureFigure slope() {
+    PictureFigure figure;
+    figure.unit = "cd/m^2";
+    figure.values = {80, 60, {}};
+    for (int y = 0; y < 60; ++y) {
+        for (int x = 0; x < 80; ++x) figure.values.values.push_back(x);
+    }
+    return figure;
+}
+
+// In the middle of pixel 40, which is the first that is 40: half a pixel into it, and the margin.
+TEST(Pictures, Isolines_AreWhereThePixelsAre) {
+    PictureFigure figure = slope();
+    figure.isolines.levels = {40};
+    const auto x_of_line = [](const std::string& svg) {
+        std::smatch line;
+        EXPECT_TRUE(std::regex_search(svg, line, std::regex(R"re(data-level="40" d="M([\d.]+) )re")));
+        return std::stod(line[1]);
+    };
+    EXPECT_NEAR(x_of_line(picture_svg(figure)), 14 + 40.5, 0.06);
+    figure.width = 160;
+    EXPECT_NEAR(x_of_line(picture_svg(figure)), 14 + 2 * 40.5, 0.06);
+    figure.smoothing = 2;  // of a slope changes nothing inside
+    EXPECT_NEAR(x_of_line(picture_svg(figure)), 14 + 2 * 40.5, 0.06);
+}
+
+TEST(Pictures, Drawn_HaveTheirColoursAndTheLegend) {
+    PictureFigure figure = slope();
+    figure.isolines.shown = false;
+    Image image;
+    try {
+        image = drawn(picture_svg(figure), "a.png");
+    } catch (const InputError& error) {
+        LUCERNA_CANNOT_RUN() << error.what();
+    }
+    EXPECT_EQ(image.width, 14 + 80 + 18 + 110);
+    const FalseColour colour(figure.scale, figure.values.values);
+    for (const int x : {1, 30, 78}) {
+        const Rgb there = image.rgb_at(14 + x, 14 + 30);
+        EXPECT_LT((there - colour(x)).length(), 0.03F) << x;
+    }
+    int dark = 0;  // letters beside the bar
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 14 + 80 + 18 + 24; x < image.width; ++x) dark += luminance(image.rgb_at(x, y)) < 0.3F;
+    }
+    EXPECT_GT(dark, 100);
+    EXPECT_EQ(drawn(picture_svg(figure), "a.png").data, image.data);
+}
+
+TEST(Figures, Texts_AreAsPeopleWrite) {
+    EXPECT_EQ(value_text(523.4), "523");
+    EXPECT_EQ(value_text(99.96), "100");
+    EXPECT_EQ(value_text(99.94), "99.9");
+    EXPECT_EQ(value_text(0.01234), "0.0123");
+    EXPECT_EQ(value_text(12345.6), "12346");
+    EXPECT_EQ(unit_as_written("cd/m^2"), "cd/m²");
+    EXPECT_EQ(unit_as_written("W/(m^2 sr)"), "W/(m² sr)");
+}
+
+}  // namespace figure_test
+}  // namespace lucerna
