@@ -172,13 +172,13 @@ TEST_F(RunRender, LooksOfAPicture_ChangeItAndLeaveTheImage) {
         return std::tuple{outcome.out, read_exr("a.exr").data, read_text("a.png")};
     };
     const auto [said, image, picture] = render({"--exposure", "3"});
-    EXPECT_THAT(said, HasSubstr("(exposure +3.00 stops)"));
+    EXPECT_THAT(said, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white)"));
     const auto [said_warm, image_warm, warm] = render({"--exposure", "3", "--white-balance", "3000"});
-    EXPECT_THAT(said_warm, HasSubstr("(exposure +3.00 stops, white of 3000 K)"));
+    EXPECT_THAT(said_warm, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white, white of 3000 K)"));
     EXPECT_EQ(image_warm, image);
     EXPECT_NE(warm, picture);
     const auto [said_clipped, image_clipped, clipped] = render({"--exposure", "3", "--tone", "linear"});
-    EXPECT_THAT(said_clipped, HasSubstr("(exposure +3.00 stops, clipped)"));
+    EXPECT_THAT(said_clipped, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white, clipped)"));
     EXPECT_EQ(image_clipped, image);
     EXPECT_NE(clipped, picture);
     const auto [said_same, image_same, same] =
