@@ -85,7 +85,7 @@ TEST_F(RunRender, CommandLine_OverridesTheScene) {
 }
 
 TEST_F(RunRender, Unit_IsThatOfTheCommandLineBeforeTheScenes_AndSaidEverywhere) {
-    write("lit.pbrt", std::string("Option \"string unit\" \"radiometric\"\n") + kScene);
+    write("lit.pbrt", std::string("Option \"string unit\" \"radiometric\"\n") + testing::kScene);
     const auto render = [](const std::string& scene, std::vector<std::string> more) {
         std::vector<std::string> words{"render", scene, "-o", "u.exr", "--png", "--stats", "u.json"};
         words.insert(words.end(), more.begin(), more.end());

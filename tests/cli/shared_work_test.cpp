@@ -332,7 +332,7 @@ spp = [2]
         on_ranks(size, {1}, [&](Ranks& ranks) {
             CommandFiles files;
             const Surroundings around;
-            StudyRuns own(folder, {files, around, {1}, false, &ranks});
+            StudyRuns own(folder, {files, around, {1}, false, {}, &ranks});
             Monitor silent;
             auto made = own.run_by_ranks(work_, ranks.leads() ? user : silent, when_made);
             if (ranks.leads()) runs = std::move(made);

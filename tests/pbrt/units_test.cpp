@@ -38,7 +38,7 @@ constexpr double kV[] = {0.000039, 0.00012, 0.000396, 0.00121, 0.004,   0.0116, 
                          0.995,    0.952,   0.87,     0.757,   0.631,   0.503,    0.381,    0.265,    0.175,
                          0.107,    0.061,   0.032,    0.017,   0.00821, 0.004102, 0.002091, 0.001047, 0.00052,
                          0.000249, 0.00012, 0.00006,  0.00003, 0.000015};
-constexpr double kStep = 10, kFrom = 380, kTo = 780;
+constexpr double kStep = 10, kFrom = 380;
 
 // 683 lm/W ∫ s V dλ by the trapezoidal rule, as the abridged table is meant to be used.
 template <typename Spectrum>
