@@ -348,7 +348,7 @@ TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
     CommandFiles files;
     const Surroundings around;
     Monitor silent;
-    StudyRuns alone("alone", {files, around, {2}, false, nullptr});
+    StudyRuns alone("alone", {files, around, {2}, false, {}, nullptr});
     std::vector<Image> expected;
     for (const StudyWork& work : work_) expected.push_back(read_exr(alone.run(work, silent)->image));
     for (const int size : {1, 3}) {
