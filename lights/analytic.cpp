@@ -15,7 +15,8 @@ namespace {
 
 class PointLight final : public Light {
   public:
-    PointLight(const V3f& position, const Rgb& intensity) : position_(position), intensity_(intensity) {}
+    PointLight(const V3f& position, const Rgb& intensity, FluxUnit unit)
+        : Light(unit), position_(position), intensity_(intensity) {}
 
     std::string_view kind() const override { return "point"; }
     bool is_delta() const override { return true; }
@@ -51,8 +52,8 @@ std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& 
                        0};
 }
 
-std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity) {
-    return std::make_unique<PointLight>(position, intensity);
+std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity, FluxUnit unit) {
+    return std::make_unique<PointLight>(position, intensity, unit);
 }
 
 // pbrt's spot light. With c = cosθ from the axis, the intensity is I · s((c - c_total)/(c_start - c_total)),
@@ -86,8 +87,8 @@ double invert_rim(double u) {
 class SpotLight final : public Light {
   public:
     SpotLight(const V3f& position, const V3f& axis, const Rgb& intensity, float cone_degrees,
-              float delta_degrees)
-        : position_(position), frame_(axis.normalized()), intensity_(intensity) {
+              float delta_degrees, FluxUnit unit)
+        : Light(unit), position_(position), frame_(axis.normalized()), intensity_(intensity) {
         const double cone = std::clamp(static_cast<double>(cone_degrees), 0.0, 180.0);
         const double start = std::clamp(cone - static_cast<double>(delta_degrees), 0.0, cone);
         start_ = one_minus_cos(start * kRadiansPerDegree);
@@ -149,8 +150,8 @@ class SpotLight final : public Light {
 }  // namespace
 
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
-                                       float cone_degrees, float delta_degrees) {
-    return std::make_unique<SpotLight>(position, axis, intensity, cone_degrees, delta_degrees);
+                                       float cone_degrees, float delta_degrees, FluxUnit unit) {
+    return std::make_unique<SpotLight>(position, axis, intensity, cone_degrees, delta_degrees, unit);
 }
 
 // Parallel light, as from the sun.
@@ -159,8 +160,8 @@ namespace {
 
 class DistantLight final : public Light {
   public:
-    DistantLight(const V3f& direction, const Rgb& irradiance, const SceneSphere& scene)
-        : frame_(direction.normalized()), irradiance_(irradiance), scene_(scene) {}
+    DistantLight(const V3f& direction, const Rgb& irradiance, const SceneSphere& scene, FluxUnit unit)
+        : Light(unit), frame_(direction.normalized()), irradiance_(irradiance), scene_(scene) {}
 
     std::string_view kind() const override { return "distant"; }
     bool is_delta() const override { return true; }
@@ -186,8 +187,8 @@ class DistantLight final : public Light {
 }  // namespace
 
 std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
-                                          const SceneSphere& scene) {
-    return std::make_unique<DistantLight>(direction, irradiance, scene);
+                                          const SceneSphere& scene, FluxUnit unit) {
+    return std::make_unique<DistantLight>(direction, irradiance, scene, unit);
 }
 
 // A sky of constant radiance. A particle's line is uniform among the lines that meet the scene's sphere: any
@@ -198,7 +199,8 @@ namespace {
 
 class InfiniteLight final : public Light {
   public:
-    InfiniteLight(const Rgb& radiance, const SceneSphere& scene) : radiance_(radiance), scene_(scene) {}
+    InfiniteLight(const Rgb& radiance, const SceneSphere& scene, FluxUnit unit)
+        : Light(unit), radiance_(radiance), scene_(scene) {}
 
     std::string_view kind() const override { return "infinite"; }
     bool has_impostor() const override { return true; }
@@ -228,8 +230,8 @@ class InfiniteLight final : public Light {
 
 }  // namespace
 
-std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene) {
-    return std::make_unique<InfiniteLight>(radiance, scene);
+std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene, FluxUnit unit) {
+    return std::make_unique<InfiniteLight>(radiance, scene, unit);
 }
 
 // A light whose surface is not there for rays. No direction that was drawn without it meets it, so its own
@@ -239,10 +241,9 @@ namespace {
 
 class UnseenLight final : public Light {
   public:
-    explicit UnseenLight(std::unique_ptr<Light> light) : light_(std::move(light)) {}
+    explicit UnseenLight(std::unique_ptr<Light> light) : Light(light->unit()), light_(std::move(light)) {}
 
     std::string_view kind() const override { return light_->kind(); }
-    FluxUnit unit() const override { return light_->unit(); }
     Rgb flux() const override { return light_->flux(); }
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override { return light_->sample_Le(u); }
     std::optional<LightSample> sample_Li(const V3f& x, const V2f& u,

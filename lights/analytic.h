@@ -1,5 +1,6 @@
 // Lights with a formula: point, spot, distant, diffuse area, constant sky. Positions are relative to the
-// scene's origin, lengths in scene units.
+// scene's origin, lengths in scene units. Strengths are in the unit that the light is told to count in: where
+// W is said here, lm is meant with FluxUnit::lumen (W/sr is then cd, W/m² lx, W/(m² sr) cd/m²).
 #pragma once
 
 #include <memory>
@@ -14,7 +15,8 @@
 namespace lucerna {
 
 // `intensity` in W/sr.
-std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity);
+std::unique_ptr<Light> make_point_light(const V3f& position, const Rgb& intensity,
+                                        FluxUnit unit = FluxUnit::watt);
 
 // What a point source of `intensity` towards x [W/sr] sends to x; shared by the lights that are points. No
 // sample: it is dark, or x is the light itself.
@@ -22,15 +24,17 @@ std::optional<LightSample> sample_Li_from_point(const V3f& position, const V3f& 
 
 // pbrt's spot: full intensity within `cone - delta`, a smooth fall to 0 at `cone` (half-angles, degrees).
 std::unique_ptr<Light> make_spot_light(const V3f& position, const V3f& axis, const Rgb& intensity,
-                                       float cone_degrees, float delta_degrees);
+                                       float cone_degrees, float delta_degrees,
+                                       FluxUnit unit = FluxUnit::watt);
 
 // Parallel light that travels along `direction`; `irradiance` on a plane facing it, W/m². Photons start on a
 // disc that covers the scene.
 std::unique_ptr<Light> make_distant_light(const V3f& direction, const Rgb& irradiance,
-                                          const SceneSphere& scene);
+                                          const SceneSphere& scene, FluxUnit unit = FluxUnit::watt);
 
 // The same radiance from every direction of the sky, W/(m² sr).
-std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene);
+std::unique_ptr<Light> make_infinite_light(const Rgb& radiance, const SceneSphere& scene,
+                                           FluxUnit unit = FluxUnit::watt);
 
 // Surfaces that can emit. They must be the very shapes that the scene holds as geometry.
 struct TriangleEmitter {
@@ -51,7 +55,8 @@ struct DiskEmitter {
 using EmitterShape = std::variant<TriangleEmitter, SphereEmitter, DiskEmitter>;
 
 // Lambertian emission of constant radiance, W/(m² sr).
-std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided);
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
+                                       FluxUnit unit = FluxUnit::watt);
 // The same light on geometry that lets all rays pass: it shines, and only sample_Li() and particles find it.
 std::unique_ptr<Light> make_unseen_light(std::unique_ptr<Light> light);
 

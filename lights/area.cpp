@@ -268,8 +268,8 @@ class Disk {
 template <typename Shape>
 class FlatLight final : public Light {
   public:
-    FlatLight(Shape shape, const Lambertian& emission)
-        : shape_(std::move(shape)), emission_(emission), parts_(shape_.part_bounds()) {
+    FlatLight(Shape shape, const Lambertian& emission, FluxUnit unit)
+        : Light(unit), shape_(std::move(shape)), emission_(emission), parts_(shape_.part_bounds()) {
         for (LightBounds& part : parts_) part.two_sided = emission_.two_sided();
     }
 
@@ -327,8 +327,9 @@ class FlatLight final : public Light {
 
 class SphereLight final : public Light {
   public:
-    SphereLight(const SphereEmitter& shape, const Lambertian& emission)
-        : centre_(shape.centre),
+    SphereLight(const SphereEmitter& shape, const Lambertian& emission, FluxUnit unit)
+        : Light(unit),
+          centre_(shape.centre),
           radius_(static_cast<double>(shape.radius)),
           reverse_(shape.reverse),
           shell_(static_cast<double>(surface_error(shape.centre, 2 * shape.radius))),
@@ -415,16 +416,17 @@ class SphereLight final : public Light {
 
 }  // namespace
 
-std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided) {
+std::unique_ptr<Light> make_area_light(EmitterShape shape, const Rgb& radiance, bool two_sided,
+                                       FluxUnit unit) {
     const Lambertian emission(radiance, two_sided);
     if (const auto* sphere = std::get_if<SphereEmitter>(&shape)) {
-        return std::make_unique<SphereLight>(*sphere, emission);
+        return std::make_unique<SphereLight>(*sphere, emission, unit);
     }
     if (const auto* disk = std::get_if<DiskEmitter>(&shape)) {
-        return std::make_unique<FlatLight<Disk>>(Disk(*disk), emission);
+        return std::make_unique<FlatLight<Disk>>(Disk(*disk), emission, unit);
     }
     return std::make_unique<FlatLight<Triangles>>(Triangles(std::get<TriangleEmitter>(std::move(shape))),
-                                                  emission);
+                                                  emission, unit);
 }
 
 }  // namespace lucerna

@@ -13,8 +13,8 @@ namespace {
 class ImageInfiniteLight final : public Light {
   public:
     ImageInfiniteLight(std::shared_ptr<const DirectionalImage> image, const LightAxes& axes, const Rgb& scale,
-                       const SceneSphere& scene)
-        : image_(std::move(image)), axes_(axes), scale_(scale), scene_(scene) {}
+                       const SceneSphere& scene, FluxUnit unit)
+        : Light(unit), image_(std::move(image)), axes_(axes), scale_(scale), scene_(scene) {}
 
     std::string_view kind() const override { return "infinite"; }
     bool has_impostor() const override { return true; }
@@ -57,8 +57,8 @@ class ImageInfiniteLight final : public Light {
 
 std::unique_ptr<Light> make_image_infinite_light(std::shared_ptr<const DirectionalImage> image,
                                                  const LightAxes& axes, const Rgb& scale,
-                                                 const SceneSphere& scene) {
-    return std::make_unique<ImageInfiniteLight>(std::move(image), axes, scale, scene);
+                                                 const SceneSphere& scene, FluxUnit unit) {
+    return std::make_unique<ImageInfiniteLight>(std::move(image), axes, scale, scene, unit);
 }
 
 }  // namespace lucerna

@@ -1,5 +1,6 @@
 // Lights whose colour is an image: of the sky, of a lamp's distribution, of a slide that is projected.
-// Positions are relative to the scene's origin, lengths in scene units.
+// Positions are relative to the scene's origin, lengths in scene units. Where W is said, lm is meant of a
+// light that counts in them.
 #pragma once
 
 #include <memory>
@@ -21,11 +22,12 @@ struct LightAxes {
 // A sky of radiance `scale` times the image, W/(m² sr).
 std::unique_ptr<Light> make_image_infinite_light(std::shared_ptr<const DirectionalImage> image,
                                                  const LightAxes& axes, const Rgb& scale,
-                                                 const SceneSphere& scene);
+                                                 const SceneSphere& scene, FluxUnit unit = FluxUnit::watt);
 
 // A point that sends `scale` times the image, W/sr.
 std::unique_ptr<Light> make_goniometric_light(std::shared_ptr<const DirectionalImage> image,
-                                              const V3f& position, const LightAxes& axes, const Rgb& scale);
+                                              const V3f& position, const LightAxes& axes, const Rgb& scale,
+                                              FluxUnit unit = FluxUnit::watt);
 
 // A slide before a point: along z, its shorter side spans the field of view; columns run along x.
 class Slide {
@@ -56,6 +58,7 @@ class Slide {
     Rgb integral_{0.0F};
 };
 std::unique_ptr<Light> make_projection_light(std::shared_ptr<const Slide> slide, const V3f& position,
-                                             const LightAxes& axes, const Rgb& scale);
+                                             const LightAxes& axes, const Rgb& scale,
+                                             FluxUnit unit = FluxUnit::watt);
 
 }  // namespace lucerna

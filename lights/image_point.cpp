@@ -63,14 +63,16 @@ std::optional<Slide::Drawn> Slide::draw(const V2f& u) const {
 }
 
 std::unique_ptr<Light> make_goniometric_light(std::shared_ptr<const DirectionalImage> image,
-                                              const V3f& position, const LightAxes& axes, const Rgb& scale) {
+                                              const V3f& position, const LightAxes& axes, const Rgb& scale,
+                                              FluxUnit unit) {
     return std::make_unique<ShapedPointLight<DirectionalImage>>("goniometric", std::move(image), position,
-                                                                axes, scale);
+                                                                axes, scale, unit);
 }
 
 std::unique_ptr<Light> make_projection_light(std::shared_ptr<const Slide> slide, const V3f& position,
-                                             const LightAxes& axes, const Rgb& scale) {
-    return std::make_unique<ShapedPointLight<Slide>>("projection", std::move(slide), position, axes, scale);
+                                             const LightAxes& axes, const Rgb& scale, FluxUnit unit) {
+    return std::make_unique<ShapedPointLight<Slide>>("projection", std::move(slide), position, axes, scale,
+                                                     unit);
 }
 
 }  // namespace lucerna

@@ -6,8 +6,8 @@
 //   Le, Le_on_surface what a ray finds that was drawn otherwise         (the other half of MIS; the camera)
 //
 // Lights are few and long-lived, so they are virtual; they are constant after construction and safe to share
-// between threads. Units: radiance in W/(m² sr), or cd/m² where the lamp's file is photometric; lengths in
-// scene units, which stand for metres.
+// between threads. Units: radiance in W/(m² sr), or cd/m² where the light counts in lumens (unit()); where a
+// comment says W, lm is meant then. Lengths in scene units, which stand for metres.
 #pragma once
 
 #include <cstdint>
@@ -76,12 +76,14 @@ struct SceneSphere {
 class Light {
   public:
     virtual ~Light() = default;
+    Light(const Light&) = delete;
+    Light& operator=(const Light&) = delete;
 
     // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "ies", "ldt" …
     virtual std::string_view kind() const = 0;
 
-    // What its numbers count: W, or lm for what comes from a photometric file; radiance is then in cd/m².
-    virtual FluxUnit unit() const { return FluxUnit::watt; }
+    // What its numbers count: with lm, intensity is in cd, radiance in cd/m² (luminance), irradiance in lx.
+    FluxUnit unit() const { return unit_; }
 
     // Total flux, colour by colour, in its unit. Its luminance is what lights are chosen by.
     virtual Rgb flux() const = 0;
@@ -133,6 +135,12 @@ class Light {
     virtual bool only_particles() const { return false; }
     // True if Le() can answer; renderers ask only these.
     virtual bool has_impostor() const { return false; }
+
+  protected:
+    explicit Light(FluxUnit unit = FluxUnit::watt) : unit_(unit) {}
+
+  private:
+    FluxUnit unit_;
 };
 
 // The shape on which a lamp is seen to shine: its glass, its bulb, its front.

@@ -286,7 +286,7 @@ class MeasuredLight final : public Light {
     MeasuredLight(Lumigraph lamp, std::vector<CellTable> tables, const MeasuredSettings& settings,
                   double flux, const std::vector<double>& shares, std::unique_ptr<const LampShape> shape,
                   const Workers& workers)
-        : unit_(lamp.unit()), flux_(flux), shape_(std::move(shape)) {
+        : Light(settings.unit.taken(lamp.unit())), flux_(flux), shape_(std::move(shape)) {
         const Location at{settings.file.string()};
         if (!lamp.simple()) box_.emplace(lamp.box(), settings.world_from_light, at);
         CellId first = 0;
@@ -314,7 +314,6 @@ class MeasuredLight final : public Light {
     }
 
     std::string_view kind() const override { return "lightfield"; }
-    FluxUnit unit() const override { return unit_; }
     Rgb flux() const override { return static_cast<float>(flux_) * colour_; }
     bool has_impostor() const override { return true; }
 
@@ -683,7 +682,6 @@ class MeasuredLight final : public Light {
 
     static constexpr float kBelowOne = 0x1.fffffep-1F;
 
-    FluxUnit unit_;
     double flux_;  // of all that leaves [lamp's unit]
     Rgb colour_{1.0F};
     std::unique_ptr<const LampShape> shape_;  // may be null
@@ -745,7 +743,11 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
     if (cells > kMostCells)
         input_error(at, "slabs of {} cells together; at most {} are accepted", cells, kMostCells);
     const double measured = lamp.flux();
-    double flux = settings.power > 0 ? double{settings.power} : measured * double{settings.power_scale};
+    double flux = double{settings.power};
+    if (!(settings.power > 0)) {
+        flux = measured * unit_factor(settings.unit, lamp.unit(), lamp.lumens_per_watt(), at) *
+               double{settings.power_scale};
+    }
     if (!(bright > 0)) {
         if (settings.power > 0) input_error(at, "power {}: the light field is black", settings.power);
         flux = 0;

@@ -24,7 +24,8 @@ struct MeasuredSettings {
     M44d world_from_light;  // rotation, translation and uniform scale; relative to the scene's origin. The
                             // lamp's file is in metres; its flux does not change with the scale
     float power_scale = 1;  // multiplies the flux
-    float power = 0;        // if > 0: the flux the lamp is set to, in the file's flux unit
+    float power = 0;        // if > 0: the flux the lamp is set to, in the light's unit
+    LampUnit unit = {};     // what the light counts in; the file's own unless it says another
     EmissionMode mode = EmissionMode::exact;
     Reconstruction reconstruction = Reconstruction::exact;  // approximate: with EmissionMode::exact alone
     WorkingSpace colours = {};
@@ -70,7 +71,8 @@ struct RayLightSettings {
     M44d world_from_light;  // rotation, translation and uniform scale; relative to the scene's origin. The
                             // rays are in metres; their flux does not change with the scale
     float power_scale = 1;  // multiplies the flux
-    float power = 0;        // if > 0: the flux the rays are set to, in the file's flux unit
+    float power = 0;        // if > 0: the flux the rays are set to, in the light's unit
+    LampUnit unit = {};     // as in MeasuredSettings
     WorkingSpace colours = {};
 };
 

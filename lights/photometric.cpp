@@ -176,9 +176,9 @@ PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double az
 
 std::unique_ptr<Light> make_photometric_light(std::string_view kind,
                                               std::shared_ptr<const PhotometricWeb> web, const V3f& position,
-                                              const LightAxes& axes, const Rgb& scale) {
+                                              const LightAxes& axes, const Rgb& scale, FluxUnit unit) {
     return std::make_unique<ShapedPointLight<PhotometricWeb>>(kind, std::move(web), position, axes, scale,
-                                                              FluxUnit::lumen);
+                                                              unit);
 }
 
 }  // namespace lucerna

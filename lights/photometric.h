@@ -109,9 +109,11 @@ PhotometricWeb scaled(const PhotometricWeb& web, double factor);
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step);
 
 // The lamp as a point at `position` (relative to the scene's origin), `axes` the lamp's own in the world; all
-// of its light times `scale`, a colour. In lumens; `kind` is "ies" or "ldt".
+// of its light times `scale`, a colour, which also brings its candela to W/sr where the light is to count in
+// W. `kind` is "ies" or "ldt".
 std::unique_ptr<Light> make_photometric_light(std::string_view kind,
                                               std::shared_ptr<const PhotometricWeb> web, const V3f& position,
-                                              const LightAxes& axes, const Rgb& scale);
+                                              const LightAxes& axes, const Rgb& scale,
+                                              FluxUnit unit = FluxUnit::lumen);
 
 }  // namespace lucerna

@@ -102,17 +102,16 @@ class RayChoice {
 class RayLight final : public Light {
   public:
     RayLight(RaySet set, const RayLightSettings& settings)
-        : set_(std::move(set)),
+        : Light(settings.unit.taken(set.unit)),
+          set_(std::move(set)),
           colours_(set_, settings.colours),
           choice_(set_, colours_),
           placement_(settings.world_from_light, V3d(0, 0, 0), {settings.file.string()}),
-          flux_(settings.power > 0 ? double{settings.power}
-                                   : colours_.light() * double{settings.power_scale}) {
+          flux_(flux_of(settings)) {
         set_.tristimulus = {};  // colours_ has taken its place
     }
 
     std::string_view kind() const override { return "rayfile"; }
-    FluxUnit unit() const override { return set_.unit; }
     bool is_delta() const override { return true; }
     bool only_particles() const override { return true; }
     Rgb flux() const override { return static_cast<float>(flux_) * colours_.mean(); }
@@ -136,11 +135,18 @@ class RayLight final : public Light {
     }
 
   private:
+    double flux_of(const RayLightSettings& settings) const {
+        if (settings.power > 0) return double{settings.power};
+        const Location at{settings.file.string()};
+        return colours_.light() * unit_factor(settings.unit, set_.unit, set_.lumens_per_watt, at) *
+               double{settings.power_scale};
+    }
+
     RaySet set_;
     EmittedColours colours_;
     RayChoice choice_;
     Placement placement_;
-    double flux_;  // of all that leaves [the set's unit]
+    double flux_;  // of all that leaves [the light's unit]
 };
 
 }  // namespace

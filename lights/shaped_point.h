@@ -20,17 +20,16 @@ template <typename Shape>
 class ShapedPointLight final : public Light {
   public:
     ShapedPointLight(std::string_view kind, std::shared_ptr<const Shape> shape, const V3f& position,
-                     const LightAxes& axes, const Rgb& scale, FluxUnit unit = FluxUnit::watt)
-        : kind_(kind),
+                     const LightAxes& axes, const Rgb& scale, FluxUnit unit)
+        : Light(unit),
+          kind_(kind),
           shape_(std::move(shape)),
           position_(position),
           axes_(axes),
-          scale_(scale),
-          unit_(unit) {}
+          scale_(scale) {}
 
     std::string_view kind() const override { return kind_; }
     bool is_delta() const override { return true; }
-    FluxUnit unit() const override { return unit_; }
     Rgb flux() const override { return scale_ * shape_->integral(); }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {
@@ -55,7 +54,6 @@ class ShapedPointLight final : public Light {
     V3f position_;  // scene units
     LightAxes axes_;
     Rgb scale_;  // flux unit/sr per unit of the shape
-    FluxUnit unit_;
 };
 
 }  // namespace lucerna

@@ -34,7 +34,7 @@ for round in $(seq "$rounds"); do
     shoot igi "$round" "${igi[@]}"                                # the defaults
     shoot igi-one-ray "$round" "${igi[@]}" --set shadowrays=1
     shoot igi-all-rays "$round" "${igi[@]}" --set shadowrays=0
-    shoot igi-note "$round" "${igi[@]}" --set rrthreshold=0.0001  # roulette by a threshold, as [Pharr 2004]
+    shoot igi-note "$round" "${igi[@]}" --set rrthreshold=0.0767  # roulette by a threshold [cd/m²], as [Pharr 2004]
     shoot igi-tree "$round" "${igi[@]}" --set choice=tree
     shoot gather "$round" --integrator photonmap --spp "$spp" --seed "$round" --set photons=500000 gatherrays=1
     shoot path "$round" --integrator path --spp "$spp" --seed "$round" --set maxdepth=0

@@ -15,12 +15,15 @@ resolution=${RESOLUTION:-180x225}
 reference=${REFERENCE:-512}
 mkdir -p "$out" docs/images
 [ -e scenes/cathedral/mesh ] || scenes/make.sh cathedral
+cathedral=scenes/cathedral/cathedral.pbrt
 
 # render NAME SCENE ARGUMENT...
 render() {
     local name=$1 scene=$2
     shift 2
-    "$lucerna" render "$scene" -o "$out/$name.exr" --png --exposure -0.8 --quiet --stats "$out/$name.json" "$@"
+    local exposure=-10.4  # of cd/m²
+    [ "$scene" = "$cathedral" ] || exposure=-0.8
+    "$lucerna" render "$scene" -o "$out/$name.exr" --png --exposure "$exposure" --quiet --stats "$out/$name.json" "$@"
 }
 # row NAME REFERENCE: time, relative MSE, mean over the reference's
 row() {
@@ -38,7 +41,6 @@ ROW
 
 echo "| picture | seconds | relative MSE | mean R, G, B over the reference's |"
 echo "| --- | --- | --- | --- |"
-cathedral=scenes/cathedral/cathedral.pbrt
 size="--resolution $resolution"
 truth=cathedral-path-$resolution-$reference
 [ -f "$out/$truth.exr" ] || render "$truth" "$cathedral" --integrator path --set maxdepth=0 --spp "$reference" --seed 101 $size

@@ -88,6 +88,10 @@ Rgb xyz_colour(const V3d& xyz) {
     return y > 0 ? colour_of_luminance_one(rgb) * luminance(rgb) : Rgb(0.0F);
 }
 
+double luminous_width() {
+    return equal_energy().y;
+}
+
 V3d emission_xyz(std::span<const SpectralSample> spectrum) {
     return visible_xyz(spectrum) / equal_energy().y;
 }

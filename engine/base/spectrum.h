@@ -52,6 +52,8 @@ using Spectrum = std::vector<SpectralSample>;  // in rising order of wavelengths
 // The luminance is ∫ s ȳ dλ / ∫ ȳ dλ: a constant spectrum of value c has luminance c. Colours outside
 // the gamut are mixed with grey of the same luminance. Requires at least one sample.
 Rgb emission_rgb(std::span<const SpectralSample> spectrum);
+// ∫ ȳ dλ [nm], what it is divided by: 106.86.
+double luminous_width();
 // The same before it becomes red, green and blue: CIE XYZ, Y the luminance as above.
 V3d emission_xyz(std::span<const SpectralSample> spectrum);
 // Channel by channel relative to a spectrum of 1. Not negative; within the bounds of the samples, which a

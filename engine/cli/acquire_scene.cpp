@@ -137,12 +137,28 @@ SceneAcquisition result_of(const SceneEmitter& emitter, const LuminaireParameter
 
 }  // namespace
 
+namespace {
+
+// A flux that is stated is the lamp's whatever the scene counts in; the scene's own must be in its unit.
+void require_unit(const SceneEmitter& emitter, const Scene& scene) {
+    const std::optional<FluxUnit> stated = scene.stated_unit();
+    if (!stated || *stated == emitter.unit || emitter.flux > 0) return;
+    input_error(
+        {emitter.file.string()},
+        "the scene states that its light counts in {}, and the lamp is to be in {}; the same unit, or "
+        "the lamp's flux, is accepted",
+        flux_unit_name(*stated), flux_unit_name(emitter.unit));
+}
+
+}  // namespace
+
 SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, const std::filesystem::path& part,
                                const Workers& workers, Monitor& monitor) {
     FilterSums sums(rig);
     SceneOverrides overrides;
     overrides.strict = emitter.strict;
     const Job job = read_scene(emitter.file, overrides, workers, monitor);
+    require_unit(emitter, job.scene);
     if (emitter.when_read) emitter.when_read(job);
     LuminaireParameters parameters;
     parameters.paths = emitter.rays;

@@ -58,13 +58,16 @@ std::string film_text(const FilmSettings& film) {
 
 PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t seed) {
     const V2i size = film.rendered_size();
-    PictureFacts facts{{"version of lucerna", std::string(program_version())},
-                       {"arithmetic", arithmetic()},
-                       {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
-                       {"image size", fmt::format("{} x {}", size.x, size.y)},
-                       {"film", film_text(film)},
-                       {"integrator", std::string(integrator_name(job.integrator))},
-                       {"seed", fmt::format("{}", seed)}};
+    PictureFacts facts{
+        {"version of lucerna", std::string(program_version())},
+        {"arithmetic", arithmetic()},
+        {"scene (hash of all its files)", fmt::format("{:016x}", hash_of_files(job.files))},
+        {"unit of light",
+         std::string(job.scene.stated_unit() ? unit_name(*job.scene.stated_unit()) : "that of each light")},
+        {"image size", fmt::format("{} x {}", size.x, size.y)},
+        {"film", film_text(film)},
+        {"integrator", std::string(integrator_name(job.integrator))},
+        {"seed", fmt::format("{}", seed)}};
     for (auto& [name, value] : describe(job.integrator)) facts.emplace_back("parameter " + name, value);
     return facts;
 }

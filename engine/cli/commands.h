@@ -12,11 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/base/image.h"
 #include "engine/base/parallel.h"
 #include "engine/base/tone.h"
 #include "engine/base/units.h"
 #include "engine/cli/run.h"
+#include "lights/flux_unit.h"
 
 namespace lucerna {
 
@@ -82,8 +84,9 @@ void add_image_output(CLI::App& app, ImageOutput& output, const std::string& hel
 inline std::filesystem::path png_beside(std::filesystem::path image) {
     return image.replace_extension(".png");
 }
-// What is said of a picture that was written.
-std::string picture_text(const std::filesystem::path& file, const PictureLook& look);
+// What is said of a picture that was written of an image: its exposure, and what it shows as white in the
+// image's unit.
+std::string picture_text(const std::filesystem::path& file, const PictureLook& look, const Image& of);
 
 // --threads N
 inline void add_threads(CLI::App& app, Workers& workers) {
@@ -91,6 +94,22 @@ inline void add_threads(CLI::App& app, Workers& workers) {
              [&workers](const std::string& word) {
                  workers.threads = static_cast<int>(parse_whole({"--threads"}, word, 1, 1024));
              });
+}
+
+// --unit NAME: what a scene's light counts in, in the place of the scene's own Option "unit".
+inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
+    add_word(
+        app, "--unit", "NAME",
+        "what all light of the scene counts in: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)), in "
+        "the place of the scene's own Option \"unit\"",
+        [&unit](const std::string& word) {
+            unit = unit_named(word);
+            if (!unit) {
+                throw InputError({"--unit"},
+                                 fmt::format("\"{}\" is unknown; photometric and radiometric are accepted",
+                                             one_line(word)));
+            }
+        });
 }
 
 // When a command is to be asked to stop, instead of being ended.

@@ -65,7 +65,8 @@ void print_lights(std::ostream& out, const Scene& scene, const WorkingSpace& col
         fmt::print(out, "lights       {} {}, {:.6g} {} in all (luminance)\n", kind.count, name.first,
                    kind.power, flux_unit_name(name.second));
     }
-    fmt::print(out, "unit         {}\n", unit_text(Quantity::radiance, common_unit(scene.lights())));
+    fmt::print(out, "unit         {}{}\n", unit_text(Quantity::radiance, scene_unit(scene)),
+               scene.stated_unit() ? ", as stated" : "");
     if (scene.lights().size() < 2) return;
     for (std::size_t i = 0; i < std::min(scene.lights().size(), kMostListed); ++i) {
         const Rgb flux = colours.light_to_rgb(scene.lights()[i]->flux());
@@ -170,6 +171,7 @@ struct InfoOptions {
     bool integrators = false;
     bool skip_missing = false;
     bool strict = false;
+    std::optional<FluxUnit> unit;
 };
 
 // --- integrators ---
@@ -229,6 +231,7 @@ void print_scene_file(const InfoOptions& options, const CommandContext& context)
     SceneOverrides overrides;
     overrides.skip_missing = options.skip_missing;
     overrides.strict = options.strict;
+    overrides.unit = options.unit;
     const Workers workers;
     SceneFrames frames(options.file, overrides, workers, monitor);
     for (int frame = 1; frame == 1 || frames.more(); ++frame) {
@@ -319,6 +322,7 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
     app.add_flag("--skip-missing", options->skip_missing,
                  "leave out what lies in files that are not there, with a warning");
     app.add_flag("--strict", options->strict, "refuse a scene that is not rendered as it says");
+    add_unit_option(app, options->unit);
     app.add_flag("--integrators", options->integrators, "all integrators and their parameters");
     app.callback([options, &context] { act(*options, context); });
 }

@@ -64,12 +64,16 @@ void ImageOutput::write(const Image& image, const std::string& what, const Image
     if (!png) return;
     const PictureLook look = picture.look(exposed_by);
     write_png(png_beside(file), shown, look);
-    if (!quiet) fmt::print(context.out, "{}\n", picture_text(png_beside(file), look));
+    if (!quiet) fmt::print(context.out, "{}\n", picture_text(png_beside(file), look, image));
 }
 
-std::string picture_text(const std::filesystem::path& file, const PictureLook& look) {
-    return fmt::format("picture  {} (exposure {:+.2f} stops{}{})", file.string(), std::log2(look.exposure),
-                       look.tone == ToneCurve::linear ? ", clipped" : "",
+std::string picture_text(const std::filesystem::path& file, const PictureLook& look, const Image& of) {
+    const auto unit = of.attributes.find("lucerna.unit");
+    const std::string white = unit == of.attributes.end()
+                                  ? ""
+                                  : fmt::format(": {:.4g} {} is white", 1 / look.exposure, unit->second);
+    return fmt::format("picture  {} (exposure {:+.2f} stops{}{}{})", file.string(), std::log2(look.exposure),
+                       white, look.tone == ToneCurve::linear ? ", clipped" : "",
                        look.white ? fmt::format(", white of {:g} K", *look.white) : "");
 }
 

@@ -319,7 +319,8 @@ class Pictures {
                                               report.pixels_apart.size(), first.x, first.y));
         }
         if (command_.png) {
-            lines.push_back(picture_text(png_beside(image_), command_.picture.look(shown(result))));
+            lines.push_back(
+                picture_text(png_beside(image_), command_.picture.look(shown(result)), result.image));
         }
         return lines;
     }
@@ -611,6 +612,7 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
              fmt::format("what is rendered in, and the image: {}, in the place of the scene's",
                          fmt::join(WorkingSpace::names(), ", ")),
              [&command](const std::string& word) { command.overrides.colours = parse_working_space(word); });
+    add_unit_option(app, command.overrides.unit);
     app.add_flag("--broadcast-scene", command.broadcast_scene,
                  "of the ranks of a parallel job the first alone reads the scene's files, and sends them to "
                  "the others");

@@ -59,6 +59,7 @@ constexpr std::uint64_t kReferenceSeed = std::uint64_t{1} << 40;
 struct StudyCommand {
     std::string file, folder;
     bool strict = false;
+    std::optional<FluxUnit> unit;  // none: as each scene says
     bool quiet = false;
     Workers workers;
 };
@@ -200,15 +201,16 @@ std::string repeated(const StudyCommand& command) {
     const std::string threads = command.workers.threads == Workers{}.threads
                                     ? ""
                                     : fmt::format(" --threads {}", command.workers.threads);
-    return fmt::format("lucerna study {} -o {}{}{}", shell_word(command.file), shell_word(command.folder),
-                       command.strict ? " --strict" : "", threads);
+    return fmt::format("lucerna study {} -o {}{}{}{}", shell_word(command.file), shell_word(command.folder),
+                       command.strict ? " --strict" : "",
+                       command.unit ? fmt::format(" --unit {}", unit_name(*command.unit)) : "", threads);
 }
 
 // On other ranks than 0.
 void follow(const StudyCommand& command, const CommandContext& context, Ranks& ranks) {
     const StudyDescription description = read_study(command.file);
     CommandFiles none;
-    StudyRuns runs({}, {none, context.around, command.workers, command.strict, &ranks});
+    StudyRuns runs({}, {none, context.around, command.workers, command.strict, command.unit, &ranks});
     Monitor silent;
     runs.run_by_ranks(work_of(description), silent, {});
 }
@@ -219,7 +221,8 @@ void make_study(const StudyCommand& command, const CommandContext& context, Rank
     CommandFiles files;
     files.reads(command.file);
     for (const StudyScene& scene : description.scenes) files.reads(scene.file);
-    StudyRuns runs(folder / "runs", {files, context.around, command.workers, command.strict, ranks});
+    StudyRuns runs(folder / "runs",
+                   {files, context.around, command.workers, command.strict, command.unit, ranks});
     for (const char* name : {"results.csv", "results.json", "study.html"})
         files.writes(folder / name, "", "study");
     const std::string description_text = read_text(command.file);
@@ -273,6 +276,7 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
         ->type_name("DIR");
     app.add_flag("--strict", command->strict,
                  "refuse what is not rendered as a scene says, instead of a warning");
+    add_unit_option(app, command->unit);
     app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });

@@ -117,6 +117,7 @@ Job StudyRuns::read(const StudyWork& work, Monitor& monitor) {
     SceneOverrides overrides = work.point->overrides;
     overrides.resolution = work.scene->resolution;
     overrides.strict = command_.strict;
+    overrides.unit = command_.unit;
     Job job = read_scene(work.scene->file, overrides, command_.workers, monitor);
     if (scenes_.insert(work.scene->file).second) {
         command_.files.reads(job.files);

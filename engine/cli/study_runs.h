@@ -44,8 +44,9 @@ class StudyRuns {
         CommandFiles& files;
         const Surroundings& around;
         Workers workers;
-        bool strict;   // what a scene's reader would replace or leave out with a warning is an error
-        Ranks* ranks;  // null: this process alone
+        bool strict;  // what a scene's reader would replace or leave out with a warning is an error
+        std::optional<FluxUnit> unit;  // SceneOverrides::unit
+        Ranks* ranks;                  // null: this process alone
     };
     // `folder` is made if it is not there, by rank 0. Throws InputError.
     StudyRuns(std::filesystem::path folder, const Command& command);

@@ -196,9 +196,11 @@ std::string light_text(const GltfLight& light) {
                          (light.outer - light.inner) * kDegrees);
 }
 
+// A hazy day: a sky of 5,000 cd/m², a sun of 24 klx.
 std::string default_light_text() {
-    return "LightSource \"infinite\" \"rgb L\" [ 0.5 0.5 0.5 ]\n"
-           "LightSource \"distant\" \"rgb L\" [ 2.5 2.4 2.2 ] \"point3 from\" [ 0.6 1 0.8 ] \"point3 to\" [ "
+    return "LightSource \"infinite\" \"rgb L\" [ 5000 5000 5000 ]\n"
+           "LightSource \"distant\" \"rgb L\" [ 25000 24000 22000 ] \"point3 from\" [ 0.6 1 0.8 ] \"point3 "
+           "to\" [ "
            "0 0 0 ]\n";
 }
 

@@ -181,7 +181,8 @@ class Writer {
             "over. Lights stand as the model has them, in candela, lux and cd/m².\n",
             quotable(source));
         for (const std::string& note : written_.notes) text += fmt::format("# {}\n", note);
-        return text + "\n";
+        // [glTF 2.0, 3.9.3 and KHR_lights_punctual]
+        return text + "\nOption \"string unit\" \"photometric\"\n";
     }
 
     const GltfModel& model_;

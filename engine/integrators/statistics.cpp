@@ -206,6 +206,7 @@ std::map<std::string, std::string> RenderReport::notes() const {
     visit_once(once, writer);
     visit_passes(passes, writer);
     writer.value("unit", unit);
+    writer.value("energy.unit", flux_unit);
     writer.value("ended_by", ended_by);
     return std::move(writer.notes);
 }

@@ -76,40 +76,46 @@ EmitterShape emitter_of(const AreaSpec& area, const SceneParts& parts,
     return TriangleEmitter{mesh.p, kept_triangles(mesh), mesh.traits.reverse_orientation};
 }
 
-// Makes the light of a spec, its colour times `factor`.
+// Makes the light of a spec, its colour times `factor`, in the scene's unit.
 struct LightMaker {
     const SceneParts& parts;
     const std::vector<std::size_t>& mesh_of;  // where the draft's meshes went
     const SceneSphere& sphere;
     const Workers& workers;
     Monitor& monitor;
+    std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own
     float factor = 1;
 
+    FluxUnit unit() const { return stated.value_or(FluxUnit::watt); }
+
     std::unique_ptr<Light> operator()(const PointSpec& s) const {
-        return make_point_light(to_scene(s.position, parts.origin), s.intensity * factor);
+        return make_point_light(to_scene(s.position, parts.origin), s.intensity * factor, unit());
     }
     std::unique_ptr<Light> operator()(const SpotSpec& s) const {
         return make_spot_light(to_scene(s.position, parts.origin), V3f(s.axis), s.intensity * factor,
-                               static_cast<float>(s.cone_degrees), static_cast<float>(s.delta_degrees));
+                               static_cast<float>(s.cone_degrees), static_cast<float>(s.delta_degrees),
+                               unit());
     }
     std::unique_ptr<Light> operator()(const DistantSpec& s) const {
-        return make_distant_light(V3f(s.direction), s.irradiance * factor, sphere);
+        return make_distant_light(V3f(s.direction), s.irradiance * factor, sphere, unit());
     }
     std::unique_ptr<Light> operator()(const InfiniteSpec& s) const {
-        return make_infinite_light(s.radiance * factor, sphere);
+        return make_infinite_light(s.radiance * factor, sphere, unit());
     }
     std::unique_ptr<Light> operator()(const ImageInfiniteSpec& s) const {
-        return make_image_infinite_light(s.image, s.axes, s.scale * factor, sphere);
+        return make_image_infinite_light(s.image, s.axes, s.scale * factor, sphere, unit());
     }
     std::unique_ptr<Light> operator()(const GoniometricSpec& s) const {
-        return make_goniometric_light(s.image, to_scene(s.position, parts.origin), s.axes, s.scale * factor);
+        return make_goniometric_light(s.image, to_scene(s.position, parts.origin), s.axes, s.scale * factor,
+                                      unit());
     }
     std::unique_ptr<Light> operator()(const ProjectionSpec& s) const {
-        return make_projection_light(s.slide, to_scene(s.position, parts.origin), s.axes, s.scale * factor);
+        return make_projection_light(s.slide, to_scene(s.position, parts.origin), s.axes, s.scale * factor,
+                                     unit());
     }
     std::unique_ptr<Light> operator()(const PhotometricSpec& s) const {
         return make_photometric_light(s.kind, s.web, to_scene(s.position, parts.origin), s.axes,
-                                      s.scale * factor);
+                                      s.scale * factor, stated.value_or(FluxUnit::lumen));
     }
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         MeasuredSettings settings = s.settings;
@@ -123,7 +129,7 @@ struct LightMaker {
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         if (s.lamp) return lamp_on_shape(s);
-        auto light = make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided);
+        auto light = make_area_light(emitter_of(s, parts, mesh_of), s.radiance * factor, s.two_sided, unit());
         return s.unseen ? make_unseen_light(std::move(light)) : std::move(light);
     }
     std::unique_ptr<Light> lamp_on_shape(const AreaSpec& s) const {
@@ -174,10 +180,12 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
         if (!first) first = i;
         const Light &one = *lights[*first], &other = *lights[i];
         if (one.unit() == other.unit()) continue;
-        monitor.warn(
-            fmt::format("{}: this {} light is in {}, but the {} light at {} is in {}; the image adds both",
-                        to_string(drafts[i].place.location()), other.kind(), flux_unit_name(other.unit()),
-                        one.kind(), to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
+        monitor.warn(fmt::format(
+            "{}: this {} light is in {}, but the {} light at {} is in {}; the image adds both. Before "
+            "WorldBegin Option \"string unit\" \"photometric\" (or --unit photometric) makes all "
+            "light count in lm",
+            to_string(drafts[i].place.location()), other.kind(), flux_unit_name(other.unit()), one.kind(),
+            to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
         return;
     }
 }
@@ -267,6 +275,7 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     // A little more than the bounds, which the float32 vertices may exceed by their rounding.
     if (radius > 0) sphere.radius = static_cast<float>(radius * (1 + 1e-6)) * (1 + 1e-6F);
 
+    parts.unit = draft.unit;
     parts.materials = draft.materials;
     std::vector<std::size_t> mesh_of;
     static_cast<Shapes&>(parts) =
@@ -276,7 +285,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     sphere.radius = std::max(sphere.radius,
                              std::min(static_cast<float>(kLargestScene), reach_of(bounds_of(parts.media))));
     for (const DraftLight& light : draft.lights) {
-        parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor}));
+        parts.lights.push_back(
+            build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor, draft.unit}));
     }
     warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),

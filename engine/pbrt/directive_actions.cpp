@@ -326,7 +326,8 @@ void DirectiveReader::choose_working_space(std::string_view name) {
 
 void DirectiveReader::option() {
     const Place at = tokens().place();
-    const Params params = Params::read(tokens(), "Option", place_, reading_.leniency);
+    Params params = Params::read(tokens(), "Option", place_, reading_.leniency);
+    if (params.has("unit")) choose_unit(params);
     constexpr std::string_view known[] = {"disablepixeljitter",
                                           "disabletexturefiltering",
                                           "disablewavelengthjitter",
@@ -337,8 +338,10 @@ void DirectiveReader::option() {
                                           "pixelstats",
                                           "rendercoordsys",
                                           "seed",
+                                          "unit",
                                           "wavefront"};
     for (const Param& param : params.all()) {
+        if (param.name == "unit") continue;
         const bool is_known = std::ranges::find(known, param.name) != std::ranges::end(known);
         if (is_known) {
             reading_.warn(at, fmt::format("Option \"{}\" has no effect", param.name));
@@ -349,6 +352,27 @@ void DirectiveReader::option() {
                 "it is left out");
         }
     }
+}
+
+// Our own option, which decides what all numbers of light mean: taken strictly.
+void DirectiveReader::choose_unit(Params& params) {
+    const Param* param = params.find_any("unit");
+    const bool is_word = param->type == Param::Type::string && param->strings.size() == 1;
+    const std::string word = is_word ? param->strings.front() : std::string();
+    const std::optional<FluxUnit> unit = unit_named(word);
+    if (!unit) {
+        fail(param->place, "Option \"string unit\" is \"{}\"; photometric and radiometric are accepted",
+             shown(word));
+    }
+    if (overrides_.unit || draft_.unit == unit) return;
+    if (!draft_.media.empty()) {
+        fail(param->place,
+             "Option \"string unit\" \"{}\" says what light is counted in and stands behind a medium's; "
+             "before "
+             "MakeNamedMedium it is accepted",
+             word);
+    }
+    draft_.unit = unit;
 }
 
 void DirectiveReader::medium_interface() {

@@ -86,6 +86,7 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
                .skip_missing = overrides.skip_missing},
       overrides_(overrides) {
     draft_.film.colours = overrides.colours.value_or(WorkingSpace());
+    draft_.unit = overrides.unit;
     draft_.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
     files_.push_back({draft_.sources.front().get(), Tokens(*draft_.sources.front())});
     begin_frame();
@@ -259,6 +260,7 @@ void DirectiveReader::keep_options() {
     options_.passes = draft_.passes;
     options_.integrator = draft_.integrator;
     options_.occlusion = draft_.occlusion;
+    options_.unit = draft_.unit;
     if (!more()) return;
     options_.media = draft_.media;
     options_.camera_medium = draft_.camera_medium;

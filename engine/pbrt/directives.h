@@ -117,6 +117,7 @@ class DirectiveReader {
     void accelerator();
     void color_space();
     void option();
+    void choose_unit(Params& params);
     void medium_interface();
     void make_named_medium();
     void volume();

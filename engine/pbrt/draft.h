@@ -191,6 +191,7 @@ struct Draft : DraftShapes {
     std::vector<CalculationSurface> surfaces;  // in world space
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;
+    std::optional<FluxUnit> unit;  // of all light, as the scene or the command line states it
 };
 
 // Reads the first frame of the text, and all it includes. Throws InputError.

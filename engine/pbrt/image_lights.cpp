@@ -96,7 +96,8 @@ bool names_an_image(const Params& params) {
 
 void read_image_infinite(Reading& reading, Params& params) {
     const auto image = read_sphere(reading, params);
-    const Rgb factor = light_color(reading, params, "L");
+    // The image is in the scene's unit, and "L" its factor.
+    const Rgb factor = light_color(reading, params, "L", ColorUse::tint);
     const double illuminance =
         image->illuminance(reading.colours().weights()) * static_cast<double>(luminance(factor));
     const Rgb color = with_illuminance(params, factor, illuminance);

@@ -9,7 +9,7 @@ namespace lucerna {
 
 // A colour of a light, by read_spectrum; white if it is not given. "scale", a float or version 3's colour,
 // is not yet applied.
-Rgb light_color(Reading& reading, Params& params, std::string_view name);
+Rgb light_color(Reading& reading, Params& params, std::string_view name, ColorUse use = ColorUse::emission);
 // "scale" applied to `value`.
 Rgb scaled_color(Reading& reading, Params& params, const Rgb& value);
 // A positive number where the parameter is given, otherwise 0.

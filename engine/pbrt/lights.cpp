@@ -1,9 +1,9 @@
 // Lights: point, spot, distant, infinite, diffuse areas, and our own measured lamps ("lightfield",
 // "rayfile").
 //
-// Radiance and intensity are taken as pbrt's numbers stand, in W; "power" and "illuminance" set the luminance
-// of the light's flux or irradiance (pbrt calls them photometric; one unit of luminance is one unit of either
-// here).
+// Radiance and intensity are taken as pbrt's numbers stand, in W, or in a photometric scene in lm; "power"
+// and "illuminance" set the luminance of the light's flux or irradiance (pbrt calls them photometric; one
+// unit of luminance is one unit of either here).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace lucerna {
 
-Rgb light_color(Reading& reading, Params& params, std::string_view name) {
-    return read_spectrum(reading, params, name, ColorUse::emission).value_or(reading.colours().white());
+Rgb light_color(Reading& reading, Params& params, std::string_view name, ColorUse use) {
+    return read_spectrum(reading, params, name, use).value_or(reading.colours().white());
 }
 
 Rgb scaled_color(Reading& reading, Params& params, const Rgb& value) {
@@ -166,8 +166,10 @@ std::shared_ptr<const AreaLight> read_area_light_of(Reading& reading, const std:
     accept_sampling(params);
     AreaLight light;
     light.place = params.place();
-    Rgb radiance = light_color(reading, params, "L");
-    if (params.has("filename")) {
+    // With an image "L" is its factor.
+    const bool has_image = params.has("filename");
+    Rgb radiance = light_color(reading, params, "L", has_image ? ColorUse::tint : ColorUse::emission);
+    if (has_image) {
         radiance = radiance * mean_of_image(reading, params);
         params.depart(params.place_of("filename"), params.owner() + " with \"filename\" is not supported",
                       "the shape emits the image's mean", "the image on it");
@@ -230,6 +232,26 @@ Reconstruction read_reconstruction(Params& params) {
          "reconstruction \"{}\" is unknown; exact and approximate are accepted", shown(name));
 }
 
+// What turns the lamp's unit into the scene's.
+LampUnit read_lamp_unit(const Reading& reading, Params& params) {
+    LampUnit unit{reading.draft.unit, 0};
+    if (!params.has("efficacy")) return unit;
+    unit.efficacy = params.real("efficacy", 0);
+    const Place at = params.place_of("efficacy");
+    if (!(unit.efficacy > 0 && unit.efficacy <= kMostLumensPerWatt)) {
+        fail(at, "\"efficacy\" of {} is {:g} lm/W; more than 0, to {:g} is accepted", params.owner(),
+             unit.efficacy, kMostLumensPerWatt);
+    }
+    if (!unit.wanted) {
+        fail(at,
+             "\"efficacy\" of {} brings the lamp to the scene's unit, and none is stated; Option \"string "
+             "unit\" "
+             "\"photometric\" or \"radiometric\" before WorldBegin is accepted",
+             params.owner());
+    }
+    return unit;
+}
+
 // What both kinds state alike: file, place, "scale" and "power".
 template <typename Settings>
 Settings read_lamp(Reading& reading, Params& params) {
@@ -240,6 +262,7 @@ Settings read_lamp(Reading& reading, Params& params) {
     lamp.colours = reading.colours();
     lamp.power_scale = static_cast<float>(params.real_within("scale", 1, 0, 1e30));
     lamp.power = static_cast<float>(positive_or_none(params, "power"));
+    lamp.unit = read_lamp_unit(reading, params);
     if (!uniform_scale(lamp.world_from_light)) {
         fail(params.place(),
              "{} is stretched or sheared by its transformation; rotation, translation and one scale "
@@ -291,6 +314,15 @@ class PlacedMonitor final : public Monitor {
     const Place& place_;
 };
 
+// From the candela of a photometric file to the scene's unit.
+double factor_of_file(const LampUnit& unit, const std::filesystem::path& file, const Place& at) {
+    try {
+        return unit_factor(unit, FluxUnit::lumen, 0, {file.string()});
+    } catch (const InputError& error) {
+        fail(at, "{}", printable(error.what()));
+    }
+}
+
 }  // namespace
 
 void read_photometric_light(Reading& reading, const std::string& kind, Params& params) {
@@ -309,10 +341,13 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     spec.axes = light_axes(reading, params);
     spec.position = transform_point(reading.state.ctm, params.point("from", V3d(0)));
     // A colour tints the light and leaves its candela as they are.
-    const Rgb colour = light_color(reading, params, "color");
+    const Rgb colour = light_color(reading, params, "color", ColorUse::tint);
     if (!(luminance(colour) > 0)) fail(params.place_of("color"), "\"color\" is black");
     spec.scale = scaled_color(reading, params, colour / luminance(colour));
-    reading.draft.lights.push_back({params.place(), spec, positive_or_none(params, "power")});
+    const double power = positive_or_none(params, "power");
+    const LampUnit unit = read_lamp_unit(reading, params);
+    if (!(power > 0)) spec.scale *= static_cast<float>(factor_of_file(unit, file, place));
+    reading.draft.lights.push_back({params.place(), spec, power});
 }
 
 }  // namespace lucerna

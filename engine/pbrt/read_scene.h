@@ -27,6 +27,7 @@ struct SceneOverrides {
     std::string output;                                    // image file; empty: as the scene says
     V2i resolution{0, 0};                                  // pixels; 0: as the scene says
     std::optional<WorkingSpace> colours;                   // of the render; none: as the scene says
+    std::optional<FluxUnit> unit;                          // of all light; none: as the scene says
     bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
     bool strict = false;        // what the reader would replace or leave out with a warning is an error
 };

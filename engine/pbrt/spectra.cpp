@@ -5,6 +5,9 @@
 // samples or a file is taken as it stands here, so that "spectrum L" [400 5 700 5] and "rgb L" [5 5 5] are
 // equally bright. What has no scale of its own is scaled to luminance 1: named illuminants, and a blackbody
 // of one number (version 4); one of two numbers is version 3's, whose largest spectral value is the second.
+//
+// In a photometric scene the luminance that all these have is in cd/m² (or cd), but that of samples: they are
+// spectral radiance, W/(m² sr nm), of which the eye makes 683 lm/W ∫ s V dλ.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,6 +16,7 @@
 #include "engine/base/spectrum.h"
 #include "engine/base/units.h"
 #include "engine/pbrt/state.h"
+#include "lights/flux_unit.h"
 
 namespace lucerna {
 namespace {
@@ -84,6 +88,13 @@ Rgb color_of(const WorkingSpace& colours, std::span<const SpectralSample> spectr
     return use == ColorUse::ratio ? colours.ratio_of_spectrum(spectrum) : colours.light_of_spectrum(spectrum);
 }
 
+// Of samples, as the text or a file lists them.
+Rgb color_of_samples(const Reading& reading, std::span<const SpectralSample> spectrum, ColorUse use) {
+    const Rgb color = color_of(reading.colours(), spectrum, use);
+    const bool absolute = use == ColorUse::emission && reading.draft.unit == FluxUnit::lumen;
+    return absolute ? color * static_cast<float>(kMostLumensPerWatt * luminous_width()) : color;
+}
+
 std::optional<Rgb> named_illuminant(const WorkingSpace& colours, std::string_view name, ColorUse use) {
     if (colours.is_srgb()) return illuminant_rgb(name);
     const auto xyz = illuminant_xyz(name);
@@ -128,7 +139,7 @@ Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
                                              sample.weight, sample.nanometres));
             }
         }
-        return color_of(reading.colours(), spectrum, use);
+        return color_of_samples(reading, spectrum, use);
     } catch (const InputError& error) {
         fail_always(param.place, "{}", printable(error.what()));
     }
@@ -190,7 +201,7 @@ std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, c
         };
         spectrum.erase(std::unique(spectrum.begin(), spectrum.end(), same), spectrum.end());
     }
-    return color_of(reading.colours(), spectrum, use);
+    return color_of_samples(reading, spectrum, use);
 }
 
 std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, const Param& param,

@@ -133,7 +133,8 @@ void apply_settings(IntegratorSettings& settings, const SceneOverrides& override
 // ratio or light of the working space (working_space.h).
 enum class ColorUse : std::uint8_t {
     ratio,     // reflectance, eta, k, sigma: 1 at all wavelengths is (1, 1, 1)
-    emission,  // of a light
+    tint,      // of a light whose strength something else gives; a spectrum of 1 has luminance 1
+    emission,  // radiance or intensity of a light, in the scene's unit
 };
 // Three numbers of an rgb parameter, not negative, in the working space whatever space they are in. A colour
 // outside its gamut is mixed with grey of its luminance, with a warning.
@@ -143,7 +144,8 @@ Rgb rgb_of_numbers(const Reading& reading, const Params& params, const Param& pa
 // One colour, however it is spelt: rgb, color, xyz, blackbody, spectrum (samples, a name, a .spd file).
 // Nothing if the parameter is absent; a texture is an error. Strength of emission: numbers as they stand (a
 // constant spectrum of value c has luminance c); luminance 1 for a named illuminant and for a blackbody of
-// one number, of two the second is its largest spectral value (spectra.cpp says why).
+// one number, of two the second is its largest spectral value (spectra.cpp says why). In a photometric scene
+// a spectrum of samples is in W/(m² sr nm), and its emission 683 lm/W ∫ s V dλ (cd/m²).
 std::optional<Rgb> read_spectrum(Reading& reading, Params& params, std::string_view name, ColorUse use);
 
 // A number that may vary: a float, or the name of a texture of floats.

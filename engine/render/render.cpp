@@ -81,6 +81,7 @@ class Run {
           watch_timer_(options.watch ? options.watch_every : kNever, true),
           checkpoint_timer_(options.keep ? options.keep_every : kNever) {
         report_.unit = unit();
+        report_.flux_unit = flux_unit_text(scene_unit(job.scene));
         if (options.resume) take_up(*options.resume);
         if (options.workers.ranks) {
             exchange_.emplace(*options.workers.ranks, job.scene, tiles_, film_, parts_ ? &*parts_ : nullptr,
@@ -666,7 +667,7 @@ class Run {
 
     std::string unit() const {
         const Quantity quantity = quantity_of(job_.integrator);
-        const std::string text = unit_text(quantity, common_unit(job_.scene.lights()));
+        const std::string text = unit_text(quantity, scene_unit(job_.scene));
         return job_.film.scale != 1 ? text + fmt::format(", times {:g}", job_.film.scale) : text;
     }
 

@@ -5,7 +5,8 @@
 // Lambertian one, of which every method knows the radiance L, and E = π L. Light that this surface emits, or
 // that lamps send into the camera before it, is no part of E.
 //
-// Units: lights count in W or, from photometric files, in lm; and so does the image.
+// Units: lights count in W or in lm, as the scene states for all of them or each by itself; and so does the
+// image.
 #pragma once
 
 #include <cstdint>
@@ -44,12 +45,21 @@ inline std::optional<FluxUnit> common_unit(std::span<const std::unique_ptr<Light
     return unit.value_or(FluxUnit::watt);
 }
 
+// That the scene's images are in; none if it is mixed. A stated unit holds for what media emit, too.
+inline std::optional<FluxUnit> scene_unit(const Scene& scene) {
+    return scene.stated_unit() ? scene.stated_unit() : common_unit(scene.lights());
+}
+
 // "cd/m^2", "W/(m^2 sr)", "lx", "W/m^2"; a mixture says so.
 inline std::string unit_text(Quantity quantity, std::optional<FluxUnit> unit) {
     if (!unit) return "mixed (some lights in W, some in lm)";
     const bool photometric = *unit == FluxUnit::lumen;
     if (quantity == Quantity::illuminance) return photometric ? "lx" : "W/m^2";
     return photometric ? "cd/m^2" : "W/(m^2 sr)";
+}
+// Of energies of light paths: "W", "lm".
+inline std::string flux_unit_text(std::optional<FluxUnit> unit) {
+    return unit ? std::string(flux_unit_name(*unit)) : unit_text(Quantity::radiance, unit);
 }
 
 }  // namespace lucerna

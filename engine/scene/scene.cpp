@@ -345,6 +345,9 @@ std::span<const std::unique_ptr<Light>> Scene::lights() const {
 const LightGroups& Scene::light_groups() const {
     return impl_->parts.light_groups;
 }
+std::optional<FluxUnit> Scene::stated_unit() const {
+    return impl_->parts.unit;
+}
 std::uint32_t Scene::object_of(const ClosestHit& closest) const {
     const ShapeSet& world = *impl_->world;
     const std::uint32_t first_quadric = world.quadrics_id(), patches = first_quadric + world.quadrics();

@@ -29,6 +29,7 @@ struct SceneParts : Shapes {
     std::vector<Material> materials;
     std::vector<std::unique_ptr<Light>> lights;
     LightGroups light_groups;
+    std::optional<FluxUnit> unit;  // that the scene states for all of its light; none: each has its own
     SceneMedia media;
     V3d origin{0, 0, 0};  // world position of the parts' (0,0,0)
 };
@@ -117,6 +118,8 @@ class Scene {
 
     std::span<const std::unique_ptr<Light>> lights() const;
     const LightGroups& light_groups() const;
+    // SceneParts::unit; what the scene's images are in is told by scene_unit() (quantity.h).
+    std::optional<FluxUnit> stated_unit() const;
     // Lights chosen in proportion to their power.
     const LightPicker& picker() const;
     // Lights chosen by what each may send to the place that asks.

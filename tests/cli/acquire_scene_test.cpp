@@ -92,6 +92,26 @@ TEST_P(AcquireSceneOf, MattDisc_IsTheFieldOfItsFormulaWithinItsNoise) {
     EXPECT_NEAR(field.info().colour.x / field.info().colour.y, 2, 1e-3);
 }
 
+TEST(AcquireScene, UnitOfTheScene_IsThatOfTheLamp_UnlessItsFluxIsStated) {
+    const Lamp lamp(kDisc);
+    SceneEmitter emitter = lamp.emitter(10'000);
+    const auto unit_is = [&](const char* unit) {
+        std::ofstream(emitter.file) << "Option \"string unit\" \"" << unit << "\"\n" << kHead << kDisc;
+    };
+    const auto flux = [&] {
+        Monitor silent;
+        return acquire_scene(emitter, bench(false), {}, Workers{2}, silent).account.total;
+    };
+    unit_is("photometric");
+    EXPECT_NEAR(flux(), 5, 1e-3);
+    unit_is("radiometric");
+    EXPECT_THAT(testing::error_of(flux),
+                ::testing::AllOf(::testing::HasSubstr("lamp.pbrt"), ::testing::HasSubstr("counts in W"),
+                                 ::testing::HasSubstr("in lm; the same unit")));
+    emitter.flux = 3;
+    EXPECT_NEAR(flux(), 3, 1e-3);
+}
+
 TEST(AcquireScene, EmitterBesideTheAxis_AppearsOnItsSideOfSAndShinesToItsSideOfM) {
     // A narrow cone from (+8, -4) mm that leans towards +y.
     const Lamp lamp(

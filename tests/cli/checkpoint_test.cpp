@@ -66,6 +66,7 @@ TEST_F(CheckpointCommand, OfAnotherRender_IsRefusedByWhatDiffers) {
     refused({"--seed", "5"}, {"seed is 0, here it is 5"});
     refused({"--resolution", "20x20"}, {"image size is 12 x 8, here it is 20 x 20"});
     refused({"--integrator", "direct"}, {"integrator is path, here it is direct"});
+    refused({"--unit", "photometric"}, {"unit of light is that of each light, here it is photometric"});
     refused({"--set", "maxdepth=2"}, {"parameter maxdepth is 4, here it is 2"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c", "--spp", "1"},
                    {"holds 2 samples per pixel, more than the 1 asked for"});

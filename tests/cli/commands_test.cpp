@@ -21,6 +21,7 @@
 namespace lucerna {
 namespace commands_test {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::lucerna_run;
 using ::testing::Not;
@@ -81,6 +82,37 @@ TEST_F(RunRender, CommandLine_OverridesTheScene) {
     EXPECT_EQ(stats["complete"], true);
     EXPECT_GT(stats["seconds"]["total"], 0);
     EXPECT_GT(stats["peak_memory_bytes"], 1'000'000);
+}
+
+TEST_F(RunRender, Unit_IsThatOfTheCommandLineBeforeTheScenes_AndSaidEverywhere) {
+    write("lit.pbrt", std::string("Option \"string unit\" \"radiometric\"\n") + testing::kScene);
+    const auto render = [](const std::string& scene, std::vector<std::string> more) {
+        std::vector<std::string> words{"render", scene, "-o", "u.exr", "--png", "--stats", "u.json"};
+        words.insert(words.end(), more.begin(), more.end());
+        const Outcome outcome = lucerna_run(words);
+        EXPECT_EQ(outcome.code, 0) << outcome.err;
+        return outcome.out;
+    };
+    const std::string plain = render("scene.pbrt", {});
+    EXPECT_THAT(plain, AllOf(HasSubstr(", W/(m^2 sr), "), HasSubstr(" W/(m^2 sr) is white")));
+    const Image before = read_exr("u.exr");
+    for (const char* scene : {"scene.pbrt", "lit.pbrt"}) {
+        const std::string said = render(scene, {"--unit", "photometric"});
+        EXPECT_THAT(said, AllOf(HasSubstr(", cd/m^2, "), HasSubstr(" cd/m^2 is white")));
+        const Image image = read_exr("u.exr");
+        EXPECT_EQ(image.attributes.at("lucerna.unit"), "cd/m^2");
+        EXPECT_EQ(image.data, before.data) << "rgb needs no conversion";
+        const auto stats = nlohmann::json::parse(read_text("u.json"));
+        EXPECT_EQ(stats["notes"]["unit"], "cd/m^2");
+        EXPECT_EQ(stats["notes"]["energy.unit"], "lm");
+        EXPECT_THAT(lucerna_run({"info", scene, "--unit", "photometric"}).out,
+                    AllOf(HasSubstr("unit         cd/m^2, as stated"), HasSubstr(" lm in all")));
+    }
+    EXPECT_THAT(lucerna_run({"info", "lit.pbrt"}).out, HasSubstr("unit         W/(m^2 sr), as stated"));
+    EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("unit         W/(m^2 sr)\n"));
+    std::filesystem::remove("lit.pbrt");
+    expect_refused({"render", "scene.pbrt", "--unit", "lm"},
+                   {"--unit: \"lm\" is unknown; photometric and radiometric are accepted"});
 }
 
 TEST_F(RunRender, EveryIntegrator_RendersTheScene) {
@@ -172,13 +204,13 @@ TEST_F(RunRender, LooksOfAPicture_ChangeItAndLeaveTheImage) {
         return std::tuple{outcome.out, read_exr("a.exr").data, read_text("a.png")};
     };
     const auto [said, image, picture] = render({"--exposure", "3"});
-    EXPECT_THAT(said, HasSubstr("(exposure +3.00 stops)"));
+    EXPECT_THAT(said, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white)"));
     const auto [said_warm, image_warm, warm] = render({"--exposure", "3", "--white-balance", "3000"});
-    EXPECT_THAT(said_warm, HasSubstr("(exposure +3.00 stops, white of 3000 K)"));
+    EXPECT_THAT(said_warm, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white, white of 3000 K)"));
     EXPECT_EQ(image_warm, image);
     EXPECT_NE(warm, picture);
     const auto [said_clipped, image_clipped, clipped] = render({"--exposure", "3", "--tone", "linear"});
-    EXPECT_THAT(said_clipped, HasSubstr("(exposure +3.00 stops, clipped)"));
+    EXPECT_THAT(said_clipped, HasSubstr("(exposure +3.00 stops: 0.125 W/(m^2 sr) is white, clipped)"));
     EXPECT_EQ(image_clipped, image);
     EXPECT_NE(clipped, picture);
     const auto [said_same, image_same, same] =

@@ -203,11 +203,12 @@ TEST_F(RunImport, Camera_LooksAlongMinusZAndIsNotMirrored) {
                   .code,
               0);
     // It stands 2 m to the right at 10 m: tan 0.3 is half the height, so 2/10/0.309 · 10 = 6.5 pixels right
-    // of 20. What is beside it is sky of 0.5.
+    // of 20. What is beside it is sky of 5000 cd/m².
     const Image image = read_exr("m.exr");
-    const auto different = [&](int x) { return std::fabs(image.rgb_at(x, 10).x - 0.5F) > 0.05F; };
+    const auto different = [&](int x) { return std::fabs(image.rgb_at(x, 10).x - 5000) > 500; };
     EXPECT_TRUE(different(26));
     EXPECT_FALSE(different(14));
+    EXPECT_EQ(image.attributes.at("lucerna.unit"), "cd/m^2");
 }
 
 TEST_F(RunImport, Lights_AreWrittenAsTheyStand) {
@@ -228,6 +229,7 @@ TEST_F(RunImport, Lights_AreWrittenAsTheyStand) {
     m["scenes"][0]["nodes"] = {0, 1, 2, 3};
     const Job job = import(m);
     ASSERT_EQ(job.scene.lights().size(), 3U);
+    EXPECT_EQ(job.scene.stated_unit(), FluxUnit::lumen) << "cd and lux, as the extension has them";
     EXPECT_NEAR(job.scene.lights()[0]->power(), 4 * M_PI * static_cast<double>(luminance(Rgb(40, 20, 10))),
                 1e-2);
     EXPECT_THAT(

@@ -332,7 +332,7 @@ spp = [2]
         on_ranks(size, {1}, [&](Ranks& ranks) {
             CommandFiles files;
             const Surroundings around;
-            StudyRuns own(folder, {files, around, {1}, false, &ranks});
+            StudyRuns own(folder, {files, around, {1}, false, {}, &ranks});
             Monitor silent;
             auto made = own.run_by_ranks(work_, ranks.leads() ? user : silent, when_made);
             if (ranks.leads()) runs = std::move(made);
@@ -348,7 +348,7 @@ TEST_F(SharedStudy, OnRanks_RendersWhatOneProcessDoes) {
     CommandFiles files;
     const Surroundings around;
     Monitor silent;
-    StudyRuns alone("alone", {files, around, {2}, false, nullptr});
+    StudyRuns alone("alone", {files, around, {2}, false, {}, nullptr});
     std::vector<Image> expected;
     for (const StudyWork& work : work_) expected.push_back(read_exr(alone.run(work, silent)->image));
     for (const int size : {1, 3}) {

@@ -60,12 +60,38 @@ void make_what_is_missing() {
     }
 }
 
+// Lights of which each kind may count in a unit of its own: those of pbrt's kinds in W, unless the scene says
+// otherwise, a measured lamp in that of its file.
+struct OwnUnits {
+    std::size_t measured = 0, others = 0;
+};
+OwnUnits own_units(const Draft& draft) {
+    OwnUnits own;
+    for (const DraftLight& light : draft.lights) {
+        const auto* area = std::get_if<AreaSpec>(&light.spec);
+        const bool measured = std::holds_alternative<PhotometricSpec>(light.spec) ||
+                              std::holds_alternative<MeasuredSpec>(light.spec) ||
+                              std::holds_alternative<RayFileSpec>(light.spec) || (area && area->lamp);
+        ++(measured ? own.measured : own.others);
+    }
+    return own;
+}
+
+// Without a look at the lamps' files: a scene with a measured lamp and another light states its unit.
+void is_of_one_unit(const Draft& draft, const std::filesystem::path& file) {
+    if (draft.unit) return;
+    const OwnUnits own = own_units(draft);
+    EXPECT_TRUE(own.measured == 0 || own.measured + own.others == 1)
+        << file << ": may be mixed; Option \"string unit\" is missing";
+}
+
 void read_without_a_warning(const std::filesystem::path& file) {
     RecordingMonitor monitor;
     Draft draft;
     ASSERT_NO_THROW(draft = read_draft(text_of(file), file, {}, monitor)) << file;
     EXPECT_TRUE(monitor.warnings.empty()) << file << ": " << monitor.warnings.front();
     EXPECT_FALSE(draft.lights.empty()) << file;
+    is_of_one_unit(draft, file);
     EXPECT_TRUE(std::filesystem::exists(file.parent_path() / "README.md")) << file;
 }
 
@@ -85,6 +111,20 @@ TEST(Scenes, WithoutAGenerator_AreReadWithoutAWarning) {
         ++read;
     }
     EXPECT_GE(read, 25U);
+}
+
+TEST(Scenes, MeasuredLampBesideAnotherLight_WithoutAUnit_IsFound) {
+    const std::string lamp = "LightSource \"rayfile\" \"string filename\" \"lamp.ray\" ";
+    const auto found = [](const std::string& text) {
+        const Draft draft = read_file_text(text).draft;
+        const OwnUnits own = own_units(draft);
+        return std::pair(own.measured, own.others);
+    };
+    const std::string head(kHead);
+    EXPECT_EQ(found(head + lamp + "LightSource \"point\" AreaLightSource \"diffuse\" Shape \"sphere\""),
+              std::pair(std::size_t{1}, std::size_t{2}));
+    EXPECT_EQ(found(head + "AreaLightSource \"lightfield\" \"string filename\" \"l.exr\" Shape \"sphere\""),
+              std::pair(std::size_t{1}, std::size_t{0}));
 }
 
 TEST(Scenes, Cornell_HasTheLampsFluxAndFacesIt) {
