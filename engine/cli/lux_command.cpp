@@ -144,6 +144,7 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
     add_word(app, "--seed", "N", "starts the random numbers (default 0)",
              [command](const std::string& word) { command->options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command->options.workers);
+    add_unit_option(app, command->overrides.unit);
     app.add_flag("--skip-missing", command->overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
     app.add_flag("--strict", command->overrides.strict,

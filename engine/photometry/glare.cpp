@@ -172,10 +172,11 @@ double position_index(const Observer& observer, const V3f& w) {
 
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
                                   Monitor& monitor) {
-    if (common_unit(job.scene.lights()) != FluxUnit::lumen) {
+    if (scene_unit(job.scene) != FluxUnit::lumen) {
         throw InputError(
-            "the lights of the scene do not count in lm: glare is rated by luminance in cd/m^2; a scene with "
-            "Option \"string unit\" \"photometric\" is accepted");
+            "the lights of the scene do not count in lm, and glare is rated by luminance: a scene that "
+            "states "
+            "Option \"string unit\" \"photometric\", or --unit photometric, is accepted");
     }
     std::vector<CalculationSurface> eyes;
     for (const Observer& observer : observers) {

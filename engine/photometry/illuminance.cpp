@@ -171,11 +171,12 @@ double student_95(int n) {
 IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,
                                  const IlluminanceOptions& options, Monitor& monitor) {
     if (surfaces.empty()) throw InputError("there is no calculation surface");
-    const std::optional<FluxUnit> unit = common_unit(job.scene.lights());
+    const std::optional<FluxUnit> unit = scene_unit(job.scene);
     if (!unit) {
         throw InputError(
-            "some lights of the scene count in W and some in lm: their illuminances cannot be "
-            "added; lights of one unit are accepted");
+            "some lights of the scene count in W and some in lm, and their illuminances cannot be added: a "
+            "scene that "
+            "states Option \"string unit\" \"photometric\", or --unit photometric, is accepted");
     }
     const Stopwatch clock;
     PathSettings path;

@@ -89,7 +89,8 @@ std::string illuminance_csv(const IlluminanceReport& report) {
                 const V3d p = surface.surface.position(x, y);
                 const PointParts& point = surface.at(x, y);
                 text += fmt::format("{},{},{},{:.7g},{:.7g},{:.7g},{:.7g},{:.3g},{:.7g},{:.7g}", name, x, y,
-                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct, point.indirect.value);
+                                    p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
+                                    point.indirect.value);
                 for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
                 text += '\n';
             }

@@ -1,0 +1,132 @@
+// UGR against its formula, for luminaires whose luminance, solid angle and background have closed forms.
+#include "engine/photometry/glare.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/pbrt/read_scene.h"
+
+namespace lucerna {
+namespace glare_test {
+
+constexpr double kDegree = kPiD / 180;
+constexpr double kRadius = 5, kRho = 0.5;  // of an integrating sphere
+
+Job job_of(const std::string& world) {
+    Monitor silent;
+    return read_scene_text(
+        "Option \"string unit\" \"photometric\" Camera \"perspective\" Film \"rgb\" WorldBegin\n" + world,
+        "scene.pbrt", {}, Workers{2}, silent);
+}
+
+// In an integrating sphere, discs of radius `r` and luminance `l` that face its middle from the distance d,
+// so many degrees above the axis y and turned about it; black behind.
+struct Disc {
+    double r, l, d, above, turned = 0;
+};
+std::string sphere_with(const std::vector<Disc>& discs) {
+    std::string text = fmt::format(
+        "Material \"diffuse\" \"rgb reflectance\" [{0} {0} {0}]\nShape \"sphere\" \"float radius\" {1}\n"
+        "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\n",
+        kRho, kRadius);
+    for (const Disc& disc : discs) {
+        text += fmt::format(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{0} {0} {0}]\nRotate {1} 0 1 0 Rotate {2} "
+            "1 0 0 Translate "
+            "0 0 {3} Rotate 180 1 0 0\nShape \"disk\" \"float radius\" {4}\nAttributeEnd\n",
+            disc.l, disc.turned, -disc.above, disc.d, disc.r);
+    }
+    return text;
+}
+// Everywhere in the sphere, of what is reflected: discs are small.
+double background_of(const std::vector<Disc>& discs) {
+    double flux = 0;
+    for (const Disc& disc : discs) flux += kPiD * kPiD * disc.r * disc.r * disc.l;
+    return flux * kRho / (1 - kRho) / (4 * kPiD * kRadius * kRadius) / kPiD;
+}
+
+GlareReport rate(const std::vector<Disc>& discs, double blur = 0) {
+    const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+    Monitor silent;
+    GlareOptions options;
+    options.workers = {2};
+    options.blur = blur;
+    options.precision = 0.01;
+    return glare_at(std::vector{observer}, job_of(sphere_with(discs)), options, silent)[0];
+}
+
+TEST(PositionIndex, IsGuthsFit) {
+    EXPECT_DOUBLE_EQ(position_index(0, 0), 1);
+    EXPECT_DOUBLE_EQ(position_index(180, 0), 1);
+    // CIE 117's table, by T/R, H/R: straight above the line of sight, H/R = tan(s), and to the side.
+    EXPECT_NEAR(position_index(0, std::atan(0.5) / kDegree), 2.86, 0.15);
+    EXPECT_NEAR(position_index(0, std::atan(1.0) / kDegree), 6.9, 0.5);
+    EXPECT_NEAR(position_index(90, std::atan(1.0) / kDegree), 2.2, 0.2);
+}
+
+TEST(Glare, OfEvenDiscs_IsTheFormulaOfCie117) {
+    const std::vector<Disc> discs{{0.15, 20000, 3, 20}, {0.1, 15000, 2.5, 35, 30}};
+    const GlareReport report = rate(discs);
+    ASSERT_EQ(report.sources.size(), 2U);
+    double sum = 0;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Disc& disc = discs[i];
+        const double solid_angle = 2 * kPiD * (1 - disc.d / std::hypot(disc.d, disc.r));
+        const V3d w(std::sin(disc.turned * kDegree) * std::cos(disc.above * kDegree),
+                    std::sin(disc.above * kDegree),
+                    std::cos(disc.turned * kDegree) * std::cos(disc.above * kDegree));
+        const double p = position_index({"", {}, {0, 0, 1}, {0, 1, 0}}, V3f(w));
+        const GlareSource& source = report.sources[i];
+        EXPECT_NEAR(source.solid_angle, solid_angle, 0.01 * solid_angle);
+        EXPECT_NEAR(source.luminance, disc.l, 1e-3 * disc.l);
+        EXPECT_NEAR(source.position, p, 0.02 * p);
+        sum += disc.l * disc.l * solid_angle / (p * p);
+    }
+    const double background = background_of(discs);
+    EXPECT_NEAR(report.background.value, background, 2 * report.background.half_width + 0.01 * background);
+    const double ugr = 8 * std::log10(0.25 / background * sum);
+    EXPECT_NEAR(report.ugr.value, ugr, 0.15);
+    EXPECT_NEAR(report.ugr_even.value, ugr, 0.15);
+}
+
+// A chip much smaller than the filter is seen as a Gaussian: the integral of its square is (L a)² / (4 pi
+// s²).
+TEST(Glare, OfAChip_IsThatOfTheFilteredLuminance) {
+    const Disc chip{0.0005, 1e8, 1, 10};
+    const GlareReport sharp = rate({chip}), blurred = rate({chip}, 0.012);
+    const double area = kPiD * chip.r * chip.r;  // sr, from 1 m
+    const double s = 0.012 / 2.3548, p = position_index(0, 10);
+    EXPECT_NEAR(sharp.sources[0].seen.value, chip.l * chip.l * area / (p * p),
+                0.01 * chip.l * chip.l * area / (p * p));
+    const double expected = std::pow(chip.l * area, 2) / (4 * kPiD * s * s) / (p * p);
+    EXPECT_NEAR(blurred.sources[0].seen.value, expected,
+                0.02 * expected + 2 * blurred.sources[0].seen.half_width);
+    EXPECT_LT(blurred.sources[0].seen.half_width, 0.2 * expected);
+}
+
+TEST(Glare, OfWhatIsHiddenOrBehind_IsNone) {
+    EXPECT_TRUE(std::isinf(rate({{0.1, 1e4, 2, 180}}).ugr.value));
+    std::string hidden = sphere_with({{0.1, 1e4, 3, 0}});
+    hidden += "Translate 0 0 1 Shape \"disk\" \"float radius\" 0.5\n";
+    const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+    Monitor silent;
+    GlareOptions options;
+    options.workers = {2};
+    EXPECT_TRUE(glare_at(std::vector{observer}, job_of(hidden), options, silent)[0].sources.empty());
+}
+
+TEST(Glare, InWatts_IsRefused) {
+    Monitor silent;
+    Job job =
+        read_scene_text("Camera \"perspective\" Film \"rgb\" WorldBegin\n" + sphere_with({{0.1, 1, 2, 0}}),
+                        "scene.pbrt", {}, Workers{2}, silent);
+    EXPECT_THROW(
+        glare_at(std::vector<Observer>{{"eye", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}}}, std::move(job), {}, silent),
+        InputError);
+}
+
+}  // namespace glare_test
+}  // namespace lucerna
