@@ -15,7 +15,7 @@ namespace {
 Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
-    const int spp = draft.spp;
+    const int spp = draft.spp, passes = draft.passes;
     std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
     const Phase phase(monitor, "build scene", 0);
@@ -25,7 +25,8 @@ Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
             integrator,
             spp,
             std::move(files),
-            std::move(caches)};
+            std::move(caches),
+            passes};
 }
 
 }  // namespace
