@@ -386,8 +386,8 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
 
 Params DirectiveReader::parameters(std::string_view kind, std::string_view target) {
     const bool ours = (target == "light" && is_own_light(kind)) || (target == "shape" && is_own_shape(kind));
-    Params params = Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_,
-                                 reading_.leniency, ours);
+    Params params =
+        Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_, reading_.leniency, ours);
     // An included file may end within a list, which the including one goes on with.
     while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
         close_file();

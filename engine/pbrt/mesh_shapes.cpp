@@ -100,16 +100,17 @@ ObjectMesh read_array_mesh(const Reading& reading, Params& params) {
     const auto vertices = static_cast<int>(mesh.p.size());
     for (const auto& [what, count] : {std::pair("normals", mesh.n.size()), std::pair("uv", mesh.uv.size())}) {
         if (count != 0 && count != mesh.p.size())
-            fail(params.place(), "mesh \"{}\" has {} {} for {} vertices; one for each is accepted", name, count,
-                 what, vertices);
+            fail(params.place(), "mesh \"{}\" has {} {} for {} vertices; one for each is accepted", name,
+                 count, what, vertices);
     }
     if (mesh.triangles.empty())
         fail(params.place(), "mesh \"{}\" has no triangles; one or more are accepted", name);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         for (const int index : {mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z}) {
             if (index >= 0 && index < vertices) continue;
-            fail(params.place(), "mesh \"{}\", triangle {}: {} is not accepted; the mesh has vertices 0 to {}",
-                 name, i, index, vertices - 1);
+            fail(params.place(),
+                 "mesh \"{}\", triangle {}: {} is not accepted; the mesh has vertices 0 to {}", name, i,
+                 index, vertices - 1);
         }
     }
     return mesh;

@@ -40,7 +40,8 @@ inline std::string shape_text(const pybind11::array& array) {
 // Throws InputError unless the array has rows of so many columns.
 inline void require_rows(const pybind11::array& array, pybind11::ssize_t columns, const char* name) {
     if (array.ndim() == 2 && array.shape(1) == columns) return;
-    throw InputError(fmt::format("{}: shape {} is not accepted; (n, {}) is", name, shape_text(array), columns));
+    throw InputError(
+        fmt::format("{}: shape {} is not accepted; (n, {}) is", name, shape_text(array), columns));
 }
 
 }  // namespace lucerna

@@ -100,10 +100,11 @@ void bind_images(py::module_& module) {
         .def_readonly("height", &Image::height)
         .def_readonly("channels", &Image::channels)
         .def_readonly("attributes", &Image::attributes)
-        .def_property_readonly("colour_space",
-                               [](const Image& image) {
-                                   return std::string(image.space ? image.space->name : WorkingSpace().name());
-                               })
+        .def_property_readonly(
+            "colour_space",
+            [](const Image& image) {
+                return std::string(image.space ? image.space->name : WorkingSpace().name());
+            })
         .def("array", &channels_of, py::arg("channels"))
         .def(
             "write_exr",

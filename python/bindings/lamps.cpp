@@ -34,8 +34,9 @@ Lamp lamp_of(Lumigraph made) {
 
 const LightField& only_field(const Lumigraph& lamp, const char* what) {
     if (lamp.slabs().size() == 1) return lamp.slabs()[0].field;
-    throw InputError({what}, fmt::format("the lamp has {} slabs, and this is of one; those of .slabs are accepted",
-                                         lamp.slabs().size()));
+    throw InputError({what},
+                     fmt::format("the lamp has {} slabs, and this is of one; those of .slabs are accepted",
+                                 lamp.slabs().size()));
 }
 
 std::vector<py::ssize_t> shape_of(const Rig& rig) {
@@ -71,9 +72,10 @@ LightField field_of(const Rig& rig, const InputArray<float>& array, LightFieldIn
     const std::span<const float> values = values_of(array);
     if (is(1)) return LightField(rig, std::vector<float>(values.begin(), values.end()), std::move(info));
     if (!is(3)) {
-        throw InputError({"array"}, fmt::format("shape {} is not accepted; ({}, {}, {}, {}) is, or the same with 3 "
-                                                "channels, X, Y and Z, behind",
-                                                shape_text(array), one[0], one[1], one[2], one[3]));
+        throw InputError({"array"},
+                         fmt::format("shape {} is not accepted; ({}, {}, {}, {}) is, or the same with 3 "
+                                     "channels, X, Y and Z, behind",
+                                     shape_text(array), one[0], one[1], one[2], one[3]));
     }
     std::array<std::vector<float>, 3> xyz;
     for (std::vector<float>& channel : xyz) channel.reserve(values.size() / 3);
@@ -105,9 +107,10 @@ FluxUnit unit_of(const std::string& word) {
 Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& pixel, double distance,
                const std::string& unit, const std::array<double, 3>& centre, const std::string& provenance) {
     if (array.ndim() != 4 && array.ndim() != 5) {
-        throw InputError({"array"}, fmt::format("shape {} is not accepted; (views u, views v, pixels s, pixels t) is, "
-                                                "or the same with 3 channels, X, Y and Z, behind",
-                                                shape_text(array)));
+        throw InputError({"array"},
+                         fmt::format("shape {} is not accepted; (views u, views v, pixels s, pixels t) is, "
+                                     "or the same with 3 channels, X, Y and Z, behind",
+                                     shape_text(array)));
     }
     constexpr py::ssize_t kMost = 1 << 20;
     for (py::ssize_t i = 0; i < 4; ++i) {
@@ -139,24 +142,27 @@ std::vector<Lamp> slabs_of(const Lumigraph& lamp) {
 }
 
 Lamp import_lamp(const std::vector<std::filesystem::path>& files, const std::vector<double>& drives,
-                 const std::optional<std::array<int, 2>>& views, const std::optional<std::array<int, 2>>& pixels,
-                 const std::optional<double>& distance, double capture, int slabs,
-                 const std::optional<double>& height, const std::optional<int>& threads,
-                 const py::object& progress) {
+                 const std::optional<std::array<int, 2>>& views,
+                 const std::optional<std::array<int, 2>>& pixels, const std::optional<double>& distance,
+                 double capture, int slabs, const std::optional<double>& height,
+                 const std::optional<int>& threads, const py::object& progress) {
     if (files.empty()) throw InputError({"files"}, "there are none; one or more ray files are accepted");
     if (!drives.empty() && drives.size() != files.size()) {
-        throw InputError({"drive"}, fmt::format("{} of them for {} ray files; one for each is accepted", drives.size(),
-                                                files.size()));
+        throw InputError({"drive"}, fmt::format("{} of them for {} ray files; one for each is accepted",
+                                                drives.size(), files.size()));
     }
     if (slabs != 0 && slabs != 1 && slabs != 2 && slabs != 6)
         throw InputError({"slabs"}, fmt::format("{} is not accepted; 1, 2 and 6 are", slabs));
-    if (height && slabs > 1) throw InputError({"height"}, "is that of one slab; slabs=1 is accepted beside it");
+    if (height && slabs > 1)
+        throw InputError({"height"}, "is that of one slab; slabs=1 is accepted beside it");
     if (!(capture > 0 && capture < 1))
-        throw InputError({"capture"}, fmt::format("{:g} is not accepted; a share between 0 and 1 is", capture));
+        throw InputError({"capture"},
+                         fmt::format("{:g} is not accepted; a share between 0 and 1 is", capture));
     const auto size = [](const char* name, const std::optional<std::array<int, 2>>& given) {
         if (!given) return V2i(0, 0);
         if ((*given)[0] < 1 || (*given)[1] < 1)
-            throw InputError({name}, fmt::format("({}, {}) is not accepted; 1 or more are", (*given)[0], (*given)[1]));
+            throw InputError(
+                {name}, fmt::format("({}, {}) is not accepted; 1 or more are", (*given)[0], (*given)[1]));
         return V2i((*given)[0], (*given)[1]);
     };
     LumigraphOptions options;
@@ -173,7 +179,8 @@ Lamp import_lamp(const std::vector<std::filesystem::path>& files, const std::vec
     return monitor.run([&] {
         std::vector<DrivenRays> parts;
         for (std::size_t i = 0; i < files.size(); ++i)
-            parts.push_back({read_rays(files[i], monitor), files[i].string(), drives.empty() ? 1 : drives[i]});
+            parts.push_back(
+                {read_rays(files[i], monitor), files[i].string(), drives.empty() ? 1 : drives[i]});
         const RaySet rays =
             parts.size() == 1 && drives.empty() ? std::move(parts[0].set) : join_rays(std::move(parts));
         return lamp_of(fit_lumigraph(rays, options, workers, monitor).lamp);
@@ -223,14 +230,13 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
                                                      resolution[0], resolution[1]));
     }
     const Screen screen{lamp, parse_side("side", side)};
-    const PlanePatch patch{distance,
-                           {centre[0], centre[1]},
-                           {size[0], size[1]},
-                           {resolution[0], resolution[1]}};
+    const PlanePatch patch{
+        distance, {centre[0], centre[1]}, {size[0], size[1]}, {resolution[0], resolution[1]}};
     if (const std::string fault = patch.fault(); !fault.empty()) throw InputError({"project"}, fault);
     if (screen.plain() && distance < 0)
-        throw InputError({"distance"}, fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane",
-                                                   distance));
+        throw InputError(
+            {"distance"},
+            fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane", distance));
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     std::vector<py::ssize_t> shape{resolution[1], resolution[0]};
@@ -255,13 +261,13 @@ std::pair<Pair, Pair> frame_lamp(const Lumigraph& lamp, double distance, const s
                                  const std::optional<int>& threads) {
     const Screen screen{lamp, parse_side("side", side)};
     if (screen.plain() && distance < 0)
-        throw InputError({"distance"}, fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane",
-                                                   distance));
+        throw InputError(
+            {"distance"},
+            fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane", distance));
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     constexpr int kPixels = 512;  // as the command's screens have
-    const PlanePatch patch =
-        monitor.run([&] { return screen.framed(distance, kPixels, workers, monitor); });
+    const PlanePatch patch = monitor.run([&] { return screen.framed(distance, kPixels, workers, monitor); });
     return {{patch.size.x, patch.size.y}, {patch.centre.x, patch.centre.y}};
 }
 
@@ -274,12 +280,14 @@ struct Web {
 Web far_field_of(const Lumigraph& lamp, double polar_step, double azimuth_step, double efficacy,
                  const std::optional<int>& threads) {
     if (!(polar_step >= 0.05 && polar_step <= 45))
-        throw InputError({"polar_step"}, fmt::format("{:g} is not accepted; 0.05 to 45 degrees are", polar_step));
+        throw InputError({"polar_step"},
+                         fmt::format("{:g} is not accepted; 0.05 to 45 degrees are", polar_step));
     if (!(azimuth_step >= 0.05 && azimuth_step <= 90))
-        throw InputError({"azimuth_step"}, fmt::format("{:g} is not accepted; 0.05 to 90 degrees are", azimuth_step));
+        throw InputError({"azimuth_step"},
+                         fmt::format("{:g} is not accepted; 0.05 to 90 degrees are", azimuth_step));
     if (efficacy != 0 && !(efficacy > 0 && efficacy <= kMostLumensPerWatt))
-        throw InputError({"efficacy"}, fmt::format("{:g} is not accepted; lumens per watt up to {:g} are", efficacy,
-                                                   kMostLumensPerWatt));
+        throw InputError({"efficacy"}, fmt::format("{:g} is not accepted; lumens per watt up to {:g} are",
+                                                   efficacy, kMostLumensPerWatt));
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     return monitor.run([&] {
@@ -296,12 +304,14 @@ Web read_web(const std::filesystem::path& file) {
         [&] { return Web{std::make_shared<const PhotometricWeb>(read_photometric(file, monitor))}; });
 }
 
-Web made_web(const InputArray<double>& polar, const InputArray<double>& azimuth, const InputArray<float>& candela) {
-    if (polar.ndim() != 1 || azimuth.ndim() != 1 || candela.ndim() != 2 || candela.shape(0) != azimuth.size() ||
-        candela.shape(1) != polar.size()) {
-        throw InputError({"candela"}, fmt::format("shapes {} of polar, {} of azimuth and {} of candela are not accepted; "
-                                                  "(n,), (m,) and (m, n) are",
-                                                  shape_text(polar), shape_text(azimuth), shape_text(candela)));
+Web made_web(const InputArray<double>& polar, const InputArray<double>& azimuth,
+             const InputArray<float>& candela) {
+    if (polar.ndim() != 1 || azimuth.ndim() != 1 || candela.ndim() != 2 ||
+        candela.shape(0) != azimuth.size() || candela.shape(1) != polar.size()) {
+        throw InputError({"candela"},
+                         fmt::format("shapes {} of polar, {} of azimuth and {} of candela are not accepted; "
+                                     "(n,), (m,) and (m, n) are",
+                                     shape_text(polar), shape_text(azimuth), shape_text(candela)));
     }
     PhotometricGrid grid;
     grid.polar.assign(polar.data(), polar.data() + polar.size());
@@ -374,7 +384,8 @@ void bind_light_fields(py::module_& module) {
         .def("array", &coefficients_of)
         .def("with_array", &with_array, py::arg("array"))
         .def(
-            "save", [](const Lumigraph& lamp, const std::filesystem::path& file) { write_lumigraph(file, lamp); },
+            "save",
+            [](const Lumigraph& lamp, const std::filesystem::path& file) { write_lumigraph(file, lamp); },
             py::call_guard<py::gil_scoped_release>())
         .def("project", &project_lamp, py::arg("distance"), py::arg("size"), py::arg("resolution"),
              py::arg("centre"), py::arg("side"), py::arg("xyz"), py::arg("threads"))
@@ -387,8 +398,8 @@ void bind_light_fields(py::module_& module) {
     module.def("made_lumigraph", &made_lamp, py::arg("array"), py::arg("spacing"), py::arg("pixel"),
                py::arg("distance"), py::arg("unit"), py::arg("centre"), py::arg("provenance"));
     module.def("import_rays", &import_lamp, py::arg("files"), py::arg("drive"), py::arg("views"),
-               py::arg("pixels"), py::arg("distance"), py::arg("capture"), py::arg("slabs"), py::arg("height"),
-               py::arg("threads"), py::arg("progress"));
+               py::arg("pixels"), py::arg("distance"), py::arg("capture"), py::arg("slabs"),
+               py::arg("height"), py::arg("threads"), py::arg("progress"));
 }
 
 void bind_webs(py::module_& module) {

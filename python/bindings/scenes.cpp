@@ -30,8 +30,8 @@ namespace py = pybind11;
 using Settings = std::vector<std::pair<std::string, SettingValue>>;
 
 std::shared_ptr<ObjectMesh> mesh_of(const InputArray<double>& vertices, const InputArray<int>& triangles,
-                                          const std::optional<InputArray<double>>& normals,
-                                          const std::optional<InputArray<float>>& uv) {
+                                    const std::optional<InputArray<double>>& normals,
+                                    const std::optional<InputArray<float>>& uv) {
     require_rows(vertices, 3, "vertices");
     require_rows(triangles, 3, "triangles");
     if (vertices.shape(0) > std::numeric_limits<int>::max())
@@ -93,8 +93,8 @@ class ReadScene {
         if (const auto* progressive = std::get_if<ProgressiveSettings>(&job_->integrator)) {
             const int was = std::get<ProgressiveSettings>(as_read_->integrator).samples;
             if (job_->passes > 0 && progressive->samples != was)
-                job_->spp = static_cast<int>(
-                    std::min<std::int64_t>(std::int64_t{job_->passes} * progressive->samples, kNoEndOfSamples));
+                job_->spp = static_cast<int>(std::min<std::int64_t>(
+                    std::int64_t{job_->passes} * progressive->samples, kNoEndOfSamples));
         }
         return *job_;
     }
@@ -126,8 +126,8 @@ class ReadScene {
 
 std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::string> text,
                                 const std::string& integrator, std::optional<std::pair<int, int>> resolution,
-                                const std::optional<std::string>& colour_space, bool skip_missing, bool strict,
-                                NamedMeshes meshes, const std::optional<int>& threads,
+                                const std::optional<std::string>& colour_space, bool skip_missing,
+                                bool strict, NamedMeshes meshes, const std::optional<int>& threads,
                                 const py::object& progress) {
     SceneOverrides overrides;
     overrides.integrator = integrator;
@@ -140,8 +140,9 @@ std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::s
     if (colour_space) {
         overrides.colours = WorkingSpace::named(*colour_space);
         if (!overrides.colours) {
-            throw InputError({"colour_space"}, fmt::format("\"{}\" is unknown; {} are accepted", *colour_space,
-                                                           fmt::join(WorkingSpace::names(), ", ")));
+            throw InputError({"colour_space"},
+                             fmt::format("\"{}\" is unknown; {} are accepted", *colour_space,
+                                         fmt::join(WorkingSpace::names(), ", ")));
         }
     }
     overrides.skip_missing = skip_missing;
@@ -158,9 +159,9 @@ std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::s
 }
 
 struct Rendered {
-    Image image;          // as its file holds it
+    Image image;  // as its file holds it
     bool denoised = false;
-    std::string report;   // JSON
+    std::string report;  // JSON
     bool complete = true;
 };
 
@@ -210,9 +211,10 @@ std::optional<PixelBox> box_of(const std::optional<std::array<int, 4>>& crop) {
     if (!crop) return std::nullopt;
     const auto& [x0, y0, x1, y1] = *crop;
     if (x0 < 0 || y0 < 0 || x0 >= x1 || y0 >= y1) {
-        throw InputError({"crop"}, fmt::format("({}, {}, {}, {}) is not accepted; (x0, y0, x1, y1) with x0 < x1 and "
-                                               "y0 < y1 is",
-                                               x0, y0, x1, y1));
+        throw InputError({"crop"},
+                         fmt::format("({}, {}, {}, {}) is not accepted; (x0, y0, x1, y1) with x0 < x1 and "
+                                     "y0 < y1 is",
+                                     x0, y0, x1, y1));
     }
     return PixelBox{{x0, y0}, {x1, y1}};
 }
@@ -251,8 +253,8 @@ Rendered render_scene(ReadScene& scene, const std::string& integrator, const Set
 
 void bind_scenes(py::module_& module) {
     py::class_<ObjectMesh, std::shared_ptr<ObjectMesh>>(module, "Mesh")
-        .def(py::init(&mesh_of),
-             py::arg("vertices"), py::arg("triangles"), py::arg("normals"), py::arg("uv"));
+        .def(py::init(&mesh_of), py::arg("vertices"), py::arg("triangles"), py::arg("normals"),
+             py::arg("uv"));
     py::class_<ReadScene, std::shared_ptr<ReadScene>>(module, "Scene")
         .def_property_readonly("file", [](const ReadScene& scene) { return scene.file(); });
     py::class_<Rendered>(module, "Rendered")
@@ -269,12 +271,13 @@ void bind_scenes(py::module_& module) {
             return read(std::move(file), std::move(text), integrator, resolution, colour_space, skip_missing,
                         strict, NamedMeshes(meshes.begin(), meshes.end()), threads, progress);
         },
-        py::arg("file"), py::arg("text"), py::arg("integrator"), py::arg("resolution"), py::arg("colour_space"),
-        py::arg("skip_missing"), py::arg("strict"), py::arg("meshes"), py::arg("threads"), py::arg("progress"));
+        py::arg("file"), py::arg("text"), py::arg("integrator"), py::arg("resolution"),
+        py::arg("colour_space"), py::arg("skip_missing"), py::arg("strict"), py::arg("meshes"),
+        py::arg("threads"), py::arg("progress"));
     module.def("render", &render_scene, py::arg("scene"), py::arg("integrator"), py::arg("settings"),
                py::arg("spp"), py::arg("passes"), py::arg("time"), py::arg("error"), py::arg("seed"),
-               py::arg("threads"), py::arg("layers"), py::arg("denoise"), py::arg("adaptive"), py::arg("crop"),
-               py::arg("progress"), py::arg("keep_partial"));
+               py::arg("threads"), py::arg("layers"), py::arg("denoise"), py::arg("adaptive"),
+               py::arg("crop"), py::arg("progress"), py::arg("keep_partial"));
 }
 
 }  // namespace lucerna

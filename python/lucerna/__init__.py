@@ -4,6 +4,10 @@ See docs/howto/python.md. Units are those of the command: metres (the scene's ow
 degrees; images have their top row first.
 """
 
+from . import _processor  # first of all
+
+_processor.require()
+
 from ._errors import InputError, LucernaWarning
 from ._images import Image, compare, read_image, write_image
 from ._lamps import LightField, PhotometricWeb, import_rays, open_ies

@@ -139,10 +139,10 @@ def _number(value: Any, what: str) -> str:
 
 def _parameter(name: str, value: Any) -> str:
     """ "float fov" [ 40 ] of fov=40. A name that says its type, as "point3 from", is taken as it stands."""
-    kind, space, plain = name.rpartition(" ")
+    kind, _, plain = name.removesuffix("_").rpartition(" ")
     values: List[Any]
     if isinstance(value, _Typed):
-        kind, plain, values = value.kind, name, value.values
+        kind, values = value.kind, value.values
     else:
         is_list = isinstance(value, (list, tuple, np.ndarray))
         flat = np.asarray(value).ravel().tolist() if is_list else [value]
@@ -155,12 +155,12 @@ def _parameter(name: str, value: Any) -> str:
             kind = "bool"
         elif isinstance(first, str):
             kind = "string"
-        elif name in _INTEGERS:
+        elif plain in _INTEGERS:
             kind = "integer"
-        elif name in _KINDS:
-            kind = _KINDS[name]
+        elif plain in _KINDS:
+            kind = _KINDS[plain]
         else:
-            kind = "rgb" if len(values) == 3 and name not in _FLOATS else "float"
+            kind = "rgb" if len(values) == 3 and plain not in _FLOATS else "float"
     words = []
     for one in values:
         if isinstance(one, bool):
@@ -177,8 +177,9 @@ class SceneBuilder:
 
     Types of parameters follow from their names and values: numbers are "float" (or "integer", where pbrt has
     one), three of them "rgb" (or a point), words "string"; texture(), spectrum() and blackbody() say others,
-    and so does a name that tells its type: **{"point3 from": (0, 0, 1)}. The world begins with the first
-    directive that stands in it. Names of files start from `folder`.
+    and so does a name that tells its type: **{"float width0": 0.1}. Python's own words take an underscore
+    behind: from_=(0, 0, 1). The world begins with the first directive that stands in it. Names of files start
+    from `folder`.
     """
 
     def __init__(self, folder: Path = ".") -> None:
@@ -191,12 +192,12 @@ class SceneBuilder:
     def _write(self, line: str) -> None:
         self._lines.append("  " * self._depth + line)
 
-    def directive(self, name: str, *words: str, **parameters: Any) -> None:
+    def directive(self, name: str, /, *words: str, **parameters: Any) -> None:
         """Any directive, its quoted words and its parameters."""
         parts = [name, *map(_quoted, words), *(_parameter(n, v) for n, v in parameters.items())]
         self._write(" ".join(parts))
 
-    def _world_directive(self, name: str, *words: str, **parameters: Any) -> None:
+    def _world_directive(self, name: str, /, *words: str, **parameters: Any) -> None:
         self.world_begin()
         self.directive(name, *words, **parameters)
 
@@ -210,19 +211,19 @@ class SceneBuilder:
 
     # Before the world.
 
-    def film(self, kind: str = "rgb", **parameters: Any) -> None:
+    def film(self, kind: str = "rgb", /, **parameters: Any) -> None:
         self.directive("Film", kind, **parameters)
 
-    def camera(self, kind: str = "perspective", **parameters: Any) -> None:
+    def camera(self, kind: str = "perspective", /, **parameters: Any) -> None:
         self.directive("Camera", kind, **parameters)
 
-    def sampler(self, kind: str = "zsobol", **parameters: Any) -> None:
+    def sampler(self, kind: str = "zsobol", /, **parameters: Any) -> None:
         self.directive("Sampler", kind, **parameters)
 
-    def pixel_filter(self, kind: str, **parameters: Any) -> None:
+    def pixel_filter(self, kind: str, /, **parameters: Any) -> None:
         self.directive("PixelFilter", kind, **parameters)
 
-    def integrator(self, kind: str, **parameters: Any) -> None:
+    def integrator(self, kind: str, /, **parameters: Any) -> None:
         self.directive("Integrator", kind, **parameters)
 
     def color_space(self, name: str) -> None:
@@ -280,35 +281,35 @@ class SceneBuilder:
     def reverse_orientation(self) -> None:
         self._world_directive("ReverseOrientation")
 
-    def material(self, kind: str, **parameters: Any) -> None:
+    def material(self, kind: str, /, **parameters: Any) -> None:
         self._world_directive("Material", kind, **parameters)
 
-    def make_named_material(self, name: str, kind: str, **parameters: Any) -> None:
+    def make_named_material(self, name: str, kind: str, /, **parameters: Any) -> None:
         self._world_directive("MakeNamedMaterial", name, type=kind, **parameters)
 
     def named_material(self, name: str) -> None:
         self._world_directive("NamedMaterial", name)
 
-    def texture(self, name: str, kind: str, of: str = "spectrum", **parameters: Any) -> None:
+    def texture(self, name: str, kind: str, of: str = "spectrum", /, **parameters: Any) -> None:
         """`kind` as "imagemap" or "checkerboard"; `of`: "spectrum" or "float"."""
         self._world_directive("Texture", name, of, kind, **parameters)
 
-    def make_named_medium(self, name: str, kind: str, **parameters: Any) -> None:
+    def make_named_medium(self, name: str, kind: str, /, **parameters: Any) -> None:
         self.directive("MakeNamedMedium", name, type=kind, **parameters)
 
     def medium_interface(self, inside: str, outside: str) -> None:
         self.directive("MediumInterface", inside, outside)
 
-    def light_source(self, kind: str, **parameters: Any) -> None:
+    def light_source(self, kind: str, /, **parameters: Any) -> None:
         """ "point", "spot", "distant", "infinite", "goniometric", "projection"; and, of a measured lamp's
         `filename`, "lightfield", "rayfile", "ies", "ldt"."""
         self._world_directive("LightSource", kind, **parameters)
 
-    def area_light_source(self, kind: str = "diffuse", **parameters: Any) -> None:
+    def area_light_source(self, kind: str = "diffuse", /, **parameters: Any) -> None:
         """Of the shapes that follow, up to the end of the block."""
         self._world_directive("AreaLightSource", kind, **parameters)
 
-    def shape(self, kind: str, **parameters: Any) -> None:
+    def shape(self, kind: str, /, **parameters: Any) -> None:
         self._world_directive("Shape", kind, **parameters)
 
     def mesh(

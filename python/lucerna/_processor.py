@@ -1,0 +1,17 @@
+"""Whether the processor has the instructions that the extension is compiled to use: without them Python
+would end at the first of them, and without a word."""
+
+# x86-64-v3 as Linux names it.
+_NEEDED = ("avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe")
+
+
+def require() -> None:
+    """ImportError with what is missing."""
+    try:
+        with open("/proc/cpuinfo") as file:
+            flags = next(line for line in file if line.startswith("flags")).split()
+    except (OSError, StopIteration):
+        return
+    missing = [name for name in _NEEDED if name not in flags]
+    if missing:
+        raise ImportError(f"lucerna: this processor lacks {', '.join(missing)}; x86-64-v3 is needed")
