@@ -1,8 +1,9 @@
 """Whether the processor has the instructions that the extension is compiled to use: without them Python
 would end at the first of them, and without a word."""
 
-# x86-64-v3 as Linux names it.
-_NEEDED = ("avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe")
+# Of x86-64-v3 what tells processors apart. No processor has these without the rest of it, whose names differ
+# between systems.
+_NEEDED = ("avx2", "bmi2", "fma")
 
 
 def require() -> None:

@@ -77,7 +77,7 @@ class Files(Folder):
 class Comparison(Folder):
     def test_numbers(self):
         numbers = lucerna.compare(1.1 * COLOURS, COLOURS)
-        self.assertAlmostEqual(numbers["channels"][0]["ratio"], 1.1, places=5)
+        self.assertAlmostEqual(numbers["channels"]["R"]["ratio"], 1.1, places=5)
         self.assertAlmostEqual(numbers["mse"] / (0.01 * (COLOURS.astype(float) ** 2).mean()), 1, places=4)
         self.assertEqual(lucerna.compare(COLOURS, COLOURS, flip=False)["mse"], 0)
 
