@@ -2,9 +2,12 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "arrays.h"
@@ -257,8 +260,9 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
     return array;
 }
 
-std::pair<Pair, Pair> frame_lamp(const Lumigraph& lamp, double distance, const std::string& side,
-                                 const std::optional<int>& threads) {
+// Size and centre.
+std::tuple<std::tuple<double, double>, std::tuple<double, double>> frame_lamp(
+    const Lumigraph& lamp, double distance, const std::string& side, const std::optional<int>& threads) {
     const Screen screen{lamp, parse_side("side", side)};
     if (screen.plain() && distance < 0)
         throw InputError(
@@ -268,7 +272,7 @@ std::pair<Pair, Pair> frame_lamp(const Lumigraph& lamp, double distance, const s
     PythonMonitor monitor{py::none()};
     constexpr int kPixels = 512;  // as the command's screens have
     const PlanePatch patch = monitor.run([&] { return screen.framed(distance, kPixels, workers, monitor); });
-    return {{patch.size.x, patch.size.y}, {patch.centre.x, patch.centre.y}};
+    return {std::tuple(patch.size.x, patch.size.y), std::tuple(patch.centre.x, patch.centre.y)};
 }
 
 // A web and what its intensities are.
@@ -362,7 +366,6 @@ void bind_light_fields(py::module_& module) {
         .def_property_readonly("colour", [triple](const Lumigraph& lamp) { return triple(lamp.colour()); })
         .def_property_readonly("coloured", &Lumigraph::coloured)
         .def_property_readonly("xyz", [triple](const Lumigraph& lamp) { return triple(lamp.xyz()); })
-        .def_property_readonly("captured", &Lumigraph::captured)
         .def_property_readonly("missed", &Lumigraph::missed)
         .def_property_readonly("lumens_per_watt", &Lumigraph::lumens_per_watt)
         .def_property_readonly("provenance", [](const Lumigraph& lamp) { return lamp.provenance(); })

@@ -166,7 +166,7 @@ class LightField:
         `distance` counts from S, of a lamp of several slabs from the middle of its box. Where the light is
         weaker than its noise values may be negative: they sum to the flux that was measured.
         """
-        width, height = size if isinstance(size, tuple) else (size, size)
+        width, height = (size, size) if isinstance(size, (int, float)) else size
         return self._held.project(distance, (width, height), resolution, centre, side, xyz, threads)
 
     def frame(

@@ -91,7 +91,8 @@ class LightFields(Folder):
         field = field_of(array_of())
         screen = field.project(0.2, (2, 3), (40, 60))
         self.assertEqual(screen.shape, (60, 40))
-        self.assertAlmostEqual(screen.mean() * 6 / field.flux, 1, places=6)
+        # By quadrature over the pixels: the C++ tests hold it to 1e-2.
+        self.assertAlmostEqual(screen.mean() * 6 / field.flux, 1, delta=1e-3)
         xyz = field_of(array_of(channels=(3,))).project(0.2, 1.0, (20, 10), xyz=True)
         self.assertEqual(xyz.shape, (10, 20, 3))
 

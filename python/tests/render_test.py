@@ -52,7 +52,7 @@ class SceneFile(unittest.TestCase):
         return lucerna.read_image(image)
 
     def require_same(self, ours, theirs):
-        self.assertEqual(ours.channels, theirs.channels)
+        self.assertEqual(sorted(ours.channels), sorted(theirs.channels))  # files have an order of their own
         for name in ours.channels:
             a, b = ours.channel(name), theirs.channel(name)
             self.assertTrue(np.array_equal(a, b, equal_nan=True), name)
@@ -126,7 +126,7 @@ class SameBits(SceneFile):
     def test_a_scene_remembers_nothing_of_a_render(self):
         scene = lucerna.read_scene(self.file)
         before = lucerna.render(scene, spp=2)
-        lucerna.render(scene, integrator="photonmap", photons=2000, spp=1, layers=True, crop=(0, 0, 4, 4))
+        lucerna.render(scene, integrator="photonmap", photons=2000, indirect="map", spp=1, layers=True, crop=(0, 0, 4, 4))
         lucerna.render(scene, maxdepth=1, spp=1)
         self.require_same(lucerna.render(scene, spp=2), before)
 
