@@ -108,7 +108,8 @@ FluxUnit unit_of(const std::string& word) {
 }
 
 Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& pixel, double distance,
-               const std::string& unit, const std::array<double, 3>& centre, const std::string& provenance) {
+               const std::string& unit, const std::array<double, 3>& centre, const std::string& provenance,
+               const std::string& basis) {
     if (array.ndim() != 4 && array.ndim() != 5) {
         throw InputError({"array"},
                          fmt::format("shape {} is not accepted; (views u, views v, pixels s, pixels t) is, "
@@ -128,6 +129,9 @@ Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& 
     rig.pixel = {pixel[0], pixel[1]};
     rig.distance = distance;
     rig.centre = {centre[0], centre[1], centre[2]};
+    if (basis != "box" && basis != "hat")
+        throw InputError({"basis"}, fmt::format("\"{}\" is not accepted; \"box\" and \"hat\" are", basis));
+    rig.basis = basis == "hat" ? PixelBasis::hat : PixelBasis::box;
     LightFieldInfo info;
     info.unit = unit_of(unit);
     info.provenance = provenance;
@@ -399,7 +403,8 @@ void bind_light_fields(py::module_& module) {
         "read_lumigraph", [](const std::filesystem::path& file) { return lamp_of(read_lumigraph(file)); },
         py::arg("file"), py::call_guard<py::gil_scoped_release>());
     module.def("made_lumigraph", &made_lamp, py::arg("array"), py::arg("spacing"), py::arg("pixel"),
-               py::arg("distance"), py::arg("unit"), py::arg("centre"), py::arg("provenance"));
+               py::arg("distance"), py::arg("unit"), py::arg("centre"), py::arg("provenance"),
+               py::arg("basis"));
     module.def("import_rays", &import_lamp, py::arg("files"), py::arg("drive"), py::arg("views"),
                py::arg("pixels"), py::arg("distance"), py::arg("capture"), py::arg("slabs"),
                py::arg("height"), py::arg("threads"), py::arg("progress"));

@@ -2,7 +2,7 @@
 
     PYTHONPATH=build/release/python python3 python/examples/figure.py figure.png
 
-Above, pins on paper 10 mm below the lamp: each chip casts a shadow of its own by the near field, one point
+Above, pins on paper 6 mm below the lamp: each chip casts a shadow of its own by the near field, one point
 casts one hard shadow by the far field. Below, the illuminance along a line on the paper, without the pins.
 """
 
@@ -17,7 +17,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-HEIGHT = 0.010  # of the lamp above the paper, m
+HEIGHT = 0.006  # of the lamp above the paper, m
 FLUX = 100.0  # lm
 
 
@@ -31,7 +31,8 @@ def four_chips():
     r2 = (s - u) ** 2 + (t - v) ** 2 + distance**2
     # Even radiance over the chips: the flux density is radiance times D^2 / R^4.
     density = lit[:, None, None, None] * lit[None, :, None, None] * distance**2 / r2**2
-    field = lucerna.LightField.from_array(density, (spacing, spacing), (pixel, pixel), distance, "lm")
+    steps = (spacing, spacing), (pixel, pixel)
+    field = lucerna.LightField.from_array(density, *steps, distance, unit="lm", basis="hat")
     return field.with_array(field.array * (FLUX / field.flux))
 
 
@@ -39,7 +40,7 @@ def bench(folder, kind, file):
     """Pins on paper under the lamp; lengths in metres."""
     b = lucerna.SceneBuilder(folder)
     b.film(xresolution=240, yresolution=180)
-    b.look_at((0, -0.035, 0.032), (0, 0.001, 0.001), (0, 0, 1))
+    b.look_at((0, -0.026, 0.024), (0, 0, 0.001), (0, 0, 1))
     b.camera(fov=32)
     with b.attributes():
         b.translate(0, 0, HEIGHT)
@@ -49,12 +50,12 @@ def bench(folder, kind, file):
     side = 0.03
     b.mesh([[-side, -side, 0], [side, -side, 0], [side, side, 0], [-side, side, 0]], [[0, 1, 2], [0, 2, 3]])
     b.material("diffuse", reflectance=(0.6, 0.1, 0.1))
-    for x, y in ((-0.006, -0.002), (0.0, 0.004), (0.006, -0.002)):
+    for x, y in ((-0.0045, -0.002), (0.0, 0.004), (0.0045, -0.002)):
         with b.attributes():
             b.translate(x, y, 0)
-            b.shape("cylinder", radius=0.0004, zmin=0, zmax=0.004)
-            b.translate(0, 0, 0.004)
-            b.shape("sphere", radius=0.0008)
+            b.shape("cylinder", radius=0.0003, zmin=0, zmax=0.0025)
+            b.translate(0, 0, 0.0025)
+            b.shape("sphere", radius=0.0006)
     return b.scene()
 
 

@@ -41,10 +41,12 @@ class LightField:
         unit: str = "W",
         centre: Tuple[float, float, float] = (0, 0, 0),
         provenance: str = "",
+        basis: str = "box",
     ) -> LightField:
-        """Of coefficients as `array` has them: filters `spacing` apart, pixels of size `pixel`, unit "W" or "lm"."""
+        """Of coefficients as `array` has them: filters `spacing` apart, pixels of size `pixel`, unit "W" or "lm".
+        What a pixel stands for: its "box", as a camera measures, or its "hat", which has no steps."""
         values = np.asarray(array, dtype=np.float32)
-        return cls(_lucerna.made_lumigraph(values, spacing, pixel, distance, unit, centre, provenance))
+        return cls(_lucerna.made_lumigraph(values, spacing, pixel, distance, unit, centre, provenance, basis))
 
     @property
     def array(self) -> FloatArray:

@@ -159,6 +159,7 @@ def made_lumigraph(
     unit: str,
     centre: Tuple[float, float, float],
     provenance: str,
+    basis: str,
 ) -> Lumigraph: ...
 def import_rays(
     files: Sequence[_Path],
