@@ -45,7 +45,7 @@ class Installed(unittest.TestCase):
         packages = os.path.dirname(os.path.dirname(extension))
         done = subprocess.run(
             [sys.executable, "-c", WORK, tree, image],
-            env={**os.environ, "PYTHONPATH": packages}, capture_output=True, text=True, timeout=60,
+            cwd=os.path.dirname(image), env={**os.environ, "PYTHONPATH": packages}, capture_output=True, text=True, timeout=60,
         )
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertGreater(os.path.getsize(image + ".png"), 50)
