@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
 #include "engine/base/colour_space.h"
 #include "engine/base/image.h"
 #include "engine/base/tone.h"
 #include "engine/base/working_space.h"
 #include "engine/evaluation/comparison.h"
-#include "python_monitor.h"
+#include "python/bindings/arrays.h"
+#include "python/bindings/bindings.h"
+#include "python/bindings/python_monitor.h"
 
 namespace lucerna {
 namespace {

@@ -10,8 +10,6 @@
 #include <tuple>
 #include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
 #include "engine/base/error.h"
 #include "lights/lumigraph.h"
 #include "lights/measurement/join_sides.h"
@@ -19,7 +17,9 @@
 #include "lights/measurement/plane_irradiance.h"
 #include "lights/photometric_files.h"
 #include "lights/ray_set.h"
-#include "python_monitor.h"
+#include "python/bindings/arrays.h"
+#include "python/bindings/bindings.h"
+#include "python/bindings/python_monitor.h"
 
 namespace lucerna {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "bindings.h"
 #include "engine/base/error.h"
 #include "engine/base/version.h"
+#include "python/bindings/bindings.h"
 
 PYBIND11_MODULE(_lucerna, module) {
     module.doc() = "What the package lucerna is made of; use that.";

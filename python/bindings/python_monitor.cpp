@@ -1,4 +1,4 @@
-#include "python_monitor.h"
+#include "python/bindings/python_monitor.h"
 
 #include "engine/base/error.h"
 

@@ -11,8 +11,6 @@
 #include <variant>
 #include <vector>
 
-#include "arrays.h"
-#include "bindings.h"
 #include "engine/base/error.h"
 #include "engine/cli/render_request.h"
 #include "engine/cli/run_report.h"
@@ -20,7 +18,9 @@
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/render.h"
-#include "python_monitor.h"
+#include "python/bindings/arrays.h"
+#include "python/bindings/bindings.h"
+#include "python/bindings/python_monitor.h"
 
 namespace lucerna {
 namespace {
@@ -159,8 +159,7 @@ std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::s
 }
 
 struct Rendered {
-    Image image;  // as its file holds it
-    bool denoised = false;
+    Image image;         // as its file holds it
     std::string report;  // JSON
     bool complete = true;
 };
@@ -199,7 +198,6 @@ Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, Pyth
     facts.render_seconds = rendering.seconds();
     facts.warnings = monitor.warnings();
     Rendered rendered;
-    rendered.denoised = result.denoised.has_value();
     rendered.complete = result.report.complete;
     rendered.report = statistics_json(facts, job, result.report, {});
     complete_image(facts, job, asked.request.layers, asked.request.layers, result);
@@ -259,7 +257,6 @@ void bind_scenes(py::module_& module) {
         .def_property_readonly("file", [](const ReadScene& scene) { return scene.file(); });
     py::class_<Rendered>(module, "Rendered")
         .def_readonly("image", &Rendered::image)
-        .def_readonly("denoised", &Rendered::denoised)
         .def_readonly("report", &Rendered::report)
         .def_readonly("complete", &Rendered::complete);
     module.def(
