@@ -27,6 +27,8 @@ case ${1:-all} in
             python3 python3-matplotlib
             # tests and benchmarks
             libgtest-dev libgmock-dev libbenchmark-dev librapidcheck-dev libboost-dev
+            # the Python module, and its tests
+            pybind11-dev python3-dev python3-numpy python3-mypy
             # tests of pages, in a browser
             chromium
             # tests of layers, in another program

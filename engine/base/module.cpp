@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 #include <fmt/format.h>
+#include <link.h>
 
 #include <cfenv>
 #include <string>
@@ -51,7 +52,13 @@ std::filesystem::path found_in(const std::vector<std::filesystem::path>& folders
 // RUNPATH would not count.
 std::vector<std::filesystem::path> library_folders() {
     std::vector<std::filesystem::path> folders;
-    void* program = dlopen(nullptr, RTLD_LAZY);
+    // Whatever this code was linked into: a program, whose name is empty, or a shared library.
+    Dl_info here{};
+    void* object = nullptr;
+    if (dladdr1(reinterpret_cast<void*>(&library_folders), &here, &object, RTLD_DL_LINKMAP) == 0 || !object)
+        return folders;
+    const char* name = static_cast<const link_map*>(object)->l_name;
+    void* program = dlopen(*name ? name : nullptr, RTLD_LAZY | RTLD_NOLOAD);
     if (!program) return folders;
     Dl_serinfo size{};
     if (dlinfo(program, RTLD_DI_SERINFOSIZE, &size) == 0) {

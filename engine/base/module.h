@@ -10,7 +10,8 @@
 
 namespace lucerna {
 
-// Where the program's shared libraries are looked for: its RUNPATH, then the system's folders.
+// Where our shared libraries are looked for: in the RUNPATH of the program, or of the shared library that
+// this code was linked into, then in the system's folders.
 std::vector<std::filesystem::path> library_folders();
 
 struct Module {

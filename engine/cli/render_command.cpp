@@ -22,10 +22,10 @@
 #include "engine/cli/console.h"
 #include "engine/cli/parallel_job.h"
 #include "engine/cli/part_files.h"
+#include "engine/cli/render_request.h"
 #include "engine/cli/run_report.h"
 #include "engine/cli/scene_copy.h"
 #include "engine/cli/tev_display.h"
-#include "engine/integrators/integrator.h"
 #include "engine/pbrt/read_scene.h"
 #include "engine/render/image_part.h"
 #include "engine/render/job.h"
@@ -141,10 +141,6 @@ WorkingSpace parse_working_space(const std::string& word) {
     return *colours;
 }
 
-bool has_limit(const Limits& limits) {
-    return std::isfinite(limits.seconds) || limits.error > 0;
-}
-
 PixelBox parse_box(const Location& at, const std::string& word) {
     std::array<int, 4> edges{};
     std::istringstream in(word);
@@ -226,21 +222,6 @@ bool has_light_or_is_whole(const RenderResult& result) {
            std::any_of(result.image.data.begin(), result.image.data.end(), [](float v) { return v != 0; });
 }
 
-// How much is done before a limit ends it, where the command line has a say.
-void limit_samples(const RenderCommand& command, Job& job) {
-    if (command.passes > 0) {
-        const int samples = make_integrator(job.integrator)->samples_per_pass();
-        if (samples == 0) {
-            throw InputError({"--passes"}, fmt::format("{} does not work in passes; --spp is accepted",
-                                                       integrator_name(job.integrator)));
-        }
-        job.spp =
-            static_cast<int>(std::min<std::int64_t>(std::int64_t{command.passes} * samples, kNoEndOfSamples));
-    } else if (command.overrides.spp == 0) {
-        if (has_limit(command.options.limits)) job.spp = kNoEndOfSamples;
-    }
-}
-
 // What is left to do after the render: denoising, and writing the image. Compressing noise does some 50 MB/s
 // on a machine of today. A guess, for an end in time; where it is wrong by a factor of two nobody will
 // notice.
@@ -255,15 +236,6 @@ double writing_seconds(const RenderCommand& command, const FilmSettings& film) {
 bool denoises(const RenderCommand& command) {
     const bool asked_to_show = command.png || has_limit(command.options.limits);
     return command.layers || command.denoise.value_or(asked_to_show && command.checkpoint.kept().empty());
-}
-
-// In the place of the scene's own.
-void crop(const PixelBox& to, FilmSettings& film) {
-    if (to.end.x > film.width || to.end.y > film.height) {
-        throw InputError({"--crop"}, fmt::format("pixels up to ({}, {}) are not in a picture of {} x {}",
-                                                 to.end.x, to.end.y, film.width, film.height));
-    }
-    film.crop_begin = to.begin, film.crop_end = to.end;
 }
 
 // What is to be had again, bit for bit, is not chosen by the clock.
@@ -286,16 +258,13 @@ class Pictures {
     // Puts what was rendered, and how, into the image's attributes: an image may fill the memory, and is not
     // copied for that.
     void write(const RunFacts& facts, const Job& job, RenderResult& result) const {
-        result.image.attributes.merge(header_attributes(facts, job, result.report));
-        result.image.attributes.insert(attributes_.begin(), attributes_.end());
         if (command_.png) {
             const Image& picture = shown(result);
             write_png(png_beside(image_), picture, command_.picture.look(picture));
         }
-        if (result.denoised) add_channels(result.image, *result.denoised, "denoised.");
-        // Of a part these are for merging, where it is denoised.
-        if (command_.layers || (command_.part && result.layers)) add_layers(result.image, *result.layers);
-        if (command_.layers) add_channels(result.image, *result.parts, "");
+        // Of a part the layers are for merging, where it is denoised.
+        complete_image(facts, job, command_.layers || command_.part, command_.layers, result);
+        result.image.attributes.insert(attributes_.begin(), attributes_.end());
         write_exr(image_, result.image);
     }
     // What was written, for people.
@@ -388,13 +357,16 @@ struct Frames {
 std::optional<Job> next_job(const RenderCommand& command, SceneFrames& scene) {
     std::optional<Job> job = scene.next();
     if (!job) return job;
-    limit_samples(command, *job);
-    if (command.crop) crop(*command.crop, job->film);
-    if (command.part) restrict_to(*command.part, job->film);
-    job->film.two_halves = denoises(command);
+    RenderRequest request;
+    request.passes = command.passes;
+    request.spp = command.overrides.spp;
+    request.crop = command.crop;
+    request.denoise = denoises(command);
     // Which pixels of a picture need most samples no part of it knows.
-    job->film.adaptive = job->film.two_halves && command.adaptive && !command.part;
-    job->film.parts = command.layers;
+    request.adaptive = command.adaptive && !command.part;
+    request.layers = command.layers;
+    apply(request, command.options.limits, *job);
+    if (command.part) restrict_to(*command.part, job->film);
     return job;
 }
 

@@ -20,6 +20,10 @@ bool is_own_light(std::string_view kind) {
     return std::ranges::find(kOurs, kind) != std::ranges::end(kOurs);
 }
 
+bool is_own_shape(std::string_view kind) {
+    return kind == "arraymesh";
+}
+
 }  // namespace
 
 const std::vector<DirectiveReader::Entry>& DirectiveReader::table() {
@@ -83,6 +87,7 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
                .monitor = monitor,
                .leniency = Leniency(monitor, overrides.strict),
                .folder = file.parent_path(),
+               .meshes = &overrides.meshes,
                .skip_missing = overrides.skip_missing},
       overrides_(overrides) {
     draft_.film.colours = overrides.colours.value_or(WorkingSpace());
@@ -383,9 +388,10 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
 }
 
 Params DirectiveReader::parameters(std::string_view kind, std::string_view target) {
+    const bool ours = target == "surface" || (target == "light" && is_own_light(kind)) ||
+                      (target == "shape" && is_own_shape(kind));
     Params params =
-        Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_, reading_.leniency,
-                     target == "surface" || (target == "light" && is_own_light(kind)));
+        Params::read(tokens(), fmt::format("{} \"{}\"", name_, shown(kind)), place_, reading_.leniency, ours);
     // An included file may end within a list, which the including one goes on with.
     while (tokens().peek().kind == Token::Kind::end && files_.size() > 1 && !files_.back().closes_block) {
         close_file();

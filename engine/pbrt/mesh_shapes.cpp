@@ -87,6 +87,35 @@ std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params) {
     return mesh;
 }
 
+ObjectMesh read_array_mesh(const Reading& reading, Params& params) {
+    const std::string name = params.string("name", "");
+    const auto known = reading.meshes ? reading.meshes->find(name) : NamedMeshes::const_iterator();
+    if (!reading.meshes || known == reading.meshes->end()) {
+        fail(params.place(),
+             "{}: there is no mesh \"{}\" in memory; \"string name\" of one that the program hands over is "
+             "accepted",
+             params.owner(), shown(name));
+    }
+    const ObjectMesh& mesh = *known->second;
+    const auto vertices = static_cast<int>(mesh.p.size());
+    for (const auto& [what, count] : {std::pair("normals", mesh.n.size()), std::pair("uv", mesh.uv.size())}) {
+        if (count != 0 && count != mesh.p.size())
+            fail(params.place(), "mesh \"{}\" has {} {} for {} vertices; one for each is accepted", name,
+                 count, what, vertices);
+    }
+    if (mesh.triangles.empty())
+        fail(params.place(), "mesh \"{}\" has no triangles; one or more are accepted", name);
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        for (const int index : {mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z}) {
+            if (index >= 0 && index < vertices) continue;
+            fail(params.place(),
+                 "mesh \"{}\", triangle {}: {} is not accepted; the mesh has vertices 0 to {}", name, i,
+                 index, vertices - 1);
+        }
+    }
+    return mesh;
+}
+
 ObjectMesh read_loop_mesh(Params& params) {
     ObjectMesh mesh;
     const std::vector<V3d> p = read_vertices(params);

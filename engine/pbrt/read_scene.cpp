@@ -15,7 +15,7 @@ namespace {
 Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
-    const int spp = draft.spp;
+    const int spp = draft.spp, passes = draft.passes;
     std::vector<CalculationSurface> surfaces = std::move(draft.surfaces);
     std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
@@ -28,7 +28,8 @@ Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
             {},
             std::move(surfaces),
             std::move(files),
-            std::move(caches)};
+            std::move(caches),
+            passes};
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
 #include "engine/base/vec.h"
+#include "engine/pbrt/object_mesh.h"
 #include "engine/render/job.h"
 
 namespace lucerna {
@@ -30,6 +31,7 @@ struct SceneOverrides {
     std::optional<FluxUnit> unit;                          // of all light; none: as the scene says
     bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
     bool strict = false;        // what the reader would replace or leave out with a warning is an error
+    NamedMeshes meshes = {};    // for the text's Shape "arraymesh"
 };
 
 // The frames of a scene file, one after the other: what stands after a WorldEnd is another picture, whose

@@ -249,6 +249,8 @@ void read_shape(Reading& reading, const std::string& kind, Params& params) {
         mesh = read_triangle_mesh(params);
     } else if (kind == "plymesh") {
         mesh = read_ply_mesh(reading, params);
+    } else if (kind == "arraymesh") {
+        mesh = read_array_mesh(reading, params);
     } else if (kind == "loopsubdiv") {
         mesh = read_loop_mesh(params);
     } else if (kind == "heightfield") {

@@ -5,21 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "engine/pbrt/object_mesh.h"
 #include "engine/pbrt/state.h"
 
 namespace lucerna {
-
-// An untransformed mesh, in object space. `n` and `uv` are empty or have one entry per vertex.
-struct ObjectMesh {
-    std::vector<V3d> p, n;
-    std::vector<V2f> uv;
-    std::vector<V3i> triangles;
-};
 
 // Each in the file of its kind: mesh_shapes, nurbs_shape, quadric_shapes, patch_shapes, curve_shapes. None:
 // the shape is left out, which has been said.
 ObjectMesh read_triangle_mesh(Params& params);
 std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params);
+ObjectMesh read_array_mesh(const Reading& reading, Params& params);
 ObjectMesh read_loop_mesh(Params& params);
 ObjectMesh read_height_field(Params& params);
 ObjectMesh read_nurbs(Params& params);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/pbrt/draft.h"
+#include "engine/pbrt/object_mesh.h"
 #include "engine/pbrt/params.h"
 #include "engine/pbrt/tokens.h"
 #include "engine/pbrt/transforms.h"
@@ -70,7 +71,8 @@ struct Reading {
     std::map<std::array<float, 3>, std::shared_ptr<const CoatTable>> covers = {};
     std::map<std::string, std::int32_t, std::less<>> media = {};  // in the draft, by name
     GraphicsState state = {};
-    DraftObject* object = nullptr;  // between ObjectBegin and ObjectEnd: where shapes go
+    DraftObject* object = nullptr;        // between ObjectBegin and ObjectEnd: where shapes go
+    const NamedMeshes* meshes = nullptr;  // null: none
     bool skip_missing = false;  // a mesh whose file is missing is left out, a texture grey, with a warning
     // Versions 1 and 2, as far as the text has shown: they have defaults of their own.
     bool old_dialect = false;

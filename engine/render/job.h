@@ -81,6 +81,8 @@ struct Job {
     std::vector<std::filesystem::path> files = {};
     // What is kept beside those files, to be found the next time: lamps' cell tables. It changes no image.
     std::vector<std::filesystem::path> caches = {};
+    // That the scene asks of a method that works in passes, by which `spp` was set; 0: it does not say.
+    int passes = 0;
 };
 
 // What the job's image shows.

@@ -41,6 +41,7 @@ const std::map<std::string, std::set<std::string>> kModules{
     {"engine/figures", {"engine/base"}},
     {"engine/evaluation", {"engine/pbrt", "engine/figures"}},
     {"engine/cli", {"engine/evaluation", "engine/gltf", "engine/photometry", "lights/measurement"}},
+    {"python/bindings", {"engine/cli"}},
 };
 
 // Headers of packages, by their beginning, and the only files that may name them.
@@ -61,6 +62,10 @@ const std::map<std::string, std::set<std::string>> kPackages{
     {"<Random123/", {"engine/base/sampler.cpp"}},
     {"<tiny_gltf", {"engine/gltf/reader.h"}},
     {"<toml++/", {"engine/base/toml.cpp"}},
+    {"<pybind11/",
+     {"python/bindings/arrays.h", "python/bindings/bindings.h", "python/bindings/images.cpp",
+      "python/bindings/lamps.cpp", "python/bindings/module.cpp", "python/bindings/python_monitor.h",
+      "python/bindings/scenes.cpp"}},
 };
 
 // Who may open a stream to read by itself: the one way for all readers, and what asks the system.
@@ -183,7 +188,7 @@ TEST(Architecture, Sources_OfTheRepository_KeepToTheirModules) {
     const std::filesystem::path root = LUCERNA_SOURCE_DIR;
     Checker checker;
     std::map<std::string, int> files;
-    for (const char* top : {"engine", "kdtree", "lights", "photon", "tests", "bench"}) {
+    for (const char* top : {"engine", "kdtree", "lights", "photon", "python", "tests", "bench"}) {
         ASSERT_TRUE(std::filesystem::exists(root / top)) << top;
         for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
             if (!entry.is_regular_file() || !is_source(entry.path())) continue;
@@ -268,7 +273,8 @@ TEST(Citations, EachLeadsToTheBibliography_AndEachEntryIsCited) {
     const std::string bibliography = text_of(root / "docs/bibliography.md");
     std::string all;
     std::set<std::string> cited;
-    for (const char* top : {"engine", "kdtree", "lights", "photon", "bench", "tests", "docs", "scenes"}) {
+    for (const char* top :
+         {"engine", "kdtree", "lights", "photon", "python", "bench", "tests", "docs", "scenes"}) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(root / top)) {
             const std::filesystem::path& path = entry.path();
             if (!entry.is_regular_file() || path.filename() == "bibliography.md") continue;

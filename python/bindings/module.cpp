@@ -1,0 +1,18 @@
+// The extension itself: errors, and what the other files add.
+#include <pybind11/pybind11.h>
+
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/base/version.h"
+#include "python/bindings/bindings.h"
+
+PYBIND11_MODULE(_lucerna, module) {
+    module.doc() = "What the package lucerna is made of; use that.";
+    pybind11::register_exception<lucerna::InputError>(module, "InputError", PyExc_ValueError);
+    module.attr("InputError").attr("__module__") = "lucerna";
+    module.attr("__version__") = std::string(lucerna::program_version());
+    lucerna::bind_images(module);
+    lucerna::bind_scenes(module);
+    lucerna::bind_lamps(module);
+}

@@ -1,0 +1,280 @@
+// Scenes and renders.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/cli/render_request.h"
+#include "engine/cli/run_report.h"
+#include "engine/denoise/denoise.h"
+#include "engine/integrators/settings.h"
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/render.h"
+#include "python/bindings/arrays.h"
+#include "python/bindings/bindings.h"
+#include "python/bindings/python_monitor.h"
+
+namespace lucerna {
+namespace {
+
+namespace py = pybind11;
+
+using Settings = std::vector<std::pair<std::string, SettingValue>>;
+
+std::shared_ptr<ObjectMesh> mesh_of(const InputArray<double>& vertices, const InputArray<int>& triangles,
+                                    const std::optional<InputArray<double>>& normals,
+                                    const std::optional<InputArray<float>>& uv) {
+    require_rows(vertices, 3, "vertices");
+    require_rows(triangles, 3, "triangles");
+    if (vertices.shape(0) > std::numeric_limits<int>::max())
+        throw InputError({"vertices"}, "at most 2147483647 are accepted");
+    auto mesh = std::make_shared<ObjectMesh>();
+    const auto triples = [](const InputArray<double>& array) {
+        std::vector<V3d> result;
+        result.reserve(static_cast<std::size_t>(array.shape(0)));
+        for (py::ssize_t i = 0; i < array.shape(0); ++i)
+            result.emplace_back(array.at(i, 0), array.at(i, 1), array.at(i, 2));
+        return result;
+    };
+    mesh->p = triples(vertices);
+    mesh->triangles.reserve(static_cast<std::size_t>(triangles.shape(0)));
+    for (py::ssize_t i = 0; i < triangles.shape(0); ++i)
+        mesh->triangles.emplace_back(triangles.at(i, 0), triangles.at(i, 1), triangles.at(i, 2));
+    if (normals) {
+        require_rows(*normals, 3, "normals");
+        mesh->n = triples(*normals);
+    }
+    if (uv) {
+        require_rows(*uv, 2, "uv");
+        for (py::ssize_t i = 0; i < uv->shape(0); ++i) mesh->uv.emplace_back(uv->at(i, 0), uv->at(i, 1));
+    }
+    return mesh;
+}
+
+// What a render changes of a job, as the scene says it.
+struct AsRead {
+    IntegratorSettings integrator;
+    int spp = 0;
+    FilmSettings film;
+};
+
+// A scene's text, and the job that was read from it, for the method that was asked for last.
+class ReadScene {
+  public:
+    // `text`: none if `file` is to be read; else the file's folder is what its relative names start from.
+    ReadScene(std::filesystem::path file, std::optional<std::string> text, SceneOverrides overrides)
+        : file_(std::move(file)), text_(std::move(text)), overrides_(std::move(overrides)) {}
+
+    // Where two threads render the same scene, one waits for the other.
+    std::mutex& mutex() { return mutex_; }
+    const std::filesystem::path& file() const { return file_; }
+    const SceneOverrides& overrides() const { return overrides_; }
+
+    // The job as the command would read it with these options; of it only what AsRead holds may be changed,
+    // until the next call. What a change of method changes is more than the settings of that (the scene's
+    // own maxdepth, glowing media, samples by passes), so that the text is read again.
+    Job& job(const std::string& integrator, const Settings& settings, const Workers& workers,
+             Monitor& monitor) {
+        const std::string name = integrator.empty() ? overrides_.integrator : integrator;
+        if (!job_ || read_integrator_ != name) read(name, workers, monitor);
+        job_->integrator = as_read_->integrator;
+        job_->spp = as_read_->spp;
+        job_->film = as_read_->film;
+        for (const auto& [key, value] : settings) set_parameter(job_->integrator, key, value, {key});
+        // Samples of a scene that says its number of passes.
+        if (const auto* progressive = std::get_if<ProgressiveSettings>(&job_->integrator)) {
+            const int was = std::get<ProgressiveSettings>(as_read_->integrator).samples;
+            if (job_->passes > 0 && progressive->samples != was)
+                job_->spp = static_cast<int>(std::min<std::int64_t>(
+                    std::int64_t{job_->passes} * progressive->samples, kNoEndOfSamples));
+        }
+        return *job_;
+    }
+
+    double read_seconds() const { return read_seconds_; }
+
+  private:
+    void read(const std::string& integrator, const Workers& workers, Monitor& monitor) {
+        const Stopwatch watch;
+        SceneOverrides overrides = overrides_;
+        overrides.integrator = integrator;
+        job_.reset();  // only one is in memory
+        job_.emplace(text_ ? read_scene_text(*text_, file_, overrides, workers, monitor)
+                           : read_scene(file_, overrides, workers, monitor));
+        as_read_ = AsRead{job_->integrator, job_->spp, job_->film};
+        read_integrator_ = integrator;
+        read_seconds_ = watch.seconds();
+    }
+
+    std::filesystem::path file_;
+    std::optional<std::string> text_;
+    SceneOverrides overrides_;
+    std::string read_integrator_;
+    std::optional<Job> job_;
+    std::optional<AsRead> as_read_;
+    double read_seconds_ = 0;
+    std::mutex mutex_;
+};
+
+std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::string> text,
+                                const std::string& integrator, std::optional<std::pair<int, int>> resolution,
+                                const std::optional<std::string>& colour_space, bool skip_missing,
+                                bool strict, NamedMeshes meshes, const std::optional<int>& threads,
+                                const py::object& progress) {
+    SceneOverrides overrides;
+    overrides.integrator = integrator;
+    if (resolution) overrides.resolution = {resolution->first, resolution->second};
+    if (resolution && (resolution->first < 1 || resolution->second < 1 ||
+                       std::max(resolution->first, resolution->second) > 65536)) {
+        throw InputError({"resolution"}, fmt::format("({}, {}) is not accepted; 1 to 65536 pixels are",
+                                                     resolution->first, resolution->second));
+    }
+    if (colour_space) {
+        overrides.colours = WorkingSpace::named(*colour_space);
+        if (!overrides.colours) {
+            throw InputError({"colour_space"},
+                             fmt::format("\"{}\" is unknown; {} are accepted", *colour_space,
+                                         fmt::join(WorkingSpace::names(), ", ")));
+        }
+    }
+    overrides.skip_missing = skip_missing;
+    overrides.strict = strict;
+    overrides.meshes = std::move(meshes);
+    auto scene = std::make_shared<ReadScene>(std::move(file), std::move(text), std::move(overrides));
+    PythonMonitor monitor(progress);
+    const Workers workers = workers_of(threads);
+    monitor.run([&] {
+        scene->job("", {}, workers, monitor);
+        return true;
+    });
+    return scene;
+}
+
+struct Rendered {
+    Image image;         // as its file holds it
+    std::string report;  // JSON
+    bool complete = true;
+};
+
+// What is asked of one render.
+struct Asked {
+    std::string integrator;
+    Settings settings;
+    RenderRequest request;
+    RenderOptions options;  // limits.seconds: of the whole render
+    bool chooses = false;   // the method, where a limit is given
+};
+
+Rendered render_now(ReadScene& scene, Asked& asked, const Stopwatch& clock, PythonMonitor& monitor) {
+    const std::lock_guard lock(scene.mutex());
+    RenderOptions& options = asked.options;
+    Job& job = scene.job(asked.integrator, asked.settings, options.workers, monitor);
+    if (asked.request.spp > 0) job.spp = asked.request.spp;
+    apply(asked.request, options.limits, job);
+    RunFacts facts{scene.file(), options.seed, options.workers.threads};
+    facts.read_seconds = scene.read_seconds();
+
+    const V2i size = job.film.rendered_size();
+    const double denoising =
+        job.film.two_halves ? kDenoiserSecondsPerPixel * size.x * size.y / options.workers.threads : 0;
+    const double whole = options.limits.seconds - denoising;
+    options.limits.seconds = whole - clock.seconds();
+    if (asked.chooses && has_limit(options.limits)) {
+        const Stopwatch choosing;
+        facts.choice = select_method(job, options, monitor);
+        facts.choose_seconds = choosing.seconds();
+    }
+    options.limits.seconds = whole - clock.seconds();
+    const Stopwatch rendering;
+    RenderResult result = render(job, options, monitor);
+    facts.render_seconds = rendering.seconds();
+    facts.warnings = monitor.warnings();
+    Rendered rendered;
+    rendered.complete = result.report.complete;
+    rendered.report = statistics_json(facts, job, result.report, {});
+    complete_image(facts, job, asked.request.layers, asked.request.layers, result);
+    rendered.image = std::move(result.image);
+    return rendered;
+}
+
+std::optional<PixelBox> box_of(const std::optional<std::array<int, 4>>& crop) {
+    if (!crop) return std::nullopt;
+    const auto& [x0, y0, x1, y1] = *crop;
+    if (x0 < 0 || y0 < 0 || x0 >= x1 || y0 >= y1) {
+        throw InputError({"crop"},
+                         fmt::format("({}, {}, {}, {}) is not accepted; (x0, y0, x1, y1) with x0 < x1 and "
+                                     "y0 < y1 is",
+                                     x0, y0, x1, y1));
+    }
+    return PixelBox{{x0, y0}, {x1, y1}};
+}
+
+Rendered render_scene(ReadScene& scene, const std::string& integrator, const Settings& settings, int spp,
+                      int passes, double time, double error, std::uint64_t seed,
+                      const std::optional<int>& threads, bool layers, bool denoise, bool adaptive,
+                      const std::optional<std::array<int, 4>>& crop, const py::object& progress,
+                      bool keep_partial) {
+    const Stopwatch clock;
+    Asked asked;
+    asked.integrator = integrator;
+    asked.settings = settings;
+    asked.request = {passes, spp, box_of(crop), denoise, adaptive, layers};
+    asked.options.seed = seed;
+    asked.options.workers = workers_of(threads);
+    asked.options.limits = {time, error};
+    asked.chooses = integrator.empty() && settings.empty() && spp == 0 && passes == 0;
+    PythonMonitor monitor(progress);
+    const auto work = [&] { return render_now(scene, asked, clock, monitor); };
+    if (!keep_partial) return monitor.run(work);
+    std::optional<Rendered> rendered = monitor.run_to_end(work);
+    bool interrupted = false;
+    if (monitor.raised()) {
+        try {
+            std::rethrow_exception(monitor.raised());
+        } catch (const py::error_already_set& raised) {
+            interrupted = raised.matches(PyExc_KeyboardInterrupt);
+        }
+    }
+    if (monitor.raised() && !(rendered && interrupted)) std::rethrow_exception(monitor.raised());
+    return std::move(*rendered);
+}
+
+}  // namespace
+
+void bind_scenes(py::module_& module) {
+    py::class_<ObjectMesh, std::shared_ptr<ObjectMesh>>(module, "Mesh")
+        .def(py::init(&mesh_of), py::arg("vertices"), py::arg("triangles"), py::arg("normals"),
+             py::arg("uv"));
+    py::class_<ReadScene, std::shared_ptr<ReadScene>>(module, "Scene")
+        .def_property_readonly("file", [](const ReadScene& scene) { return scene.file(); });
+    py::class_<Rendered>(module, "Rendered")
+        .def_readonly("image", &Rendered::image)
+        .def_readonly("report", &Rendered::report)
+        .def_readonly("complete", &Rendered::complete);
+    module.def(
+        "read_scene",
+        [](std::filesystem::path file, std::optional<std::string> text, const std::string& integrator,
+           std::optional<std::pair<int, int>> resolution, const std::optional<std::string>& colour_space,
+           bool skip_missing, bool strict, const std::map<std::string, std::shared_ptr<ObjectMesh>>& meshes,
+           const std::optional<int>& threads, const py::object& progress) {
+            return read(std::move(file), std::move(text), integrator, resolution, colour_space, skip_missing,
+                        strict, NamedMeshes(meshes.begin(), meshes.end()), threads, progress);
+        },
+        py::arg("file"), py::arg("text"), py::arg("integrator"), py::arg("resolution"),
+        py::arg("colour_space"), py::arg("skip_missing"), py::arg("strict"), py::arg("meshes"),
+        py::arg("threads"), py::arg("progress"));
+    module.def("render", &render_scene, py::arg("scene"), py::arg("integrator"), py::arg("settings"),
+               py::arg("spp"), py::arg("passes"), py::arg("time"), py::arg("error"), py::arg("seed"),
+               py::arg("threads"), py::arg("layers"), py::arg("denoise"), py::arg("adaptive"),
+               py::arg("crop"), py::arg("progress"), py::arg("keep_partial"));
+}
+
+}  // namespace lucerna
