@@ -12,9 +12,12 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 object=$folder/$(basename "$library" .a).o
 "$ld" -r --force-group-allocation --whole-archive "$library" -o "$object"
-"$nm" --defined-only "$object" | awk '$2 == "W" { print $3 }' >"$folder/inline"
-# Without their groups only weak ones may be there several times.
-"$nm" --defined-only "$object" | awk '$2 == "u" { print $3 }' >"$folder/unique"
+symbols() { # of a kind, as objcopy reads them; it fails with an empty file
+    echo "# $1"
+    "$nm" --defined-only "$object" | awk -v kind="$1" '$2 == kind { print $3 }'
+}
+symbols W >"$folder/inline"
+symbols u >"$folder/unique" # without their groups only weak ones may be there several times
 "$objcopy" --localize-symbols="$folder/inline" --weaken-symbols="$folder/unique" "$object"
 rm "$library"
 "$ar" rcsD "$library" "$object"
