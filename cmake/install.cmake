@@ -34,14 +34,12 @@ install(TARGETS ${libraries} EXPORT lucernaTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
     FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lucerna COMPONENT development)
 if(NOT LUCERNA_SANITIZE)  # which keeps books of the data of each file
-    set(archives ${libraries})
-    list(REMOVE_ITEM archives lucerna_all lucerna_libm lucerna_libm_fused)  # the last has no inline functions
-    install(CODE "
-        foreach(library IN ITEMS ${archives})
-            execute_process(COMMAND_ERROR_IS_FATAL ANY COMMAND bash ${CMAKE_CURRENT_LIST_DIR}/close_library.sh
-                ${CMAKE_LINKER} ${CMAKE_OBJCOPY} ${CMAKE_NM} ${CMAKE_AR}
-                \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/lib\${library}.a)
-        endforeach()" COMPONENT development)
+    set(archives "")
+    foreach(module ${modules})
+        string(APPEND archives " \$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/lib${module}.a")
+    endforeach()
+    install(CODE "execute_process(COMMAND_ERROR_IS_FATAL ANY COMMAND bash ${CMAKE_CURRENT_LIST_DIR}/close_libraries.sh
+        ${CMAKE_LINKER} ${CMAKE_OBJCOPY} ${CMAKE_NM} ${CMAKE_AR}${archives})" COMPONENT development)
 endif()
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/lucerna)
 install(EXPORT lucernaTargets NAMESPACE lucerna:: DESTINATION ${package} COMPONENT development)
