@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # The one list of what Lucerna needs from Debian 12. Installs what is missing; says nothing when all is there.
-# usage: scripts/deps.sh [product|slurm]     product: what building and using the `lucerna` command needs; slurm: what scripts/slurm.sh starts; default: product and tests
+# usage: scripts/deps.sh [product|package|slurm]     product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; default: product and tests
 set -euo pipefail
 
 packages=(
     # build
-    g++ cmake ninja-build
+    g++ cmake ninja-build pkgconf
     # libraries the engine stands on
     libembree-dev libflann-dev libhwy-dev liblz4-dev libopenexr-dev libimath-dev libopenimageio-dev libtbb-dev libosd-dev zlib1g-dev
     librandom123-dev libcli11-dev libfmt-dev nlohmann-json3-dev libtinygltf-dev libtomlplusplus-dev
@@ -18,6 +18,7 @@ packages=(
 )
 case ${1:-all} in
     product) ;;
+    package) packages=(dpkg-dev debhelper fakeroot lintian) ;;
     slurm) packages=(slurmctld slurmd slurm-client munge) ;;
     all)
         packages+=(
@@ -33,6 +34,8 @@ case ${1:-all} in
             chromium
             # tests of layers, in another program
             openimageio-tools
+            # tests of the manual page
+            groff-base
         )
         ;;
     *)

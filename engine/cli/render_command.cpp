@@ -551,7 +551,9 @@ void act(const RenderCommand& command, const CommandContext& context) {
 }
 
 void add_image_options(CLI::App& app, RenderCommand& command) {
-    app.add_option("SCENE", command.scene, "scene file in pbrt's text format")->required();
+    app.add_option("SCENE", command.scene, "scene file in pbrt's text format")
+        ->required()
+        ->type_name("SCENE.pbrt");
     app.add_option("-o,--output", command.output,
                    "OpenEXR image (default: the scene's name for it, in this folder)")
         ->type_name("FILE.exr");

@@ -19,6 +19,7 @@
 #include "engine/base/version.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/manual.h"
 #include "engine/cli/parallel_job.h"
 #include "engine/scene/arithmetic.h"
 
@@ -71,16 +72,33 @@ int fail_parsing(std::ostream& err, const CLI::App& program, const CLI::ParseErr
     return fail(err, kBadInput, fmt::format("{}; see {} --help", one_line(error.what()), command));
 }
 
+// A full disk or a closed pipe must not look like success.
+int written(std::ostream& out, std::ostream& err) {
+    return out.flush() ? kDone : fail(err, kBadInput, "standard output: cannot be written");
+}
+
+// A flag that prints what `text` makes of the options of all commands, and ends the parsing.
+void add_text_flag(CLI::App& program, const std::string& name, const std::string& help,
+                   std::string (*text)(const CLI::App&), std::ostream& out) {
+    program
+        .add_flag_callback(
+            name,
+            [&program, text, &out] {
+                out << text(program);
+                throw CLI::Success();
+            },
+            help)
+        ->trigger_on_parse();
+}
+
 int parse_and_act(CLI::App& program, int argc, const char* const* argv, std::ostream& out,
                   std::ostream& err) {
     try {
         program.parse(argc, argv);
-        // A full disk or a closed pipe must not look like success.
-        if (!out.flush()) return fail(err, kBadInput, "standard output: cannot be written");
-        return kDone;
+        return written(out, err);
     } catch (const CLI::Success& success) {  // --help, --version
         program.exit(success, out, err);
-        return kDone;
+        return written(out, err);
     } catch (const CLI::ParseError& error) {
         if (rank_by_launcher() > 0) leave_it_to_rank_0();
         return fail_parsing(err, program, error);
@@ -98,6 +116,9 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
         program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
+        add_text_flag(program, "--manual", "Print the manual page, for man -l -, and exit", manual_page, out);
+        add_text_flag(program, "--bash-completion", "Print what completes command lines in bash, and exit",
+                      bash_completion, out);
         program.require_subcommand(0, 1);
         const CommandContext context{out, err, around};
         add_render_command(program, context);

@@ -20,7 +20,7 @@ constexpr std::int64_t kPixelsPerChunk = 4096;
 
 // An opponent space in which light adds up: L*a*b* without its cube roots [FLIP 4.1.1].
 struct Opponent {
-    std::array<Plane, 3> planes;  // Y, Cx, Cz
+    std::array<FlipPlane, 3> planes;  // Y, Cx, Cz
 };
 
 V3d white_xyz() {
@@ -28,7 +28,7 @@ V3d white_xyz() {
 }
 
 Opponent opponent_of(const std::vector<Rgb>& linear, int width, int height, const Workers& workers) {
-    Opponent result{{Plane(width, height), Plane(width, height), Plane(width, height)}};
+    Opponent result{{FlipPlane(width, height), FlipPlane(width, height), FlipPlane(width, height)}};
     const V3d white = white_xyz();
     parallel_each(workers, linear.size(), kPixelsPerChunk, [&](std::size_t i) {
         const V3d c = rgb_to_xyz(linear[i]) / white;  // no component of white is 0
@@ -72,9 +72,9 @@ double redistributed(double error, double largest) {
 
 // Blurred as the eye does, clamped to what a screen can show, as L*a*b*.
 std::vector<V3d> seen_colours(const Opponent& picture, const EyeBlurs& eye, const Workers& workers) {
-    const Plane y = blurred(picture.planes[0], eye.achromatic, workers);
-    const Plane cx = blurred(picture.planes[1], eye.red_green, workers);
-    const Plane cz = blurred(picture.planes[2], eye.blue_yellow, workers);
+    const FlipPlane y = blurred(picture.planes[0], eye.achromatic, workers);
+    const FlipPlane cx = blurred(picture.planes[1], eye.red_green, workers);
+    const FlipPlane cz = blurred(picture.planes[2], eye.blue_yellow, workers);
     std::vector<V3d> lab(y.data.size());
     const V3d white = white_xyz();
     parallel_each(workers, lab.size(), kPixelsPerChunk, [&](std::size_t i) {
@@ -89,21 +89,21 @@ std::vector<V3d> seen_colours(const Opponent& picture, const EyeBlurs& eye, cons
 
 // How much of an edge and of a point the eye finds at each pixel.
 struct Features {
-    Plane edge, point;
+    FlipPlane edge, point;
 };
 
-Plane lengths(const Plane& x, const Plane& y) {
-    Plane result(x.width, x.height);
+FlipPlane lengths(const FlipPlane& x, const FlipPlane& y) {
+    FlipPlane result(x.width, x.height);
     for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] = std::hypot(x.data[i], y.data[i]);
     return result;
 }
 
 Features features_of(const Opponent& picture, const FeatureKernels& kernels, const Workers& workers) {
-    Plane luma = picture.planes[0];
+    FlipPlane luma = picture.planes[0];
     for (float& v : luma.data) v = (v + 16) / 116;
-    const Plane smooth = along_rows(luma, kernels.smooth, workers);
-    const Plane edge = along_rows(luma, kernels.edge, workers);
-    const Plane point = along_rows(luma, kernels.point, workers);
+    const FlipPlane smooth = along_rows(luma, kernels.smooth, workers);
+    const FlipPlane edge = along_rows(luma, kernels.edge, workers);
+    const FlipPlane point = along_rows(luma, kernels.point, workers);
     return {
         lengths(along_columns(edge, kernels.smooth, workers), along_columns(smooth, kernels.edge, workers)),
         lengths(along_columns(point, kernels.smooth, workers),

@@ -77,8 +77,8 @@ Blur blur_of(std::span<const Gaussian> gaussians, int radius, double pixels_per_
 
 }  // namespace
 
-Plane along_rows(const Plane& plane, const Kernel& kernel, const Workers& workers) {
-    Plane result(plane.width, plane.height);
+FlipPlane along_rows(const FlipPlane& plane, const Kernel& kernel, const Workers& workers) {
+    FlipPlane result(plane.width, plane.height);
     const int radius = static_cast<int>(kernel.size() / 2);
     parallel_ranges(workers, plane.height, kRowsPerChunk,
                     [&](std::int64_t begin, std::int64_t end, std::int64_t) {
@@ -99,8 +99,8 @@ Plane along_rows(const Plane& plane, const Kernel& kernel, const Workers& worker
     return result;
 }
 
-Plane along_columns(const Plane& plane, const Kernel& kernel, const Workers& workers) {
-    Plane result(plane.width, plane.height);
+FlipPlane along_columns(const FlipPlane& plane, const Kernel& kernel, const Workers& workers) {
+    FlipPlane result(plane.width, plane.height);
     const int radius = static_cast<int>(kernel.size() / 2);
     parallel_ranges(workers, plane.height, kRowsPerChunk,
                     [&](std::int64_t begin, std::int64_t end, std::int64_t) {
@@ -124,10 +124,10 @@ EyeBlurs eye_blurs(double pixels_per_degree) {
             blur_of(kBlueYellow, radius, pixels_per_degree)};
 }
 
-Plane blurred(const Plane& plane, const Blur& blur, const Workers& workers) {
-    Plane result(plane.width, plane.height);
+FlipPlane blurred(const FlipPlane& plane, const Blur& blur, const Workers& workers) {
+    FlipPlane result(plane.width, plane.height);
     for (const Blur::Part& part : blur.parts) {
-        const Plane one = along_columns(along_rows(plane, part.kernel, workers), part.kernel, workers);
+        const FlipPlane one = along_columns(along_rows(plane, part.kernel, workers), part.kernel, workers);
         for (std::size_t i = 0; i < result.data.size(); ++i) result.data[i] += part.weight * one.data[i];
     }
     return result;

@@ -12,13 +12,14 @@
 namespace lucerna {
 namespace {
 
-Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
+Job job_of(Draft draft, const SceneOverrides& overrides, const Workers& workers, Monitor& monitor) {
     const FilmSettings film = draft.film;
     const IntegratorSettings integrator = draft.integrator;
     const int spp = draft.spp, passes = draft.passes;
     std::vector<CalculationSurface> surfaces = std::move(draft.surfaces);
     std::vector<std::filesystem::path> files = std::move(draft.files), caches = std::move(draft.caches);
     Assembled assembled = assemble(std::move(draft), workers, monitor);
+    if (overrides.edit) overrides.edit(assembled.parts);
     const Phase phase(monitor, "build scene", 0);
     return {Scene(std::move(assembled.parts), workers),
             Camera(assembled.camera),
@@ -35,6 +36,7 @@ Job job_of(Draft draft, const Workers& workers, Monitor& monitor) {
 }  // namespace
 
 struct SceneFrames::State {
+    const SceneOverrides& overrides;
     const Workers& workers;
     Monitor& monitor;
     std::optional<std::filesystem::path> file;  // none: text in memory
@@ -43,13 +45,13 @@ struct SceneFrames::State {
 
 SceneFrames::SceneFrames(const std::filesystem::path& file, const SceneOverrides& overrides,
                          const Workers& workers, Monitor& monitor)
-    : state_(new State{workers, monitor, file, {}}) {
+    : state_(new State{overrides, workers, monitor, file, {}}) {
     state_->reader.emplace(read_text(file), file, overrides, monitor);
 }
 
 SceneFrames::SceneFrames(std::string text, const std::filesystem::path& pretended_file,
                          const SceneOverrides& overrides, const Workers& workers, Monitor& monitor)
-    : state_(new State{workers, monitor, {}, {}}) {
+    : state_(new State{overrides, workers, monitor, {}, {}}) {
     state_->reader.emplace(std::move(text), pretended_file, overrides, monitor);
 }
 
@@ -60,7 +62,7 @@ std::optional<Job> SceneFrames::next() {
     std::optional<Draft> draft = state_->reader->next();
     if (!state_->reader->more()) state_->reader.reset();  // and with it the text, which may be long
     if (!draft) return std::nullopt;
-    Job job = job_of(std::move(*draft), state_->workers, state_->monitor);
+    Job job = job_of(std::move(*draft), state_->overrides, state_->workers, state_->monitor);
     if (state_->file) job.files.insert(job.files.begin(), *state_->file);
     return job;
 }
@@ -79,7 +81,8 @@ Draft read_draft(std::string text, const std::filesystem::path& pretended_file,
 
 Job read_scene_text(std::string text, const std::filesystem::path& pretended_file,
                     const SceneOverrides& overrides, const Workers& workers, Monitor& monitor) {
-    return job_of(read_draft(std::move(text), pretended_file, overrides, monitor), workers, monitor);
+    return job_of(read_draft(std::move(text), pretended_file, overrides, monitor), overrides, workers,
+                  monitor);
 }
 
 Job read_scene(const std::filesystem::path& file, const SceneOverrides& overrides, const Workers& workers,

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,7 +21,7 @@
 
 namespace lucerna {
 
-// What the command line puts in the place of the scene's own choice.
+// What the command line, or a program that uses the library, puts in the place of the scene's own choice.
 struct SceneOverrides {
     std::string integrator;  // empty: as the scene says, path if it says nothing
     std::vector<std::pair<std::string, std::string>> set;  // parameters of the integrator, name and value
@@ -32,6 +33,11 @@ struct SceneOverrides {
     bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
     bool strict = false;        // what the reader would replace or leave out with a warning is an error
     NamedMeshes meshes = {};    // for the text's Shape "arraymesh"
+    // Changes the parts of every frame before its Scene is made of them: scales or replaces lights, whose
+    // order is that of the text, or materials. Positions are relative to `origin`. A light on a surface
+    // (Mesh::light and its like) is replaced only by one of the same surface. Where there are light groups,
+    // `of_light` has one for each light. None: nothing is changed.
+    std::function<void(SceneParts&)> edit = {};
 };
 
 // The frames of a scene file, one after the other: what stands after a WorldEnd is another picture, whose

@@ -35,7 +35,7 @@ struct Facet {
     float bend;          // (wo·m + η wi·m)², transmission only
 };
 std::optional<Facet> facet_between(const Local& at, float eta) {
-    if (!(at.wo.z > kGrazing) || !(std::fabs(at.wi.z) > kGrazing)) return std::nullopt;
+    if (!(at.wo.z > kGrazingCos) || !(std::fabs(at.wi.z) > kGrazingCos)) return std::nullopt;
     if (at.transmission != (at.wi.z < 0)) return std::nullopt;
     // [Walter 2007, (13), (16)]. The length of the sum is at least |1 - η|, far from 0 (kLeastBend).
     V3f m = at.transmission ? at.wo + eta * at.wi : at.wo + at.wi;

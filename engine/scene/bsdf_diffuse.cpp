@@ -120,7 +120,7 @@ Rgb value(const OrenNayarLobe& lobe, const Local& at, Transport transport) {
     // sin α tan β cos Δφ, α the larger of the two angles: both sines and cos Δφ are the inner product of the
     // parts along the surface.
     const float across = at.wo.x * at.wi.x + at.wo.y * at.wi.y;
-    const float cos_beta = std::max({std::fabs(at.wo.z), std::fabs(at.wi.z), kGrazing});
+    const float cos_beta = std::max({std::fabs(at.wo.z), std::fabs(at.wi.z), kGrazingCos});
     return lobe.albedo * (kInvPi * (lobe.a + lobe.b * std::max(0.0F, across) / cos_beta));
 }
 float density(const OrenNayarLobe&, const Local& at) {

@@ -46,7 +46,7 @@ Draw draw(const SubstrateBaseLobe& lobe, const Local& at, const BsdfU& u, Transp
     return with_weight(lobe, to, transport);
 }
 Rgb albedo_of(const SubstrateBaseLobe& lobe, const Local& at) {
-    return at.wo.z > kGrazing ? base_of(lobe) * shown(at.wo.z) : Rgb(0.0F);
+    return at.wo.z > kGrazingCos ? base_of(lobe) * shown(at.wo.z) : Rgb(0.0F);
 }
 bool is_delta_lobe(const SubstrateBaseLobe&) {
     return false;
@@ -76,13 +76,13 @@ float density(const SubstrateGlossLobe& lobe, const Local& at) {
     return facets.masking_over_cos(at.wo) * facets.density((at.wo + at.wi).normalized()) / 4;
 }
 Draw draw(const SubstrateGlossLobe& lobe, const Local& at, const BsdfU& u, Transport transport) {
-    if (!(at.wo.z > kGrazing)) return std::nullopt;
+    if (!(at.wo.z > kGrazingCos)) return std::nullopt;
     Local to = at;
     to.wi = reflected(at.wo, facets_of(lobe).sample_visible(at.wo, u.direction)).normalized();
     return with_weight(lobe, to, transport);
 }
 Rgb albedo_of(const SubstrateGlossLobe& lobe, const Local& at) {
-    if (!(at.wo.z > kGrazing)) return Rgb(0.0F);
+    if (!(at.wo.z > kGrazingCos)) return Rgb(0.0F);
     const Ggx facets = facets_of(lobe);
     // The gloss over the density of its facets: F cos_i cos_o / ((wo·m) max(cos_o, cos_i) G1(o)).
     const float over = 1 / facets.masking_over_cos(at.wo);

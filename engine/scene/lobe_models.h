@@ -33,7 +33,7 @@ using Draw = std::optional<LocalSample>;
 
 // A rough lobe is not asked about directions closer to the horizon: the value of a pair of them grows as
 // 1/cos and would leave float32's range. They carry next to nothing.
-inline constexpr float kGrazing = 1e-12F;
+inline constexpr float kGrazingCos = 1e-12F;
 
 inline bool is_smooth(float alpha_x, float alpha_y) {
     return std::max(alpha_x, alpha_y) < kSmoothAlpha;
@@ -71,7 +71,7 @@ inline bool is_lit(const Local& at, Transport transport) {
 
 // Whether wo is turned to wi on its own side, and neither is too close to the horizon.
 inline bool is_reflection(const Local& at) {
-    return !at.transmission && at.wo.z > kGrazing && at.wi.z > kGrazing;
+    return !at.transmission && at.wo.z > kGrazingCos && at.wi.z > kGrazingCos;
 }
 
 // For each lobe:

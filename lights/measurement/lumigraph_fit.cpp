@@ -275,7 +275,7 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
         double forward = 0, flat = 0;
         for (std::size_t i = 0; i < set.rays.size(); ++i) {
             const double z = double{set.rays[i].d.z};
-            if (z > kGrazing) forward += set.light_of(i);
+            if (z > kGrazingRay) forward += set.light_of(i);
             if (std::fabs(z) < 1 / std::sqrt(1 + sqr(kWidestM))) flat += set.light_of(i);
         }
         if (forward >= wanted) {

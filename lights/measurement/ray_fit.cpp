@@ -33,7 +33,7 @@ double quantile(std::vector<Weighed>& values, double share) {
 std::vector<std::size_t> forward_rays(const RaySet& set) {
     std::vector<std::size_t> forward;
     for (std::size_t i = 0; i < set.rays.size(); ++i) {
-        if (double{set.rays[i].d.z} > kGrazing && set.rays[i].flux > 0) forward.push_back(i);
+        if (double{set.rays[i].d.z} > kGrazingRay && set.rays[i].flux > 0) forward.push_back(i);
     }
     if (forward.empty())
         throw InputError("ray set: no ray carries flux towards +z; turn the lamp so that it shines there");

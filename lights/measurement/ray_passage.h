@@ -11,7 +11,7 @@
 
 namespace lucerna {
 
-inline constexpr double kGrazing = 1e-6;  // rays with a smaller d.z do not leave towards +z
+inline constexpr double kGrazingRay = 1e-6;  // rays with a smaller d.z do not leave towards +z
 
 // Where a ray passes the plane z = height, in the frame of the rays. d.z > 0.
 inline V2d pass(const LampRay& ray, double height) {

@@ -37,7 +37,7 @@ double book_losses(const Passage& at, double flux, const Rig& rig, FluxAccount& 
 // they record.
 double account_for(const LampRay& ray, double flux, const Rig& rig, const RayWeights& weights,
                    FluxAccount& account) {
-    if (!(double{ray.d.z} > kGrazing)) {
+    if (!(double{ray.d.z} > kGrazingRay)) {
         account.backward += flux;
         return 0;
     }
@@ -75,7 +75,7 @@ std::vector<std::vector<std::size_t>> rays_by_interval(const RaySet& set, const 
     std::vector<std::vector<std::size_t>> bins(static_cast<std::size_t>(rig.views.y) +
                                                3);  // base = -2 ... views
     for (std::size_t r = 0; r < set.rays.size(); ++r) {
-        if (!(double{set.rays[r].d.z} > kGrazing)) continue;
+        if (!(double{set.rays[r].d.z} > kGrazingRay)) continue;
         const Passage at(set.rays[r], rig);
         if (!at.misses_s) bins[static_cast<std::size_t>(at.base[1] + 2)].push_back(r);
     }
@@ -166,7 +166,7 @@ Sorted sort_chunk(std::span<const LampRay> rays, std::int64_t begin, std::int64_
     for (std::int64_t r = begin; r < end; ++r) {
         const LampRay& ray = rays[static_cast<std::size_t>(r)];
         const double flux = double{ray.flux};
-        if (!(double{ray.d.z} > kGrazing)) {
+        if (!(double{ray.d.z} > kGrazingRay)) {
             sorted.account.backward += flux;
             continue;
         }

@@ -1,0 +1,288 @@
+#include "engine/cli/manual.h"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/version.h"
+
+namespace lucerna {
+namespace {
+
+// Text that man(7) prints as it is: every minus can be copied, and no line is a request.
+std::string roff(std::string_view text) {
+    std::string escaped;
+    if (text.starts_with('.') || text.starts_with('\'')) escaped = "\\&";
+    for (const char c : text) {
+        switch (c) {
+            case '\\':
+                escaped += "\\e";
+                break;
+            case '-':
+                escaped += "\\-";
+                break;
+            case '\'':
+                escaped += "\\(aq";
+                break;
+            case '`':
+                escaped += "\\(ga";
+                break;
+            case '^':
+                escaped += "\\(ha";
+                break;
+            case '~':
+                escaped += "\\(ti";
+                break;
+            default:
+                escaped += c;
+        }
+    }
+    return escaped;
+}
+
+std::vector<const CLI::App*> commands_of(const CLI::App& app) {
+    return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+// "lucerna light import"
+std::string full_name(const CLI::App& app) {
+    const CLI::App* parent = app.get_parent();
+    return parent ? full_name(*parent) + " " + app.get_name() : app.get_name();
+}
+
+// "LAMP [RIG] RAYS...", after a blank each.
+std::string positionals_text(const CLI::App& app) {
+    std::string text;
+    for (const CLI::Option* option : app.get_options()) {
+        if (!option->get_positional()) continue;
+        const std::string name = option->get_name(true) + (option->get_items_expected_max() > 1 ? "..." : "");
+        text += option->get_required() ? " " + name : " [" + name + "]";
+    }
+    return text;
+}
+
+std::vector<std::string> names_of(const CLI::Option& option) {
+    std::vector<std::string> names;
+    for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+    return names;
+}
+
+bool takes_value(const CLI::Option& option) {
+    return option.get_items_expected_max() > 0;
+}
+
+// "-o, --output FILE.exr (required)", names in bold, the value in italics.
+std::string option_heading(const CLI::Option& option) {
+    std::string heading;
+    if (option.get_positional()) {
+        heading = "\\fI" + roff(option.get_name(true)) + "\\fR";
+    } else {
+        for (const std::string& name : names_of(option))
+            heading += (heading.empty() ? "\\fB" : ", \\fB") + roff(name) + "\\fR";
+        if (takes_value(option)) heading += " \\fI" + roff(option.get_type_name()) + "\\fR";
+    }
+    if (option.get_required() && !option.get_positional()) heading += " (required)";
+    return heading;
+}
+
+void append_option(const CLI::Option& option, std::string& page) {
+    page += ".TP\n" + option_heading(option) + "\n" + roff(option.get_description()) + "\n";
+    std::string others;
+    for (const CLI::Option* other : option.get_excludes())
+        others += (others.empty() ? "" : ", ") + other->get_name();
+    if (!others.empty()) page += roff(fmt::format("(not together with {})", others)) + "\n";
+}
+
+// A command's text below its options: what is indented stays line by line, all else is filled.
+void append_text(const std::string& text, std::string& page) {
+    std::istringstream lines(text);
+    bool as_it_is = false;
+    page += ".PP\n";
+    for (std::string line; std::getline(lines, line);) {
+        const bool indented = line.starts_with(' ');
+        if (indented != as_it_is) page += indented ? ".nf\n" : ".fi\n";
+        as_it_is = indented;
+        page += line.empty() ? std::string(".PP") : roff(line);
+        page += '\n';
+    }
+    if (as_it_is) page += ".fi\n";
+}
+
+void append_commands(const CLI::App& app, std::string& page) {
+    for (const CLI::App* command : commands_of(app)) {
+        page += fmt::format(".SS {}\n{}.\n", roff(full_name(*command)), roff(command->get_description()));
+        page += fmt::format(".PP\n\\fB{}\\fR {}{}\n", roff(full_name(*command)),
+                            commands_of(*command).empty() ? "[OPTIONS]" : "COMMAND",
+                            roff(positionals_text(*command)));
+        for (const CLI::Option* option : command->get_options()) {
+            if (option->get_positional()) append_option(*option, page);
+        }
+        for (const CLI::Option* option : command->get_options()) {
+            if (!option->get_positional()) append_option(*option, page);
+        }
+        append_text(command->get_footer(), page);
+        append_commands(*command, page);
+    }
+}
+
+constexpr const char* kExitStatus = R"(.SH EXIT STATUS
+.TP
+0
+Done.
+.TP
+1
+An input or the environment is not as it must be; one line on standard error names the place, the cause and
+what is accepted.
+.TP
+2
+An internal error.
+.TP
+128 + N
+Signal N ended the work early, and what there was has been written: 130 after Ctrl\-C.
+)";
+
+}  // namespace
+
+std::string manual_page(const CLI::App& program) {
+    std::string what = program.get_description();  // "Lucerna renders …."
+    if (what.starts_with("Lucerna ")) what.erase(0, what.find(' ') + 1);
+    if (what.ends_with('.')) what.pop_back();
+    std::string page =
+        fmt::format(".TH LUCERNA 1 \"\" \"lucerna {}\" \"User Commands\"\n", roff(program_version()));
+    page += fmt::format(".SH NAME\nlucerna \\- {}\n", roff(what));
+    page += ".SH SYNOPSIS\n\\fBlucerna\\fR \\fICOMMAND\\fR [OPTIONS] ...\n";
+    page += ".SH DESCRIPTION\n" + roff(program.get_description()) + "\n";
+    append_text(program.get_footer(), page);
+    page += ".SH OPTIONS\n";
+    for (const CLI::Option* option : program.get_options()) append_option(*option, page);
+    page += ".SH COMMANDS\n";
+    append_commands(program, page);
+    return page + kExitStatus;
+}
+
+// ---- Completion.
+
+namespace {
+
+// What completes a value, as the script's functions name it: "files exr", "files", "folders", "words a b",
+// or nothing.
+std::string completer_of(const CLI::Option& option) {
+    const std::string type = option.get_type_name();
+    constexpr std::string_view kOneOf = "one of ";
+    if (option.get_description().starts_with(kOneOf)) {
+        std::string words = option.get_description().substr(kOneOf.size());
+        std::erase(words, ',');
+        return "words " + words;
+    }
+    if (type == "DIR" || type == "FOLDER") return "folders";
+    if (const auto dot = type.rfind('.'); dot != type.npos && dot + 1 < type.size() && type[dot + 1] != '.')
+        return "files " + type.substr(dot + 1);
+    const bool any_file = option.get_positional() || type == "FILE" || type == "RAYS";
+    return any_file ? "files" : "";
+}
+
+// Words of a list of bash's, quoted once around all.
+std::string joined(const std::vector<std::string>& words) {
+    return fmt::format("{}", fmt::join(words, " "));
+}
+
+// What tells commands from each other in the script: "light import"; empty for the program.
+std::string path_of(const CLI::App& app) {
+    if (!app.get_parent()) return "";
+    const std::string before = path_of(*app.get_parent());
+    return before.empty() ? app.get_name() : before + " " + app.get_name();
+}
+
+struct CompletionTables {
+    std::string commands;  // patterns of a command after the one that holds it
+    std::string words;     // of each command: its commands, options, positional
+    std::string values;    // of each option that takes one
+};
+
+void append_tables(const CLI::App& app, CompletionTables& tables) {
+    const std::string path = path_of(app);
+    std::vector<std::string> commands, options;
+    std::string positional;
+    for (const CLI::App* command : commands_of(app)) {
+        commands.push_back(command->get_name());
+        tables.commands += fmt::format("            \"{} {}\") ;;\n", path, command->get_name());
+    }
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->get_positional() && positional.empty()) positional = completer_of(*option);
+        std::string pattern;
+        for (const std::string& name : names_of(*option)) {
+            options.push_back(name);
+            pattern += fmt::format("{}\"{} {}\"", pattern.empty() ? "" : " | ", path, name);
+        }
+        if (option->get_positional() || !takes_value(*option)) continue;
+        const std::string completer = completer_of(*option);
+        tables.values +=
+            fmt::format("        {}) {} ;;\n", pattern, completer.empty() ? ":" : "_lucerna_" + completer);
+    }
+    tables.words += fmt::format("        \"{}\") commands=\"{}\" options=\"{}\" positional=\"{}\" ;;\n", path,
+                                joined(commands), joined(options), positional);
+    for (const CLI::App* command : commands_of(app)) append_tables(*command, tables);
+}
+
+// {0}, {1} and {2} are the tables.
+constexpr const char* kScript = R"(# bash completion for lucerna, made by lucerna --bash-completion
+# Each function offers what begins with $word.
+_lucerna_words() {{
+    mapfile -t COMPREPLY < <(compgen -W "$*" -- "$word")
+}}
+_lucerna_folders() {{
+    compopt -o filenames 2>/dev/null
+    mapfile -t COMPREPLY < <(compgen -d -- "$word")
+}}
+# Files of a suffix, and folders; all files if there is neither.
+_lucerna_files() {{
+    compopt -o filenames 2>/dev/null
+    [ -z "$1" ] || mapfile -t COMPREPLY < <({{ compgen -f -X "!*.$1" -- "$word"; compgen -d -- "$word"; }} | sort -u)
+    [ "${{#COMPREPLY[@]}}" -gt 0 ] || mapfile -t COMPREPLY < <(compgen -f -- "$word")
+}}
+# Whether a value stands for option $1 of $command, which has been offered then.
+_lucerna_value() {{
+    case "$command $1" in
+{2}        *) return 1 ;;
+    esac
+}}
+_lucerna() {{
+    local word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} command="" i
+    local commands options positional
+    COMPREPLY=()
+    # --option=value is three words here.
+    if [ "$word" = "=" ]; then
+        word=""
+    elif [ "$before" = "=" ]; then
+        before=${{COMP_WORDS[COMP_CWORD - 2]}}
+    fi
+    for ((i = 1; i < COMP_CWORD; ++i)); do
+        case "$command ${{COMP_WORDS[i]}}" in
+{0}            *) continue ;;
+        esac
+        command="${{command:+$command }}${{COMP_WORDS[i]}}"
+    done
+    case $command in
+{1}    esac
+    _lucerna_value "$before" && return
+    case $word in
+        -*) _lucerna_words "$options" ;;
+        *) if [ -n "$commands" ]; then _lucerna_words "$commands"; elif [ -n "$positional" ]; then _lucerna_$positional; fi ;;
+    esac
+}}
+complete -F _lucerna lucerna
+)";
+
+}  // namespace
+
+std::string bash_completion(const CLI::App& program) {
+    CompletionTables tables;
+    append_tables(program, tables);
+    return fmt::format(kScript, tables.commands, tables.words, tables.values);
+}
+
+}  // namespace lucerna

@@ -1,0 +1,40 @@
+// Renders a scene whose lamps shine brighter, or dimmer: reads it, scales their flux, writes an OpenEXR
+// image. usage: render SCENE.pbrt FACTOR IMAGE.exr
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <utility>
+
+#include "engine/pbrt/read_scene.h"
+#include "engine/render/render.h"
+#include "lights/scaled.h"
+
+int main(int argc, char** argv) try {
+    if (argc != 4) {
+        std::fputs("usage: render SCENE.pbrt FACTOR IMAGE.exr\n", stderr);
+        return EXIT_FAILURE;
+    }
+    const float factor = std::strtof(argv[2], nullptr);
+    lucerna::Monitor monitor;        // prints nothing; a class of yours shows progress and warnings
+    const lucerna::Workers workers;  // as many threads as there are processors
+
+    // Read the scene, with other lamps. All else of it can be overridden as on the command line.
+    lucerna::SceneOverrides overrides;
+    overrides.edit = [factor](lucerna::SceneParts& parts) {
+        for (auto& light : parts.lights)
+            light = lucerna::make_scaled_light(std::move(light), lucerna::Rgb(factor));
+    };
+    const lucerna::Job job = lucerna::read_scene(argv[1], overrides, workers, monitor);
+
+    // Render by the scene's own method, with its number of samples.
+    lucerna::RenderOptions options;
+    options.workers = workers;
+    const lucerna::RenderResult result = lucerna::render(job, options, monitor);
+    lucerna::write_exr(argv[3], result.image);
+    std::printf("%s: %d x %d pixels, %d samples each\n", argv[3], result.image.width, result.image.height,
+                job.spp);
+    return EXIT_SUCCESS;
+} catch (const std::exception& error) {  // lucerna::InputError: file, line and what is accepted, in one line
+    std::fprintf(stderr, "render: %s\n", error.what());
+    return EXIT_FAILURE;
+}
