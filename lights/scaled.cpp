@@ -9,10 +9,9 @@ namespace {
 class ScaledLight final : public Light {
   public:
     ScaledLight(std::unique_ptr<Light> light, const Rgb& factor)
-        : light_(std::move(light)), factor_(factor) {}
+        : Light(light->unit()), light_(std::move(light)), factor_(factor) {}
 
     std::string_view kind() const override { return light_->kind(); }
-    FluxUnit unit() const override { return light_->unit(); }
     Rgb flux() const override { return light_->flux() * factor_; }
 
     std::optional<LeSample> sample_Le(const LeSampleU& u) const override {

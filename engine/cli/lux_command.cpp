@@ -34,7 +34,8 @@ scene, which are metres. Without --spacing the points lie as EN 12464-1 has them
 
 For each surface: mean, least and greatest illuminance, the uniformity U_0 = least / mean, and the share of direct light.
 Each number has a 95 % confidence interval; --precision 2% (the default) goes on until no point's interval is wider than
-± 2 % of its surface's mean. Everything is computed by path tracing, without bias.
+± 2 % of its illuminance, or of its surface's mean where that is more. --time ends earlier. Everything is computed by
+path tracing, without bias.
 
 Kinds: planar (as a photometer that lies on the surface reads it), cylindrical, semicylindrical, hemispherical and
 spherical (EN 12665; scalar illuminance is four times the last). --facing has planar heads look elsewhere: the vertical
@@ -77,8 +78,7 @@ std::filesystem::path image_of(const LuxCommand& command, std::size_t surface) {
 }
 
 std::string end_text(const IlluminanceReport& report) {
-    const std::string reached =
-        fmt::format("± {:.2g} % of the mean at the worst point", 100 * report.precision);
+    const std::string reached = fmt::format("± {:.2g} % at the worst point", 100 * report.precision);
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));
@@ -129,7 +129,8 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         ->type_name("FILE");
     add_surface_options(app, command->surfaces);
     add_word(app, "--precision", "SHARE",
-             "of a surface's mean: the half-width of the widest interval at which to end (default 2%)",
+             "of a point's illuminance, or of the mean: the half-width of the widest interval at which to "
+             "end (default 2%)",
              [command](const std::string& word) {
                  command->options.precision = parse_share({"--precision"}, word);
              });

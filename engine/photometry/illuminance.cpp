@@ -150,7 +150,8 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
     double worst = 0;
     for (const SurfaceIlluminance& surface : surfaces) {
         for (const PointParts& point : surface.points) {
-            if (point.all.half_width > 0) worst = std::max(worst, point.all.half_width / surface.mean.value);
+            if (point.all.half_width > 0)
+                worst = std::max(worst, point.all.half_width / std::max(point.all.value, surface.mean.value));
         }
     }
     return worst;

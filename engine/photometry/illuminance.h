@@ -51,7 +51,8 @@ struct IlluminanceOptions {
     std::uint64_t seed = 0;
     Workers workers;
     double seconds = std::numeric_limits<double>::infinity();
-    // Ends when no point's half-width is more than that share of its surface's mean.
+    // Ends when no point's half-width is more than that share of its illuminance, or of its surface's mean
+    // where that is more.
     double precision = 0.02;
     int most_samples = 0;  // of each head; > 0: so many, whatever the precision
 };
@@ -60,7 +61,7 @@ struct IlluminanceReport {
     std::vector<SurfaceIlluminance> surfaces;
     std::vector<std::string> groups;  // the scene's light groups
     std::string unit;                 // "lx", "W/m^2"
-    double precision = 0;             // reached: the largest half-width over its surface's mean
+    double precision = 0;             // reached: the largest such share
     std::string ended_by;             // "precision", "time", "samples", "user"
     int heads = 0;                    // of each point
     int samples = 0;                  // of each head
