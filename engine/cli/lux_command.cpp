@@ -10,13 +10,19 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/tone.h"
+#include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/light_commands.h"
+#include "engine/cli/lux_page.h"
 #include "engine/cli/surface_options.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
+#include "lights/measurement/plane_irradiance.h"
 
 namespace lucerna {
 namespace {
@@ -41,21 +47,25 @@ Kinds: planar (as a photometer that lies on the surface reads it), cylindrical, 
 spherical (EN 12665; scalar illuminance is four times the last). --facing has planar heads look elsewhere: the vertical
 illuminance at the height of eyes is --facing 1,0,0.
 
+How wrong would a photometric file be here? --far-field-error works everything out again with each measured lamp as a
+point with its own far-field intensities, and tells the relative error of illuminance; with --plan and --html as a map.
+
 -o writes a line for each point, with direct and indirect light, and what each light group of the scene brings: groups
 can be dimmed there without another run. --image writes a pixel for each point.
 
 Examples:
-  lucerna lux room.pbrt -o lux.csv
+  lucerna lux room.pbrt -o lux.csv --plan lux.svg
+  lucerna lux room.pbrt --height 0.75 --html report.html --picture room.exr
   lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
 struct LuxCommand {
-    std::string scene, csv, image, json;
+    std::string scene, csv, image, json, html, plan, picture;
     SceneOverrides overrides;
     SurfaceOptions surfaces;
     IlluminanceOptions options;
-    bool quiet = false;
+    bool far_field_error = false, quiet = false;
 };
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
@@ -70,11 +80,34 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
 }
 
 // "lux.exr" -> "lux-2.exr" of the second of several surfaces.
-std::filesystem::path image_of(const LuxCommand& command, std::size_t surface) {
-    const std::filesystem::path file = command.image;
+std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface) {
     if (surface == 0) return file;
     return file.parent_path() /
            fmt::format("{}-{}{}", file.stem().string(), surface + 1, file.extension().string());
+}
+
+// "lux.svg" -> "lux-error.svg"
+std::filesystem::path of_error(const std::filesystem::path& file) {
+    return file.parent_path() / fmt::format("{}-error{}", file.stem().string(), file.extension().string());
+}
+
+bool is_png(const std::filesystem::path& file) {
+    return suffix_of(file) == ".png";
+}
+
+void declare_plan(const std::filesystem::path& file, CommandFiles& files) {
+    if (!is_png(file) && suffix_of(file) != ".svg")
+        input_error({file.string()}, "a plan's name must end in .svg or .png");
+    files.writes(file, "", "--plan");
+}
+
+void write_plan(const std::filesystem::path& file, const PlanFigure& plan) {
+    const std::string svg = plan_svg(plan);
+    if (is_png(file)) {
+        write_png_display(file, drawn(svg, file));
+    } else {
+        write_text(file, svg);
+    }
 }
 
 std::string end_text(const IlluminanceReport& report) {
@@ -84,31 +117,105 @@ std::string end_text(const IlluminanceReport& report) {
                        duration_text(report.seconds));
 }
 
+// The same points by the lamps' far fields.
+IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
+                               Monitor& monitor) {
+    SceneOverrides overrides = command.overrides;
+    const Workers& workers = command.options.workers;
+    std::size_t lamps = 0;
+    overrides.far_field = [&](const std::filesystem::path& file) {
+        ++lamps;
+        const auto web = [&](const auto& lamp) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
+                return far_field(lamp, FarFieldGrid(), workers, monitor);
+            } else {
+                return far_field(lamp, FarFieldGrid());
+            }
+        };
+        return std::visit(web, read_lamp_file(file, monitor));
+    };
+    Job job = read_scene(command.scene, overrides, workers, monitor);
+    if (lamps == 0) {
+        throw InputError({command.scene},
+                         "has no measured lamp: --far-field-error compares the near field of a light field "
+                         "or ray file with its own far field");
+    }
+    IlluminanceOptions options = command.options;
+    options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first
+    return illuminance_on(surfaces, std::move(job), options, monitor);
+}
+
+PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
+    plan.title = "error of the far field: " + plan.title;
+    plan.unit = "%";
+    plan.scale = {};
+    plan.scale.map = ColourMap::diverging;
+    plan.isolines.shown = false;
+    const int columns = plan.values.columns, rows = plan.values.rows;
+    for (int row = 0; row < rows; ++row) {
+        for (int x = 0; x < columns; ++x) {
+            const auto to = static_cast<std::size_t>(row * columns + x);
+            plan.values.values[to] =
+                100 * error.points[static_cast<std::size_t>((rows - 1 - row) * columns + x)].value;
+        }
+    }
+    return plan;
+}
+
 void act(const LuxCommand& command, const CommandContext& context) {
     require_readable(command.scene);
     CommandFiles files;
     files.reads(command.scene);
     if (!command.csv.empty()) files.writes(command.csv, "", "-o");
     if (!command.json.empty() && command.json != "-") files.writes(command.json, "", "--json");
+    if (!command.html.empty()) files.writes(command.html, ".html", "--html");
+    std::optional<Image> picture;
+    if (!command.picture.empty()) {
+        if (command.html.empty())
+            throw InputError({"--picture"}, "is for the report; --html is accepted beside it");
+        files.reads(command.picture);
+        Image image = read_exr(command.picture);
+        const PictureLook look = PictureOptions().look(image);
+        picture = displayed(image, look);
+    }
     ConsoleMonitor monitor(
         context.err, context.err,
         {context.around.terminal, command.quiet || !context.around.terminal, context.around.stop, {}});
     Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
     files.reads(job.files);
     const std::vector<CalculationSurface> surfaces = surfaces_of(command, job);
-    for (std::size_t i = 0; i < surfaces.size() && !command.image.empty(); ++i)
-        files.writes(image_of(command, i), ".exr", "--image");
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
+        if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
+        if (!command.plan.empty() && command.far_field_error)
+            declare_plan(of_error(of_surface(command.plan, i)), files);
+    }
+    LuxPage page{command.scene, {}, std::move(picture), command.options.seed};
+    if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
 
     const Listening listening(context.around);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), command.options, monitor);
+    std::vector<FarFieldError> errors;
+    if (command.far_field_error) errors = far_field_errors(report, by_far_field(command, surfaces, monitor));
     if (!command.csv.empty()) write_text(command.csv, illuminance_csv(report));
-    for (std::size_t i = 0; i < surfaces.size() && !command.image.empty(); ++i)
-        write_exr(image_of(command, i), illuminance_image(report.surfaces[i], report));
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        if (!command.image.empty())
+            write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
+        if (!command.plan.empty())
+            write_plan(of_surface(command.plan, i), plan_of(report.surfaces[i], report));
+    }
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), errors[i]);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_error(of_surface(command.plan, i)), plan);
+    }
+    if (!command.html.empty()) write_text(command.html, lux_page(report, page));
     if (command.json == "-") {
         context.out << illuminance_json(report);
     } else {
         if (!command.json.empty()) write_text(command.json, illuminance_json(report));
         context.out << illuminance_text(report) << end_text(report) << '\n';
+        if (!errors.empty()) context.out << far_field_text(errors);
     }
     if (report.ended_by == "user") throw Stopped("interrupted: the intervals are wider than was asked for");
 }
@@ -127,7 +234,21 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
         ->type_name("FILE.exr");
     app.add_option("--json", command->json, "write everything as JSON; - for standard output")
         ->type_name("FILE");
+    app.add_option("--plan", command->plan,
+                   "draw a plan in false colour with isolux lines; FILE-2.svg and so on for further surfaces")
+        ->type_name("FILE.svg|.png");
+    app.add_option("--html", command->html,
+                   "write a report: results, plans, luminaires, settings and the hashes of the scene's "
+                   "files; one page "
+                   "that needs nothing beside it")
+        ->type_name("FILE.html");
+    app.add_option("--picture", command->picture, "show a rendered image of the scene in the report")
+        ->type_name("FILE.exr");
     add_surface_options(app, command->surfaces);
+    app.add_flag(
+        "--far-field-error", command->far_field_error,
+        "also work all out with each measured lamp as a point with its own far-field intensities, and "
+        "tell how wrong that is");
     add_word(app, "--precision", "SHARE",
              "of a point's illuminance, or of the mean: the half-width of the widest interval at which to "
              "end (default 2%)",

@@ -18,6 +18,7 @@ extern const std::string_view kImageStrip;   // image_strip.js: imageStrip(eleme
 extern const std::string_view kStudyPage;    // study.html
 extern const std::string_view kStudyStyle;   // study.css, after page.css
 extern const std::string_view kStudyScript;  // study_*.js: studyPage(study)
+extern const std::string_view kLuxPage;      // lux.html
 extern const std::string_view kD3;           // the package's own file, d3.min.js
 
 // The page with every {{name}} replaced by blanks.at(name); what is filled in is not looked at again. A blank

@@ -84,6 +84,7 @@ struct LightMaker {
     const Workers& workers;
     Monitor& monitor;
     std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own
+    const std::function<PhotometricWeb(const std::filesystem::path&)>& far_field;  // none: lamps as they are
     float factor = 1;
 
     FluxUnit unit() const { return stated.value_or(FluxUnit::watt); }
@@ -120,12 +121,25 @@ struct LightMaker {
     std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
         MeasuredSettings settings = s.settings;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
-        return make_measured_light(settings, workers, monitor);
+        return at_a_point(settings, make_measured_light(settings, workers, monitor));
     }
     std::unique_ptr<Light> operator()(const RayFileSpec& s) const {
         RayLightSettings settings = s.settings;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
-        return make_ray_light(settings, monitor);
+        return at_a_point(settings, make_ray_light(settings, monitor));
+    }
+    // Where far_field is asked for, the light that the lamp's photometric file would make: of the same flux
+    // and colour, at the origin of the lamp's frame.
+    template <typename Settings>
+    std::unique_ptr<Light> at_a_point(const Settings& settings, std::unique_ptr<Light> lamp) const {
+        if (!far_field) return lamp;
+        const auto web = std::make_shared<const PhotometricWeb>(far_field(settings.file));
+        const M44d& m = settings.world_from_light;
+        const auto axis = [&m](int row) { return V3f(V3d(m[row][0], m[row][1], m[row][2]).normalized()); };
+        // A web without flux is refused where it is made.
+        const Rgb scale = lamp->flux() / static_cast<float>(web->flux());
+        return make_photometric_light("ies", web, V3f(m.translation()), {axis(0), axis(1), axis(2)}, scale,
+                                      lamp->unit());
     }
     std::unique_ptr<Light> operator()(const AreaSpec& s) const {
         if (s.lamp) return lamp_on_shape(s);
@@ -140,6 +154,7 @@ struct LightMaker {
             shape.quadrics.push_back(parts.quadrics[s.index]);
         else
             shape.meshes.push_back(parts.meshes[mesh_of[s.index]]);
+        if (far_field) return at_a_point(settings, make_measured_light(settings, workers, monitor));
         return make_measured_light(settings, workers, monitor,
                                    make_traced_shape(std::move(shape), parts.origin));
     }
@@ -285,8 +300,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     sphere.radius = std::max(sphere.radius,
                              std::min(static_cast<float>(kLargestScene), reach_of(bounds_of(parts.media))));
     for (const DraftLight& light : draft.lights) {
-        parts.lights.push_back(
-            build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor, draft.unit}));
+        parts.lights.push_back(build_light(
+            light, LightMaker{parts, mesh_of, sphere, workers, monitor, draft.unit, draft.far_field}));
     }
     warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),

@@ -18,6 +18,7 @@
 #include "engine/base/vec.h"
 #include "engine/pbrt/object_mesh.h"
 #include "engine/render/job.h"
+#include "lights/photometric.h"
 
 namespace lucerna {
 
@@ -33,6 +34,9 @@ struct SceneOverrides {
     bool skip_missing = false;  // meshes and textures whose file does not exist are left out, with a warning
     bool strict = false;        // what the reader would replace or leave out with a warning is an error
     NamedMeshes meshes = {};    // for the text's Shape "arraymesh"
+    // Measured lamps (light fields and ray files) become points with the intensities that this makes of their
+    // files: the same light at a point, as a photometric file has it. None: they are as they are.
+    std::function<PhotometricWeb(const std::filesystem::path& lamp)> far_field = {};
     // Changes the parts of every frame before its Scene is made of them: scales or replaces lights, whose
     // order is that of the text, or materials. Positions are relative to `origin`. A light on a surface
     // (Mesh::light and its like) is replaced only by one of the same surface. Where there are light groups,

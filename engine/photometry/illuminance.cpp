@@ -192,7 +192,14 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     IlluminanceReport report;
     report.groups = job.scene.light_groups().names;
     report.unit = unit_text(Quantity::illuminance, unit);
+    report.flux_unit = flux_unit_text(unit);
     report.heads = points.heads();
+    for (const auto& light : job.scene.lights()) {
+        const auto bounds = light->bounds();
+        if (!bounds || !(light->power() > 0)) continue;
+        report.lamps.push_back(
+            {std::string(light->kind()), V3d(bounds->box.center()) + job.scene.origin(), light->power()});
+    }
     RenderOptions round;
     round.seed = options.seed;
     round.workers = options.workers;

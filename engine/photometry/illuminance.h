@@ -57,10 +57,19 @@ struct IlluminanceOptions {
     int most_samples = 0;  // of each head; > 0: so many, whatever the precision
 };
 
+// A light that has a place.
+struct LuminairePlace {
+    std::string kind;
+    V3d place;        // world, scene units: the middle of its bounds
+    double flux = 0;  // in the scene's unit
+};
+
 struct IlluminanceReport {
     std::vector<SurfaceIlluminance> surfaces;
+    std::vector<LuminairePlace> lamps;
     std::vector<std::string> groups;  // the scene's light groups
     std::string unit;                 // "lx", "W/m^2"
+    std::string flux_unit;            // "lm", "W"
     double precision = 0;             // reached: the largest such share
     std::string ended_by;             // "precision", "time", "samples", "user"
     int heads = 0;                    // of each point

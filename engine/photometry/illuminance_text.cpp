@@ -12,13 +12,6 @@
 namespace lucerna {
 namespace {
 
-// As many digits as the interval leaves to tell: its own first two.
-std::string rounded(const Reading95& reading) {
-    if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
-    const int places = std::clamp(1 - static_cast<int>(std::floor(std::log10(reading.half_width))), 0, 9);
-    return fmt::format("{:.{}f} ± {:.{}f}", reading.value, places, reading.half_width, places);
-}
-
 // Of UTF-8 without wide characters.
 std::size_t columns_of(const std::string& text) {
     return static_cast<std::size_t>(
@@ -48,6 +41,13 @@ nlohmann::json by_group(const IlluminanceReport& report, const std::vector<doubl
 
 }  // namespace
 
+// The first two of the interval's own.
+std::string reading_text(const Reading95& reading) {
+    if (!(reading.half_width > 0)) return fmt::format("{:.4g}", reading.value);
+    const int places = std::clamp(1 - static_cast<int>(std::floor(std::log10(reading.half_width))), 0, 9);
+    return fmt::format("{:.{}f} ± {:.{}f}", reading.value, places, reading.half_width, places);
+}
+
 std::string illuminance_text(const IlluminanceReport& report) {
     std::vector<std::array<std::string, 8>> rows{
         {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
@@ -55,8 +55,8 @@ std::string illuminance_text(const IlluminanceReport& report) {
         const CalculationSurface& grid = surface.surface;
         rows.push_back(
             {plain_text(grid.name), std::string(kReceiverKinds[static_cast<std::size_t>(grid.kind)]),
-             fmt::format("{} x {}", grid.points.x, grid.points.y), rounded(surface.mean),
-             rounded(surface.least), rounded(surface.greatest), rounded(surface.uniformity),
+             fmt::format("{} x {}", grid.points.x, grid.points.y), reading_text(surface.mean),
+             reading_text(surface.least), reading_text(surface.greatest), reading_text(surface.uniformity),
              surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
                                     : "-"});
     }

@@ -8,6 +8,8 @@
 
 namespace lucerna {
 
+// "512.3 ± 1.2": as many digits as the interval leaves to tell.
+std::string reading_text(const Reading95& reading);
 // A table, a line for each surface.
 std::string illuminance_text(const IlluminanceReport& report);
 // A line for each point, under a line of column names (RFC 4180).

@@ -1,0 +1,130 @@
+#include "engine/cli/lux_page.h"
+
+#include <fmt/format.h>
+
+#include "engine/base/plain_text.h"
+#include "engine/base/units.h"
+#include "engine/base/version.h"
+#include "engine/cli/page_parts.h"
+#include "engine/figures/markup.h"
+#include "engine/photometry/illuminance_text.h"
+
+namespace lucerna {
+namespace {
+
+// Cells of text; the first row is the heading. Numbers stand to the right.
+std::string table(const std::vector<std::vector<std::string>>& rows, std::size_t text_columns) {
+    std::string html = "<table>\n";
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+        const std::string cell = r == 0 ? "th" : "td";
+        html += "<tr>";
+        for (std::size_t c = 0; c < rows[r].size(); ++c) {
+            html += fmt::format("<{0}{1}>{2}</{0}>", cell, c < text_columns ? "" : " class=\"number\"",
+                                html_text(rows[r][c]));
+        }
+        html += "</tr>\n";
+    }
+    return html + "</table>\n";
+}
+
+std::string summary(const IlluminanceReport& report) {
+    const std::string unit = " [" + unit_as_written(report.unit) + "]";
+    std::vector<std::vector<std::string>> rows{
+        {"surface", "kind", "points", "mean" + unit, "least" + unit, "greatest" + unit, "U₀", "direct"}};
+    for (const SurfaceIlluminance& of : report.surfaces) {
+        rows.push_back({plain_text(of.surface.name),
+                        std::string(kReceiverKinds[static_cast<std::size_t>(of.surface.kind)]),
+                        fmt::format("{} × {}", of.surface.points.x, of.surface.points.y),
+                        reading_text(of.mean), reading_text(of.least), reading_text(of.greatest),
+                        reading_text(of.uniformity),
+                        of.mean.value > 0 ? fmt::format("{:.1f} %", 100 * of.direct / of.mean.value) : "–"});
+    }
+    return table(rows, 2);
+}
+
+std::string lamps(const IlluminanceReport& report) {
+    if (report.lamps.empty()) return "<p>None that has a place in the scene.</p>";
+    std::vector<std::vector<std::string>> rows{
+        {"kind", "x [m]", "y [m]", "z [m]", fmt::format("flux [{}]", report.flux_unit)}};
+    constexpr std::size_t kMost = 200;
+    for (const LuminairePlace& lamp : report.lamps) {
+        if (rows.size() > kMost) break;
+        rows.push_back({lamp.kind, fmt::format("{:.3f}", lamp.place.x), fmt::format("{:.3f}", lamp.place.y),
+                        fmt::format("{:.3f}", lamp.place.z), fmt::format("{:.4g}", lamp.flux)});
+    }
+    std::string html = table(rows, 1);
+    if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
+    return html;
+}
+
+std::string settings(const IlluminanceReport& report, const LuxPage& page) {
+    return table({{"what", "value"},
+                  {"program", fmt::format("lucerna {}", program_version())},
+                  {"method", "path tracing, without bias"},
+                  {"intervals", "95 %, Student's, of heads whose samples are independent"},
+                  {"widest interval",
+                   fmt::format("± {:.2g} % of its point's illuminance, or of the mean where that is more",
+                               100 * report.precision)},
+                  {"ended by", report.ended_by},
+                  {"samples of each point", fmt::format("{} heads × {}", report.heads, report.samples)},
+                  {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
+                  {"seed", std::to_string(page.seed)},
+                  {"time", duration_text(report.seconds)}},
+                 2);
+}
+
+std::string facts(const PictureFacts& facts) {
+    std::vector<std::vector<std::string>> rows{{"name", "content"}};
+    for (const auto& [name, value] : facts) rows.push_back({plain_line(name), plain_line(value)});
+    return table(rows, 2);
+}
+
+}  // namespace
+
+PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
+    const CalculationSurface& grid = surface.surface;
+    const double width = grid.u.length(), height = grid.v.length();
+    PlanFigure plan;
+    plan.title = plain_text(grid.name);
+    plan.unit = report.unit;
+    plan.values.columns = grid.points.x;
+    plan.values.rows = grid.points.y;
+    for (int y = grid.points.y - 1; y >= 0; --y) {
+        for (int x = 0; x < grid.points.x; ++x) plan.values.values.push_back(surface.at(x, y).all.value);
+    }
+    plan.spacing = {width / grid.points.x, height / grid.points.y};
+    plan.first = {plan.spacing.x / 2, height - plan.spacing.y / 2};
+    plan.outlines.push_back({{{0, 0}, {width, 0}, {width, height}, {0, height}}, true});
+    for (const LuminairePlace& lamp : report.lamps) {
+        const V3d from = lamp.place - grid.corner;
+        const Imath::V2d at(from.dot(grid.u) / width, from.dot(grid.v) / height);
+        if (at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height) plan.lamps.push_back({at, {}});
+    }
+    return plan;
+}
+
+std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
+    std::string plans;
+    for (const SurfaceIlluminance& surface : report.surfaces) {
+        plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n",
+                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)));
+    }
+    for (const PlanFigure& plan : page.more_plans)
+        plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n", html_text(plan.title), plan_svg(plan));
+    return filled(
+        kLuxPage,
+        {{"title", html_text("Illuminance: " + plain_text(page.scene))},
+         {"style", std::string(kPageStyle)},
+         {"verdict", html_text(fmt::format("In {}; ± is half a 95 % confidence interval.",
+                                           unit_as_written(report.unit)))},
+         {"summary", summary(report)},
+         {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
+                                                data_url(*page.picture))
+                                  : std::string()},
+         {"plans", plans},
+         {"lamps", lamps(report)},
+         {"settings", settings(report, page)},
+         {"files", facts(page.facts)}});
+}
+
+}  // namespace lucerna

@@ -1,0 +1,62 @@
+#include "engine/photometry/far_field_error.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/plain_text.h"
+
+namespace lucerna {
+namespace {
+
+// To first order; the two are independent where their samples are.
+Reading95 relative_error(const Reading95& near, const Reading95& far) {
+    if (!(near.value > 0)) return {std::nan(""), 0};
+    const double ratio = far.value / near.value;
+    return {ratio - 1, std::hypot(far.half_width, ratio * near.half_width) / near.value};
+}
+
+std::string percent(const Reading95& error) {
+    return fmt::format("{:+.1f} ± {:.1f} %", 100 * error.value, 100 * error.half_width);
+}
+
+}  // namespace
+
+std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const IlluminanceReport& far) {
+    std::vector<FarFieldError> all;
+    for (std::size_t s = 0; s < near.surfaces.size(); ++s) {
+        const SurfaceIlluminance &by_near = near.surfaces[s], &by_far = far.surfaces[s];
+        FarFieldError& error = all.emplace_back();
+        error.surface = by_near.surface.name;
+        error.mean = relative_error(by_near.mean, by_far.mean);
+        double squares = 0, lit = 0;
+        for (std::size_t i = 0; i < by_near.points.size(); ++i) {
+            const Reading95 of = relative_error(by_near.points[i].all, by_far.points[i].all);
+            error.points.push_back(of);
+            if (std::isnan(of.value)) continue;
+            const bool first = lit == 0;
+            if (first || of.value < error.least.value) error.least = of;
+            if (first || of.value > error.greatest.value) error.greatest = of;
+            constexpr double kCoverage = 1.96;  // half-widths are so many standard errors
+            squares += of.value * of.value - std::pow(of.half_width / kCoverage, 2);
+            ++lit;
+        }
+        error.rms = lit > 0 ? std::sqrt(std::max(0.0, squares / lit)) : 0;
+    }
+    return all;
+}
+
+std::string far_field_text(const std::vector<FarFieldError>& errors) {
+    std::string text =
+        "error of the far field: lamps as points with their own far-field intensities, against their near "
+        "field\n";
+    for (const FarFieldError& error : errors) {
+        text +=
+            fmt::format("{}: mean {}, RMS over points {:.1f} %, from {} to {}\n", plain_text(error.surface),
+                        percent(error.mean), 100 * error.rms, percent(error.least), percent(error.greatest));
+    }
+    return text;
+}
+
+}  // namespace lucerna
