@@ -29,7 +29,7 @@ namespace {
 
 constexpr const char* kAcquireFooter =
     R"(RIG.toml describes the measuring rig and the lamp before it: a disc, a rectangle, a slide projector or a scene;
-docs/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
+docs/reference/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
 as cos^N, and the planes are laid to suit it.
 
 With --filter none the lamp is measured without the optical filter, through a pinhole at each filter

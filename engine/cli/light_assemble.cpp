@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kAssembleFooter =
     R"(The manifest says which photographs there are, how the rig stood and how the camera counts;
-docs/photographs.md is its reference. A virtual rig writes one with its photographs:
+docs/reference/photographs.md is its reference. A virtual rig writes one with its photographs:
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
 
 A lamp that shines to several sides is photographed in several sessions, turned before the rig. Each further

@@ -566,7 +566,7 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     app.add_flag("--layers", command.layers,
                  "keep in the image what its light is made of, by kind and by light group, features of the "
                  "first surface "
-                 "and what a denoiser needs: docs/layers.md")
+                 "and what a denoiser needs: docs/reference/layers.md")
         ->excludes("--no-denoise");
     app.add_flag_callback(
         "--no-adaptive", [&command] { command.adaptive = false; },
