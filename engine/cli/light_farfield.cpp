@@ -184,7 +184,7 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 
 constexpr const char* kLightFarfieldFooter =
     R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than
-some five times its size (docs/reference/photometry.md measures that). -o NAME.svg draws the polar diagram of the planes
+some five times its size (docs/explanation/near-and-far.md measures that). -o NAME.svg draws the polar diagram of the planes
 C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
 angle: chromaticity, its distance from that of the axis and of all light (delta u'v'), colour temperature and
 Duv, for each direction. Several may be given.
