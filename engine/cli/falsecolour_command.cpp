@@ -277,7 +277,7 @@ void add_options(CLI::App& app, const std::shared_ptr<FalsecolourCommand>& comma
              [command](const std::string& word) {
                  command->width = static_cast<int>(parse_whole({"--size"}, word, 16, 16384));
              });
-    app.add_flag("--quiet", command->quiet, "print only errors");
+    app.add_flag("--quiet", command->quiet, "print errors only");
 }
 
 }  // namespace
