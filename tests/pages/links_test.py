@@ -10,7 +10,8 @@ import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NAMED = re.compile(r"(?<![\w./-])docs/[\w/-]+\.(?:md|sbatch)\b")
-SOURCES = (".h", ".cpp", ".py", ".sh", ".md", ".txt", ".cmake", ".pbrt", ".toml", ".sbatch")
+SOURCES = (".h", ".cpp", ".py", ".sh", ".md", ".txt", ".cmake", ".pbrt", ".toml", ".sbatch", ".json", ".js", ".html",
+           "Containerfile", "control", "rules")
 
 
 def files_of(root):
