@@ -1,5 +1,5 @@
 // Light fields measured with and without the optical filter, and reconstructed exactly or approximately,
-// beside the lamp itself: for docs/results.md.
+// beside the lamp itself: for docs/results/results.md.
 //
 // Two lamps of fine structure, an LED chip under metal fingers and a projector whose slide has fine lines,
 // are measured on the virtual bench at rising numbers of views: behind the filter, and without it as a canned

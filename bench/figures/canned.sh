@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Light fields with and without the optical filter: docs/images/canned-error.png, docs/images/canned-aliasing.png and the
-# tables of docs/lamps.md. A few minutes.
+# tables of docs/results/optical-filter.md. A few minutes.
 # usage: bench/figures/canned.sh
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

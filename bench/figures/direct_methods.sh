@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Direct light four ways on four scenes, time against error: docs/images/direct-methods.png and the tables of docs/results.md.
+# Direct light four ways on four scenes, time against error: docs/images/direct-methods.png and the tables of docs/results/results.md.
 # Each method renders direct light alone at growing numbers of samples, with two seeds; `map` gets more photons with them.
 # The error is the relative MSE against two independent references; half of what those two differ by is their own noise and
 # is taken off. References are made by `guided`, which has the least noise: tests/reference/direct_methods_test.cpp holds it

@@ -1,4 +1,4 @@
-// How wrong a far-field lamp is near by: the five-times rule, measured, for docs/photometry.md.
+// How wrong a far-field lamp is near by: the five-times rule, measured, for docs/explanation/near-and-far.md.
 //
 // Three lamps light a square surface that faces them and is as wide as it is far. Each is taken once as it is
 // and once as a point with its own far-field intensities, and the two are compared over the distance in sizes

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The pictures of docs/gallery.md: makes what the scenes need and renders each in the time beside its name, by the method that is
+# The pictures of docs/results/gallery.md: makes what the scenes need and renders each in the time beside its name, by the method that is
 # chosen for it, denoised, exposed by itself, but where it says otherwise. Fifteen minutes on two cores.
 # usage: bench/figures/gallery.sh [NAME...]     default: all; into out/gallery
 set -euo pipefail

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Loading scenes, for docs/results.md: what reading costs by itself, and a scene loaded as the command does it, with the peak of
+# Loading scenes, for docs/results/results.md: what reading costs by itself, and a scene loaded as the command does it, with the peak of
 # its memory. CPU time of one thread throughout, so that other work on the machine counts little. About two minutes.
 # usage: bench/figures/loading.sh [TRIANGLES]     default: 10000000, half as text and half as binary PLY
 set -euo pipefail

@@ -1,4 +1,4 @@
-// What a photon pass costs beside the rays it traces: the table of docs/results.md.
+// What a photon pass costs beside the rays it traces: the table of docs/results/results.md.
 //
 // Traces PATHS light paths of each scene and stores every photon that can be stored, without the index over
 // them; then gives the very same rays, in the same order, to Embree alone, which only says whether they meet

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Photon paths, rays and deposits per second and core in the cloister, beside Embree alone on the same rays, and what
-# a second thread brings: the table of docs/results.md. On a quiet machine, about two minutes.
+# a second thread brings: the table of docs/results/results.md. On a quiet machine, about two minutes.
 # usage: bench/figures/photon_throughput.sh [PATHS] [ROUNDS]       default: 1000000 9
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

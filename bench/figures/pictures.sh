@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The pictures and accuracy figures of docs/pictures.md: every integrator on the Cornell box and the room, beside the
+# The pictures and accuracy figures of docs/explanation/pictures.md: every integrator on the Cornell box and the room, beside the
 # path tracer. Needs scripts/demo.sh to have run (the room's lamp). About ten minutes on two cores.
 # usage: bench/figures/pictures.sh [FOLDER]     default out/pictures
 set -euo pipefail

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What a process costs that does next to nothing: as it is, and with the library of picture formats loaded before
-# main(), as if it were linked: the figures of docs/architecture.md. On a quiet machine, about two minutes.
+# main(), as if it were linked: the figures of docs/development/architecture.md. On a quiet machine, about two minutes.
 # usage: bench/figures/startup.sh [PROCESSES]       default: 200
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Emission by power against emission steered by an importance pre-pass: docs/images/steered-emission.png and the table of docs/results.md.
+# Emission by power against emission steered by an importance pre-pass: docs/images/steered-emission.png and the table of docs/results/results.md.
 # A corner of the flashlight's beam in the cloister, sixteen rooms of which one is seen, and many small lamps: illuminance by
 # `photonmap` with both kinds of light read from maps, at growing numbers of light paths, and by `progressive`, at growing
 # numbers of passes. The error is the relative MSE against two independent references by `path`, bias and all; half of what

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A picture of a study's page, for docs/studies.md.  Usage: study_page.py STUDY.html PICTURE.png
+"""A picture of a study's page, for docs/tutorial/reproduce-a-study.md.  Usage: study_page.py STUDY.html PICTURE.png
 
 What the window shows at first, in 256 colours."""
 import pathlib

@@ -1,8 +1,8 @@
 // What a user's input can do wrong, said so that it can be mended: file, line, column, value, what is
 // accepted.
 //
-// Three classes of errors (docs/architecture.md): `assert` for our own faults, these exceptions for input and
-// environment, `optional` for an ordinary no-sample. No library of ours ends the process.
+// Three classes of errors (docs/development/architecture.md): `assert` for our own faults, these exceptions
+// for input and environment, `optional` for an ordinary no-sample. No library of ours ends the process.
 #pragma once
 
 #include <fmt/core.h>

@@ -1,5 +1,5 @@
 // How an image becomes a picture: white balance, exposure, tone curve, sRGB. What is shown and why:
-// docs/pictures.md.
+// docs/explanation/pictures.md.
 #pragma once
 
 #include <optional>

@@ -89,7 +89,7 @@ class BlockMeasurement {
     [[noreturn]] void stop() {
         save();
         if (part_.empty()) throw Stopped("stopped before all light paths were traced");
-        throw Stopped(fmt::format("stopped after {} of {} light paths; the same command goes on from {}",
+        throw Stopped(fmt::format("stopped after {} of {} light paths; the same command continues from {}",
                                   state_.flux.ledger.paths, parameters_.paths, part_.string()));
     }
 

@@ -117,7 +117,7 @@ void Checkpointing::keep(Checkpoint checkpoint) {
         failed_ = nullptr;
     } catch (const InputError& error) {
         failed_ = std::current_exception();
-        monitor_.warn(fmt::format("{}; the render goes on, the last checkpoint stays", error.what()));
+        monitor_.warn(fmt::format("{}; the render continues, the last checkpoint stays", error.what()));
     }
 }
 

@@ -90,7 +90,7 @@ std::string picture_text(const std::filesystem::path& file, const PictureLook& l
 
 // --threads N
 inline void add_threads(CLI::App& app, Workers& workers) {
-    add_word(app, "--threads", "N", "threads that work (default: one per processor)",
+    add_word(app, "--threads", "N", "number of threads (default: one per processor)",
              [&workers](const std::string& word) {
                  workers.threads = static_cast<int>(parse_whole({"--threads"}, word, 1, 1024));
              });
@@ -100,8 +100,8 @@ inline void add_threads(CLI::App& app, Workers& workers) {
 inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
     add_word(
         app, "--unit", "NAME",
-        "what all light of the scene counts in: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)), in "
-        "the place of the scene's own Option \"unit\"",
+        "unit of all light of the scene: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)), instead of "
+        "the scene's own Option \"unit\"",
         [&unit](const std::string& word) {
             unit = unit_named(word);
             if (!unit) {

@@ -194,7 +194,8 @@ void add_settings(CLI::App& app, const std::shared_ptr<CompareCommand>& command)
 
 void add_compare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<CompareCommand>();
-    CLI::App& app = *program.add_subcommand("compare", "How far images are from their reference, and why");
+    CLI::App& app =
+        *program.add_subcommand("compare", "Compare images with a reference: errors, bias and noise");
     app.footer(kCompareFooter);
     // One list, as CLI11 takes no list before a last word of its own.
     app.add_option(

@@ -62,7 +62,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
 void add_denoise_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<DenoiseCommand>();
     CLI::App& app =
-        *program.add_subcommand("denoise", "Take the noise out of an image, and say what is left");
+        *program.add_subcommand("denoise", "Denoise an image, and estimate the error that is left");
     app.footer(kDenoiseFooter);
     app.add_option("IMAGE", command->image, "OpenEXR image with layers")->required();
     add_image_output(app, command->output, "the denoised OpenEXR image");

@@ -127,7 +127,7 @@ std::vector<std::string> layers_of_colours(const Image& image) {
     return {layers.begin(), layers.end()};
 }
 
-// One of R, G and B of the image or of a layer: docs/layers.md.
+// One of R, G and B of the image or of a layer: docs/reference/layers.md.
 bool is_light(const std::string& channel) {
     const bool colour = channel == "R" || channel == "G" || channel == "B" || channel.ends_with(".R") ||
                         channel.ends_with(".G") || channel.ends_with(".B");
@@ -277,7 +277,7 @@ void add_options(CLI::App& app, const std::shared_ptr<FalsecolourCommand>& comma
              [command](const std::string& word) {
                  command->width = static_cast<int>(parse_whole({"--size"}, word, 16, 16384));
              });
-    app.add_flag("--quiet", command->quiet, "print only errors");
+    app.add_flag("--quiet", command->quiet, "print errors only");
 }
 
 }  // namespace

@@ -235,7 +235,7 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
     add_word(
         app, "--time", "TIME", "the background's at the most, as 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
-    add_word(app, "--seed", "N", "starts the random numbers (default 0)",
+    add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
              [command](const std::string& word) { command->options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command->options.workers);
     add_unit_option(app, command->overrides.unit);

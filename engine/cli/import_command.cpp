@@ -75,12 +75,12 @@ void act(const ImportCommand& command, const CommandContext& context) {
 
 void add_import_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<ImportCommand>();
-    CLI::App& app = *program.add_subcommand("import", "Make a scene of a glTF 2.0 model (.gltf, .glb)");
+    CLI::App& app = *program.add_subcommand("import", "Convert a glTF 2.0 model (.gltf, .glb) into a scene");
     app.footer(kImportFooter);
     app.add_option("MODEL", command->model, "the model, .gltf or .glb")->required();
     app.add_option("-o,--output", command->output, "the scene")->type_name("SCENE.pbrt")->required();
     app.add_flag("--overwrite", command->overwrite, "replace a scene and parts that are there");
-    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act(*command, context); });
 }
 

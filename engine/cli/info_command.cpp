@@ -314,7 +314,7 @@ void act(const InfoOptions& options, const CommandContext& context) {
 void add_info_command(CLI::App& program, const CommandContext& context) {
     const auto options = std::make_shared<InfoOptions>();
     CLI::App& app =
-        *program.add_subcommand("info", "What a scene, an image or a lamp holds; the integrators");
+        *program.add_subcommand("info", "Describe a scene, an image or a lamp; list the integrators");
     app.footer(kInfoFooter);
     app.add_option(
         "FILE", options->file,

@@ -29,7 +29,7 @@ namespace {
 
 constexpr const char* kAcquireFooter =
     R"(RIG.toml describes the measuring rig and the lamp before it: a disc, a rectangle, a slide projector or a scene;
-docs/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
+docs/reference/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
 as cos^N, and the planes are laid to suit it.
 
 With --filter none the lamp is measured without the optical filter, through a pinhole at each filter
@@ -38,7 +38,7 @@ the spacing is then aliased, where the filter blurs it.
 A luminaire that shines to several sides is turned before the rig with --sides; the light fields of its sides
 make one lamp, in which light that two of them hold is shared out by its direction.
 
-Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command goes on from there.
+Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command continues from there.
 
 Under mpirun or srun --mpi=pmix the ranks share the work, and make the same bits as one process; rank 0 writes the
 files. All ranks read the rig and its scene.
@@ -243,7 +243,7 @@ FilterImages acquire_formula(const RigDescription& description, const AcquireWor
         throw;
     } catch (const Stopped& stopped) {
         throw Stopped(
-            fmt::format("{}; the same command goes on from {}", stopped.what(), part_file.string()));
+            fmt::format("{}; the same command continues from {}", stopped.what(), part_file.string()));
     }
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kAssembleFooter =
     R"(The manifest says which photographs there are, how the rig stood and how the camera counts;
-docs/photographs.md is its reference. A virtual rig writes one with its photographs:
+docs/reference/photographs.md is its reference. A virtual rig writes one with its photographs:
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
 
 A lamp that shines to several sides is photographed in several sessions, turned before the rig. Each further
@@ -82,7 +82,7 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
 
 void add_light_assemble(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<AssembleCommand>();
-    CLI::App& app = *light.add_subcommand("assemble", "Make a light field of photographs of a real rig");
+    CLI::App& app = *light.add_subcommand("assemble", "Make a light field from photographs of a real rig");
     app.footer(kAssembleFooter);
     app.add_option("MANIFEST", command->manifest, "what was photographed, and how; .toml")->required();
     app.add_option_function<std::vector<std::string>>(

@@ -29,7 +29,7 @@ constexpr int kMostPerSide = 4096;  // views or pixels
 void add_lamp_output(CLI::App& app, LampOutput& output) {
     app.add_option("-o,--output", output.file, "the light field")->type_name("LAMP.exr")->required();
     add_threads(app, output.workers);
-    app.add_flag("--quiet", output.quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", output.quiet, "print warnings and errors only");
 }
 
 void declare_lamp(const LampOutput& output, CommandFiles& files) {
@@ -64,7 +64,7 @@ void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor
 }
 
 void add_light_command(CLI::App& program, const CommandContext& context) {
-    CLI::App& light = *program.add_subcommand("light", "Make light fields of lamps, and look into them");
+    CLI::App& light = *program.add_subcommand("light", "Make and inspect light fields of lamps");
     light.footer(kLightFooter);
     light.require_subcommand(1);
     add_light_import(light, context);
@@ -103,7 +103,7 @@ void act_info(const std::string& file, const CommandContext& context) {
 
 void add_light_info(CLI::App& light, const CommandContext& context) {
     const auto file = std::make_shared<std::string>();
-    CLI::App& app = *light.add_subcommand("info", "Geometry, flux and losses of a lamp's file");
+    CLI::App& app = *light.add_subcommand("info", "Print geometry, flux and losses of a lamp's file");
     app.footer(kLightInfoFooter);
     app.add_option("LAMP", *file,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")

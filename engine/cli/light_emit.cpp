@@ -82,7 +82,7 @@ void add_light_emit(CLI::App& light, const CommandContext& context) {
              [command](const std::string& word) { command->seed = parse_seed({"--seed"}, word); });
     app.add_option("--mode", command->mode, "exact (default), constant or weighted")->type_name("MODE");
     add_threads(app, command->workers);
-    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act_emit(*command, context); });
 }
 

@@ -184,8 +184,8 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 
 constexpr const char* kLightFarfieldFooter =
     R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than
-some five times its size (docs/photometry.md measures that). -o NAME.svg draws the polar diagram of the planes
-C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
+some five times its size (measured in docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram
+of the planes C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
 angle: chromaticity, its distance from that of the axis and of all light (delta u'v'), colour temperature and
 Duv, for each direction. Several may be given.
 A lamp in W needs --efficacy for a photometric file: how many lm each of its W is.
@@ -317,7 +317,7 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
 void add_light_farfield(CLI::App& light, const CommandContext& context) {
     const auto options = std::make_shared<FarFieldOptions>();
     CLI::App& app =
-        *light.add_subcommand("farfield", "A lamp seen from afar: polar diagram, photometric file");
+        *light.add_subcommand("farfield", "Compute a lamp's far field: polar diagram, photometric file");
     app.footer(kLightFarfieldFooter);
     app.add_option("LAMP", options->lamp,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
@@ -340,7 +340,7 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
                  options->efficacy = parse_number({"--efficacy"}, word, 1e-6, 683);
              });
     add_threads(app, options->workers);
-    app.add_flag("--quiet", options->quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", options->quiet, "print warnings and errors only");
     app.callback([options, &context] { act(*options, context); });
 }
 

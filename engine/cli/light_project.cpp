@@ -332,7 +332,7 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
 
 void add_light_project(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<ProjectCommand>();
-    CLI::App& app = *light.add_subcommand("project", "Irradiance on a screen across a lamp's beam");
+    CLI::App& app = *light.add_subcommand("project", "Compute irradiance on a screen across a lamp's beam");
     app.footer(kProjectFooter);
     app.add_option("LAMP", command->lamp, "light field (.exr) or rays")->required();
     app.add_option("-o,--output", command->output, "the image; one per distance")
@@ -376,7 +376,7 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
                  "write an image of u', v' and delta u'v' beside each, NAME-chromaticity.exr");
     app.add_flag("--png", command->png, "write a picture beside it: one of the whole series");
     add_threads(app, command->workers);
-    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act_project(*command, context); });
 }
 

@@ -117,7 +117,7 @@ void act_view(const ViewCommand& command, const CommandContext& context) {
 
 void add_light_view(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<ViewCommand>();
-    CLI::App& app = *light.add_subcommand("view", "All views of a light field on one sheet");
+    CLI::App& app = *light.add_subcommand("view", "Show all views of a light field on one sheet");
     app.footer(kViewFooter);
     app.add_option("LAMP", command->lamp, "light field (.exr)")->required();
     app.add_option("-o,--output", command->output, "the picture")->type_name("SHEET.png")->required();

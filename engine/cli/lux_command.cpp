@@ -28,7 +28,7 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kLuxFooter =
-    R"(Works out illuminance at points of calculation surfaces: parallelograms in space through which light passes. A scene
+    R"(Computes illuminance at points of calculation surfaces: parallelograms in space through which light passes. A scene
 names them,
 
     CalculationSurface "work plane" "point3 P" [0 0.75 0  0 0.75 5  4 0.75 0]
@@ -39,7 +39,7 @@ counterclockwise is lit. Or the command line does: --surface "work plane=0,0.75,
 scene, which are metres. Without --spacing the points lie as EN 12464-1 has them.
 
 For each surface: mean, least and greatest illuminance, the uniformity U_0 = least / mean, and the share of direct light.
-Each number has a 95 % confidence interval; --precision 2% (the default) goes on until no point's interval is wider than
+Each number has a 95 % confidence interval; --precision 2% (the default) continues until no point's interval is wider than
 ± 2 % of its illuminance, or of its surface's mean where that is more. --time ends earlier. Everything is computed by
 path tracing, without bias.
 
@@ -224,7 +224,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
 
 void add_lux_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<LuxCommand>();
-    CLI::App& app = *program.add_subcommand("lux", "Work out illuminance on calculation surfaces");
+    CLI::App& app = *program.add_subcommand("lux", "Compute illuminance on calculation surfaces");
     app.footer(kLuxFooter);
     app.add_option("SCENE", command->scene, "scene file in pbrt's text format")->required();
     app.add_option("-o,--output", command->csv, "write a line for each point")->type_name("FILE.csv");
@@ -256,14 +256,14 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
                  command->options.precision = parse_share({"--precision"}, word);
              });
     add_word(
-        app, "--time", "TIME", "ends after that long at the latest, as 30s, 5min, 2h",
+        app, "--time", "TIME", "end after this time at the latest, as 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
-    add_word(app, "--samples", "N", "of each head, in the place of --precision: the same numbers whenever",
+    add_word(app, "--samples", "N", "of each head, instead of --precision: the same results in every run",
              [command](const std::string& word) {
                  command->options.most_samples =
                      static_cast<int>(parse_whole({"--samples"}, word, 1, 1 << 24));
              });
-    add_word(app, "--seed", "N", "starts the random numbers (default 0)",
+    add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
              [command](const std::string& word) { command->options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command->options.workers);
     add_unit_option(app, command->overrides.unit);

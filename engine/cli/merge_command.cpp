@@ -67,7 +67,7 @@ void act(const MergeCommand& command, const CommandContext& context) {
 void add_merge_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<MergeCommand>();
     CLI::App& app =
-        *program.add_subcommand("merge", "Put a picture together from parts that were rendered one by one");
+        *program.add_subcommand("merge", "Merge the parts of a picture that were rendered separately");
     app.footer(kMergeFooter);
     app.add_option("PARTS", command->parts, "OpenEXR images of all parts")->required();
     add_image_output(app, command->output, "the OpenEXR image of the picture");

@@ -54,7 +54,7 @@ void add_image_output(CLI::App& app, ImageOutput& output, const std::string& hel
     app.add_option("-o,--output", output.file, help)->required()->type_name("FILE.exr");
     app.add_flag("--png", output.png, "also write a tone-mapped picture beside the image");
     add_picture_options(app, output.picture);
-    app.add_flag("--quiet", output.quiet, "say nothing but errors");
+    app.add_flag("--quiet", output.quiet, "print errors only");
 }
 
 void ImageOutput::write(const Image& image, const std::string& what, const Image& shown,

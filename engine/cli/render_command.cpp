@@ -46,7 +46,7 @@ the image's mean).
 
 Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
 each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
-taken whose estimated error is least in the time, or the error soonest. It says which, as options that give it again.
+taken whose estimated error is least in the time, or the error soonest. It is printed as options that repeat it.
 
 Given --png, a time or an error, and no checkpoint, the render ends with a denoiser: the picture shows what that makes, the
 image holds it as denoised.R, .G and .B beside the measured R, G and B, and the error is that of the denoised image, what
@@ -67,9 +67,9 @@ The picture of --png is exposed so that the mean luminance of what it shows is m
 brightest twentieth, lamps and fireflies, does not count. It is exact up to 0.8 of white, and brighter colours roll off to white
 and keep their hue. --exposure, --tone and --white-balance choose otherwise. None of them touches the image.
 
-With --checkpoint a render that is killed, or stopped, can go on: --resume makes the image, bit for bit, that an
-undisturbed render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
-when the render is done, to go on to more samples one day; time then counts from the first start. If both options
+With --checkpoint a render that is killed, or stopped, can be continued: --resume makes the image, bit for bit, that an
+uninterrupted render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
+when the render is done, to be continued to more samples later; time then counts from the first start. If both options
 name the same file, it need not be there yet: one command line then serves for the start and for every restart.
 
 Many machines can render one picture, each a part of it (--part 3/16), with the same options otherwise; lucerna merge
@@ -78,7 +78,7 @@ samples). Each prepares for the whole picture. --denoise asks for what merging n
 
 mpirun, and srun --mpi=pmix, start one render of many processes (ranks), on one machine or on many, with the bits of one:
 all of them read the scene, unless --broadcast-scene has the first send it, and share light paths, preparations and tiles;
-the first says and writes everything. Time, error, checkpoints and signals are those of one render, which goes on with
+the first prints and writes everything. Time, error, checkpoints and signals are those of one render, which continues with
 --resume on any number of ranks. One rank for each machine or socket, with its processors as threads, is best:
 docs/howto/cluster.md.
 
@@ -447,7 +447,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
                 write_text(command.stats, statistics_json(facts, job, result.report, pictures.image()));
             }
         } catch (const InputError& error) {
-            monitor.warn(fmt::format("--show-every: {}; the render goes on", error.what()));
+            monitor.warn(fmt::format("--show-every: {}; the render continues", error.what()));
         }
     };
     std::optional<TevDisplay> display;
@@ -561,19 +561,20 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
         "--denoise", [&command] { command.denoise = true; },
         "also make a denoised image (default: with --png, --time and --error)");
     app.add_flag_callback(
-           "--no-denoise", [&command] { command.denoise = false; }, "show what was measured alone")
+           "--no-denoise", [&command] { command.denoise = false; }, "make no denoised image")
         ->excludes("--denoise");
     app.add_flag("--layers", command.layers,
                  "keep in the image what its light is made of, by kind and by light group, features of the "
                  "first surface "
-                 "and what a denoiser needs: docs/layers.md")
+                 "and what a denoiser needs: docs/reference/layers.md")
         ->excludes("--no-denoise");
     app.add_flag_callback(
         "--no-adaptive", [&command] { command.adaptive = false; },
-        "as many samples for each pixel (default: with a denoiser, more of them where there is more noise)");
+        "the same number of samples for each pixel (default: with a denoiser, more of them where there is "
+        "more noise)");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
     add_picture_options(app, command.picture);
-    add_word(app, "--resolution", "WxH", "pixels, in the place of the scene's",
+    add_word(app, "--resolution", "WxH", "pixels, instead of the scene's",
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
              });
@@ -583,54 +584,54 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--part", "K/N", "render the K-th of N parts of the picture, for lucerna merge",
              [&command](const std::string& word) { command.part = parse_part({"--part"}, word); });
     add_word(app, "--colour-space", "NAME",
-             fmt::format("what is rendered in, and the image: {}, in the place of the scene's",
+             fmt::format("colour space of the render and of the image: {}, instead of the scene's",
                          fmt::join(WorkingSpace::names(), ", ")),
              [&command](const std::string& word) { command.overrides.colours = parse_working_space(word); });
     add_unit_option(app, command.overrides.unit);
-    app.add_flag("--broadcast-scene", command.broadcast_scene,
-                 "of the ranks of a parallel job the first alone reads the scene's files, and sends them to "
-                 "the others");
+    app.add_flag(
+        "--broadcast-scene", command.broadcast_scene,
+        "only the first rank of a parallel job reads the scene's files, and sends them to the others");
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
     app.add_flag("--strict", command.overrides.strict,
                  "refuse what is not rendered as the scene says, instead of a warning");
     app.add_option("--stats", command.stats, "write times, counts and settings as JSON")
         ->type_name("FILE.json");
-    app.add_flag("--quiet", command.quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", command.quiet, "print warnings and errors only");
 }
 
 void add_map_options(CLI::App& app, RenderCommand& command) {
     app.add_option("--save-maps", command.options.maps.save,
-                   "keep the photon maps, for other views of the same scene (photonmap)")
+                   "save the photon maps, for other views of the same scene (photonmap)")
         ->type_name("FILE.photons");
     app.add_option(
            "--load-maps", command.options.maps.load,
-           "take the photon maps from there; scene, seed and settings must be those they were made of")
+           "load the photon maps from this file; scene, seed and settings must be those of --save-maps")
         ->type_name("FILE.photons")
         ->excludes("--save-maps");
 }
 
 void add_live_options(CLI::App& app, RenderCommand& command) {
     add_word(app, "--show-every", "TIME",
-             "replaces image, picture and statistics that often while it renders",
+             "write image, picture and statistics at this interval while rendering",
              [&command](const std::string& word) {
                  command.options.show_every = parse_duration({"--show-every"}, word);
              });
     add_word(
         app, "--display", "HOST:PORT",
-        fmt::format("shows the image as it converges in a running tev (port {} if none is given)", kTevPort),
+        fmt::format("show the image as it converges in a running tev (port {} if none is given)", kTevPort),
         [&command](const std::string& word) {
             command.display = parse_endpoint({"--display"}, word, kTevPort);
         });
     app.add_option("--checkpoint", command.checkpoint.save,
-                   "keep there what is needed to go on, while it renders and when it ends")
+                   "save the state of the render in this file, at intervals and at the end")
         ->type_name("FILE");
-    add_word(app, "--checkpoint-every", "TIME", "how often (default 30s)",
+    add_word(app, "--checkpoint-every", "TIME", "interval of --checkpoint (default 30s)",
              [&command](const std::string& word) {
                  command.checkpoint.every = parse_duration({"--checkpoint-every"}, word);
              });
     app.add_option("--resume", command.checkpoint.resume,
-                   "go on from that checkpoint, and keep it up to date unless --checkpoint names another")
+                   "continue from this checkpoint, and keep it up to date unless --checkpoint names another")
         ->type_name("FILE");
 }
 
@@ -639,11 +640,11 @@ void add_limit_options(CLI::App& app, RenderCommand& command) {
              [&command](const std::string& word) {
                  command.passes = static_cast<int>(parse_whole({"--passes"}, word, 1, kNoEndOfSamples));
              });
-    add_word(app, "--time", "TIME", "ends after that long, as 30s, 5min, 2h",
+    add_word(app, "--time", "TIME", "end after this time, as 30s, 5min, 2h",
              [&command](const std::string& word) {
                  command.options.limits.seconds = parse_duration({"--time"}, word);
              });
-    add_word(app, "--error", "SHARE", "ends when the noise that is left is no larger, as 1% or 0.01",
+    add_word(app, "--error", "SHARE", "end when the remaining noise is no larger than this, as 1% or 0.01",
              [&command](const std::string& word) {
                  command.options.limits.error = parse_share({"--error"}, word);
              });
@@ -664,12 +665,12 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--spp", "N", "samples per pixel, in the place of the scene's",
+    add_word(app, "--spp", "N", "samples per pixel, instead of the scene's",
              [&command](const std::string& word) {
                  command.overrides.spp = static_cast<int>(parse_whole({"--spp"}, word, 1, 1 << 24));
              });
     add_limit_options(app, command);
-    add_word(app, "--seed", "N", "starts the random numbers (default 0); the same seed gives the same image",
+    add_word(app, "--seed", "N", "seed of the random numbers (default 0); the same seed gives the same image",
              [&command](const std::string& word) { command.options.seed = parse_seed({"--seed"}, word); });
     add_threads(app, command.options.workers);
 }

@@ -117,7 +117,7 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
         add_text_flag(program, "--manual", "Print the manual page, for man -l -, and exit", manual_page, out);
-        add_text_flag(program, "--bash-completion", "Print what completes command lines in bash, and exit",
+        add_text_flag(program, "--bash-completion", "Print the completion script for bash, and exit",
                       bash_completion, out);
         program.require_subcommand(0, 1);
         const CommandContext context{out, err, around};
@@ -166,10 +166,9 @@ int report_error(std::ostream& err, const Surroundings& around, std::string_view
         return fail(err, kBadInput,
                     "not enough memory; fewer photons, a smaller image or a smaller lamp need less", who);
     } catch (const std::exception& error) {
-        return fail(
-            err, kOurFault,
-            fmt::format("a fault of lucerna's own; please report it, with the command: {}", error.what()),
-            who);
+        return fail(err, kOurFault,
+                    fmt::format("internal error; please report it with the command line: {}", error.what()),
+                    who);
     }
 }
 

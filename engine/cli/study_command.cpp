@@ -39,7 +39,7 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
   spp = [4, 16, 64]
 
 Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
-goes on from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
+continues from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
 
 Under mpirun or srun --mpi=pmix the ranks share out the renders: each makes one at a time by itself, with --threads of its
 own, and rank 0 keeps and measures them. Images and errors are those of one process. Times are those of the host that made
@@ -233,7 +233,7 @@ void make_study(const StudyCommand& command, const CommandContext& context, Rank
     const Listening listening(context.around);
     mark_best(results);
     const std::size_t wanted = description.points.size() * description.scenes.size();
-    const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command goes on",
+    const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command continues",
                                       results.size(), wanted));
     if (results.empty()) throw Stopped(stopped);
     const std::vector<ScenePictures> pictures =
@@ -277,7 +277,7 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
     app.add_flag("--strict", command->strict,
                  "refuse what is not rendered as a scene says, instead of a warning");
     add_unit_option(app, command->unit);
-    app.add_flag("--quiet", command->quiet, "say nothing but warnings and errors");
+    app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });
 }

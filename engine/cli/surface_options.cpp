@@ -149,7 +149,7 @@ void add_surface_options(CLI::App& app, SurfaceOptions& options) {
                for (const std::string& word : words)
                    options.surfaces.push_back(parse_surface({"--surface"}, word));
            },
-           "a calculation surface, in the place of the scene's: a corner, and the ends of the two sides from "
+           "a calculation surface, instead of the scene's: a corner, and the ends of the two sides from "
            "there; may be repeated")
         ->type_name("NAME=X,Y,Z:X,Y,Z:X,Y,Z")
         ->expected(1)

@@ -63,7 +63,7 @@ void TevDisplay::show(const Image& image) {
         const bool lost = connection_ != nullptr;
         connection_.reset();
         next_try_ = std::chrono::steady_clock::now() + kUntilNextTry;
-        monitor_.warn(fmt::format("--display: {} ({}); the render goes on", error.what(),
+        monitor_.warn(fmt::format("--display: {} ({}); the render continues", error.what(),
                                   lost ? "the viewer is lost" : "no viewer there"));
     }
 }

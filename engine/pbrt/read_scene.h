@@ -2,7 +2,7 @@
 //
 // What the reader knows it does exactly as pbrt. What pbrt renders and the reader does not know is rendered
 // with something in its place, and a warning by file, line and column; under `strict` it is refused
-// (tokens.h). docs/scene-files.md lists directives and parameters.
+// (tokens.h). docs/reference/scene-files.md lists directives and parameters.
 #pragma once
 
 #include <filesystem>

@@ -12,7 +12,7 @@
 namespace lucerna {
 namespace {
 
-// Of a denoised error, by least squares on its logarithm (docs/denoising.md).
+// Of a denoised error, by least squares on its logarithm (docs/explanation/denoising.md).
 constexpr double kPowerOfNoise = 0.35, kPowerOfStructure = 0.1, kLeastStructure = 1e-4;
 
 int level_of(int count, int first) {

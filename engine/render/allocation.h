@@ -8,8 +8,8 @@
 //     e = (s²)^0.35 (g + 0.0001)^0.1
 //
 // with the relative variance s² of a sample, and the relative variance g of features and of light from pixel
-// to pixel, of blocks of these; the powers are those of denoised errors (docs/denoising.md). It is taken anew
-// whenever the number of samples has doubled.
+// to pixel, of blocks of these; the powers are those of denoised errors (docs/explanation/denoising.md). It
+// is taken anew whenever the number of samples has doubled.
 //
 // It keeps the image unbiased: the samples of one half are allocated by what those of the other saw. (Were a
 // pixel's own samples to decide, one that has met no caustic yet would be left as it is, and the mean of such

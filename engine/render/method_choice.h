@@ -1,5 +1,5 @@
 // Which method, with which settings, makes the best image in a time, or one that is good enough soonest: by a
-// short trial of each and by how errors are known to fall with more work (docs/choosing.md).
+// short trial of each and by how errors are known to fall with more work (docs/explanation/choosing.md).
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,8 @@ std::vector<Method> methods_like(const IntegratorSettings& asked);
 std::optional<MethodChoice> choose_method(const Job& job, const Limits& limits, std::uint64_t seed,
                                           const Workers& workers, Monitor& monitor);
 
-// How a method's error falls with time: laws known beforehand (docs/choosing.md), with what a trial measured.
+// How a method's error falls with time: laws known beforehand (docs/explanation/choosing.md), with what a
+// trial measured.
 inline constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // What is known of a method after its trial; errors are shares of luminance.

@@ -3,8 +3,8 @@
 //
 // A portable build (the default) computes the same everywhere: one instruction set for all it compiles, one
 // for Embree, libm's functions bound when it is linked, no fused or reordered arithmetic. A native build
-// takes what the machine that builds it has, and Embree what the machine that runs it has. docs/portable.md
-// says what is promised and how it is shown.
+// takes what the machine that builds it has, and Embree what the machine that runs it has.
+// docs/explanation/portable.md says what is promised and how it is shown.
 #pragma once
 
 #include <string>

@@ -1,8 +1,8 @@
 // The manifest of a measurement: which photographs were taken of a lamp, with what rig and what camera.
 //
 // For every filter position (m, n) and both films there are one or more photographs of different exposure
-// times. People write the manifest as TOML; docs/photographs.md is its reference. Nothing but the manifest
-// itself is read here.
+// times. People write the manifest as TOML; docs/reference/photographs.md is its reference. Nothing but the
+// manifest itself is read here.
 #pragma once
 
 #include <array>

@@ -1,7 +1,7 @@
 // The description of a virtual measurement: the rig, the lamp that stands before it, and its camera.
 //
-// People write it as TOML; docs/rig-files.md is its reference. What can be said with lengths alone is checked
-// here; files that it names (a slide, a scene) are read by whoever measures.
+// People write it as TOML; docs/reference/rig-files.md is its reference. What can be said with lengths alone
+// is checked here; files that it names (a slide, a scene) are read by whoever measures.
 #pragma once
 
 #include <cstdint>

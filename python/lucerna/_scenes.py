@@ -60,7 +60,7 @@ def _read(
 def read_scene(path: Path, **overrides: Any) -> Scene:
     """A scene file in pbrt's text format; of several frames the first.
 
-    `overrides` stand in the place of the scene's own: `integrator`, `resolution` (width, height),
+    `overrides` replace the scene's own: `integrator`, `resolution` (width, height),
     `colour_space` ("srgb", "rec2020", "acescg"); `skip_missing` leaves out meshes and textures without a file,
     `strict` refuses what would be a LucernaWarning; `threads`, `progress(phase, share)`.
     """

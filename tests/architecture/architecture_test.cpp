@@ -243,12 +243,12 @@ std::vector<std::string> stale_links(const std::filesystem::path& folder, const 
 }
 
 TEST(Pages, LinksToFunctions_LeadToTheirLines) {
-    const std::filesystem::path docs = std::filesystem::path(LUCERNA_SOURCE_DIR) / "docs";
+    const std::filesystem::path docs = std::filesystem::path(LUCERNA_SOURCE_DIR) / "docs/explanation";
     const std::string page = text_of(docs / "photon-maps.md");
     EXPECT_THAT(page, HasSubstr("#L"));
     EXPECT_THAT(stale_links(docs, page), IsEmpty());
-    EXPECT_THAT(stale_links(docs, "[`map_of`](../photon/deposit.h#L1)"), ::testing::SizeIs(1));
-    EXPECT_THAT(stale_links(docs, "[`map_of`](../photon/no_such_file.h#L31)"), ::testing::SizeIs(1));
+    EXPECT_THAT(stale_links(docs, "[`map_of`](../../photon/deposit.h#L1)"), ::testing::SizeIs(1));
+    EXPECT_THAT(stale_links(docs, "[`map_of`](../../photon/no_such_file.h#L31)"), ::testing::SizeIs(1));
 }
 
 // Citations in brackets, by author and year, as comments and pages write them: "Jensen 2001" of [Jensen 2001,
@@ -270,7 +270,7 @@ std::set<std::string> citations_in(const std::string& text) {
 
 TEST(Citations, EachLeadsToTheBibliography_AndEachEntryIsCited) {
     const std::filesystem::path root = LUCERNA_SOURCE_DIR;
-    const std::string bibliography = text_of(root / "docs/bibliography.md");
+    const std::string bibliography = text_of(root / "docs/development/bibliography.md");
     std::string all;
     std::set<std::string> cited;
     for (const char* top :
@@ -288,7 +288,7 @@ TEST(Citations, EachLeadsToTheBibliography_AndEachEntryIsCited) {
     EXPECT_GT(cited.size(), 30U);
     for (const std::string& citation : cited) {
         EXPECT_NE(bibliography.find("* **" + citation + ".**"), std::string::npos)
-            << citation << " is not in docs/bibliography.md";
+            << citation << " is not in docs/development/bibliography.md";
     }
     static const std::regex entry(R"(\n\* \*\*([^*]+)\.\*\*)");
     for (std::sregex_iterator at(bibliography.begin(), bibliography.end(), entry), end; at != end; ++at) {

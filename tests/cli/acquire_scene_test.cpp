@@ -165,7 +165,7 @@ TEST(AcquireScene, StoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBit) {
         testing::ImpatientMonitor user(patience);
         const std::string message =
             testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); });
-        EXPECT_THAT(message, HasSubstr("goes on from"));
+        EXPECT_THAT(message, HasSubstr("continues from"));
         EXPECT_TRUE(std::filesystem::exists(lamp.part()));
     }
     const SceneAcquisition resumed = acquire_scene(emitter, bench(true), lamp.part(), Workers{3}, silent);
@@ -230,7 +230,7 @@ TEST(AcquireScene, InColourStoppedAndTakenUpAgain_GivesTheSameNumbersToTheLastBi
     testing::ImpatientMonitor user(40'000);
     EXPECT_THAT(
         testing::error_of([&] { acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, user); }),
-        HasSubstr("goes on from"));
+        HasSubstr("continues from"));
     const SceneAcquisition resumed = acquire_scene(emitter, bench(true), lamp.part(), Workers{2}, silent);
     for (int c = 0; c < 3; ++c) {
         for (const FilterSign sign : kFilterSigns)

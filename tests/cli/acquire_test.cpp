@@ -46,7 +46,7 @@ TEST_F(RunAcquire, Stopped_GoesOnToTheSameBytes) {
     const std::vector<std::string> words = {"light", "acquire", "rig.toml", "-o", "lamp.exr", "--quiet"};
     const Outcome stopped = lucerna_run(words, around);
     EXPECT_EQ(stopped.code, 128 + SIGINT);
-    EXPECT_THAT(stopped.err, AllOf(HasSubstr("stopped"), HasSubstr("goes on from lamp.exr.part")));
+    EXPECT_THAT(stopped.err, AllOf(HasSubstr("stopped"), HasSubstr("continues from lamp.exr.part")));
     EXPECT_TRUE(std::filesystem::exists("lamp.exr.part"));
     EXPECT_FALSE(std::filesystem::exists("lamp.exr"));
     const Outcome outcome = lucerna_run(words);

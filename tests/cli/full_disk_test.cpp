@@ -214,7 +214,7 @@ TEST_F(RenderToFullDisk, Checkpoint_IsAWarningThenAnErrorAndTheImageIsThere) {
     }();
     EXPECT_EQ(outcome.code, 1);
     EXPECT_THAT(outcome.err,
-                HasSubstr("lucerna: warning: c: cannot be written: File too large; the render goes on"));
+                HasSubstr("lucerna: warning: c: cannot be written: File too large; the render continues"));
     EXPECT_THAT(outcome.err, HasSubstr("\nlucerna: c: cannot be written: File too large\n"));
     EXPECT_EQ(read_exr("a.exr").attributes.at("lucerna.spp"), "2");
     EXPECT_EQ(read_bytes("c"), old);

@@ -269,7 +269,7 @@ TEST(Display, ViewerThatHangsUp_IsAWarning) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     ASSERT_THAT(monitor.warnings, SizeIs(1));
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("(the viewer is lost); the render goes on"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("(the viewer is lost); the render continues"));
 }
 
 TEST(Display, ViewerThatNoLongerReads_IsLeftAfterTwoSeconds) {

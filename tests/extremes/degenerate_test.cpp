@@ -1,5 +1,5 @@
 // Scenes with too little in them, or with what no scene should have: each ends, with the right number or with
-// a refusal that says what is wrong; never with NaN [docs/extremes.md].
+// a refusal that says what is wrong; never with NaN [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Images of one pixel, of one line and of 16,384 on a side: the same pixels as ever, and a clear refusal of
-// what does not fit into memory, before any work [docs/extremes.md].
+// what does not fit into memory, before any work [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

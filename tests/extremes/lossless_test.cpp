@@ -1,5 +1,5 @@
 // Albedos of 0 and of 1 exactly, and closed rooms that take nothing away: every method ends, with the right
-// number or with a warning of what was cut off [docs/extremes.md].
+// number or with a warning of what was cut off [docs/development/extremes.md].
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

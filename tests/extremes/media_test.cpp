@@ -1,6 +1,6 @@
 // What is true of rooms is true of the fog in them: its size, its place and the light's power change nothing
 // but what they should, and media of no density, of an enormous one, without absorption, and cameras and
-// lights inside them make finite images [docs/extremes.md].
+// lights inside them make finite images [docs/development/extremes.md].
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"

@@ -1,4 +1,4 @@
-// Light of any power: the image is in proportion to it, from 1e-20 to 1e20 [docs/extremes.md].
+// Light of any power: the image is in proportion to it, from 1e-20 to 1e20 [docs/development/extremes.md].
 #include <gtest/gtest.h>
 
 #include "tests/support/every_light.h"

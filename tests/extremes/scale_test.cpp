@@ -1,5 +1,6 @@
 // The size of a scene, and where it is, are nobody's business: the same room of a millionth of a unit, of one
-// and of a million, and a hundred thousand times its size away, makes the same image [docs/extremes.md].
+// and of a million, and a hundred thousand times its size away, makes the same image
+// [docs/development/extremes.md].
 //
 // By a power of two to the bit: no number but an exponent changes. By a power of ten, or elsewhere, to
 // rounding: here and there a decision falls the other way (a ray at an edge, a photon at a radius), so that

@@ -1,6 +1,6 @@
 // A thousand files gone wrong for every reader, beyond what its fuzzer found: each is read or refused in one
-// line; none crashes, hangs or swallows memory [docs/extremes.md]. The entries are the fuzzers' own
-// (tests/fuzz/NAME_fuzz.cpp), the whole files their corpus.
+// line; none crashes, hangs or swallows memory [docs/development/extremes.md]. The entries are the fuzzers'
+// own (tests/fuzz/NAME_fuzz.cpp), the whole files their corpus.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

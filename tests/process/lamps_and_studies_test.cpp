@@ -168,7 +168,7 @@ TEST_F(StoppedLuminaire, AmongItsLightPaths_GoesOnToTheSameBytes) {
         if (stopped.sent && stopped.err.find("after 0 of") == std::string::npos) break;
     }
     ASSERT_EQ(stopped.code, 128 + SIGINT) << stopped.out << stopped.err;
-    EXPECT_THAT(stopped.err, HasSubstr("0 light paths; the same command goes on from lamp.exr.part"));
+    EXPECT_THAT(stopped.err, HasSubstr("0 light paths; the same command continues from lamp.exr.part"));
     EXPECT_THAT(stopped.err, Not(HasSubstr("after 0 of")));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "lamp.exr"));
 

@@ -62,7 +62,7 @@ TEST_F(ImageInMemory, Largest_IsWhatIsForetold) {
     ASSERT_EQ(large.code, 0);
     const double each = (large.bytes - small.bytes) / (4096.0 * 1024);
     RecordProperty("bytes_per_pixel", std::to_string(each));
-    EXPECT_GT(each, 0.9 * 76);  // docs/extremes.md
+    EXPECT_GT(each, 0.9 * 76);  // docs/development/extremes.md
     EXPECT_LT(each, 1.1 * 76);
 }
 

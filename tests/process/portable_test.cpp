@@ -1,6 +1,7 @@
-// A portable build makes the same image on every machine that can run it [docs/portable.md]. Other machines
-// are played by what differs between them: the instruction set that Embree works with, which a preloaded
-// library changes against the program's own wish, and the variants of libm's functions that glibc chooses.
+// A portable build makes the same image on every machine that can run it [docs/explanation/portable.md].
+// Other machines are played by what differs between them: the instruction set that Embree works with, which a
+// preloaded library changes against the program's own wish, and the variants of libm's functions that glibc
+// chooses.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

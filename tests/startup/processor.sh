@@ -32,4 +32,4 @@ code=0
 said=$(qemu-x86_64 -cpu Nehalem "$program" --version 2>&1) || code=$?
 [ "$code" -eq 1 ] || fail "exit code $code: $said"
 [ "$(wc -l <<<"$said")" -eq 1 ] || fail "not one line: $said"
-[[ $said == "lucerna: this processor lacks "*AVX2*docs/portable.md* ]] || fail "$said"
+[[ $said == "lucerna: this processor lacks "*AVX2*docs/explanation/portable.md* ]] || fail "$said"

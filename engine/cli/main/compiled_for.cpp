@@ -113,11 +113,12 @@ constinit const InstructionSet kCompiledFor[] = {
 
 #ifdef LUCERNA_NATIVE
 constinit const char* const kUnfitAdvice =
-    "a native build is for machines like the one that built it: build it on this one (docs/portable.md)";
+    "a native build is for machines like the one that built it: build it on this one "
+    "(docs/explanation/portable.md)";
 #else
 constinit const char* const kUnfitAdvice =
     "a portable build is for x86-64-v3: build one for this machine, with -DLUCERNA_NATIVE=ON "
-    "(docs/portable.md)";
+    "(docs/explanation/portable.md)";
 #endif
 
 }  // namespace lucerna
