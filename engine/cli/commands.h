@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/files.h"
 #include "engine/base/image.h"
 #include "engine/base/parallel.h"
 #include "engine/base/tone.h"
