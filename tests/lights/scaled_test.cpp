@@ -44,11 +44,15 @@ TEST(ScaledLight, EveryAnswer_IsThatOfTheLightTimesTheFactor) {
             const std::array<LeSampleU, 1> u{LeSampleU{sampler.next2(), sampler.next2(), sampler.bits()}};
             const auto particle = light.sample_Le(u[0]), brighter = bright->sample_Le(u[0]);
             ASSERT_EQ(particle.has_value(), brighter.has_value());
-            if (particle) EXPECT_EQ(brighter->weight, particle->weight * kFactor);
+            if (particle) {
+                EXPECT_EQ(brighter->weight, particle->weight * kFactor);
+            }
             std::array<std::optional<LeSample>, 1> many;
             bright->sample_Le_many(u, many);
             ASSERT_EQ(many[0].has_value(), particle.has_value());
-            if (particle) EXPECT_EQ(many[0]->weight, particle->weight * kFactor);
+            if (particle) {
+                EXPECT_EQ(many[0]->weight, particle->weight * kFactor);
+            }
 
             const V3f x(sampler.next2().x, 0, sampler.next2().y);
             const V2f v = sampler.next2();
@@ -61,7 +65,9 @@ TEST(ScaledLight, EveryAnswer_IsThatOfTheLightTimesTheFactor) {
             const Ray ray{x, arriving->w};
             const auto emitted = light.Le(ray), more_emitted = bright->Le(ray);
             ASSERT_EQ(emitted.has_value(), more_emitted.has_value());
-            if (emitted) EXPECT_EQ(more_emitted->radiance, emitted->radiance * kFactor);
+            if (emitted) {
+                EXPECT_EQ(more_emitted->radiance, emitted->radiance * kFactor);
+            }
             EXPECT_EQ(bright->Le_on_surface(ray, arriving->distance, V3f(0, -1, 0), 0).radiance,
                       light.Le_on_surface(ray, arriving->distance, V3f(0, -1, 0), 0).radiance * kFactor);
         }
