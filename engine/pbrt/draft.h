@@ -188,7 +188,7 @@ struct Draft : DraftShapes {
     int spp = 16;
     int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
     IntegratorSettings integrator;
-    std::vector<CalculationSurface> surfaces;  // in world space
+    std::vector<CalculationSurface> surfaces;                               // in world space
     std::function<PhotometricWeb(const std::filesystem::path&)> far_field;  // SceneOverrides'
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;

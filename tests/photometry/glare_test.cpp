@@ -68,8 +68,9 @@ TEST(PositionIndex, IsGuthsFit) {
     EXPECT_NEAR(position_index(90, std::atan(1.0) / kDegree), 2.2, 0.2);
 }
 
+// Small ones, over which the position index hardly changes.
 TEST(Glare, OfEvenDiscs_IsTheFormulaOfCie117) {
-    const std::vector<Disc> discs{{0.15, 20000, 3, 20}, {0.1, 15000, 2.5, 35, 30}};
+    const std::vector<Disc> discs{{0.05, 20000, 3, 20}, {0.04, 15000, 2.5, 35, 30}};
     const GlareReport report = rate(discs);
     ASSERT_EQ(report.sources.size(), 2U);
     double sum = 0;
