@@ -20,6 +20,8 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -115,5 +117,8 @@ std::unique_ptr<Light> make_photometric_light(std::string_view kind,
                                               std::shared_ptr<const PhotometricWeb> web, const V3f& position,
                                               const LightAxes& axes, const Rgb& scale,
                                               FluxUnit unit = FluxUnit::lumen);
+
+// The web of a measured lamp's file: its far field.
+using FarFieldOf = std::function<PhotometricWeb(const std::filesystem::path& lamp)>;
 
 }  // namespace lucerna

@@ -11,6 +11,9 @@ namespace lucerna {
 // that are no UTF-8, become \xNN. All else stays as it is.
 std::string plain_text(std::string_view text);
 
+// A field of a CSV line (RFC 4180): in quotes where it has to be.
+std::string csv_field(const std::string& text);
+
 // How many bytes at the end of `text` begin a character of UTF-8 that is not all there yet: 0 to 3.
 std::size_t unfinished_bytes(std::string_view text);
 

@@ -4,17 +4,16 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
-#include "engine/base/plain_text.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/photometry_options.h"
 #include "engine/cli/surface_options.h"
-#include "engine/pbrt/read_scene.h"
 #include "engine/photometry/glare.h"
+#include "engine/photometry/glare_text.h"
 
 namespace lucerna {
 namespace {
@@ -42,13 +41,11 @@ struct Eye {
 };
 
 struct GlareCommand {
-    std::string scene, csv, json;
-    SceneOverrides overrides;
+    PhotometryOptions common;
     std::vector<Eye> eyes;
     SurfaceOptions grid;
     std::vector<V3d> views;
     GlareOptions options;
-    bool quiet = false;
 };
 
 Eye parse_eye(const Location& at, std::string_view word) {
@@ -97,96 +94,21 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     return observers;
 }
 
-std::string reading_text(const Reading95& reading) {
-    return std::isfinite(reading.value) ? fmt::format("{:.4g}", reading.value) : "none";
-}
-
-std::string rating_text(const Reading95& rating) {
-    return std::isfinite(rating.value) ? fmt::format("{:.1f} ± {:.1f}", rating.value, rating.half_width)
-                                       : "none";
-}
-
-std::string text_of(const std::vector<GlareReport>& reports) {
-    std::string text = fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", "observer", "at",
-                                   "UGR", "UGR of means", "L_b cd/m²", "E_v lx", "luminaires");
-    for (const GlareReport& report : reports) {
-        const Observer& by = report.observer;
-        text += fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", plain_text(by.name),
-                            fmt::format("{:.4g} {:.4g} {:.4g}", by.eye.x, by.eye.y, by.eye.z),
-                            rating_text(report.ugr), rating_text(report.ugr_even),
-                            reading_text(report.background), reading_text(report.vertical),
-                            report.sources.size());
-    }
-    return text;
-}
-
-std::string csv_of(const std::vector<GlareReport>& reports) {
-    std::string text =
-        "observer,x,y,z,view x,view y,view z,UGR,half-width of 95 %,UGR of means,L_b [cd/m^2],E_v "
-        "[lx],luminaires\n";
-    for (const GlareReport& report : reports) {
-        const Observer& by = report.observer;
-        text += fmt::format(
-            "\"{}\",{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g},{:.4g},{:.5g},{:.5g},{}\n",
-            plain_text(by.name), by.eye.x, by.eye.y, by.eye.z, by.view.x, by.view.y, by.view.z,
-            report.ugr.value, report.ugr.half_width, report.ugr_even.value, report.background.value,
-            report.vertical.value, report.sources.size());
-    }
-    return text;
-}
-
-std::string json_of(const std::vector<GlareReport>& reports) {
-    const auto number = [](const Reading95& reading) {
-        nlohmann::json of{{"value", nullptr}, {"half_width", reading.half_width}};
-        if (std::isfinite(reading.value)) of["value"] = reading.value;
-        return of;
-    };
-    nlohmann::json json = nlohmann::json::array();
-    for (const GlareReport& report : reports) {
-        const Observer& by = report.observer;
-        nlohmann::json of{{"name", plain_text(by.name)},
-                          {"eye", {by.eye.x, by.eye.y, by.eye.z}},
-                          {"view", {by.view.x, by.view.y, by.view.z}},
-                          {"ugr", number(report.ugr)},
-                          {"ugr_of_means", number(report.ugr_even)},
-                          {"background", number(report.background)},
-                          {"vertical", number(report.vertical)},
-                          {"sources", nlohmann::json::array()}};
-        for (const GlareSource& source : report.sources) {
-            of["sources"].push_back({{"light", source.light},
-                                     {"kind", source.kind},
-                                     {"solid_angle", source.solid_angle},
-                                     {"luminance", source.luminance},
-                                     {"position_index", source.position},
-                                     {"term_of_mean", number(source.even)},
-                                     {"term", number(source.seen)}});
-        }
-        json.push_back(std::move(of));
-    }
-    return json.dump(1) + '\n';
-}
-
 void act(const GlareCommand& command, const CommandContext& context) {
-    require_readable(command.scene);
     CommandFiles files;
-    files.reads(command.scene);
-    if (!command.csv.empty()) files.writes(command.csv, "", "-o");
-    if (!command.json.empty() && command.json != "-") files.writes(command.json, "", "--json");
-    ConsoleMonitor monitor(
-        context.err, context.err,
-        {context.around.terminal, command.quiet || !context.around.terminal, context.around.stop, {}});
-    Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
-    files.reads(job.files);
+    command.common.declare(files);
+    ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
+    Job job = command.common.read(command.options.workers, files, monitor);
     const std::vector<Observer> observers = observers_of(command, job);
     const Listening listening(context.around);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), command.options, monitor);
-    if (!command.csv.empty()) write_text(command.csv, csv_of(reports));
-    if (command.json == "-") {
-        context.out << json_of(reports);
+    if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
+    if (command.common.prints_json()) {
+        context.out << glare_json(reports);
         return;
     }
-    if (!command.json.empty()) write_text(command.json, json_of(reports));
-    context.out << text_of(reports);
+    if (!command.common.json.empty()) write_text(command.common.json, glare_json(reports));
+    context.out << glare_text(reports);
 }
 
 }  // namespace
@@ -195,11 +117,7 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<GlareCommand>();
     CLI::App& app = *program.add_subcommand("glare", "Rate the discomfort glare of luminaires (UGR)");
     app.footer(kGlareFooter);
-    app.add_option("SCENE", command->scene, "scene file in pbrt's text format")->required();
-    app.add_option("-o,--output", command->csv, "write a line for each observer")->type_name("FILE.csv");
-    app.add_option("--json", command->json,
-                   "write everything, each luminaire's term too, as JSON; - for standard output")
-        ->type_name("FILE");
+    add_photometry_files(app, command->common, "observer", "everything, each luminaire's term too,");
     app.add_option_function<std::vector<std::string>>(
            "--eye",
            [command](const std::vector<std::string>& words) {
@@ -235,19 +153,8 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
     add_word(
         app, "--time", "TIME", "the background's at the most, as 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
-    add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
-             [command](const std::string& word) { command->options.seed = parse_seed({"--seed"}, word); });
-    add_threads(app, command->options.workers);
-    add_unit_option(app, command->overrides.unit);
-    app.add_flag("--skip-missing", command->overrides.skip_missing,
-                 "leave out meshes and textures whose file does not exist, with a warning");
-    app.add_flag("--strict", command->overrides.strict,
-                 "refuse what is not rendered as the scene says, instead of a warning");
-    app.add_flag("--quiet", command->quiet, "print results, warnings and errors only");
-    app.callback([command, &context] {
-        command->overrides.colours = WorkingSpace();
-        act(*command, context);
-    });
+    add_photometry_options(app, command->common, command->options.seed, command->options.workers);
+    app.callback([command, &context] { act(*command, context); });
 }
 
 }  // namespace lucerna

@@ -17,8 +17,8 @@
 #include "engine/cli/console.h"
 #include "engine/cli/light_commands.h"
 #include "engine/cli/lux_page.h"
+#include "engine/cli/photometry_options.h"
 #include "engine/cli/surface_options.h"
-#include "engine/pbrt/read_scene.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
@@ -61,18 +61,18 @@ Examples:
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
 struct LuxCommand {
-    std::string scene, csv, image, json, html, plan, picture;
-    SceneOverrides overrides;
+    PhotometryOptions common;
+    std::string image, html, plan, picture;
     SurfaceOptions surfaces;
     IlluminanceOptions options;
-    bool far_field_error = false, quiet = false;
+    bool far_field_error = false;
 };
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
     std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
     if (surfaces.empty()) surfaces = job.surfaces;
     if (surfaces.empty()) {
-        throw InputError({command.scene},
+        throw InputError({command.common.scene},
                          "names no CalculationSurface; --height 0.75, or --surface "
                          "NAME=X,Y,Z:X,Y,Z:X,Y,Z, is accepted in its place");
     }
@@ -120,10 +120,10 @@ std::string end_text(const IlluminanceReport& report) {
 // The same points by the lamps' far fields.
 IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
                                Monitor& monitor) {
-    SceneOverrides overrides = command.overrides;
+    PhotometryOptions common = command.common;
     const Workers& workers = command.options.workers;
     std::size_t lamps = 0;
-    overrides.far_field = [&](const std::filesystem::path& file) {
+    common.overrides.far_field = [&](const std::filesystem::path& file) {
         ++lamps;
         const auto web = [&](const auto& lamp) {
             if constexpr (std::is_same_v<std::decay_t<decltype(lamp)>, Lumigraph>) {
@@ -134,9 +134,10 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
         };
         return std::visit(web, read_lamp_file(file, monitor));
     };
-    Job job = read_scene(command.scene, overrides, workers, monitor);
+    CommandFiles same;  // as those of the first reading
+    Job job = common.read(workers, same, monitor);
     if (lamps == 0) {
-        throw InputError({command.scene},
+        throw InputError({command.common.scene},
                          "has no measured lamp: --far-field-error compares the near field of a light field "
                          "or ray file with its own far field");
     }
@@ -163,11 +164,8 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
 }
 
 void act(const LuxCommand& command, const CommandContext& context) {
-    require_readable(command.scene);
     CommandFiles files;
-    files.reads(command.scene);
-    if (!command.csv.empty()) files.writes(command.csv, "", "-o");
-    if (!command.json.empty() && command.json != "-") files.writes(command.json, "", "--json");
+    command.common.declare(files);
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
     std::optional<Image> picture;
     if (!command.picture.empty()) {
@@ -178,11 +176,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
         const PictureLook look = PictureOptions().look(image);
         picture = displayed(image, look);
     }
-    ConsoleMonitor monitor(
-        context.err, context.err,
-        {context.around.terminal, command.quiet || !context.around.terminal, context.around.stop, {}});
-    Job job = read_scene(command.scene, command.overrides, command.options.workers, monitor);
-    files.reads(job.files);
+    ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
+    Job job = command.common.read(command.options.workers, files, monitor);
     const std::vector<CalculationSurface> surfaces = surfaces_of(command, job);
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
@@ -190,14 +185,14 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty() && command.far_field_error)
             declare_plan(of_error(of_surface(command.plan, i)), files);
     }
-    LuxPage page{command.scene, {}, std::move(picture), command.options.seed};
+    LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
 
     const Listening listening(context.around);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), command.options, monitor);
     std::vector<FarFieldError> errors;
     if (command.far_field_error) errors = far_field_errors(report, by_far_field(command, surfaces, monitor));
-    if (!command.csv.empty()) write_text(command.csv, illuminance_csv(report));
+    if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty())
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
@@ -210,10 +205,10 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty()) write_plan(of_error(of_surface(command.plan, i)), plan);
     }
     if (!command.html.empty()) write_text(command.html, lux_page(report, page));
-    if (command.json == "-") {
+    if (command.common.prints_json()) {
         context.out << illuminance_json(report);
     } else {
-        if (!command.json.empty()) write_text(command.json, illuminance_json(report));
+        if (!command.common.json.empty()) write_text(command.common.json, illuminance_json(report));
         context.out << illuminance_text(report) << end_text(report) << '\n';
         if (!errors.empty()) context.out << far_field_text(errors);
     }
@@ -226,14 +221,11 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<LuxCommand>();
     CLI::App& app = *program.add_subcommand("lux", "Compute illuminance on calculation surfaces");
     app.footer(kLuxFooter);
-    app.add_option("SCENE", command->scene, "scene file in pbrt's text format")->required();
-    app.add_option("-o,--output", command->csv, "write a line for each point")->type_name("FILE.csv");
+    add_photometry_files(app, command->common, "point", "everything");
     app.add_option(
            "--image", command->image,
            "write an OpenEXR image with a pixel for each point; FILE-2.exr and so on for further surfaces")
         ->type_name("FILE.exr");
-    app.add_option("--json", command->json, "write everything as JSON; - for standard output")
-        ->type_name("FILE");
     app.add_option("--plan", command->plan,
                    "draw a plan in false colour with isolux lines; FILE-2.svg and so on for further surfaces")
         ->type_name("FILE.svg|.png");
@@ -263,19 +255,8 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
                  command->options.most_samples =
                      static_cast<int>(parse_whole({"--samples"}, word, 1, 1 << 24));
              });
-    add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
-             [command](const std::string& word) { command->options.seed = parse_seed({"--seed"}, word); });
-    add_threads(app, command->options.workers);
-    add_unit_option(app, command->overrides.unit);
-    app.add_flag("--skip-missing", command->overrides.skip_missing,
-                 "leave out meshes and textures whose file does not exist, with a warning");
-    app.add_flag("--strict", command->overrides.strict,
-                 "refuse what is not rendered as the scene says, instead of a warning");
-    app.add_flag("--quiet", command->quiet, "print results, warnings and errors only");
-    app.callback([command, &context] {
-        command->overrides.colours = WorkingSpace();
-        act(*command, context);
-    });
+    add_photometry_options(app, command->common, command->options.seed, command->options.workers);
+    app.callback([command, &context] { act(*command, context); });
 }
 
 }  // namespace lucerna

@@ -32,8 +32,7 @@ std::string summary(const IlluminanceReport& report) {
     std::vector<std::vector<std::string>> rows{
         {"surface", "kind", "points", "mean" + unit, "least" + unit, "greatest" + unit, "U₀", "direct"}};
     for (const SurfaceIlluminance& of : report.surfaces) {
-        rows.push_back({plain_text(of.surface.name),
-                        std::string(kReceiverKinds[static_cast<std::size_t>(of.surface.kind)]),
+        rows.push_back({plain_text(of.surface.name), std::string(receiver_kind_name(of.surface.kind)),
                         fmt::format("{} × {}", of.surface.points.x, of.surface.points.y),
                         reading_text(of.mean), reading_text(of.least), reading_text(of.greatest),
                         reading_text(of.uniformity),

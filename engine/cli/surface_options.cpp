@@ -38,12 +38,12 @@ int parse_axis(const Location& at, std::string_view word) {
 }
 
 ReceiverKind parse_kind(const Location& at, std::string_view word) {
-    const auto found = std::find(std::begin(kReceiverKinds), std::end(kReceiverKinds), word);
-    if (found == std::end(kReceiverKinds)) {
+    const std::optional<ReceiverKind> kind = receiver_kind(word);
+    if (!kind) {
         input_error(at, "\"{}\" is no kind of illuminance; {} are accepted", one_line(word),
                     fmt::join(kReceiverKinds, ", "));
     }
-    return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
+    return *kind;
 }
 
 // What all surfaces of the command line have in common.

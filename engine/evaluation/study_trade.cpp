@@ -11,6 +11,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/image.h"
+#include "engine/base/plain_text.h"
 #include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/evaluation/compare.h"
@@ -19,17 +20,6 @@ namespace lucerna {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// A field of RFC 4180.
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) {
-        if (c == '"') quoted += c;
-        quoted += c;
-    }
-    return quoted + '"';
-}
 
 std::vector<std::string> scenes_of(const std::vector<StudyResult>& results) {
     std::vector<std::string> names;

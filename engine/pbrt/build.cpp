@@ -84,7 +84,7 @@ struct LightMaker {
     const Workers& workers;
     Monitor& monitor;
     std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own
-    const std::function<PhotometricWeb(const std::filesystem::path&)>& far_field;  // none: lamps as they are
+    const FarFieldOf& far_field;     // none: lamps as they are
     float factor = 1;
 
     FluxUnit unit() const { return stated.value_or(FluxUnit::watt); }
@@ -154,9 +154,8 @@ struct LightMaker {
             shape.quadrics.push_back(parts.quadrics[s.index]);
         else
             shape.meshes.push_back(parts.meshes[mesh_of[s.index]]);
-        if (far_field) return at_a_point(settings, make_measured_light(settings, workers, monitor));
-        return make_measured_light(settings, workers, monitor,
-                                   make_traced_shape(std::move(shape), parts.origin));
+        return at_a_point(settings, make_measured_light(settings, workers, monitor,
+                                                        make_traced_shape(std::move(shape), parts.origin)));
     }
 };
 

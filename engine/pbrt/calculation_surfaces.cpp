@@ -15,12 +15,12 @@ using Type = Param::Type;
 
 ReceiverKind read_receiver_kind(Params& params) {
     const std::string word = params.string("kind", kReceiverKinds[0]);
-    const auto found = std::find(std::begin(kReceiverKinds), std::end(kReceiverKinds), word);
-    if (found == std::end(kReceiverKinds)) {
+    const std::optional<ReceiverKind> kind = receiver_kind(word);
+    if (!kind) {
         fail(params.place_of("kind"), "kind \"{}\" is unknown; {} are accepted", shown(word),
              fmt::join(kReceiverKinds, ", "));
     }
-    return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
+    return *kind;
 }
 
 // A unit direction in the world, or the fallback, which is one.

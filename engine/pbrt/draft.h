@@ -188,8 +188,8 @@ struct Draft : DraftShapes {
     int spp = 16;
     int passes = 0;  // that an integrator which works in passes is asked for; 0: as many as `spp` takes
     IntegratorSettings integrator;
-    std::vector<CalculationSurface> surfaces;                               // in world space
-    std::function<PhotometricWeb(const std::filesystem::path&)> far_field;  // SceneOverrides'
+    std::vector<CalculationSurface> surfaces;  // in world space
+    FarFieldOf far_field;                      // SceneOverrides'
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;
     std::optional<FluxUnit> unit;  // of all light, as the scene or the command line states it

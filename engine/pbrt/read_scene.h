@@ -36,7 +36,7 @@ struct SceneOverrides {
     NamedMeshes meshes = {};    // for the text's Shape "arraymesh"
     // Measured lamps (light fields and ray files) become points with the intensities that this makes of their
     // files: the same light at a point, as a photometric file has it. None: they are as they are.
-    std::function<PhotometricWeb(const std::filesystem::path& lamp)> far_field = {};
+    FarFieldOf far_field = {};
     // Changes the parts of every frame before its Scene is made of them: scales or replaces lights, whose
     // order is that of the text, or materials. Positions are relative to `origin`. A light on a surface
     // (Mesh::light and its like) is replaced only by one of the same surface. Where there are light groups,

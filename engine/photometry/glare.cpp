@@ -23,32 +23,15 @@ double lamps_seen(const Scene& scene, const V3f& eye, const V3f& w) {
     return double{luminance(emission(scene, ray, scene.intersect(ray), EmissionRule::all()))};
 }
 
-// The sums of one luminaire's samples, in batches whose means are nearly normal.
-class LuminaireSums {
-  public:
-    static constexpr int kBatches = 32;
-
-    // Fields: solid angle, luminance x solid angle, the same over p, the same over p², the square of
-    // luminance x solid angle / p².
-    using Values = std::array<double, 5>;
-    void add(int batch, const Values& values) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            sums_[static_cast<std::size_t>(batch)][i] += values[i];
-    }
-    // Per sample, with so many in a batch.
-    RunningStats field(std::size_t i, int in_a_batch) const {
-        RunningStats stats;
-        for (const Values& of_batch : sums_) stats.add(of_batch[i] / in_a_batch);
-        return stats;
-    }
-
-  private:
-    std::array<Values, kBatches> sums_{};
+// Batches of one luminaire's samples, whose means are nearly normal.
+constexpr int kBatches = 32;
+// Sums over the samples of one, of what directions towards the luminaire bring, each over its density.
+struct LuminaireSums {
+    double solid_angle = 0;
+    double flux = 0;  // L dω: illuminance without its cosine
+    double flux_over_p = 0, flux_over_p2 = 0;
+    double square = 0;  // L² dω / p², of filtered luminance
 };
-
-Reading95 reading_of(const RunningStats& stats) {
-    return {stats.mean(), student_95(LuminaireSums::kBatches) * stats.standard_error()};
-}
 
 class Eye {
   public:
@@ -67,9 +50,9 @@ class Eye {
 
   private:
     std::optional<GlareSource> look_at(std::uint32_t light, const Light& lamp) const {
-        std::array<LuminaireSums::Values, LuminaireSums::kBatches> sums{};
-        const int in_a_batch = std::max(1, options_.samples / LuminaireSums::kBatches);
-        parallel_each(options_.workers, LuminaireSums::kBatches, 1, [&](std::size_t batch) {
+        std::array<LuminaireSums, kBatches> sums;
+        const int in_a_batch = std::max(1, options_.samples / kBatches);
+        parallel_each(options_.workers, kBatches, 1, [&](std::size_t batch) {
             for (int i = 0; i < in_a_batch; ++i) {
                 Sampler sampler =
                     Sampler::stratified(options_.seed, Purpose::receiver, (std::uint64_t{light} << 8) + batch,
@@ -77,40 +60,42 @@ class Eye {
                 add(lamp, sampler, sums[batch]);
             }
         });
-        LuminaireSums of_all;
-        for (std::size_t batch = 0; batch < sums.size(); ++batch)
-            of_all.add(static_cast<int>(batch), sums[batch]);
-        const double flux = of_all.field(1, in_a_batch).mean();  // illuminance without its cosine
+        const auto per_sample = [&](double LuminaireSums::*sum) {
+            RunningStats batches;
+            for (const LuminaireSums& of : sums) batches.add(of.*sum / in_a_batch);
+            return reading_95(batches);
+        };
+        const double flux = per_sample(&LuminaireSums::flux).value;
         if (!(flux > 0)) return std::nullopt;
         GlareSource source;
         source.light = light;
         source.kind = std::string(lamp.kind());
-        source.solid_angle = of_all.field(0, in_a_batch).mean();
+        source.solid_angle = per_sample(&LuminaireSums::solid_angle).value;
         source.luminance = flux / source.solid_angle;
-        source.position = flux / of_all.field(2, in_a_batch).mean();
-        const Reading95 seen = reading_of(of_all.field(3, in_a_batch));  // sum of L ω / p²
-        source.even = {source.luminance * seen.value, source.luminance * seen.half_width};
-        source.seen = reading_of(of_all.field(4, in_a_batch));
+        source.position = flux / per_sample(&LuminaireSums::flux_over_p).value;
+        const Reading95 even = per_sample(&LuminaireSums::flux_over_p2);
+        source.even = {source.luminance * even.value, source.luminance * even.half_width};
+        source.seen = per_sample(&LuminaireSums::square);
         return source;
     }
 
-    void add(const Light& lamp, Sampler& sampler, LuminaireSums::Values& sums) const {
+    void add(const Light& lamp, Sampler& sampler, LuminaireSums& sums) const {
         const auto towards = lamp.sample_Li(at_, sampler.next2());
         const V2f u_blur = sampler.next2();
         if (!towards || !(towards->pdf_w > 0)) return;  // a density is divided by: that of what was drawn
         const double p = position_index(observer_, towards->w);
         if (!std::isfinite(p)) return;
         if (scene_.closest_hit(Ray{at_, towards->w, towards->distance})) return;
-        const double over_pdf = 1 / double{towards->pdf_w};
-        const double radiance_over_pdf = double{luminance(towards->weight)};
-        if (!(radiance_over_pdf > 0)) return;
-        const double again = options_.blur > 0 ? lamps_seen(scene_, at_, blurred(*towards, u_blur))
-                                               : radiance_over_pdf / over_pdf;
-        sums[0] += over_pdf;
-        sums[1] += radiance_over_pdf;
-        sums[2] += radiance_over_pdf / p;
-        sums[3] += radiance_over_pdf / (p * p);
-        sums[4] += radiance_over_pdf * again / (p * p);
+        const double solid_angle = 1 / double{towards->pdf_w};
+        const double flux = double{luminance(towards->weight)};
+        if (!(flux > 0)) return;
+        const double again =
+            options_.blur > 0 ? lamps_seen(scene_, at_, blurred(*towards, u_blur)) : flux / solid_angle;
+        sums.solid_angle += solid_angle;
+        sums.flux += flux;
+        sums.flux_over_p += flux / p;
+        sums.flux_over_p2 += flux / (p * p);
+        sums.square += flux * again / (p * p);
     }
 
     // Another direction, normally distributed around the first with twice the filter's variance.

@@ -26,25 +26,6 @@ constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
 // An interval is as wide as its heads happen to scatter: aiming a little lower spares a round.
 constexpr double kAim = 0.95;
 
-// The sums of a point's heads.
-class Heads {
-  public:
-    void add(double value) {
-        ++n_;
-        const double delta = value - mean_;
-        mean_ += delta / n_;
-        m2_ += delta * (value - mean_);
-    }
-    Reading95 reading() const {
-        const double variance_of_mean = n_ > 1 ? m2_ / (n_ - 1) / n_ : 0;
-        return {mean_, student_95(n_) * std::sqrt(variance_of_mean)};
-    }
-
-  private:
-    int n_ = 0;
-    double mean_ = 0, m2_ = 0;
-};
-
 // The luminance of an image's channels PREFIX.R .G .B.
 class LightOf {
   public:
@@ -121,7 +102,7 @@ class PointImage {
             SurfaceIlluminance& done = read.emplace_back();
             done.surface = surface;
             for (std::size_t i = 0; i < surface.size(); ++i) {
-                Heads heads, indirect;
+                RunningStats heads, indirect;
                 PointParts point;
                 point.groups.resize(groups.size());
                 for (int h = 0; h < heads_; ++h, ++pixel) {
@@ -131,8 +112,8 @@ class PointImage {
                     for (std::size_t g = 0; g < groups.size(); ++g)
                         point.groups[g] += by_group[g](pixel) / heads_;
                 }
-                point.all = heads.reading();
-                point.indirect = indirect.reading();
+                point.all = reading_95(heads);
+                point.indirect = reading_95(indirect);
                 point.indirect.value = std::max(0.0, point.indirect.value);  // or rounding's rest
                 done.points.push_back(std::move(point));
             }
@@ -160,13 +141,17 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
 }  // namespace
 
 // Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
-double student_95(int n) {
+double student_95(std::uint64_t n) {
     constexpr double z = 1.959963984540054;
     if (n < 2) return std::numeric_limits<double>::infinity();
     if (n == 2) return 12.706204736432095;
-    const double v = n - 1, z2 = z * z;
+    const double v = static_cast<double>(n - 1), z2 = z * z;
     return z + z * (z2 + 1) / (4 * v) + z * ((5 * z2 + 16) * z2 + 3) / (96 * v * v) +
            z * (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (384 * v * v * v);
+}
+
+Reading95 reading_95(const RunningStats& values) {
+    return {values.mean(), student_95(values.count()) * values.standard_error()};
 }
 
 IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, Job job,
@@ -180,12 +165,9 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
             "states Option \"string unit\" \"photometric\", or --unit photometric, is accepted");
     }
     const Stopwatch clock;
-    PathSettings path;
+    const auto* asked = std::get_if<PathSettings>(&job.integrator);
+    PathSettings path = asked ? *asked : PathSettings();
     path.quantity = Quantity::illuminance;
-    if (const auto* asked = std::get_if<PathSettings>(&job.integrator)) {
-        path = *asked;
-        path.quantity = Quantity::illuminance;
-    }
     job.integrator = path;
     const PointImage points(surfaces, job);
 

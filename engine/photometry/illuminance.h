@@ -13,6 +13,7 @@
 
 #include "engine/base/monitor.h"
 #include "engine/base/parallel.h"
+#include "engine/base/stats.h"
 #include "engine/render/job.h"
 #include "engine/render/stop_rule.h"
 #include "engine/scene/calculation_surface.h"
@@ -85,6 +86,8 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
 
 // Of the mean of `n` >= 2 normal values, over its standard error: the two-sided 95 % quantile of Student's t
 // with n - 1 degrees of freedom.
-double student_95(int n);
+double student_95(std::uint64_t n);
+// The mean of at least two values that are nearly normal and do not depend on each other.
+Reading95 reading_95(const RunningStats& values);
 
 }  // namespace lucerna

@@ -18,13 +18,6 @@ std::size_t columns_of(const std::string& text) {
         std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
-std::string quoted(const std::string& text) {
-    if (text.find_first_of(",\"\r\n") == text.npos) return text;
-    std::string quoted = "\"";
-    for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-    return quoted + '"';
-}
-
 nlohmann::json json_of(const Reading95& reading) {
     return {{"value", reading.value}, {"half_width", reading.half_width}};
 }
@@ -54,7 +47,7 @@ std::string illuminance_text(const IlluminanceReport& report) {
     for (const SurfaceIlluminance& surface : report.surfaces) {
         const CalculationSurface& grid = surface.surface;
         rows.push_back(
-            {plain_text(grid.name), std::string(kReceiverKinds[static_cast<std::size_t>(grid.kind)]),
+            {plain_text(grid.name), std::string(receiver_kind_name(grid.kind)),
              fmt::format("{} x {}", grid.points.x, grid.points.y), reading_text(surface.mean),
              reading_text(surface.least), reading_text(surface.greatest), reading_text(surface.uniformity),
              surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
@@ -80,10 +73,10 @@ std::string illuminance_csv(const IlluminanceReport& report) {
     std::string text = fmt::format(
         "surface,i,j,x,y,z,E [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]", report.unit);
     for (const std::string& group : report.groups)
-        text += ',' + quoted(fmt::format("{} [{}]", plain_text(group), report.unit));
+        text += ',' + csv_field(fmt::format("{} [{}]", plain_text(group), report.unit));
     text += '\n';
     for (const SurfaceIlluminance& surface : report.surfaces) {
-        const std::string name = quoted(plain_text(surface.surface.name));
+        const std::string name = csv_field(plain_text(surface.surface.name));
         for (int y = 0; y < surface.surface.points.y; ++y) {
             for (int x = 0; x < surface.surface.points.x; ++x) {
                 const V3d p = surface.surface.position(x, y);
@@ -112,7 +105,7 @@ std::string illuminance_json(const IlluminanceReport& report) {
     for (const SurfaceIlluminance& surface : report.surfaces) {
         const CalculationSurface& grid = surface.surface;
         nlohmann::json of{{"name", plain_text(grid.name)},
-                          {"kind", kReceiverKinds[static_cast<std::size_t>(grid.kind)]},
+                          {"kind", receiver_kind_name(grid.kind)},
                           {"corner", json_of(grid.corner)},
                           {"u", json_of(grid.u)},
                           {"v", json_of(grid.v)},

@@ -15,8 +15,11 @@
 // the dome and the sphere; so that is how they are estimated, one head for each sample.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <optional>
 #include <string_view>
 
 #include "engine/base/vec.h"
@@ -28,6 +31,16 @@ namespace lucerna {
 enum class ReceiverKind : std::uint8_t { planar, cylindrical, semicylindrical, hemispherical, spherical };
 inline constexpr std::string_view kReceiverKinds[] = {"planar", "cylindrical", "semicylindrical",
                                                       "hemispherical", "spherical"};
+
+inline std::string_view receiver_kind_name(ReceiverKind kind) {
+    return kReceiverKinds[static_cast<std::size_t>(kind)];
+}
+// None: it is no name of a kind.
+inline std::optional<ReceiverKind> receiver_kind(std::string_view name) {
+    const auto found = std::find(std::begin(kReceiverKinds), std::end(kReceiverKinds), name);
+    if (found == std::end(kReceiverKinds)) return std::nullopt;
+    return static_cast<ReceiverKind>(found - std::begin(kReceiverKinds));
+}
 
 struct Receiver {
     V3d position;  // world, scene units

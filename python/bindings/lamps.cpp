@@ -201,6 +201,13 @@ struct Screen {
     SlabAxes side;
 
     bool plain() const { return lamp.simple() && side.straight(); }
+    // Throws InputError.
+    void require_before_lamp(double distance) const {
+        if (!plain() || distance >= 0) return;
+        throw InputError(
+            {"distance"},
+            fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane", distance));
+    }
     V3d origin() const {
         return side.to_slab(lamp.simple() ? lamp.slabs()[0].field.rig().centre : lamp.box().center());
     }
@@ -240,10 +247,7 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
     const PlanePatch patch{
         distance, {centre[0], centre[1]}, {size[0], size[1]}, {resolution[0], resolution[1]}};
     if (const std::string fault = patch.fault(); !fault.empty()) throw InputError({"project"}, fault);
-    if (screen.plain() && distance < 0)
-        throw InputError(
-            {"distance"},
-            fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane", distance));
+    screen.require_before_lamp(distance);
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     std::vector<py::ssize_t> shape{resolution[1], resolution[0]};
@@ -268,10 +272,7 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
 std::tuple<std::tuple<double, double>, std::tuple<double, double>> frame_lamp(
     const Lumigraph& lamp, double distance, const std::string& side, const std::optional<int>& threads) {
     const Screen screen{lamp, parse_side("side", side)};
-    if (screen.plain() && distance < 0)
-        throw InputError(
-            {"distance"},
-            fmt::format("{:g} m is not accepted: it lies behind the lamp's sampling plane", distance));
+    screen.require_before_lamp(distance);
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     constexpr int kPixels = 512;  // as the command's screens have

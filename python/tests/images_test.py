@@ -4,21 +4,11 @@ import os
 import py_compile
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import lucerna
 import numpy as np
-
-
-class Folder(unittest.TestCase):
-    def setUp(self):
-        held = tempfile.TemporaryDirectory()
-        self.addCleanup(held.cleanup)
-        self.folder = held.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
+from folder import Folder
 
 
 RNG = np.random.default_rng(7)

@@ -2,11 +2,11 @@
 
 import os
 import subprocess
-import tempfile
 import unittest
 
 import lucerna
 import numpy as np
+from folder import Folder
 
 COMMAND = os.environ["LUCERNA_COMMAND"]
 
@@ -20,22 +20,14 @@ def field_of(array, unit="W"):
     return lucerna.LightField.from_array(array, (0.01, 0.012), (0.02, 0.02), 0.1, unit)
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        held = tempfile.TemporaryDirectory()
-        self.addCleanup(held.cleanup)
-        self.folder = held.name
-
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
+class LampFiles(Folder):
     def command(self, *words):
         subprocess.run(
             [COMMAND, *words], check=True, timeout=100, stdout=subprocess.DEVNULL, cwd=self.folder
         )
 
 
-class LightFields(Folder):
+class LightFields(LampFiles):
     def test_array_is_kept(self):
         array = array_of()
         self.assertTrue(np.array_equal(field_of(array).array, array))
@@ -132,7 +124,7 @@ class LightFields(Folder):
             self.assertRaises(lucerna.InputError, call)
 
 
-class Rays(Folder):
+class Rays(LampFiles):
     def setUp(self):
         super().setUp()
         field_of(array_of((8, 8), (16, 16)), "lm").save(self.path("lamp.exr"))
@@ -165,7 +157,7 @@ class Rays(Folder):
             lucerna.import_rays(self.path("none.tm25ray"))
 
 
-class Webs(Folder):
+class Webs(LampFiles):
     def test_far_field_has_the_flux(self):
         field = field_of(array_of((8, 8), (16, 16)), "lm")
         web = field.far_field(5, 15)
@@ -211,7 +203,7 @@ class Webs(Folder):
         self.assertAlmostEqual(lucerna.open_ies(self.path("lamp.ies")).flux / field.flux, 300, delta=0.1)
 
 
-class InAScene(Folder):
+class InAScene(LampFiles):
     def test_a_changed_lamp_lights_a_scene(self):
         field = field_of(array_of(), "lm")
         means = []

@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import tempfile
 import threading
 import time
 import unittest
@@ -11,6 +10,7 @@ import warnings
 
 import lucerna
 import numpy as np
+from folder import Folder
 
 COMMAND = os.environ["LUCERNA_COMMAND"]
 
@@ -34,12 +34,10 @@ Shape "sphere" "float radius" [ 0.6 ]
 """
 
 
-class SceneFile(unittest.TestCase):
+class SceneFile(Folder):
     def setUp(self):
-        held = tempfile.TemporaryDirectory()
-        self.addCleanup(held.cleanup)
-        self.folder = held.name
-        self.file = os.path.join(self.folder, "scene.pbrt")
+        super().setUp()
+        self.file = self.path("scene.pbrt")
         with open(self.file, "w") as out:
             out.write(SCENE)
 

@@ -1,0 +1,84 @@
+#include "engine/photometry/glare_text.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/base/plain_text.h"
+
+namespace lucerna {
+namespace {
+
+std::string short_text(const Reading95& reading) {
+    return std::isfinite(reading.value) ? fmt::format("{:.4g}", reading.value) : "none";
+}
+
+std::string rating_text(const Reading95& rating) {
+    return std::isfinite(rating.value) ? fmt::format("{:.1f} ± {:.1f}", rating.value, rating.half_width)
+                                       : "none";
+}
+
+}  // namespace
+
+std::string glare_text(std::span<const GlareReport> reports) {
+    std::string text = fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", "observer", "at",
+                                   "UGR", "UGR of means", "L_b cd/m²", "E_v lx", "luminaires");
+    for (const GlareReport& report : reports) {
+        const Observer& by = report.observer;
+        text +=
+            fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", plain_text(by.name),
+                        fmt::format("{:.4g} {:.4g} {:.4g}", by.eye.x, by.eye.y, by.eye.z),
+                        rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),
+                        short_text(report.vertical), report.sources.size());
+    }
+    return text;
+}
+
+std::string glare_csv(std::span<const GlareReport> reports) {
+    std::string text =
+        "observer,x,y,z,view x,view y,view z,UGR,half-width of 95 %,UGR of means,L_b [cd/m^2],E_v "
+        "[lx],luminaires\n";
+    for (const GlareReport& report : reports) {
+        const Observer& by = report.observer;
+        text += fmt::format(
+            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g},{:.4g},{:.5g},{:.5g},{}\n",
+            csv_field(plain_text(by.name)), by.eye.x, by.eye.y, by.eye.z, by.view.x, by.view.y, by.view.z,
+            report.ugr.value, report.ugr.half_width, report.ugr_even.value, report.background.value,
+            report.vertical.value, report.sources.size());
+    }
+    return text;
+}
+
+std::string glare_json(std::span<const GlareReport> reports) {
+    const auto number = [](const Reading95& reading) {
+        nlohmann::json of{{"value", nullptr}, {"half_width", reading.half_width}};
+        if (std::isfinite(reading.value)) of["value"] = reading.value;
+        return of;
+    };
+    nlohmann::json json = nlohmann::json::array();
+    for (const GlareReport& report : reports) {
+        const Observer& by = report.observer;
+        nlohmann::json of{{"name", plain_text(by.name)},
+                          {"eye", {by.eye.x, by.eye.y, by.eye.z}},
+                          {"view", {by.view.x, by.view.y, by.view.z}},
+                          {"ugr", number(report.ugr)},
+                          {"ugr_of_means", number(report.ugr_even)},
+                          {"background", number(report.background)},
+                          {"vertical", number(report.vertical)},
+                          {"sources", nlohmann::json::array()}};
+        for (const GlareSource& source : report.sources) {
+            of["sources"].push_back({{"light", source.light},
+                                     {"kind", source.kind},
+                                     {"solid_angle", source.solid_angle},
+                                     {"luminance", source.luminance},
+                                     {"position_index", source.position},
+                                     {"term_of_mean", number(source.even)},
+                                     {"term", number(source.seen)}});
+        }
+        json.push_back(std::move(of));
+    }
+    return json.dump(1) + '\n';
+}
+
+}  // namespace lucerna
