@@ -48,13 +48,12 @@ struct GlareCommand {
     GlareOptions options;
 };
 
+constexpr std::string_view kEyeForm = "NAME=X,Y,Z:X,Y,Z is, an eye and a point that it looks at";
+
 Eye parse_eye(const Location& at, std::string_view word) {
-    const auto [name, places] = parse_assignment(at, word);
+    const auto [name, places] = parse_named(at, word, kEyeForm);
     const std::size_t colon = places.find(':');
-    if (colon == std::string::npos) {
-        input_error(at, "\"{}\" is no observer; NAME=X,Y,Z:X,Y,Z is, an eye and a point that it looks at",
-                    one_line(word));
-    }
+    if (colon == std::string::npos) input_error(at, "\"{}\" is no observer; {}", one_line(word), kEyeForm);
     Eye eye{name, parse_point(at, std::string_view(places).substr(0, colon)),
             parse_point(at, std::string_view(places).substr(colon + 1))};
     if (!((eye.to - eye.from).length() > 0)) input_error(at, "\"{}\" looks at its own eye", one_line(word));
@@ -95,13 +94,16 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
 }
 
 void act(const GlareCommand& command, const CommandContext& context) {
+    const Stopwatch clock;
     CommandFiles files;
     command.common.declare(files);
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
     Job job = command.common.read(command.options.workers, files, monitor);
     const std::vector<Observer> observers = observers_of(command, job);
+    GlareOptions options = command.options;
+    options.seconds -= clock.seconds();
     const Listening listening(context.around);
-    const std::vector<GlareReport> reports = glare_at(observers, std::move(job), command.options, monitor);
+    const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
     if (command.common.prints_json()) {
         context.out << glare_json(reports);

@@ -164,6 +164,7 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
 }
 
 void act(const LuxCommand& command, const CommandContext& context) {
+    const Stopwatch clock;
     CommandFiles files;
     command.common.declare(files);
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
@@ -188,8 +189,10 @@ void act(const LuxCommand& command, const CommandContext& context) {
     LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
 
+    IlluminanceOptions options = command.options;
+    options.seconds -= clock.seconds();  // of the whole command
     const Listening listening(context.around);
-    const IlluminanceReport report = illuminance_on(surfaces, std::move(job), command.options, monitor);
+    const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     std::vector<FarFieldError> errors;
     if (command.far_field_error) errors = far_field_errors(report, by_far_field(command, surfaces, monitor));
     if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report));

@@ -12,18 +12,17 @@
 namespace lucerna {
 namespace {
 
+constexpr std::string_view kSurfaceForm =
+    "NAME=X,Y,Z:X,Y,Z:X,Y,Z is, a corner and the ends of the two sides from there";
+
 SurfaceOptions::Named parse_surface(const Location& at, std::string_view word) {
-    const auto [name, place] = parse_assignment(at, word);
+    const auto [name, place] = parse_named(at, word, kSurfaceForm);
     SurfaceOptions::Named surface{name, {}};
     std::string_view rest = place;
     for (std::size_t corner = 0; corner < 3; ++corner) {
         const std::size_t colon = rest.find(':');
-        if ((colon == rest.npos) != (corner == 2)) {
-            input_error(at,
-                        "\"{}\" is no surface; NAME=X,Y,Z:X,Y,Z:X,Y,Z is, a corner and the ends of the two "
-                        "sides from there",
-                        one_line(word));
-        }
+        if ((colon == rest.npos) != (corner == 2))
+            input_error(at, "\"{}\" is no surface; {}", one_line(word), kSurfaceForm);
         surface.corners[corner] = parse_point(at, rest.substr(0, colon));
         rest.remove_prefix(colon == rest.npos ? rest.size() : colon + 1);
     }
@@ -87,6 +86,14 @@ CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& jo
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> parse_named(const Location& at, std::string_view word,
+                                                std::string_view form) {
+    const std::size_t equals = word.find('=');
+    if (equals == word.npos || equals == 0 || equals + 1 == word.size())
+        input_error(at, "\"{}\" is not accepted; {}", one_line(word), form);
+    return {std::string(word.substr(0, equals)), std::string(word.substr(equals + 1))};
+}
 
 V3d parse_point(const Location& at, std::string_view word) {
     constexpr double kFar = 1e9;

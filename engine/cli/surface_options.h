@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/cli/commands.h"
@@ -15,6 +16,10 @@ namespace lucerna {
 
 // "X,Y,Z"
 V3d parse_point(const Location& at, std::string_view word);
+
+// "NAME=…", neither part empty. `form`: what is accepted, where it is not that.
+std::pair<std::string, std::string> parse_named(const Location& at, std::string_view word,
+                                                std::string_view form);
 
 struct SurfaceOptions {
     struct Named {

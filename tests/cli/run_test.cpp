@@ -105,6 +105,9 @@ TEST_F(RunErrors, BadWords_AreRefusedByName) {
     expect_refused({"render", "scene.pbrt", "--nonsense"}, {"--nonsense", "lucerna render --help"});
     expect_refused({"render", "scene.pbrt", "extra"}, {"extra"});
     expect_refused({"render", "scene.pbrt", "--spp"}, {"--spp"});
+    expect_refused({"glare", "scene.pbrt", "--eye", "here"}, {"--eye: \"here\"", "NAME=X,Y,Z:X,Y,Z is"});
+    expect_refused({"lux", "scene.pbrt", "--surface", "desk"},
+                   {"--surface: \"desk\"", "NAME=X,Y,Z:X,Y,Z:X,Y,Z is"});
     expect_refused({"light"}, {"lucerna light --help"});
     expect_refused({"light", "forge"}, {"lucerna light --help"});
     expect_refused({"compare", "a.exr"}, {"REFERENCE"});
