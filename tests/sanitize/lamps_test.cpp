@@ -37,7 +37,9 @@ void expect_to_emit(const LightField& field) {
     Monitor monitor;
     const CellTable table(field, kFour, monitor);
     for (const EmissionMode mode : {EmissionMode::exact, EmissionMode::weighted, EmissionMode::constant}) {
-        const MeasuredSettings settings{"field.exr", M44d(), 1, 0, mode};
+        MeasuredSettings settings;
+        settings.file = "field.exr";
+        settings.mode = mode;
         const auto light = make_measured_light(field, table, settings, monitor);
         EXPECT_GT(light->power(), 0);
         std::vector<double> sums(16);
