@@ -4,7 +4,7 @@ The open scene is written as pbrt scene text with its meshes as binary PLY files
 OpenEXR image comes back as the render result with its passes. Blender's lengths are taken as metres.
 
 Units. Blender's lights are radiant: a point light of P watts has the intensity P / (4 pi) W/sr, an area light of the
-area A the radiance P / (pi A), a sun gives its strength in W/m2 on a plane that faces it, emission strength and world
+area A the radiance P / (4 A), a sun gives its strength in W/m2 on a plane that faces it, emission strength and world
 are radiances in W/(m2 sr). In a photometric picture each is multiplied by the scene's lumens per watt; in a radiometric
 one a measured lamp's lumens are divided by it. Both pictures are the same up to this factor.
 """
@@ -85,6 +85,11 @@ def rigid(matrix):
     """Place and rotation without scale."""
     location, rotation, _ = matrix.decompose()
     return Matrix.Translation(location) @ rotation.to_matrix().to_4x4()
+
+
+def unseen(obj):
+    """Blender's lights light the scene without being seen, unless their visibility to the camera says so."""
+    return "" if obj.visible_camera else ' "float alpha" 0'
 
 
 def light_groups_of(view_layer):
@@ -280,7 +285,7 @@ class Exporter:
             radiance = intensity / (math.pi * radius**2)
             self.add('    Material "diffuse" "rgb reflectance" [0 0 0]')
             self.add(f'    AreaLightSource "diffuse" "rgb L" {rgb(light.color)} "float scale" {number(radiance)}{group}')
-            self.add(f'    Shape "sphere" "float radius" {number(radius)}')
+            self.add(f'    Shape "sphere" "float radius" {number(radius)}{unseen(obj)}')
         elif light.type == "POINT":
             self.add(f'    LightSource "point" "rgb I" {rgb(light.color)} "float scale" {number(intensity)}{group}')
         else:
@@ -305,17 +310,18 @@ class Exporter:
             return
         if light.spread < math.pi - 1e-3:
             self.warn(f"light {obj.name}: an area light is exported without its spread")
-        radiance = self.radiant(light.energy) / (math.pi * area)
+        # Not P / (pi A): of an area light's watts Blender emits pi / 4.
+        radiance = self.radiant(light.energy) / (4 * area)
         self.add("    " + matrix_text("ConcatTransform", rigid(matrix)))
         self.add('    Material "diffuse" "rgb reflectance" [0 0 0]')
         self.add(f'    AreaLightSource "diffuse" "rgb L" {rgb(light.color)} "float scale" {number(radiance)}{group}')
         x, y = number(width / 2), number(height / 2)
         if light.shape in ("DISK", "ELLIPSE"):
             # A disk shines along +z.
-            self.add(f'    Rotate 180 1 0 0\n    Scale {x} {y} {x}\n    Shape "disk" "float radius" 1')
+            self.add(f'    Rotate 180 1 0 0\n    Scale {x} {y} {x}\n    Shape "disk" "float radius" 1{unseen(obj)}')
         else:
             self.add(f'    Shape "trianglemesh" "point3 P" [-{x} -{y} 0  -{x} {y} 0  {x} {y} 0  {x} -{y} 0]'
-                     ' "integer indices" [0 1 2 0 2 3]')
+                     f' "integer indices" [0 1 2 0 2 3]{unseen(obj)}')
 
     def lamp(self, obj, matrix):
         """A measured or photometric lamp: light leaves along -z of the object, +z of the lamp's frame."""
