@@ -712,6 +712,7 @@ class Run:
     """The command while it renders. `poll` hands on its lines; `interrupt` ends it with what is there."""
 
     PROGRESS = re.compile(r"^(.*): (\d+) %")
+    PHASE = re.compile(r"^[a-z ]+(: <?[\d.]+ (s|min|h|%).*| …)$")  # begins, goes on, ends
 
     def __init__(self, arguments):
         self.process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL,
@@ -847,7 +848,7 @@ class LucernaRenderEngine(bpy.types.RenderEngine):
         code = run.process.returncode
         interrupted = code in (130, -signal.SIGINT)
         if code and not interrupted:
-            said = [line for line in run.text if not run.PROGRESS.match(line) and not line.endswith("…")]
+            said = [line for line in run.text if not run.PHASE.match(line)]
             self.fail("\n".join(said[-12:]) or f"lucerna ended with code {code}")
         elif os.path.exists(image_file):
             self.load(image_file, depsgraph, settings)
@@ -866,6 +867,9 @@ class LucernaRenderEngine(bpy.types.RenderEngine):
         share = render.resolution_percentage / 100
         return max(1, int(render.resolution_x * share)), max(1, int(render.resolution_y * share))
 
+    def is_cancelled(self):
+        return self.test_break()
+
     def watch(self, run):
         stopping = False
         while run.running:
@@ -876,7 +880,7 @@ class LucernaRenderEngine(bpy.types.RenderEngine):
                     self.update_progress(int(progress[2]) / 100)
                 elif line.startswith(("warning", "Warning")):
                     self.report({"WARNING"}, line)
-            if self.test_break() and not stopping:
+            if not stopping and self.is_cancelled():
                 stopping = True
                 self.update_stats("", "Lucerna: stopping")
                 run.interrupt()
