@@ -878,8 +878,8 @@ class LucernaRenderEngine(bpy.types.RenderEngine):
                 self.update_stats("", "Lucerna: " + line)
                 if progress:
                     self.update_progress(int(progress[2]) / 100)
-                elif line.startswith(("warning", "Warning")):
-                    self.report({"WARNING"}, line)
+                elif line.startswith("lucerna: warning: "):
+                    self.report({"WARNING"}, line[len("lucerna: warning: "):])
             if not stopping and self.is_cancelled():
                 stopping = True
                 self.update_stats("", "Lucerna: stopping")

@@ -222,7 +222,8 @@ def world(scene, strength):
 
 def candela(path, c, gamma):
     """Of an LM-63 file at the nearest angles of its tables."""
-    words = open(path, encoding="latin-1").read()
+    with open(path, encoding="latin-1") as file:
+        words = file.read()
     words = words[words.index("TILT=") :].split()[1:]
     numbers = [float(each) for each in words]
     lamps, lumens, multiplier, gammas, planes = numbers[0], numbers[1], numbers[2], int(numbers[3]), int(numbers[4])
@@ -347,7 +348,8 @@ class WholeScene(unittest.TestCase):
         path = os.path.join(WORK, "everything.pbrt")
         bpy.ops.export_scene.lucerna(filepath=path)
         subprocess.run([COMMAND, "info", "--strict", path], check=True, stdout=subprocess.DEVNULL)
-        text = open(path).read()
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
         for word in ('"distant"', '"spot"', '"sphere"', '"ies"', '"infinite"', "ObjectInstance", '"key_light"'):
             self.assertIn(word, text)
 
