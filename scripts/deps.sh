@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The one list of what Lucerna needs from Debian 12. Installs what is missing; says nothing when all is there.
-# usage: scripts/deps.sh [product|package|slurm]     product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; default: product and tests
+# usage: scripts/deps.sh [product|package|slurm|blender]     product: what building and using the `lucerna` command needs; package: what scripts/package.sh runs; slurm: what scripts/slurm.sh starts; blender: what the add-on for Blender is tested with, a gigabyte; default: product and tests
 set -euo pipefail
 
 packages=(
@@ -20,6 +20,7 @@ case ${1:-all} in
     product) ;;
     package) packages=(dpkg-dev debhelper fakeroot lintian) ;;
     slurm) packages=(slurmctld slurmd slurm-client munge) ;;
+    blender) packages=(blender python3-openimageio) ;;
     all)
         packages+=(
             # other builds: clang++, sanitizers, fuzzers
