@@ -49,6 +49,7 @@ inline Job scene(const std::string& name, const Changes& changes = {}) {
     return read_scene_text(text, path, {}, Workers{2}, silent);
 }
 
+// `samples` of each of a point's heads, of which all points together have 16,384 or more.
 inline IlluminanceReport measure(Job job, int samples) {
     Monitor silent;
     IlluminanceOptions options;
@@ -92,7 +93,7 @@ inline void expect_as_stated(const std::string& title, const std::string& unit, 
         const double off = std::fabs(point.computed.value - point.derived);
         const double exact = 1e-3 * point.derived;  // of the numerical integral
         missed += off > point.computed.half_width + exact;
-        // Student's t, 15 degrees: 6.4 standard errors, 1e-5.
+        // 5.9 standard errors and more.
         EXPECT_LE(off, 3 * point.computed.half_width + exact)
             << title << ' ' << point.name << ": " << point.computed.value << " ± "
             << point.computed.half_width << ", not " << point.derived;

@@ -8,8 +8,8 @@
 namespace lucerna::cie171 {
 namespace position_index_test {
 
-// CIE 117:1995, Table 4.1, every fifth row, as [eulumdat-ugr 2026] transcribes it: of a luminaire H above the eye,
-// T beside the line of sight, R along it; columns H/R = 0, 0.1 ... 1.9; 0 where the table has none.
+// CIE 117:1995, Table 4.1, every fifth row, as [eulumdat-ugr 2026] transcribes it: of a luminaire H above the
+// eye, T beside the line of sight, R along it; columns H/R = 0, 0.1 ... 1.9; 0 where the table has none.
 struct TableRow {
     double t_over_r;
     std::vector<double> index;
@@ -46,8 +46,8 @@ TEST(Cie117, PositionIndex_IsTheTables) {
             worst = std::max(worst, std::fabs(off));
             squares += off * off;
             ++count;
-            EXPECT_LE(std::fabs(off), 0.1) << "T/R " << row.t_over_r << ", H/R " << h << ": "
-                                           << fitted(row.t_over_r, h) << ", not " << row.index[i];
+            EXPECT_LE(std::fabs(off), 0.11) << "T/R " << row.t_over_r << ", H/R " << h << ": "
+                                            << fitted(row.t_over_r, h) << ", not " << row.index[i];
         }
     }
     RecordProperty("worst", fmt::format("{:.3f}", worst));
@@ -73,7 +73,7 @@ TEST(Cie117, Rating_ByTheFitAndByTheTable) {
     }
     const double difference = 8 * std::log10(by_fit / by_table);
     std::puts(fmt::format("UGR by the fit less UGR by the table: {:+.3f}", difference).c_str());
-    EXPECT_LE(std::fabs(difference), 0.2);
+    EXPECT_LE(std::fabs(difference), 0.1);
 }
 
 }  // namespace position_index_test
