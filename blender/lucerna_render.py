@@ -1,4 +1,4 @@
-"""Lucerna as a render engine of Blender: docs/howto/blender.md.
+"""Lucerna as a render engine of Blender: docs/howto/from-blender.md.
 
 The open scene is written as pbrt scene text with its meshes as binary PLY files, `lucerna render` renders it, and the
 OpenEXR image comes back as the render result with its passes. Blender's lengths are taken as metres.
