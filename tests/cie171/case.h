@@ -69,7 +69,7 @@ inline Reading95 scaled(const Reading95& reading, double factor) {
     return {reading.value * factor, reading.half_width * factor};
 }
 
-// Rows of docs/cie171.md, added to the file that LUCERNA_CIE171_ROWS names.
+// Rows of docs/results/cie171.md, added to the file that LUCERNA_CIE171_ROWS names.
 inline void write_rows(const std::string& title, const std::string& unit, const std::vector<Point>& points) {
     const char* name = std::getenv("LUCERNA_CIE171_ROWS");
     if (name == nullptr) return;

@@ -155,7 +155,7 @@ TEST(Cie171, Case54_FluxConservation) {
 
 // Not settled yet, and so not run: a dielectric plate with an absorbing medium inside lets nothing through
 // here (5.5, 5.10, 5.12; without the medium it does); 5.9 and 5.11 to 5.14 have points that differ from the
-// integral or the table, as docs/cie171.md says.
+// integral or the table, as docs/results/cie171.md says.
 TEST(Cie171, DISABLED_Case55_Glass) {
     std::vector<Point> points;
     for (const int degrees : {0, 15, 30, 45, 60, 70, 75, 80}) {
