@@ -163,6 +163,16 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
     return plan;
 }
 
+// An image that holds itself denoised, too, is shown so.
+void show_denoised(Image& image) {
+    for (const std::string name : {"R", "G", "B"}) {
+        const auto measured = find_channel(image, name), denoised = find_channel(image, "denoised." + name);
+        if (!measured || !denoised) return;
+        for (std::size_t at = 0; at < image.data.size(); at += image.channels.size())
+            image.data[at + *measured] = image.data[at + *denoised];
+    }
+}
+
 void act(const LuxCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     CommandFiles files;
@@ -174,6 +184,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
             throw InputError({"--picture"}, "is for the report; --html is accepted beside it");
         files.reads(command.picture);
         Image image = read_exr(command.picture);
+        show_denoised(image);
         const PictureLook look = PictureOptions().look(image);
         picture = displayed(image, look);
     }

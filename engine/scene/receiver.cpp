@@ -5,12 +5,10 @@ namespace lucerna {
 float clearance_of(const Receiver& receiver, const Scene& scene) {
     const V3f p(receiver.position - scene.origin());
     const float reach = surface_error(p, diagonal(scene));  // the greatest error that any surface has
-    float clearance = surface_error(p, 0);
-    for (const V3f& n : {receiver.normal, -receiver.normal}) {
-        if (const auto hit = scene.intersect(Ray{p + reach * n, -n, 2 * reach}))
-            clearance = std::max(clearance, hit->at.error);
-    }
-    return clearance;
+    const float clearance = surface_error(p, 0);
+    const V3f& n = receiver.normal;
+    const auto hit = scene.intersect(Ray{p + reach * n, -n, 2 * reach});
+    return hit ? std::max(clearance, hit->at.error) : clearance;
 }
 
 Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene) {

@@ -26,7 +26,7 @@ SHORT = {"--time": "1s", "--error": "60%", "--spp": "2", "--passes": "2", "--res
 SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
             "nlights": 16}
 ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
-OUTPUTS = ("-o", "--output", "--html", "--json", "--picture", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
+OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
 FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|photons)$")
 
