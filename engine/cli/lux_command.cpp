@@ -18,6 +18,7 @@
 #include "engine/cli/light_commands.h"
 #include "engine/cli/lux_page.h"
 #include "engine/cli/photometry_options.h"
+#include "engine/cli/plan_files.h"
 #include "engine/cli/surface_options.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
@@ -79,35 +80,9 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     return surfaces;
 }
 
-// "lux.exr" -> "lux-2.exr" of the second of several surfaces.
-std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface) {
-    if (surface == 0) return file;
-    return file.parent_path() /
-           fmt::format("{}-{}{}", file.stem().string(), surface + 1, file.extension().string());
-}
-
 // "lux.svg" -> "lux-error.svg"
 std::filesystem::path of_error(const std::filesystem::path& file) {
     return file.parent_path() / fmt::format("{}-error{}", file.stem().string(), file.extension().string());
-}
-
-bool is_png(const std::filesystem::path& file) {
-    return suffix_of(file) == ".png";
-}
-
-void declare_plan(const std::filesystem::path& file, CommandFiles& files) {
-    if (!is_png(file) && suffix_of(file) != ".svg")
-        input_error({file.string()}, "a plan's name must end in .svg or .png");
-    files.writes(file, "", "--plan");
-}
-
-void write_plan(const std::filesystem::path& file, const PlanFigure& plan) {
-    const std::string svg = plan_svg(plan);
-    if (is_png(file)) {
-        write_png_display(file, drawn(svg, file));
-    } else {
-        write_text(file, svg);
-    }
 }
 
 std::string end_text(const IlluminanceReport& report) {

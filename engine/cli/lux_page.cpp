@@ -6,6 +6,7 @@
 #include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/page_parts.h"
+#include "engine/cli/plan_files.h"
 #include "engine/figures/markup.h"
 #include "engine/photometry/illuminance_text.h"
 
@@ -81,25 +82,9 @@ std::string facts(const PictureFacts& facts) {
 }  // namespace
 
 PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
-    const CalculationSurface& grid = surface.surface;
-    const double width = grid.u.length(), height = grid.v.length();
-    PlanFigure plan;
-    plan.title = plain_text(grid.name);
-    plan.unit = report.unit;
-    plan.values.columns = grid.points.x;
-    plan.values.rows = grid.points.y;
-    for (int y = grid.points.y - 1; y >= 0; --y) {
-        for (int x = 0; x < grid.points.x; ++x) plan.values.values.push_back(surface.at(x, y).all.value);
-    }
-    plan.spacing = {width / grid.points.x, height / grid.points.y};
-    plan.first = {plan.spacing.x / 2, height - plan.spacing.y / 2};
-    plan.outlines.push_back({{{0, 0}, {width, 0}, {width, height}, {0, height}}, true});
-    for (const LuminairePlace& lamp : report.lamps) {
-        const V3d from = lamp.place - grid.corner;
-        const Imath::V2d at(from.dot(grid.u) / width, from.dot(grid.v) / height);
-        if (at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height) plan.lamps.push_back({at, {}});
-    }
-    return plan;
+    std::vector<double> values;
+    for (const PointParts& point : surface.points) values.push_back(point.all.value);
+    return plan_of(surface.surface, values, report.unit, report.lamps);
 }
 
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {

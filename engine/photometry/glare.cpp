@@ -25,6 +25,8 @@ double lamps_seen(const Scene& scene, const V3f& eye, const V3f& w) {
 
 // Batches of one luminaire's samples, whose means are nearly normal.
 constexpr int kBatches = 32;
+// Where their random numbers begin, beyond those of all heads that measure the background.
+constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
 // Sums over the samples of one, of what directions towards the luminaire bring, each over its density.
 struct LuminaireSums {
     double solid_angle = 0;
@@ -54,9 +56,9 @@ class Eye {
         const int in_a_batch = std::max(1, options_.samples / kBatches);
         parallel_each(options_.workers, kBatches, 1, [&](std::size_t batch) {
             for (int i = 0; i < in_a_batch; ++i) {
-                Sampler sampler =
-                    Sampler::stratified(options_.seed, Purpose::receiver, (std::uint64_t{light} << 8) + batch,
-                                        static_cast<std::uint32_t>(i));
+                Sampler sampler = Sampler::stratified(options_.seed, Purpose::receiver,
+                                                      kLuminaires + (std::uint64_t{light} << 8) + batch,
+                                                      static_cast<std::uint32_t>(i));
                 add(lamp, sampler, sums[batch]);
             }
         });

@@ -144,6 +144,17 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
 
 }  // namespace
 
+std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
+    std::vector<LuminairePlace> all;
+    for (const auto& light : scene.lights()) {
+        const auto bounds = light->bounds();
+        if (!bounds || !(light->power() > 0)) continue;
+        all.push_back(
+            {std::string(light->kind()), V3d(bounds->box.center()) + scene.origin(), light->power()});
+    }
+    return all;
+}
+
 // Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
 double student_95(std::uint64_t n) {
     constexpr double z = 1.959963984540054;
@@ -180,12 +191,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     report.unit = unit_text(Quantity::illuminance, unit);
     report.flux_unit = flux_unit_text(unit);
     report.heads = points.heads();
-    for (const auto& light : job.scene.lights()) {
-        const auto bounds = light->bounds();
-        if (!bounds || !(light->power() > 0)) continue;
-        report.lamps.push_back(
-            {std::string(light->kind()), V3d(bounds->box.center()) + job.scene.origin(), light->power()});
-    }
+    report.lamps = luminaires_of(job.scene);
     RenderOptions round;
     round.seed = options.seed;
     round.workers = options.workers;
