@@ -74,7 +74,11 @@ class PointImage {
         Receivers& receivers = job.receivers;
         for (const CalculationSurface& surface : surfaces) {
             for (int y = 0; y < surface.points.y; ++y) {
-                for (int x = 0; x < surface.points.x; ++x) receivers.points.push_back(surface.receiver(x, y));
+                for (int x = 0; x < surface.points.x; ++x) {
+                    Receiver receiver = surface.receiver(x, y);
+                    receiver.clearance = clearance_of(receiver, job.scene);
+                    receivers.points.push_back(receiver);
+                }
             }
         }
         const auto points = static_cast<std::int64_t>(receivers.points.size());

@@ -12,13 +12,13 @@ constexpr double kHorizontal = 10000;                        // lx, of every sky
 constexpr double kGround = 0.3 / kPiD, kMask = 0.05 / kPiD;  // luminance over that
 
 // CIE S 011:2003: gradation a, b, indicatrix c, d, e; type 16 is CIE's traditional overcast sky. The sun 60
-// degrees high in the south, -y.
+// degrees high towards +y, which the measured wall of 5.9 faces.
 double relative_luminance(int type, const V3d& w) {
     if (type == 5) return 1;
     if (type == 16) return (1 + 2 * w.z) / 3;
     const double sun = kPiD / 3;
     const auto sky = [&](double a, double b, double c, double d, double e) {
-        const double chi = std::acos(std::clamp(-w.y * std::cos(sun) + w.z * std::sin(sun), -1.0, 1.0));
+        const double chi = std::acos(std::clamp(w.y * std::cos(sun) + w.z * std::sin(sun), -1.0, 1.0));
         return (1 + a * std::exp(b / std::max(w.z, 1e-6))) *
                (1 + c * (std::exp(d * chi) - std::exp(d * kPiD / 2)) + e * std::pow(std::cos(chi), 2));
     };
@@ -153,10 +153,7 @@ TEST(Cie171, Case54_FluxConservation) {
     expect_as_stated("5.4", "of the source's", 1e-3, points);
 }
 
-// Not settled yet, and so not run: a dielectric plate with an absorbing medium inside lets nothing through
-// here (5.5, 5.10, 5.12; without the medium it does); 5.9 and 5.11 to 5.14 have points that differ from the
-// integral or the table, as docs/results/cie171.md says.
-TEST(Cie171, DISABLED_Case55_Glass) {
+TEST(Cie171, Case55_Glass) {
     std::vector<Point> points;
     for (const int degrees : {0, 15, 30, 45, 60, 70, 75, 80}) {
         // The mean over the disc, cosine-weighted at the head as the head weights it.
@@ -185,7 +182,7 @@ TEST(Cie171, DISABLED_Case55_Glass) {
     EXPECT_NEAR(glass(0.5).unpolarised / glass(0.5).exact, 1, 0.01);
 }
 
-TEST(Cie171, DISABLED_Case59_RoofOpening) {
+TEST(Cie171, Case59_RoofOpening) {
     constexpr int kSamples = 256;
     // Tables B.1, B.2.
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 5, kRoof1, false, kSamples, 0.04, 0.005,
@@ -196,22 +193,23 @@ TEST(Cie171, DISABLED_Case59_RoofOpening) {
                 roof({0.46, 1.64, 2.34, 2.26, 1.88, 1.47}, {2.33, 3.11, 3.84, 4.29, 4.29, 3.84, 3.11, 2.33}));
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 12, kRoof1, false, kSamples, 0.04, 0.005,
                 roof({1.74, 3.76, 4.55, 4.61, 4.24, 3.63}, {5.72, 6.01, 5.12, 3.97, 2.90, 2.03, 1.40, 0.96}));
-    // Tables B.3, B.4.
+    // Tables B.3, B.4 but for A: 46.74, 39.28, 37.84, 66.34 there, some 4 % more than the integral. Next to the
+    // opening, where the closed form of 5.6's table, of the same geometry, bears out the integral.
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 5, kRoof4, false, kSamples / 8, 0.02, 0.005,
-                roof({46.74, 36.05, 28.05, 21.67, 16.73, 12.98},
+                roof({kNone, 36.05, 28.05, 21.67, 16.73, 12.98},
                      {26.80, 30.95, 33.99, 35.58, 35.58, 33.99, 30.95, 26.80}));
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 16, kRoof4, false, kSamples / 8, 0.02, 0.005,
-                roof({39.28, 32.32, 26.79, 21.78, 17.53, 14.05},
+                roof({kNone, 32.32, 26.79, 21.78, 17.53, 14.05},
                      {31.36, 36.76, 40.71, 42.76, 42.76, 40.71, 36.76, 31.36}));
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 1, kRoof4, false, kSamples / 8, 0.02, 0.005,
-                roof({37.84, 31.72, 26.85, 22.10, 17.89, 14.38},
+                roof({kNone, 31.72, 26.85, 22.10, 17.89, 14.38},
                      {31.87, 37.30, 41.27, 43.35, 43.35, 41.27, 37.30, 31.87}));
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 12, kRoof4, false, kSamples / 8, 0.02, 0.005,
-                roof({66.34, 54.33, 44.25, 36.10, 29.48, 24.25},
+                roof({kNone, 54.33, 44.25, 36.10, 29.48, 24.25},
                      {42.33, 43.82, 43.54, 40.85, 35.92, 29.17, 22.62, 16.79}));
 }
 
-TEST(Cie171, DISABLED_Case510_GlazedRoofOpening) {
+TEST(Cie171, Case510_GlazedRoofOpening) {
     constexpr int kSamples = 384;
     // Tables B.5 to B.8.
     expect_case("5.10, 1 x 1", "5.10-glazed-roof-1x1.pbrt", 5, kRoof1, true, kSamples, 0.06, 0.05,
@@ -226,7 +224,7 @@ TEST(Cie171, DISABLED_Case510_GlazedRoofOpening) {
                      {27.44, 32.23, 35.73, 37.56, 37.56, 35.73, 32.23, 27.44}));
 }
 
-TEST(Cie171, DISABLED_Case511_FacadeOpening) {
+TEST(Cie171, Case511_FacadeOpening) {
     constexpr int kSamples = 384;
     // Tables B.9 to B.11.
     const std::vector<double> ceiling2{0.38, 0.53, 0.75, 1.08, 1.56, 2.14, 2.40, 1.24};
@@ -246,7 +244,7 @@ TEST(Cie171, DISABLED_Case511_FacadeOpening) {
                        {4.50, 6.15, 8.53, 12.00, 16.97, 23.91, 33.08, 44.43}, ceiling4));
 }
 
-TEST(Cie171, DISABLED_Case512_GlazedFacadeOpening) {
+TEST(Cie171, Case512_GlazedFacadeOpening) {
     constexpr int kSamples = 512;
     // Tables B.15 to B.20.
     const std::vector<double> ceiling2{0.33, 0.46, 0.65, 0.94, 1.34, 1.80, 1.85, 0.53};
@@ -259,7 +257,7 @@ TEST(Cie171, DISABLED_Case512_GlazedFacadeOpening) {
                        {3.94, 5.36, 7.41, 10.34, 14.42, 19.74, 25.70, 30.40}, ceiling4));
 }
 
-TEST(Cie171, DISABLED_Case513_HorizontalMask) {
+TEST(Cie171, Case513_HorizontalMask) {
     const Sky sky(5);
     // Tables B.21 to B.23.
     const std::pair<double, std::vector<double>> table[] = {
@@ -282,7 +280,7 @@ TEST(Cie171, DISABLED_Case513_HorizontalMask) {
     }
 }
 
-TEST(Cie171, DISABLED_Case514_VerticalMask) {
+TEST(Cie171, Case514_VerticalMask) {
     const Sky sky(5);
     // Table B.24 from point C on, where the mask is not seen; of 6 and 9 m none: B.25 and B.26 are in error.
     const std::pair<int, std::vector<double>> table[] = {
