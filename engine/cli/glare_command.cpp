@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/plain_text.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
@@ -131,9 +132,11 @@ void act(const GlareCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
     Job job = command.common.read(command.options.workers, files, monitor);
     const std::vector<Observer> observers = observers_of(command, job);
+    for (const Eye& eye : command.eyes)
+        warn_outside(job.scene, "observer \"" + plain_text(eye.name) + "\"", {{eye.from}}, monitor);
     const std::vector<CalculationSurface> grids = command.grid.all(job);
     if (!command.plan.empty() && grids.empty())
-        throw InputError({"--plan"}, "needs a grid of observers: --height or --surface");
+        throw InputError({"--plan"}, "needs a grid of observers: --height");
     for (std::size_t i = 0; !command.plan.empty() && i < grids.size(); ++i)
         declare_plan(of_surface(command.plan, i), files);
     const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);

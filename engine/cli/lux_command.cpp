@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/plain_text.h"
 #include "engine/base/tone.h"
 #include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
@@ -71,7 +72,12 @@ struct LuxCommand {
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
     std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
-    if (surfaces.empty()) surfaces = job.surfaces;
+    if (surfaces.empty()) {
+        if (const std::string& option = command.surfaces.shaped_by; !option.empty() && !job.surfaces.empty())
+            throw InputError({option},
+                             "applies to --height and --surface only, and not to the scene's surfaces");
+        surfaces = job.surfaces;
+    }
     if (surfaces.empty()) {
         throw InputError({command.common.scene},
                          "names no CalculationSurface; --height 0.75, or --surface "
@@ -86,7 +92,9 @@ std::filesystem::path of_error(const std::filesystem::path& file) {
 }
 
 std::string end_text(const IlluminanceReport& report) {
-    const std::string reached = fmt::format("± {:.2g} % at the worst point", 100 * report.precision);
+    const double percent = 100 * report.precision;
+    const std::string reached = percent < 10 ? fmt::format("± {:.2g} % at the worst point", percent)
+                                             : fmt::format("± {:.0f} % at the worst point", percent);
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));
@@ -171,6 +179,13 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
         if (!command.plan.empty() && command.far_field_error)
             declare_plan(of_error(of_surface(command.plan, i)), files);
+    }
+    for (const CalculationSurface& surface : surfaces) {
+        std::vector<V3d> points;
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) points.push_back(surface.position(x, y));
+        }
+        warn_outside(job.scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
     }
     LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);

@@ -73,6 +73,17 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
                  2);
 }
 
+// Where the axes of a surface's plan lie in the scene.
+std::string place_text(const CalculationSurface& surface) {
+    const auto point = [](const V3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); };
+    const V3d& corner = surface.corner;
+    return fmt::format(
+        "Positions in the scene, in metres: x from {0} to {1}, y from {0} to {2}; points {3:.3g} by "
+        "{4:.3g} m apart.",
+        point(corner), point(corner + surface.u), point(corner + surface.v),
+        surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+}
+
 std::string facts(const PictureFacts& facts) {
     std::vector<std::vector<std::string>> rows{{"name", "content"}};
     for (const auto& [name, value] : facts) rows.push_back({plain_line(name), plain_line(value)});
@@ -90,8 +101,9 @@ PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& r
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
     std::string plans;
     for (const SurfaceIlluminance& surface : report.surfaces) {
-        plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n",
-                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)));
+        plans += fmt::format("<h2>{}</h2>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
+                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)),
+                             html_text(place_text(surface.surface)));
     }
     for (const PlanFigure& plan : page.more_plans)
         plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n", html_text(plan.title), plan_svg(plan));
@@ -99,7 +111,8 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
         kLuxPage,
         {{"title", html_text("Illuminance: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
-         {"verdict", html_text(fmt::format("In {}; ± is half a 95 % confidence interval.",
+         {"verdict", html_text(fmt::format("Illuminance in {}; ± is the half-width of the 95 % confidence "
+                                           "interval. Initial values: no maintenance factor is applied.",
                                            unit_as_written(report.unit)))},
          {"summary", summary(report)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",

@@ -1,4 +1,5 @@
-// The manual page, the reference page and the shell's completion, made of the same tables of options as --help.
+// The manual page, the reference page and the shell's completion, made of the same tables of options as
+// --help.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -178,6 +178,15 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         eye.normal = eye.up = observer.view;
         eye.points = {1, 1};
     }
+    std::size_t without_extent = 0;
+    for (const auto& light : job.scene.lights())
+        without_extent += light->power() > 0 && light->bounds() && light->is_delta();
+    if (without_extent > 0) {
+        monitor.warn(
+            fmt::format("{} of the scene's lights {} no extent, and so no luminance; not rated, though part "
+                        "of E_v and of the light that the room reflects",
+                        without_extent, without_extent == 1 ? "has" : "have"));
+    }
     std::vector<GlareReport> reports;
     for (const Observer& observer : observers) {
         GlareReport& report = reports.emplace_back();
