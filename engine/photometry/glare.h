@@ -66,7 +66,8 @@ struct GlareOptions {
 };
 
 // Throws InputError: lights that do not count in lm, a line of sight without an upward direction. Warns of
-// lights that have an intensity but no extent, and so no luminance: they are not rated.
+// lights that have an intensity but no extent, and so no luminance: they are not rated. Far fields of files
+// are taken as evenly bright over the luminous opening that the file states.
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
                                   Monitor& monitor);
 
