@@ -1,4 +1,4 @@
-// Scenes and renders.
+// Scenes, renders, and illuminance in scenes.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -17,6 +17,7 @@
 #include "engine/denoise/denoise.h"
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
+#include "engine/photometry/illuminance.h"
 #include "engine/render/render.h"
 #include "python/bindings/arrays.h"
 #include "python/bindings/bindings.h"
@@ -97,6 +98,12 @@ class ReadScene {
                     std::int64_t{job_->passes} * progressive->samples, kNoEndOfSamples));
         }
         return *job_;
+    }
+
+    // Another reading, to be given away.
+    Job fresh_job(const Workers& workers, Monitor& monitor) const {
+        return text_ ? read_scene_text(*text_, file_, overrides_, workers, monitor)
+                     : read_scene(file_, overrides_, workers, monitor);
     }
 
     double read_seconds() const { return read_seconds_; }
@@ -247,6 +254,101 @@ Rendered render_scene(ReadScene& scene, const std::string& integrator, const Set
     return std::move(*rendered);
 }
 
+// ---- Illuminance on calculation surfaces.
+
+using Triple = std::array<double, 3>;
+
+V3d point_of(const Triple& p) {
+    return {p[0], p[1], p[2]};
+}
+
+CalculationSurface surface_of(const std::string& name, const Triple& corner, const Triple& u, const Triple& v,
+                              const std::string& kind, const std::optional<std::array<int, 2>>& points,
+                              const std::optional<Triple>& facing) {
+    const Location at{name};
+    CalculationSurface surface;
+    surface.name = name;
+    surface.corner = point_of(corner);
+    surface.u = point_of(u);
+    surface.v = point_of(v);
+    const auto known = receiver_kind(kind);
+    if (!known) {
+        throw InputError(
+            at, fmt::format("kind \"{}\" is unknown; expected {}", kind, fmt::join(kReceiverKinds, ", ")));
+    }
+    surface.kind = *known;
+    const V3d above = surface.u.cross(surface.v).normalized();  // zero of a surface that is refused below
+    surface.up = V3f(above);
+    surface.normal = V3f(facing ? point_of(*facing).normalized() : above);
+    surface.points =
+        points ? V2i((*points)[0], (*points)[1]) : default_points(surface.u.length(), surface.v.length());
+    check_surface(surface, at);
+    return surface;
+}
+
+// Arrays of (v, u), v upwards from the corner.
+py::dict grid_of(const SurfaceIlluminance& of, const IlluminanceReport& report) {
+    const V2i& n = of.surface.points;
+    const std::vector<py::ssize_t> shape{n.y, n.x};
+    const auto array = [&](auto&& value) {
+        std::vector<double> values;
+        for (const PointParts& point : of.points) values.push_back(value(point));
+        return array_of<double>(std::span<const double>(values), shape);
+    };
+    const auto pair = [](const Reading95& r) { return py::make_tuple(r.value, r.half_width); };
+    py::array_t<double> positions({py::ssize_t{n.y}, py::ssize_t{n.x}, py::ssize_t{3}});
+    for (int y = 0; y < n.y; ++y) {
+        for (int x = 0; x < n.x; ++x) {
+            const V3d p = of.surface.position(x, y);
+            for (int axis = 0; axis < 3; ++axis) positions.mutable_at(y, x, axis) = p[axis];
+        }
+    }
+    py::dict groups;
+    for (std::size_t i = 0; i < report.groups.size(); ++i)
+        groups[py::str(report.groups[i])] = array([i](const PointParts& point) { return point.groups[i]; });
+    py::dict grid;
+    grid["name"] = of.surface.name;
+    grid["kind"] = std::string(receiver_kind_name(of.surface.kind));
+    grid["unit"] = report.unit;
+    grid["positions"] = positions;
+    grid["values"] = array([](const PointParts& point) { return point.all.value; });
+    grid["half_width"] = array([](const PointParts& point) { return point.all.half_width; });
+    grid["direct"] = array([](const PointParts& point) { return point.direct; });
+    grid["groups"] = groups;
+    grid["mean"] = pair(of.mean);
+    grid["least"] = pair(of.least);
+    grid["greatest"] = pair(of.greatest);
+    grid["uniformity"] = pair(of.uniformity);
+    grid["precision"] = report.precision;
+    return grid;
+}
+
+py::list illuminance_of(const ReadScene& scene, const std::optional<std::vector<CalculationSurface>>& asked,
+                        double precision, double time, int samples, std::uint64_t seed,
+                        const std::optional<int>& threads, const py::object& progress) {
+    const Stopwatch clock;
+    IlluminanceOptions options;
+    options.seed = seed;
+    options.workers = workers_of(threads);
+    options.precision = precision;
+    options.most_samples = samples;
+    PythonMonitor monitor(progress);
+    const IlluminanceReport report = monitor.run([&] {
+        Job job = scene.fresh_job(options.workers, monitor);
+        const std::vector<CalculationSurface> surfaces = asked ? *asked : job.surfaces;
+        if (surfaces.empty()) {
+            throw InputError({"surfaces"},
+                             "the scene has no CalculationSurface; a list of lucerna.CalculationSurface is "
+                             "accepted");
+        }
+        options.seconds = time - clock.seconds();
+        return illuminance_on(surfaces, std::move(job), options, monitor);
+    });
+    py::list grids;
+    for (const SurfaceIlluminance& of : report.surfaces) grids.append(grid_of(of, report));
+    return grids;
+}
+
 }  // namespace
 
 void bind_scenes(py::module_& module) {
@@ -271,6 +373,15 @@ void bind_scenes(py::module_& module) {
         py::arg("file"), py::arg("text"), py::arg("integrator"), py::arg("resolution"),
         py::arg("colour_space"), py::arg("skip_missing"), py::arg("strict"), py::arg("meshes"),
         py::arg("threads"), py::arg("progress"));
+    py::class_<CalculationSurface>(module, "CalculationSurface")
+        .def(py::init(&surface_of), py::arg("name"), py::arg("corner"), py::arg("u"), py::arg("v"),
+             py::arg("kind") = "planar", py::arg("points") = py::none(), py::arg("facing") = py::none())
+        .def_readonly("name", &CalculationSurface::name)
+        .def_property_readonly("points", [](const CalculationSurface& surface) {
+            return py::make_tuple(surface.points.x, surface.points.y);
+        });
+    module.def("illuminance", &illuminance_of, py::arg("scene"), py::arg("surfaces"), py::arg("precision"),
+               py::arg("time"), py::arg("samples"), py::arg("seed"), py::arg("threads"), py::arg("progress"));
     module.def("render", &render_scene, py::arg("scene"), py::arg("integrator"), py::arg("settings"),
                py::arg("spp"), py::arg("passes"), py::arg("time"), py::arg("error"), py::arg("seed"),
                py::arg("threads"), py::arg("layers"), py::arg("denoise"), py::arg("adaptive"),

@@ -9,13 +9,16 @@ from . import _processor  # first of all
 _processor.require()
 
 from ._errors import InputError, LucernaWarning
+from ._illuminance import IlluminanceGrid, illuminance
 from ._images import Image, compare, read_image, write_image
 from ._lamps import LightField, PhotometricWeb, import_rays, open_ies
-from ._lucerna import __version__
+from ._lucerna import CalculationSurface, __version__
 from ._render import Result, render
 from ._scenes import Scene, SceneBuilder, blackbody, read_scene, read_text, spectrum, texture
 
 __all__ = [
+    "CalculationSurface",
+    "IlluminanceGrid",
     "Image",
     "InputError",
     "LightField",
@@ -27,6 +30,7 @@ __all__ = [
     "__version__",
     "blackbody",
     "compare",
+    "illuminance",
     "import_rays",
     "open_ies",
     "read_image",

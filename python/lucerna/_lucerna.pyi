@@ -90,6 +90,33 @@ def render(
     keep_partial: bool,
 ) -> Rendered: ...
 
+class CalculationSurface:
+    def __init__(
+        self,
+        name: str,
+        corner: Sequence[float],
+        u: Sequence[float],
+        v: Sequence[float],
+        kind: str = ...,
+        points: Optional[Tuple[int, int]] = ...,
+        facing: Optional[Sequence[float]] = ...,
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def points(self) -> Tuple[int, int]: ...
+
+def illuminance(
+    scene: Scene,
+    surfaces: Optional[List[CalculationSurface]],
+    precision: float,
+    time: float,
+    samples: int,
+    seed: int,
+    threads: Optional[int],
+    progress: _Progress,
+) -> List[Dict[str, Any]]: ...
+
 class Lumigraph:
     @property
     def flux(self) -> float: ...
