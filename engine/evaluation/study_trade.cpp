@@ -63,10 +63,11 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
             const StudyResult* best = fastest(results, scene, error);
             if (!best || best == last) continue;  // the same as for a smaller error
             last = best;
-            lines.push_back(fmt::format("for {:g} % error on {} the fastest is {}, {} ({})", 100 * error,
-                                        scene, best->method, best->settings, duration_text(best->seconds)));
+            lines.push_back(fmt::format("fastest to {:g} % error on {}: {}, {} ({})", 100 * error, scene,
+                                        best->method, best->settings, duration_text(best->seconds)));
         }
-        if (!last) lines.push_back(fmt::format("on {} no point is within {:g} %", scene, 100 * kErrors[5]));
+        if (!last)
+            lines.push_back(fmt::format("on {} no point reaches {:g} % error", scene, 100 * kErrors[5]));
     }
     return lines;
 }
@@ -79,10 +80,10 @@ std::vector<std::string> doubts(const std::vector<StudyResult>& results) {
             if (result.scene == scene && (!least || result.error2 < least->error2)) least = &result;
         }
         if (!(least->reference_noise2 > 0.25 * least->error2)) continue;
-        lines.push_back(fmt::format(
-            "the reference of {} has a noise of {:.2g} %, which is in every error; the least is {:.2g} %. It "
-            "wants more samples",
-            scene, 100 * std::sqrt(least->reference_noise2), 100 * least->error()));
+        lines.push_back(
+            fmt::format("the reference of {} has {:.2g} % noise, which is included in every error; the "
+                        "lowest error is {:.2g} %. Use more samples for the reference",
+                        scene, 100 * std::sqrt(least->reference_noise2), 100 * least->error()));
     }
     return lines;
 }
@@ -206,9 +207,11 @@ StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
     // compare() adds a number to r². Scaled, that number is the share of the mean, squared.
     scale_ = std::sqrt(kRelativeMseFloor) / (kErrorFloorShare * mean);
     if (!(mean > 0) || !std::isfinite(scale_)) {
-        throw InputError({reference.name}, fmt::format("the reference is black in all {} pixels that are "
-                                                       "compared: no error is relative to that",
-                                                       pixels));
+        throw InputError(
+            {reference.name},
+            fmt::format(
+                "the reference is black in all {} pixels that are compared, so no relative error is defined",
+                pixels));
     }
     reference_ = scaled(reference_);
     noise2_ = relative_variance(seen);

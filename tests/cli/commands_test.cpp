@@ -112,7 +112,7 @@ TEST_F(RunRender, Unit_IsThatOfTheCommandLineBeforeTheScenes_AndSaidEverywhere) 
     EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("unit         W/(m^2 sr)\n"));
     std::filesystem::remove("lit.pbrt");
     expect_refused({"render", "scene.pbrt", "--unit", "lm"},
-                   {"--unit: \"lm\" is unknown; photometric and radiometric are accepted"});
+                   {"--unit: \"lm\" is unknown; expected photometric or radiometric"});
 }
 
 TEST_F(RunRender, EveryIntegrator_RendersTheScene) {

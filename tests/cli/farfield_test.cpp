@@ -101,7 +101,7 @@ TEST_F(FarFieldCommand, LampOfTwoChips_IsImportedInColourAndShownSo) {
     import.insert(import.end(), {"--colours", "528nm,457nm", "--drive", "30,1"});
     const Outcome done = lucerna_run(import);
     ASSERT_EQ(done.code, 0) << done.err;
-    EXPECT_THAT(done.out, HasSubstr("of each place and direction"));
+    EXPECT_THAT(done.out, HasSubstr("varying with position and direction"));
     // 90 lm of 528 nm and 3 W of 457 nm.
     const LightField field = read_light_field("chips.exr");
     const V3d green = cie_xyz(528), blue = cie_xyz(457);

@@ -133,7 +133,7 @@ TEST(Ies, BadFiles_NameTheirPlace) {
     EXPECT_THAT(refusal(""), HasSubstr("lamp.ies: no line begins with TILT="));
     EXPECT_THAT(refusal("IESNA91\n[A] b\n"), HasSubstr("TILT="));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 x5")),
-                HasSubstr("lamp.ies:7:4: a candela value is \"x5\"; a number is accepted"));
+                HasSubstr("lamp.ies:7:4: a candela value is \"x5\"; expected a number"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 -5")),
                 HasSubstr("lamp.ies:7:4: a candela value is -5"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 4 2 0 0 0 1 1 9\n0 90\n0\n10 5")),

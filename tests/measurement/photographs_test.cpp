@@ -336,7 +336,7 @@ TEST_F(PhotographFolder, GarbageAndMisfits_AreRefusedByName) {
     EXPECT_THAT(error(), HasSubstr("_1.exr: no dark frame of 1 s; there are those of 0.5 s"));
     manifest_.darks.clear();
     manifest_.channel = "X";
-    EXPECT_THAT(error(), HasSubstr("no channel \"X\"; accepted are luminance, rgb and Y"));
+    EXPECT_THAT(error(), HasSubstr("no channel \"X\"; expected luminance, rgb and Y"));
 }
 
 TEST_F(PhotographFolder, CornersOutsideOrPixelsTooMany_AreRefused) {

@@ -155,7 +155,7 @@ TEST(Frames, WhereOneIsWanted_TheOthersAreLeftOutWithAWarning) {
     const Read read = read_world("Shape \"sphere\" LightSource \"point\" WorldEnd\nWorldBegin WorldEnd");
     EXPECT_EQ(read.draft.quadrics.size(), 1U);
     EXPECT_THAT(read.warnings, ::testing::Contains(AllOf(HasSubstr("scene.pbrt:3:1: "),
-                                                         HasSubstr("only the first one is taken"))));
+                                                         HasSubstr("only the first one is used"))));
 }
 
 TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {

@@ -198,9 +198,9 @@ TEST(Lights, LightField_TakesFileScalePowerAndMode) {
     EXPECT_EQ(only<MeasuredSpec>(with).settings.mode, EmissionMode::exact);
     EXPECT_THAT(refusal_of_world("LightSource \"lightfield\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refusal_of_world(with + "\"string emission\" \"exakt\""),
-                HasSubstr("emission \"exakt\" is unknown; constant, exact and weighted are accepted"));
+                HasSubstr("emission \"exakt\" is unknown; expected constant, exact or weighted"));
     EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"rough\""),
-                HasSubstr("reconstruction \"rough\" is unknown; exact and approximate are accepted"));
+                HasSubstr("reconstruction \"rough\" is unknown; expected exact or approximate"));
     EXPECT_THAT(refusal_of_world(with + "\"string reconstruction\" \"approximate\" \"string emission\" "
                                         "\"constant\""),
                 HasSubstr("with emission \"exact\" alone"));
@@ -460,9 +460,9 @@ TEST(Lights, BadColours_AreRefused) {
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 1e39 3]"),
                 HasSubstr("1e+39 is not accepted"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" [3000 1 2]"),
-                HasSubstr("\"I\" has 3 numbers; kelvins are accepted, or kelvins and a scale"));
+                HasSubstr("\"I\" has 3 numbers; expected a temperature in kelvins, or a temperature and a scale"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" 0"),
-                HasSubstr("\"I\": 0 is not accepted; 300 to 1e+06 is"));
+                HasSubstr("\"I\": 0 is not accepted; expected 300 to 1e+06"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 700]"),
                 HasSubstr("\"I\" has 3 numbers; pairs"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 300 1]"),

@@ -91,7 +91,7 @@ TEST(Materials, Roughness_IsMappedAsEachVersionDoes) {
     EXPECT_THAT(refusal_of_world("Material \"metal\" \"float roughness\" -0.5"),
                 HasSubstr("-0.5 is not accepted"));
     EXPECT_THAT(read_world("Material \"metal\" \"float roughness\" 1.5").warnings.at(0),
-                HasSubstr("1 is taken"));
+                HasSubstr("1 is used"));
     EXPECT_THAT(refusal_of_world("Material \"metal\" \"texture roughness\" \"t\""),
                 HasSubstr("no texture \"t\""));
 }

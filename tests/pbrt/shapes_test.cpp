@@ -116,7 +116,7 @@ TEST(Shapes, BadMeshes_AreRefusedWithThePlaceOfTheValue) {
     EXPECT_THAT(mesh(p + " \"integer indices\" [0 1.5 2]"), HasSubstr("\"indices\": 1.5 is not accepted"));
     EXPECT_THAT(mesh(p + " \"integer indices\" [0 1 2 0]"), HasSubstr("has 4 entries; a multiple of 3"));
     EXPECT_THAT(mesh(p + " \"integer indices\" []"), HasSubstr("has 0 entries"));
-    EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1]"), HasSubstr("has 4 numbers; a multiple of 3 is accepted"));
+    EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1]"), HasSubstr("has 4 numbers; expected a multiple of 3"));
     EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1 0 0 0 1 nan]"), HasSubstr("nan is not a finite number"));
     EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1 0 0 0 1 1e999]"), HasSubstr("1e999 is not a finite number"));
     EXPECT_THAT(mesh("\"point3 P\" []"), HasSubstr("lacks \"point3 P\""));

@@ -254,7 +254,7 @@ TEST(StatedUnit, OfAnotherName_OrTooLate_IsRefused) {
     const std::string head(kHead);
     EXPECT_THAT(
         refusal_of_file("\nOption \"string unit\" \"lumen\" " + head),
-        AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("\"lumen\"; photometric and radiometric are accepted")));
+        AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("\"lumen\"; expected photometric or radiometric")));
     EXPECT_THAT(error_of([&] { read_file_text("Option \"string unit\" \"lumen\" " + head); }),
                 HasSubstr("lumen"))
         << "not only of a strict reader";
