@@ -13,7 +13,7 @@ ToneCurve parse_tone_curve(const std::string& word) {
     const auto curve = tone_curve_named(word);
     if (!curve) {
         throw InputError({"--tone"}, fmt::format("\"{}\" is unknown; expected {}", one_line(word),
-                                                 fmt::join(tone_curve_names(), " and ")));
+                                                 fmt::join(tone_curve_names(), " or ")));
     }
     return *curve;
 }

@@ -63,11 +63,10 @@ std::vector<std::string> advice(const std::vector<StudyResult>& results) {
             const StudyResult* best = fastest(results, scene, error);
             if (!best || best == last) continue;  // the same as for a smaller error
             last = best;
-            lines.push_back(fmt::format("fastest to {:g} % error on {}: {}, {} ({})", 100 * error, scene,
-                                        best->method, best->settings, duration_text(best->seconds)));
+            lines.push_back(fmt::format("for {:g} % error on {} the fastest is {}, {} ({})", 100 * error,
+                                        scene, best->method, best->settings, duration_text(best->seconds)));
         }
-        if (!last)
-            lines.push_back(fmt::format("on {} no point reaches {:g} % error", scene, 100 * kErrors[5]));
+        if (!last) lines.push_back(fmt::format("on {} no point is within {:g} %", scene, 100 * kErrors[5]));
     }
     return lines;
 }

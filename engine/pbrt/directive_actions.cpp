@@ -125,7 +125,7 @@ void DirectiveReader::coord_sys_transform() {
         std::vector<std::string_view> names;
         for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
         return reading_.depart(place_,
-                               fmt::format("there is no coordinate system \"{}\"; {}known are {}",
+                               fmt::format("there is no coordinate system \"{}\"; {}{} are defined",
                                            shown(name), did_you_mean(name, names), names.size()),
                                "the transformation is not changed");
     }
@@ -474,7 +474,7 @@ const std::string& DirectiveReader::never_made(std::string_view kind, const std:
     if (!message.empty()) return message;
     std::vector<std::string_view> names;
     for (const auto& [known, entry] : made) names.push_back(known);
-    message = fmt::format("there is no {} \"{}\"; {}known are {}", kind, shown(name),
+    message = fmt::format("there is no {} \"{}\"; {}{} are defined", kind, shown(name),
                           did_you_mean(name, names), names.size());
     return message;
 }

@@ -27,7 +27,7 @@ const NamedTexture* color_texture(Reading& reading, const Params& params, const 
     std::vector<std::string_view> names;
     for (const auto& [known, texture] : reading.textures) names.push_back(known);
     params.depart(param.place,
-                  fmt::format("\"{}\": there is no colour texture \"{}\"; {}known are {}", param.name,
+                  fmt::format("\"{}\": there is no colour texture \"{}\"; {}{} are defined", param.name,
                               shown(wanted), did_you_mean(wanted, names), names.size()),
                   "the default is used");
     return nullptr;

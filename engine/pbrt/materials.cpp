@@ -163,7 +163,7 @@ std::shared_ptr<const Material> named_part(Reading& reading, const Place& at, co
         std::vector<std::string_view> names;
         for (const auto& [known, entry] : reading.materials) names.push_back(known);
         reading.depart(at,
-                       fmt::format("mix: there is no material \"{}\"; {}known are {}", shown(name),
+                       fmt::format("mix: there is no material \"{}\"; {}{} are defined", shown(name),
                                    did_you_mean(name, names), names.size()),
                        "matte of reflectance 0.5 is used");
         return std::make_shared<const Material>(Material{"default", DiffuseMaterial{}});

@@ -300,7 +300,7 @@ void settle_media(Reading& reading) {
             if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
         reading.depart(medium.place,
-                       fmt::format("there is no medium \"{}\"; {}known are {}", shown(medium.name),
+                       fmt::format("there is no medium \"{}\"; {}{} are defined", shown(medium.name),
                                    did_you_mean(medium.name, names), names.size()),
                        "vacuum is used instead");
         medium.medium.emplace();

@@ -33,7 +33,7 @@ auto made_before(const Textures& textures, const Params& params, const Param& pa
     std::vector<std::string_view> names;
     for (const auto& [name, texture] : textures) names.push_back(name);
     params.depart(param.place,
-                  fmt::format("\"{}\": there is no texture \"{}\" of {}; {}known are {}", shown(param.name),
+                  fmt::format("\"{}\": there is no texture \"{}\" of {}; {}{} are defined", shown(param.name),
                               shown(wanted), of, did_you_mean(wanted, names), names.size()),
                   "the default is used");
     return nullptr;

@@ -66,7 +66,7 @@ PictureLook look_of(const Image& image, const std::optional<double>& stops, cons
     const auto curve = tone_curve_named(tone);
     if (!curve) {
         throw InputError({"tone"}, fmt::format("\"{}\" is unknown; expected {}", tone,
-                                               fmt::join(tone_curve_names(), " and ")));
+                                               fmt::join(tone_curve_names(), " or ")));
     }
     if (white && !(*white >= kLeastWhite && *white <= kMostWhite)) {
         throw InputError({"white"}, fmt::format("{:g} is not accepted; expected {:g} to {:g}, in kelvins",

@@ -109,7 +109,7 @@ TEST(Gunzip, UpToItsBound_IsReadAndBeyondIsRefused) {
     const std::vector<std::byte> packed = read_bytes(folder / "a.gz");
     EXPECT_EQ(gunzip(packed, "a.gz", 10'000).size(), 10'000U);
     EXPECT_EQ(error_of([&] { gunzip(packed, "a.gz", 9'999); }),
-              "a.gz: unpacks to more than 9999 bytes; expected no more");
+              "a.gz: expands to more than 9999 bytes, the limit");
 }
 
 TEST(Gunzip, DamagedOrCutOff_SaysSo) {

@@ -44,9 +44,9 @@ TEST(Directives, VersionThreeAndFour_AreBothRead) {
 
 TEST(Directives, OutOfOrder_AreRefused) {
     EXPECT_EQ(refusal_of_file("Shape \"sphere\""),
-              "scene.pbrt:1:1: Shape stands before WorldBegin; it is accepted after it");
-    EXPECT_THAT(refusal_of_world("Camera \"perspective\""), HasSubstr("Camera stands after WorldBegin"));
-    EXPECT_THAT(refusal_of_world("WorldBegin"), HasSubstr("WorldBegin stands after WorldBegin"));
+              "scene.pbrt:1:1: Shape is before WorldBegin; put it after it");
+    EXPECT_THAT(refusal_of_world("Camera \"perspective\""), HasSubstr("Camera is after WorldBegin"));
+    EXPECT_THAT(refusal_of_world("WorldBegin"), HasSubstr("WorldBegin is after WorldBegin"));
     EXPECT_THAT(refusal_of_world("WorldEnd\nShape \"sphere\""),
                 HasSubstr("scene.pbrt:3:1: the text after WorldEnd is another frame"));
     EXPECT_EQ(refusal_of_file("Camera \"perspective\"\n"),
@@ -119,7 +119,7 @@ TEST(Directives, BadObjects_AreRefused) {
 TEST(Directives, UnknownAndUnsupportedNames_AreTold) {
     EXPECT_EQ(
         refusal_of_world("Shap \"sphere\""),
-        "scene.pbrt:2:1: unknown directive \"Shap\"; expected did you mean \"Shape\"? pbrt's directives");
+        "scene.pbrt:2:1: unknown directive \"Shap\"; did you mean \"Shape\"? expected a directive of pbrt");
     EXPECT_THAT(refusal_of_world("MediumInterface \"fog\" \"\""), HasSubstr("no medium \"fog\" is made"));
     EXPECT_EQ(refusal_of_world("MediumInterface \"\" \"\""), "");
     EXPECT_THAT(refusal_of_world("\"sphere\""), HasSubstr("a directive is expected here, not \"sphere\""));
@@ -153,7 +153,7 @@ TEST(Directives, Blocks_MustNest) {
     EXPECT_EQ(refusal_of_world("AttributeBegin"),
               "scene.pbrt:2:1: this AttributeBegin is not ended before the end of the file");
     EXPECT_THAT(refusal_of_world("AttributeBegin\nTransformBegin\nAttributeEnd"),
-                HasSubstr("scene.pbrt:4:1: AttributeEnd meets the TransformBegin of scene.pbrt:3:1"));
+                HasSubstr("scene.pbrt:4:1: AttributeEnd closes the TransformBegin of scene.pbrt:3:1"));
     EXPECT_THAT(refusal_of_world("AttributeBegin WorldEnd"), HasSubstr("is not ended before WorldEnd"));
 }
 
@@ -240,7 +240,8 @@ TEST(Directives, UnfitFiles_AreRefusedByName) {
 
 TEST(Params, IllTyped_AreRefusedWithWhatIsAccepted) {
     EXPECT_EQ(refusal_of_world("Shape \"sphere\" \"integer radius\" 1"),
-              "scene.pbrt:2:16: \"integer radius\" of Shape \"sphere\" has the wrong type; expected \"float radius\"");
+              "scene.pbrt:2:16: \"integer radius\" of Shape \"sphere\" has the wrong type; expected \"float "
+              "radius\"");
     EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float radius\" [1 2]"),
                 HasSubstr("has 2 values; expected 1"));
     EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float radius\" []"), HasSubstr("has 0 values"));
@@ -253,18 +254,21 @@ TEST(Params, IllTyped_AreRefusedWithWhatIsAccepted) {
                 HasSubstr("\"Shape\" is not accepted"));
     EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"flaot radius\" 1"),
                 HasSubstr("unknown type \"flaot\"; did you mean \"float\"?"));
-    EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"radius\" 1"), HasSubstr("declares no parameter"));
-    EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float a b\" 1"), HasSubstr("declares no parameter"));
+    EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"radius\" 1"),
+                HasSubstr("is not a parameter declaration"));
+    EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float a b\" 1"),
+                HasSubstr("is not a parameter declaration"));
     EXPECT_THAT(refusal_of_world("Shape \"sphere\" \"float radius\" 1 \"float radius\" 2"),
                 HasSubstr("is given twice"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"point3 from\" [1 2]"),
-                HasSubstr("has 2 numbers; a multiple of 3"));
+                HasSubstr("has 2 numbers; expected a multiple of 3"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"rgb I\" [1 2 3 4 5 6]"),
                 HasSubstr("has 6 numbers; 3 are"));
     EXPECT_THAT(refusal_of_world("AreaLightSource \"diffuse\" \"bool twosided\" 1"),
-                HasSubstr("true or false is accepted"));
-    EXPECT_THAT(refusal_of_file("Film \"rgb\" \"integer xresolution\" 1.5 WorldBegin"),
-                HasSubstr("scene.pbrt:1:34: \"integer xresolution\": 1.5 is not accepted; a whole number"));
+                HasSubstr("expected true or false"));
+    EXPECT_THAT(
+        refusal_of_file("Film \"rgb\" \"integer xresolution\" 1.5 WorldBegin"),
+        HasSubstr("scene.pbrt:1:34: \"integer xresolution\": 1.5 is not accepted; expected a whole number"));
     EXPECT_THAT(refusal_of_file("Film \"rgb\" \"integer xresolution\" 3e9 WorldBegin"),
                 HasSubstr("3000000000 is not"));
 }

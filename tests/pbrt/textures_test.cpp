@@ -199,7 +199,7 @@ TEST(Textures, MissingImage_IsRefusedOrGrey) {
     OneImage image;
     EXPECT_THAT(error_of([&] { image.at("", 0, "no.png"); }), HasSubstr("no.png: no such file"));
     EXPECT_EQ(image.at("", 0, "no.png", true), 0.5F);
-    EXPECT_THAT(image.warnings.at(0), HasSubstr("no.png: the file is missing, grey is taken"));
+    EXPECT_THAT(image.warnings.at(0), HasSubstr("no.png: the file is missing; grey is used"));
 }
 
 TEST(Textures, WhatTheyCannotDo_IsRefused) {
@@ -220,7 +220,7 @@ TEST(Textures, WhatTheyCannotDo_IsRefused) {
     EXPECT_THAT(refused("\"checkerboard\" Texture \"u\" \"float\" \"scale\" \"texture tex1\" \"t\""),
                 HasSubstr("no texture \"t\" of floats was made before"));
     EXPECT_THAT(refused("\"uv\" Texture \"u\" \"color\" \"bilerp\" \"texture v00\" \"t\""),
-                HasSubstr("\"v00\" of Texture \"bilerp\": a constant is accepted"));
+                HasSubstr("\"v00\" of Texture \"bilerp\": expected a constant"));
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""), HasSubstr("no texture \"t\""));
 }
 
