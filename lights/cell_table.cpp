@@ -71,7 +71,7 @@ CellTable::CellTable(const LightField& field) {
                                      size_[0], size_[1], size_[2], size_[3], kMaxCells));
     }
     require_memory(bytes_for(rig), fmt::format("a cell table of {} cells", cells()),
-                   "a lamp of fewer coefficients is accepted");
+                   "use a lamp of fewer coefficients");
     hash_ = content_hash(field);
     u_ = ConditionalTables(1, static_cast<int>(size_[0]));
     v_ = ConditionalTables(size_[0], static_cast<int>(size_[1]));

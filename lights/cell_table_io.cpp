@@ -92,7 +92,7 @@ std::optional<CellTable> CellTable::read_next(std::istream& in, const LightField
     };
     FileHeader header{};
     in.read(reinterpret_cast<char*>(&header), sizeof header);
-    if (!in || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return refuse("it is no cell table");
+    if (!in || std::memcmp(header.magic, kMagic, sizeof kMagic) != 0) return refuse("it is not a cell table");
     if (header.version != kCellTableVersion || header.byte_order != kByteOrder)
         return refuse("it is of another version");
 
@@ -130,7 +130,7 @@ std::optional<std::vector<CellTable>> CellTable::load_all(const std::filesystem:
     std::error_code status;
     if (!std::filesystem::exists(file, status)) return refuse("there is none");
     std::uintmax_t bytes_left = std::filesystem::file_size(file, status);
-    if (!is_cell_table(file)) return refuse("it is no cell table");
+    if (!is_cell_table(file)) return refuse("it is not a cell table");
     std::ifstream in = open_to_read(file);
     std::vector<CellTable> tables;
     for (const LightField* field : fields) {
@@ -165,14 +165,15 @@ std::vector<CellTable> load_or_build_cell_tables(const std::filesystem::path& la
     for (const LightField* field : fields) tables.emplace_back(*field, workers, monitor);
     std::error_code status;
     if (std::filesystem::exists(std::filesystem::symlink_status(file, status)) && !is_cell_table(file)) {
-        monitor.warn(
-            fmt::format("{}: is no cell table; it stays, and the lamp's is not kept", file.string()));
+        monitor.warn(fmt::format(
+            "{}: is not a cell table; it is left as it is, and the lamp's cell table is not saved",
+            file.string()));
         return tables;
     }
     try {
         CellTable::save_all(file, tables);
     } catch (const InputError& error) {
-        monitor.warn(fmt::format("the cell table is not kept: {}", error.what()));
+        monitor.warn(fmt::format("the cell table is not saved: {}", error.what()));
     }
     return tables;
 }

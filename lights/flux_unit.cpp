@@ -10,8 +10,8 @@ double unit_factor(const LampUnit& unit, FluxUnit own, double efficacy_of_file, 
     const double efficacy = unit.efficacy > 0 ? unit.efficacy : efficacy_of_file;
     if (!(efficacy > 0)) {
         input_error(at,
-                    "the lamp is measured in {} and the scene's unit is {} (its light counts in {}); \"float "
-                    "efficacy\", the lamp's lm/W, or \"float power\" in {} is accepted",
+                    "the lamp is measured in {} and the scene's unit is {} (its light is in {}); give "
+                    "\"float efficacy\", the lamp's lm/W, or \"float power\" in {}",
                     flux_unit_name(own), unit_name(wanted), flux_unit_name(wanted), flux_unit_name(wanted));
     }
     return wanted == FluxUnit::lumen ? efficacy : 1 / efficacy;

@@ -36,23 +36,23 @@ class Numbers {
         const std::string_view word = next_word();
         if (word.empty()) {
             throw InputError({file_},
-                             fmt::format("the file ends after {} numbers, where {} should be", count_, what));
+                             fmt::format("the file ends after {} numbers; expected {}", count_, what));
         }
         const auto value = number_of(word);
-        if (!value) input_error(place_, "{} is \"{}\"; a number is accepted", what, shown_value(word));
+        if (!value) input_error(place_, "{} is \"{}\"; expected a number", what, shown_value(word));
         ++count_;
         return *value;
     }
     double next_within(std::string_view what, double least, double most) {
         const double value = next(what);
         if (!(value >= least && value <= most))
-            input_error(place_, "{} is {:g}; {:g} to {:g} is accepted", what, value, least, most);
+            input_error(place_, "{} is {:g}; expected {:g} to {:g}", what, value, least, most);
         return value;
     }
     int next_whole(std::string_view what, int least, int most) {
         const double value = next_within(what, least, most);
         if (value != std::floor(value))
-            input_error(place_, "{} is {:g}; a whole number is accepted", what, value);
+            input_error(place_, "{} is {:g}; expected a whole number", what, value);
         return static_cast<int>(value);
     }
     // Of the number that came last.
@@ -145,7 +145,7 @@ std::vector<double> read_angles(Numbers& numbers, int count, std::string_view wh
     for (int i = 0; i < count; ++i) {
         const double angle = numbers.next_within(what, -360, 360);
         if (!angles.empty() && !(angle > angles.back())) {
-            input_error(numbers.place(), "{} {:g} follows {:g}; ascending angles are accepted", what, angle,
+            input_error(numbers.place(), "{} {:g} follows {:g}; expected ascending angles", what, angle,
                         angles.back());
         }
         angles.push_back(angle);
@@ -161,8 +161,8 @@ std::vector<float> read_candela(Numbers& numbers, const Luminaire& luminaire, do
             const double value = numbers.next("a candela value");
             const double scaled = value * factor;
             if (!(scaled >= 0 && scaled <= 1e30)) {
-                input_error(numbers.place(),
-                            "a candela value is {:g}; 0 to 1e30 after all factors is accepted", value);
+                input_error(numbers.place(), "a candela value is {:g}; expected 0 to 1e30 after all factors",
+                            value);
             }
             candela.push_back(static_cast<float>(scaled));
         }
@@ -209,7 +209,7 @@ PhotometricGrid read_grid(Numbers& numbers, const Luminaire& luminaire, double f
     const bool c = luminaire.planes == PhotometricPlanes::c;
     const double least = c ? 0 : -180, most = 180;
     if (!(v.front() >= least && v.back() <= most)) {
-        input_error(vertical, "vertical angles go from {:g} to {:g}; {:g} to {:g} is accepted", v.front(),
+        input_error(vertical, "vertical angles go from {:g} to {:g}; expected {:g} to {:g}", v.front(),
                     v.back(), least, most);
     }
     std::vector<float> candela = read_candela(numbers, luminaire, factor);
@@ -247,7 +247,7 @@ PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor
     std::size_t at = edition == Edition::e1986 ? 0 : 1;
     while (at < lines.size() && !is_tilt(lines[at].text)) read_keyword(lines[at++].text, info);
     if (at == lines.size()) {
-        throw InputError({file}, "no line begins with TILT=; IES LM-63 photometric files have one");
+        throw InputError({file}, "no line begins with TILT=, as required in an IES LM-63 photometric file");
     }
     const std::string_view tilt = trimmed(trimmed(lines[at].text).substr(5));
     Numbers numbers(lines, at + 1, file);
@@ -258,14 +258,14 @@ PhotometricWeb parse_ies(std::string_view text, const std::string& file, Monitor
     const double ballast = numbers.next_within("the ballast factor", 0, 1e3);
     const double third = numbers.next("the ballast-lamp factor");
     if (edition != Edition::e1995_on && !(third >= 0 && third <= 1e3)) {
-        input_error(numbers.place(), "the ballast-lamp photometric factor is {:g}; 0 to 1000 is accepted",
+        input_error(numbers.place(), "the ballast-lamp photometric factor is {:g}; expected 0 to 1000",
                     third);
     }
     info.watts = std::max(0.0, numbers.next("input watts"));
     const double factor = luminaire.multiplier * ballast * (edition == Edition::e1995_on ? 1 : third);
     PhotometricGrid grid = read_grid(numbers, luminaire, factor);
     if (const auto rest = numbers.rest())
-        monitor.warn(fmt::format("{}: what follows the candela values is not read", to_string(*rest)));
+        monitor.warn(fmt::format("{}: the text after the candela values is ignored", to_string(*rest)));
     info.provenance = provenance_of(info, edition == Edition::e1986 ? "LM-63-1986" : first);
     return PhotometricWeb(std::move(grid), std::move(info));
 }

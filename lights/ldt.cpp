@@ -23,8 +23,7 @@ class Values {
 
     std::string_view text(std::string_view what) {
         if (next_ == lines_.size()) {
-            throw InputError({file_},
-                             fmt::format("the file ends after line {}, where {} should be", next_, what));
+            throw InputError({file_}, fmt::format("the file ends after line {}; expected {}", next_, what));
         }
         return trimmed(lines_[next_++].text);
     }
@@ -34,15 +33,15 @@ class Values {
         if (word.empty() && empty) return *empty;
         std::replace(word.begin(), word.end(), ',', '.');  // of countries where that is the decimal sign
         const auto value = number_of(word);
-        if (!value) input_error(place(), "{} is \"{}\"; a number is accepted", what, shown_value(word));
+        if (!value) input_error(place(), "{} is \"{}\"; expected a number", what, shown_value(word));
         if (!(*value >= least && *value <= most))
-            input_error(place(), "{} is {:g}; {:g} to {:g} is accepted", what, *value, least, most);
+            input_error(place(), "{} is {:g}; expected {:g} to {:g}", what, *value, least, most);
         return *value;
     }
     int whole(std::string_view what, int least, int most) {
         const double value = number(what, least, most);
         if (value != std::floor(value))
-            input_error(place(), "{} is {:g}; a whole number is accepted", what, value);
+            input_error(place(), "{} is {:g}; expected a whole number", what, value);
         return static_cast<int>(value);
     }
     // Of the value that came last.
@@ -105,8 +104,7 @@ void read_lamps(Values& values, LdtHeader& header, PhotometricInfo& info, Monito
         info.watts = watts;
     }
     if (sets > 1)
-        monitor.warn(
-            fmt::format("{}: {} sets of lamps; the first is taken", to_string(values.place()), sets));
+        monitor.warn(fmt::format("{}: {} sets of lamps; the first is used", to_string(values.place()), sets));
     header.factor = conversion * lumens / 1000;
     for (int i = 0; i < kDirectRatios; ++i) values.number("a direct ratio", -1e6, 1e6, 0);
 }
@@ -120,8 +118,8 @@ Stored stored_planes(const LdtHeader& header, const Location& place) {
     const auto planes = static_cast<std::size_t>(header.planes);
     const auto divides = [&](std::size_t by) {
         if (planes % by == 0) return;
-        input_error(place, "{} C planes with symmetry {}; a multiple of {} is accepted", planes,
-                    header.symmetry, by);
+        input_error(place, "{} C planes with symmetry {}; expected a multiple of {}", planes, header.symmetry,
+                    by);
     };
     switch (header.symmetry) {
         case 1:
@@ -145,7 +143,7 @@ std::vector<double> read_angles(Values& values, int count, std::string_view what
     for (int i = 0; i < count; ++i) {
         const double angle = values.number(what, 0, 360);
         if (!angles.empty() && !(angle > angles.back())) {
-            input_error(values.place(), "{} {:g} follows {:g}; ascending angles are accepted", what, angle,
+            input_error(values.place(), "{} {:g} follows {:g}; expected ascending angles", what, angle,
                         angles.back());
         }
         angles.push_back(angle);
@@ -178,14 +176,14 @@ PhotometricWeb parse_ldt(std::string_view text, const std::string& file, Monitor
     }
     for (std::size_t i = 1; i < grid.azimuth.size(); ++i) {
         if (!(grid.azimuth[i] > grid.azimuth[i - 1])) {
-            input_error(symmetry, "symmetry {} does not go with {} C planes up to {:g} degrees",
-                        header.symmetry, header.planes, planes.back());
+            input_error(symmetry, "symmetry {} does not fit {} C planes up to {:g} degrees", header.symmetry,
+                        header.planes, planes.back());
         }
     }
     complete_c_planes(grid, symmetry);
     if (const std::string why = grid.fault(); !why.empty()) throw InputError({file}, why);
     if (values.any_left())
-        monitor.warn(fmt::format("{}: what follows the intensities is not read", to_string(values.place())));
+        monitor.warn(fmt::format("{}: the text after the intensities is ignored", to_string(values.place())));
     std::string provenance = "EULUMDAT";
     for (const std::size_t i : {0, 2}) {
         if (!info.keywords[i].second.empty()) provenance += ", " + info.keywords[i].second;
@@ -207,7 +205,7 @@ PhotometricWeb read_photometric(const std::filesystem::path& file, Monitor& moni
     const std::string suffix = suffix_of(file);
     if (suffix == ".ies") return read_ies(file, monitor);
     if (suffix == ".ldt") return read_ldt(file, monitor);
-    input_error({file.string()}, "\"{}\" is no photometric file; .ies and .ldt are accepted",
+    input_error({file.string()}, "\"{}\" is not a photometric file; expected .ies or .ldt",
                 shown_value(suffix));
 }
 

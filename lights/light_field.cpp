@@ -36,10 +36,9 @@ std::string Rig::fault() const {
         return fmt::format("a plane distance of {} m; it must be finite and positive", distance);
     }
     if (!std::isfinite(centre.x) || !std::isfinite(centre.y) || !std::isfinite(centre.z))
-        return "a centre not finite";
+        return "a centre that is not finite";
     const double volume = cell_volume();
-    if (!std::isfinite(1 / volume) || !(volume > 0))
-        return "lengths whose product leaves the range of numbers";
+    if (!std::isfinite(1 / volume) || !(volume > 0)) return "lengths whose product is out of range";
     return {};
 }
 
@@ -47,7 +46,7 @@ std::string Rig::fault_of_basis() const {
     for (int axis = 0; axis < 2; ++axis) {
         const bool even = s_coordinate.c == 0 && m_coordinate.c == 0;
         if (shift[axis] != 0 && (!even || basis != PixelBasis::box))
-            return "a sensor that moves, and pixels that are not even boxes";
+            return "a moving sensor with pixels that are not uniform boxes";
         const auto fits = [](const PlaneCoordinate& x, double reach) {
             return x.c == 0 || (std::isfinite(x.c) && x.c > 0 && reach < 2 * x.c);
         };
@@ -72,7 +71,7 @@ LightField::LightField(const Rig& rig, const std::vector<float>& coefficients, L
     : rig_(rig), coefficients_(coefficients.begin(), coefficients.end()), info_(std::move(info)) {
     if (const std::string fault = rig_.fault(); !fault.empty()) throw InputError("light field: " + fault);
     if (coefficients_.size() != rig_.coefficients()) {
-        throw InputError(fmt::format("light field: {} coefficients where the geometry has {}",
+        throw InputError(fmt::format("light field: {} coefficients, but the geometry has {}",
                                      coefficients_.size(), rig_.coefficients()));
     }
     for (std::size_t i = 0; i < coefficients_.size(); ++i) {
@@ -82,8 +81,7 @@ LightField::LightField(const Rig& rig, const std::vector<float>& coefficients, L
         const auto h = static_cast<std::size_t>(rig_.views.y);
         const auto t = static_cast<std::size_t>(rig_.pixels.y);
         throw InputError(fmt::format(
-            "light field: coefficient {} in view ({}, {}), pixel ({}, {}); finite numbers are "
-            "accepted",
+            "light field: coefficient {} in view ({}, {}), pixel ({}, {}); expected finite numbers",
             coefficients_[i], i / per_view / h, i / per_view % h, i % per_view / t, i % per_view % t));
     }
 }
@@ -110,8 +108,8 @@ LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::v
         const double most = 1 / kHardlyAny;
         if (!is_share(weight->x, 0, most) || !is_share(weight->y, 0.25, 1) || !is_share(weight->z, 0, most)) {
             throw InputError(
-                fmt::format("light field: weights {} {} {} of X, Y and Z; 0.25 to 1 of Y and 0 to {} "
-                            "of the others are accepted",
+                fmt::format("light field: weights {} {} {} of X, Y and Z; expected 0.25 to 1 for Y and 0 to "
+                            "{} for the others",
                             weight->x, weight->y, weight->z, most));
         }
         colour_.weight = *weight;
@@ -137,7 +135,7 @@ LightField::LightField(const Rig& rig, const std::vector<float>& x, const std::v
             stored = found;
         }
         if (!std::isfinite(coefficients_[i]) || !std::isfinite(luminance_of(i)))
-            throw InputError("light field: colours whose sum leaves the range of numbers");
+            throw InputError("light field: colours whose sum is out of range");
     }
     info_.colour = colour_of_luminance_one(xyz_to_rgb(xyz()));
 }

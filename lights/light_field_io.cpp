@@ -160,7 +160,7 @@ void read_basis(const Imf::Header& header, Rig& rig) {
         }
         accepted += fmt::format("{}\"{}\"", accepted.empty() ? "" : ", ", basis.name);
     }
-    throw InputError(fmt::format("basis \"{}\"; {} are accepted", one_line(name), accepted));
+    throw InputError(fmt::format("basis \"{}\"; expected {}", one_line(name), accepted));
 }
 
 Rig read_rig(const Imf::Header& header, int version) {
@@ -180,7 +180,7 @@ Rig read_rig(const Imf::Header& header, int version) {
     if (const std::string fault = rig.fault(); !fault.empty())
         throw InputError("damaged light field: " + fault);
     const auto unit = required<Imf::StringAttribute>(header, "lightfieldLengthUnit");
-    if (unit != "m") throw InputError(fmt::format("length unit \"{}\"; \"m\" is accepted", one_line(unit)));
+    if (unit != "m") throw InputError(fmt::format("length unit \"{}\"; expected \"m\"", one_line(unit)));
     return rig;
 }
 
@@ -188,7 +188,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
     LightFieldInfo info;
     const auto unit = required<Imf::StringAttribute>(header, "lightfieldFluxUnit");
     if (unit != "W" && unit != "lm") {
-        throw InputError(fmt::format("flux unit \"{}\"; \"W\" and \"lm\" are accepted", one_line(unit)));
+        throw InputError(fmt::format("flux unit \"{}\"; expected \"W\" or \"lm\"", one_line(unit)));
     }
     info.unit = unit == "W" ? FluxUnit::watt : FluxUnit::lumen;
     const auto colour = required<Imf::V3fAttribute>(header, "lightfieldColour");
@@ -198,7 +198,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
     const Rgb& c = info.colour;
     if (!is_finite(c) || std::max({std::fabs(c.x), std::fabs(c.y), std::fabs(c.z)}) > kMost ||
         !(std::fabs(luminance(c) - 1) < 1e-3F * std::max(1.0F, max_component(c)))) {
-        throw InputError(fmt::format("colour {} {} {}; luminance 1 is accepted, and components up to {:g}",
+        throw InputError(fmt::format("colour {} {} {}; expected luminance 1 and components up to {:g}",
                                      colour.x, colour.y, colour.z, kMost));
     }
     info.provenance = one_line(required<Imf::StringAttribute>(header, "lightfieldProvenance"));
@@ -207,7 +207,7 @@ LightFieldInfo read_info(const Imf::Header& header) {
     if (const auto* efficacy = header.findTypedAttribute<Imf::DoubleAttribute>("lightfieldLumensPerWatt")) {
         info.lumens_per_watt = efficacy->value();
         if (!(info.lumens_per_watt > 0 && info.lumens_per_watt <= kMostLumensPerWatt)) {
-            throw InputError(fmt::format("{} lumens per watt; more than 0 and at most {} are accepted",
+            throw InputError(fmt::format("{} lumens per watt; expected more than 0 and at most {}",
                                          info.lumens_per_watt, kMostLumensPerWatt));
         }
     }
@@ -254,7 +254,7 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
     for (const char* name : channel_names(header)) {
         const Imf::Channel* channel = header.channels().findChannel(name);
         if (channel == nullptr || channel->xSampling != 1 || channel->ySampling != 1)
-            throw InputError(fmt::format("damaged light field: no full channel {}", name));
+            throw InputError(fmt::format("damaged light field: channel {} is missing or incomplete", name));
     }
 }
 
@@ -262,12 +262,12 @@ void check_window(const Imf::Header& header, const Rig& rig, std::uintmax_t file
 int read_version(const Imf::Header& header) {
     if (header.findTypedAttribute<Imf::IntAttribute>(kVersionName) == nullptr) {
         throw InputError(
-            fmt::format("an OpenEXR image, but no light field: it has no attribute {}", kVersionName));
+            fmt::format("an OpenEXR image, but not a light field: it has no attribute {}", kVersionName));
     }
     const int version = required<Imf::IntAttribute>(header, kVersionName);
     if (version < kEvenBoxes || version > kOfSlab) {
         throw InputError(
-            fmt::format("light field version {}; {} to {} is accepted", version, kEvenBoxes, kOfSlab));
+            fmt::format("light field version {}; expected {} to {}", version, kEvenBoxes, kOfSlab));
     }
     return version;
 }
@@ -281,7 +281,7 @@ LightField read_field(In& in, const Imf::Header& header, int version, std::uintm
     const std::vector<const char*> names = channel_names(header);
     // The images, their coefficients in their order, and the field's own.
     require_memory(bytes_of(rig.coefficients(), (2 * names.size() + 2) * sizeof(float)),
-                   fmt::format("a light field of {} coefficients", rig.coefficients()), "fewer are accepted");
+                   fmt::format("a light field of {} coefficients", rig.coefficients()), "use fewer");
 
     const Atlas atlas{rig};
     const Imath::V2i origin = header.dataWindow().min;
@@ -315,7 +315,7 @@ LightField read_single_field(const std::filesystem::path& file) {
     Imf::InputFile in(file.c_str());
     const int version = read_version(in.header());
     if (version == kOfSlab)
-        throw InputError("a lamp of slabs that look to several sides; one light field is accepted here");
+        throw InputError("a lamp with slabs on several sides; expected a single light field");
     return read_field(in, in.header(), version, std::filesystem::file_size(file));
 }
 
@@ -403,7 +403,7 @@ auto reading(const std::filesystem::path& file, Read&& read) {
     } catch (const InputError& error) {
         throw InputError({file.string()}, error.what());
     } catch (const std::bad_alloc&) {
-        throw InputError({file.string()}, "not enough memory to read it; fewer coefficients are accepted");
+        throw InputError({file.string()}, "not enough memory to read it; use fewer coefficients");
     } catch (const std::exception& error) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR file: ") + one_line(error.what()));

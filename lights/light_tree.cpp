@@ -237,7 +237,7 @@ LightPicker::LightPicker(std::span<const std::unique_ptr<Light>> lights) {
         const double power = light->power();
         if (!std::isfinite(power) || power < 0) {
             throw InputError(
-                fmt::format("light {} ({}): its power is {} W; accepted: a finite number, not negative",
+                fmt::format("light {} ({}): its power is {} W; expected a finite number, not negative",
                             powers.size(), light->kind(), power));
         }
         powers.push_back(power);

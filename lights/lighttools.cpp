@@ -14,7 +14,7 @@ constexpr char kEndMark[] = "LTRFEND";
 constexpr std::uint64_t kEndBytes = sizeof kEndMark - 1;
 constexpr std::size_t kLightToolsFlux = 6, kLightToolsWavelength = 7;
 // Number 0 is the length unit of the model that the file came from, which the file does not name.
-constexpr NamedUnit kLightToolsUnits[] = {{"the model's, taken for mm", 1e-3F},
+constexpr NamedUnit kLightToolsUnits[] = {{"the model's, assumed to be mm", 1e-3F},
                                           {"mm", 1e-3F},
                                           {"cm", 0.01F},
                                           {"m", 1},
@@ -35,26 +35,26 @@ LightToolsHeader read_lighttools_header(RaySource& source, Monitor& monitor) {
     std::array<std::byte, kLightToolsHeaderBytes> bytes{};
     source.read(bytes.data(), bytes.size(), "header");
     if (std::memcmp(bytes.data(), "LTRF", 4) != 0)
-        throw InputError(at, "no LightTools ray file: it does not start with LTRF");
+        throw InputError(at, "not a LightTools ray file: it does not start with LTRF");
     const auto word = [&](std::uint64_t offset) { return value_at<std::int32_t>(bytes, offset); };
     const auto require = [&](std::uint64_t offset, const char* what, std::int32_t accepted, const char* why) {
         if (word(offset) == accepted) return;
-        input_error(at, "{} {}; {} ({}) is accepted", what, word(offset), accepted, why);
+        input_error(at, "{} {}; expected {} ({})", what, word(offset), accepted, why);
     };
     require(4, "version", 2, "no polarisation");
     require(16, "far-field mark", 0, "rays with positions");
     LightToolsHeader h;
     const std::int32_t data = word(12);
-    if (data != 0 && data != 1) input_error(at, "data type {}; 0 (W) and 1 (lm) are accepted", data);
+    if (data != 0 && data != 1) input_error(at, "data type {}; expected 0 (W) or 1 (lm)", data);
     h.unit = data == 1 ? FluxUnit::lumen : FluxUnit::watt;
     const std::int32_t colour = word(20);
     if (colour != 0 && colour != 2)
-        input_error(at, "colour information {}; 0 (none) and 2 (wavelengths) are accepted", colour);
+        input_error(at, "colour information {}; expected 0 (none) or 2 (wavelengths)", colour);
     h.per_ray = colour == 2;
     h.metres = metres_of_unit(word(24), kLightToolsUnits, at);
     if (word(24) == 0) {
-        monitor.warn(fmt::format("{}: lengths are in the unit of the model it came from; mm is assumed",
-                                 to_string(at)));
+        monitor.warn(
+            fmt::format("{}: lengths are in the unit of the original model; mm is assumed", to_string(at)));
     }
     h.flux = double{value_at<float>(bytes, 40)};
     return h;
@@ -65,7 +65,8 @@ std::uint64_t count_rows(const RaySource& source, std::size_t floats) {
     const std::uint64_t row_bytes = floats * sizeof(float);
     if (source.left() < kEndBytes || (source.left() - kEndBytes) % row_bytes != 0) {
         input_error(source.at(),
-                    "truncated: {} bytes after the header are no rows of {} bytes and an end mark of {}",
+                    "truncated: {} bytes after the header are not a number of rows of {} bytes plus an end "
+                    "mark of {}",
                     source.left(), row_bytes, kEndBytes);
     }
     return (source.left() - kEndBytes) / row_bytes;
@@ -95,7 +96,7 @@ RaySet read_lighttools(const std::filesystem::path& file, Monitor& monitor) {
     char mark[kEndBytes];
     source.read(mark, kEndBytes, "end mark");
     if (std::memcmp(mark, kEndMark, kEndBytes) != 0)
-        throw InputError(source.at(), "the end mark LTRFEND is missing: the file is cut off or damaged");
+        throw InputError(source.at(), "the end mark LTRFEND is missing: the file is truncated or damaged");
     colours.settle();
     taker.settle(header.flux, source, monitor);
     return set;

@@ -81,16 +81,16 @@ Lumigraph::Lumigraph(LightField field) {
 
 Lumigraph::Lumigraph(std::vector<Slab> slabs, const Box3d& box) : slabs_(std::move(slabs)), box_(box) {
     if (slabs_.empty() || slabs_.size() > kMostSlabs)
-        throw InputError(fmt::format("a lamp of {} slabs; 1 to {} are accepted", slabs_.size(), kMostSlabs));
+        throw InputError(fmt::format("a lamp of {} slabs; expected 1 to {}", slabs_.size(), kMostSlabs));
     for (const Slab& slab : slabs_) {
         if (const std::string fault = slab.axes.fault(); !fault.empty()) throw InputError("slab: " + fault);
         if (slab.field.info().unit != unit())
-            throw InputError("slabs of one lamp in different units; all in W or all in lm are accepted");
+            throw InputError("slabs of one lamp in different units; expected all in W or all in lm");
     }
     if (simple()) return;
     if (!is_finite(box_.min) || !is_finite(box_.max) || box_.isEmpty() ||
         !(std::isfinite(box_.size().length2()) && box_.size().length2() > 0)) {
-        throw InputError("a lamp's box that is none; it must be finite and not empty");
+        throw InputError("an invalid box of the lamp; it must be finite and not empty");
     }
 }
 

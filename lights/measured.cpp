@@ -731,7 +731,7 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
         input_error(at, "power {}; finite and not negative (0: as measured)", settings.power);
     }
     if (settings.reconstruction != Reconstruction::exact && settings.mode != EmissionMode::exact)
-        throw InputError(at, "reconstruction \"approximate\" is accepted with emission \"exact\" alone");
+        throw InputError(at, "reconstruction \"approximate\" works with emission \"exact\" only");
     assert(tables.size() == lamp.slabs().size());
     double bright = 0;
     std::uint64_t cells = 0;
@@ -741,7 +741,7 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
         cells += tables[i].cells();
     }
     if (cells > kMostCells)
-        input_error(at, "slabs of {} cells together; at most {} are accepted", cells, kMostCells);
+        input_error(at, "slabs of {} cells together; expected at most {}", cells, kMostCells);
     const double measured = lamp.flux();
     double flux = double{settings.power};
     if (!(settings.power > 0)) {
@@ -752,7 +752,7 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
         if (settings.power > 0) input_error(at, "power {}: the light field is black", settings.power);
         flux = 0;
     } else if (!(measured > 0) && !(settings.power > 0)) {
-        monitor.warn(fmt::format("{}: the light field's measured flux is {:.4g} {}; the lamp stays dark",
+        monitor.warn(fmt::format("{}: the light field's measured flux is {:.4g} {}; the lamp emits nothing",
                                  to_string(at), measured, flux_unit_name(lamp.unit())));
         flux = 0;
     }
@@ -762,7 +762,7 @@ std::unique_ptr<Light> make_measured_light(Lumigraph lamp, std::vector<CellTable
                                                  std::move(shape), workers);
     if (const double beside = light->beside_shape(); beside > 0.01) {
         monitor.warn(
-            fmt::format("{}: {:.3g} % of the lamp's light misses its shape and begins on the sampling plane",
+            fmt::format("{}: {:.3g} % of the lamp's light misses its shape and starts on the sampling plane",
                         to_string(at), 100 * beside));
     }
     return light;

@@ -20,7 +20,7 @@ std::string fault_of_angles(const std::vector<double>& angles, std::string_view 
     for (std::size_t i = 0; i < angles.size(); ++i) {
         if (!std::isfinite(angles[i])) return fmt::format("{} angle {} is not finite", name, i + 1);
         if (i > 0 && !(angles[i] - angles[i - 1] >= kLeastStep)) {
-            return fmt::format("{} angle {:g} follows {:g}; ascending angles are accepted", name, angles[i],
+            return fmt::format("{} angle {:g} follows {:g}; expected ascending angles", name, angles[i],
                                angles[i - 1]);
         }
     }
@@ -48,19 +48,18 @@ std::string PhotometricGrid::fault() const {
     if (std::string why = fault_of_angles(polar, "vertical"); !why.empty()) return why;
     if (std::string why = fault_of_angles(azimuth, "horizontal"); !why.empty()) return why;
     if (!(polar.front() >= 0 && polar.back() <= 180)) {
-        return fmt::format("polar angles from {:g} to {:g}; 0 to 180 is accepted", polar.front(),
-                           polar.back());
+        return fmt::format("polar angles from {:g} to {:g}; expected 0 to 180", polar.front(), polar.back());
     }
     if (!(azimuth.back() - azimuth.front() <= 360)) {
-        return fmt::format("azimuths from {:g} to {:g}; at most 360 degrees are accepted", azimuth.front(),
-                           azimuth.back());
+        return fmt::format("azimuths from {:g} to {:g}; expected a range of at most 360 degrees",
+                           azimuth.front(), azimuth.back());
     }
     if (candela.size() != polar.size() * azimuth.size()) {
         return fmt::format("{} intensities for {} x {} angles", candela.size(), azimuth.size(), polar.size());
     }
     for (const float value : candela) {
         if (!(value >= 0) || !std::isfinite(value))
-            return fmt::format("an intensity of {:g} cd; finite and not negative is accepted", value);
+            return fmt::format("an intensity of {:g} cd; expected a finite value, not negative", value);
     }
     return {};
 }
@@ -152,7 +151,7 @@ std::vector<double> even_angles(double step, double whole) {
     const double count = std::round(whole / step);
     if (!(step >= 0.05 && step <= whole) || std::fabs(count * step - whole) > 1e-6 * whole) {
         throw InputError(
-            fmt::format("a step of {:g} degrees; a divisor of {:g} from 0.05 on is accepted", step, whole));
+            fmt::format("a step of {:g} degrees; expected a divisor of {:g} of at least 0.05", step, whole));
     }
     std::vector<double> angles;
     for (int i = 0; i <= static_cast<int>(count); ++i) angles.push_back(whole * i / count);

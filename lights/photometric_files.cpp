@@ -100,8 +100,8 @@ void complete_c_planes(PhotometricGrid& grid, const Location& place) {
     if (last > 180 && last - first < 360 && same(last + step, first + 360))
         return append_plane_again(grid, first + 360);
     input_error(place,
-                "the planes go from {:g} to {:g} degrees; one plane, 0 to 90, 0 to 180, 90 to 270 and all "
-                "around are accepted",
+                "the planes go from {:g} to {:g} degrees; expected one plane, 0 to 90, 0 to 180, 90 to 270 "
+                "or 0 to 360",
                 first, last);
 }
 

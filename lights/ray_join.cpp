@@ -21,21 +21,21 @@ void check_parts(const std::vector<DrivenRays>& parts) {
             input_error(at, "drive {}; finite and not negative", part.drive);
         if (part.set.unit == FluxUnit::watt && any_lumens && !known(part)) {
             input_error(at,
-                        "its flux is in W, that of {} in lm, and nothing in it says how bright its watts "
-                        "are (wavelengths, spectra, or lumens beside watts); an efficacy in lm/W or a "
-                        "wavelength that is stated (--efficacy, --colours) is accepted",
+                        "its flux is in W, that of {} in lm, and the file has no data for the conversion "
+                        "(wavelengths, spectra, or lumens as well as watts); give an efficacy in lm/W or a "
+                        "wavelength (--efficacy, --colours)",
                         in_lumens->name);
         }
         if (!any_lumens && known(part) != known(first)) {
             input_error(known(part) ? Location{first.name} : at,
-                        "nothing in it says how bright its watts are (wavelengths, spectra, or lumens beside "
-                        "watts), but {} does; all files or none are accepted, and an efficacy in lm/W or a "
-                        "wavelength that is stated (--efficacy, --colours)",
+                        "the file has no data to convert its watts (wavelengths, spectra, or lumens as well "
+                        "as watts), but {} does; either all files or none must have it; give an efficacy in "
+                        "lm/W or a wavelength (--efficacy, --colours)",
                         known(part) ? part.name : first.name);
         }
     }
     const auto lit = [](const DrivenRays& part) { return part.drive > 0; };
-    if (std::none_of(parts.begin(), parts.end(), lit)) throw InputError("all drives are 0: nothing shines");
+    if (std::none_of(parts.begin(), parts.end(), lit)) throw InputError("all drives are 0");
 }
 
 // One colour for all, to within rounding.
@@ -154,7 +154,7 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
     std::size_t rays = 0;
     for (const DrivenRays& part : parts) rays += part.set.rays.size();
     require_memory(bytes_of(rays, sizeof(LampRay) + (coloured ? sizeof(V3f) : 0)),
-                   fmt::format("{} rays of {} files", rays, parts.size()), "fewer are accepted");
+                   fmt::format("{} rays of {} files", rays, parts.size()), "use fewer");
     joined.rays.reserve(rays);
     if (coloured) joined.tristimulus.reserve(rays);
     joined.header_lumens = stated(parts, &RaySet::header_lumens);

@@ -18,24 +18,24 @@ namespace lucerna {
 RaySource::RaySource(const std::filesystem::path& file) : at_{file.string()}, in_(open_to_read(file)) {
     in_.seekg(0, std::ios::end);
     const std::streamoff size = in_.tellg();
-    if (size < 0) throw InputError(at_, "its size cannot be told");
+    if (size < 0) throw InputError(at_, "its size cannot be determined");
     left_ = static_cast<std::uint64_t>(size);
     in_.seekg(0);
 }
 
 void RaySource::read(void* to, std::uint64_t bytes, const char* what) {
     if (bytes > left_) {
-        input_error(at_, "truncated in the {}: {} bytes wanted, {} left", what, bytes, left_);
+        input_error(at_, "truncated in the {}: {} bytes expected, {} left", what, bytes, left_);
     }
     in_.read(static_cast<char*>(to), static_cast<std::streamsize>(bytes));
-    if (!in_) input_error(at_, "reading stopped in the {}", what);
+    if (!in_) input_error(at_, "reading failed in the {}", what);
     left_ -= bytes;
     offset_ += bytes;
 }
 
 void RaySource::skip(std::uint64_t bytes, const char* what) {
     if (bytes > left_) {
-        input_error(at_, "truncated in the {}: {} bytes wanted, {} left", what, bytes, left_);
+        input_error(at_, "truncated in the {}: {} bytes expected, {} left", what, bytes, left_);
     }
     in_.seekg(static_cast<std::streamoff>(bytes), std::ios::cur);
     left_ -= bytes;
@@ -50,8 +50,7 @@ void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool colour
                     left_);
     }
     const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
-    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays),
-                   "fewer are accepted");
+    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays), "use fewer");
 }
 
 std::string ascii_text(std::span<const std::byte> bytes) {
@@ -73,7 +72,7 @@ float metres_of_unit(std::int32_t number, std::span<const NamedUnit> units, cons
     for (std::size_t i = 0; i < units.size(); ++i) {
         accepted += fmt::format("{}{} ({})", i == 0 ? "" : ", ", i, units[i].name);
     }
-    input_error(at, "length unit {}; {} are accepted", number, accepted);
+    input_error(at, "length unit {}; expected {}", number, accepted);
 }
 
 namespace {
@@ -169,11 +168,11 @@ bool RayTaker::take(const float* row, float flux) {
 void RayTaker::settle(double header_flux, const RaySource& source, Monitor& monitor) {
     const std::string file = to_string(source.at());
     if (set_.rays.empty())
-        throw InputError(source.at(), "no ray is usable: all have a bad position, direction or flux");
+        throw InputError(source.at(), "no ray is usable: all have an invalid position, direction or flux");
     if (set_.skipped_nan + set_.skipped_zero_direction > 0) {
         monitor.warn(
-            fmt::format("{}: {} rays skipped for a number that is not finite or a negative flux, {} for a "
-                        "direction of length 0",
+            fmt::format("{}: {} rays skipped because of a value that is not finite or a negative flux, {} "
+                        "because of a direction of length 0",
                         file, set_.skipped_nan, set_.skipped_zero_direction));
     }
     if (source.left() > 0) {
@@ -186,13 +185,13 @@ void RayTaker::settle_flux(double header_flux, const Location& at, Monitor& moni
     set_.flux = sum_;
     if (!std::isfinite(header_flux) || !(header_flux > 0)) return;
     if (!(sum_ > 0)) {
-        input_error(at, "the header states {} {}, but the rays carry nothing", header_flux,
+        input_error(at, "the header states {} {}, but the rays have no flux", header_flux,
                     flux_unit_name(set_.unit));
     }
     if (std::fabs(header_flux - sum_) > 1e-3 * header_flux) {
-        monitor.warn(
-            fmt::format("{}: the header states {:.6g} {}, the rays add up to {:.6g}; the header is believed",
-                        to_string(at), header_flux, flux_unit_name(set_.unit), sum_));
+        monitor.warn(fmt::format(
+            "{}: the header states {:.6g} {}, the rays add up to {:.6g}; the header's flux is used",
+            to_string(at), header_flux, flux_unit_name(set_.unit), sum_));
     }
     const double factor = header_flux / sum_;
     for (LampRay& ray : set_.rays) ray.flux = static_cast<float>(double{ray.flux} * factor);
@@ -229,7 +228,7 @@ RaySet read_rays(const std::filesystem::path& file, Monitor& monitor) {
     }
     throw InputError(
         {file.string()},
-        "no ray file: IES TM-25 (.tm25ray), Zemax binary (.dat) and LightTools binary (.ray) are accepted");
+        "not a ray file; expected IES TM-25 (.tm25ray), Zemax binary (.dat) or LightTools binary (.ray)");
 }
 
 }  // namespace lucerna

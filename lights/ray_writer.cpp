@@ -170,9 +170,10 @@ void write_rays(const std::filesystem::path& file, const RayFileInfo& info, cons
 void write_rays(const std::filesystem::path& file, const RayFileInfo& info, const NextColouredRays& next) {
     const WriterFormat* format = format_of(file);
     if (!format)
-        input_error({file.string()}, "rays cannot be written under this name; {} are known", kRaySuffixes);
+        input_error({file.string()}, "the format of a ray file is chosen by its suffix; expected {}",
+                    kRaySuffixes);
     if (info.rays > format->most_rays) {
-        input_error({file.string()}, "{} rays; {} counts to {}", info.rays, format->suffix,
+        input_error({file.string()}, "{} rays; {} can hold at most {}", info.rays, format->suffix,
                     format->most_rays);
     }
     replace_file(file, [&](const std::filesystem::path& temporary) {

@@ -85,7 +85,7 @@ Flags read_flags(std::span<const std::byte> bytes, const Location& at) {
     for (std::size_t i = 0; i < 8; ++i) {
         const auto value = value_at<std::int32_t>(bytes, kFlagStart + 4 * i);
         if (value != 0 && value != 1)
-            input_error(at, "the flag for {} is {}; 0 and 1 are accepted", kNames[i], value);
+            input_error(at, "the flag for {} is {}; expected 0 or 1", kNames[i], value);
         flag[i] = value == 1;
     }
     if (!flag[0] || !flag[1])
@@ -99,18 +99,17 @@ Tm25Header read_tm25_header(RaySource& source) {
     std::vector<std::byte> bytes(kTm25HeaderBytes);
     source.read(bytes.data(), 4, "signature");
     if (std::memcmp(bytes.data(), "TM25", 4) != 0)
-        throw InputError(at, "no TM-25 ray file: it does not start with TM25");
+        throw InputError(at, "not a TM-25 ray file: it does not start with TM25");
     source.read(bytes.data() + 4, kTm25HeaderBytes - 4, "header");
     const auto version = value_at<std::int32_t>(bytes, 4);
-    if (version != 2013) input_error(at, "TM-25 version {}; 2013 is accepted", version);
+    if (version != 2013) input_error(at, "TM-25 version {}; expected 2013", version);
 
     Tm25Header h;
     h.lumens = double{value_at<float>(bytes, 12)};
     h.watts = double{value_at<float>(bytes, 16)};
     h.rays = value_at<std::uint64_t>(bytes, 20);
     const auto spectral = value_at<std::int32_t>(bytes, 60);
-    if (spectral < 0 || spectral > 4)
-        input_error(at, "spectral identifier {}; 0 to 4 are accepted", spectral);
+    if (spectral < 0 || spectral > 4) input_error(at, "spectral identifier {}; expected 0 to 4", spectral);
     h.spectral = static_cast<Spectral>(spectral);
     h.wavelength = value_at<float>(bytes, 64);
     h.tables = value_at<std::int32_t>(bytes, 76);
@@ -230,8 +229,9 @@ RaySet read_tm25(const std::filesystem::path& file, Monitor& monitor) {
     RowColour colour(header, columns, set, std::move(tables));
     source.require_rows(header.rays, static_cast<std::size_t>(columns.count), colour.per_ray());
     if (colour.several_unused()) {
-        monitor.warn(fmt::format("{}: several spectra and no index per ray; the first one gives the colour",
-                                 to_string(source.at())));
+        monitor.warn(
+            fmt::format("{}: several spectra but no index per ray; the first spectrum is used for all rays",
+                        to_string(source.at())));
     }
     const int flux_column = header.has.radiant ? columns.radiant : columns.luminous;
     set.rays.reserve(header.rays);

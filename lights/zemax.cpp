@@ -34,7 +34,7 @@ ZemaxHeader read_zemax_header(RaySource& source) {
     const auto whole = [&](std::uint64_t offset) { return value_at<std::int32_t>(bytes, offset); };
     const auto real = [&](std::uint64_t offset) { return double{value_at<float>(bytes, offset)}; };
     if (whole(0) != kIdentifier)
-        input_error(at, "no Zemax ray file: it starts with {}, not with {}", whole(0), kIdentifier);
+        input_error(at, "not a Zemax ray file: it starts with {}, not with {}", whole(0), kIdentifier);
     ZemaxHeader h;
     h.rays = whole(4);
     if (h.rays < 1) input_error(at, "the file states {} rays", h.rays);
@@ -45,11 +45,11 @@ ZemaxHeader read_zemax_header(RaySource& source) {
     h.metres = metres_of_unit(whole(136), kZemaxUnits, at);
     const std::int32_t format = whole(192);
     if (format != 0 && format != 2)
-        input_error(at, "ray format {}; 0 (flux) and 2 (flux and wavelength) are accepted", format);
+        input_error(at, "ray format {}; expected 0 (flux) or 2 (flux and wavelength)", format);
     h.per_ray = format == 2;
     const std::int32_t flux_type = whole(196);
     if (flux_type != 0 && flux_type != 1)
-        input_error(at, "flux type {}; 0 (W) and 1 (lm) are accepted", flux_type);
+        input_error(at, "flux type {}; expected 0 (W) or 1 (lm)", flux_type);
     h.unit = flux_type == 1 ? FluxUnit::lumen : FluxUnit::watt;
     return h;
 }

@@ -139,7 +139,7 @@ void require_memory_for_maps(const std::vector<ChunkPhotons>& chunks, std::int64
     require_memory(
         static_cast<std::uint64_t>(sets * bytes_of_maps(all, largest)),
         fmt::format("photon maps of about {:.2g} photons from {} light paths", sets * all, sets * total),
-        "fewer photons are accepted; many of them one after the other: integrator progressive");
+        "use fewer photons, or the integrator progressive, which traces them in passes");
 }
 
 // Traces light paths until there are `total` of them.
@@ -169,10 +169,10 @@ std::int64_t within_bounces(const MapParameters& parameters, const std::vector<C
         std::max<std::int64_t>(static_cast<std::int64_t>(affordable) / kPathsPerChunk, 1);
     const std::int64_t paths = std::min(parameters.paths, whole_chunks * kPathsPerChunk);
     if (paths < parameters.paths) {
-        monitor.warn(fmt::format(
-            "of {} light paths {} are traced: they bounce {:.0f} times on average, as surfaces that "
-            "light goes on from take almost nothing away; what they bring has more noise",
-            parameters.paths, paths, length));
+        monitor.warn(
+            fmt::format("only {1} of {0} light paths are traced: they bounce {2:.0f} times on average, "
+                        "because the surfaces absorb almost nothing; the result is noisier",
+                        parameters.paths, paths, length));
     }
     return paths;
 }
@@ -189,7 +189,7 @@ std::int64_t needed(const std::vector<ChunkPhotons>& chunks, std::int64_t total,
                               static_cast<double>(std::max<std::int64_t>(found, 1));
         if (wanted > static_cast<double>(most)) {
             monitor.warn(
-                fmt::format("the {} map holds {} photons after {} light paths; the target of {} is given up",
+                fmt::format("the {} map holds {} photons after {} light paths; the target of {} is abandoned",
                             map_name(static_cast<MapKind>(kind)), found, total, targets[kind]));
             targets[kind] = 0;
             continue;

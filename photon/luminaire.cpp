@@ -40,14 +40,14 @@ struct EscapedRays : LightPathVisitor {
 
 void check_luminaire(const Scene& scene, const LuminaireParameters& parameters) {
     if (parameters.paths < 1 || parameters.paths > (std::int64_t{1} << 32)) {
-        throw InputError(fmt::format("{} light paths; 1 to 4294967296 can be traced", parameters.paths));
+        throw InputError(fmt::format("{} light paths; expected 1 to 4294967296", parameters.paths));
     }
     if (parameters.block < 1)
         throw InputError(fmt::format("blocks of {} light paths; 1 or more", parameters.block));
     for (const auto& light : scene.lights()) {
         if (light->kind() == "distant" || light->kind() == "infinite") {
             throw InputError(fmt::format(
-                "a luminaire is lit by its own lights, which have a place; this one has a light of kind {}",
+                "a luminaire may only have lights with a position; this one has a light of type {}",
                 light->kind()));
         }
     }
@@ -55,7 +55,8 @@ void check_luminaire(const Scene& scene, const LuminaireParameters& parameters) 
     for (const auto& light : scene.lights()) power += light->power();
     if (!(power > 0)) throw InputError("the luminaire has no light with any power");
     if (!scene.media().all.empty()) {
-        throw InputError("media in a luminaire: a lamp's account has no place for what they absorb");
+        throw InputError(
+            "media in a luminaire are not supported, as the flux that they absorb is not accounted for");
     }
 }
 

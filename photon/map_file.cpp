@@ -74,26 +74,25 @@ Head read_head(std::ifstream& in, const std::filesystem::path& file, std::uint64
     Head head{};
     in.read(reinterpret_cast<char*>(&head), sizeof head);
     if (!in || std::memcmp(head.magic, kMagic, sizeof kMagic) != 0 || head.byte_order != kByteOrder) {
-        input_error(at, "these are no photon maps of this version of lucerna");
+        input_error(at, "not a file of photon maps of this version of lucerna");
     }
     if (head.arithmetic[kArithmeticLength] != 0) input_error(at, "the file is damaged");
     if (head.arithmetic != arithmetic()) {
-        input_error(at, "these maps were made by another build: \"{}\", this one is \"{}\"", head.arithmetic,
-                    arithmetic());
+        input_error(at, "these maps were written by another build: \"{}\"; this one is \"{}\"",
+                    head.arithmetic, arithmetic());
     }
     if (head.key != key) {
-        input_error(at, "these maps are of another scene, other lights, another seed or other settings");
+        input_error(at, "these maps are for a different scene, lights, seed or settings");
     }
     std::uint64_t left = std::filesystem::file_size(file) - sizeof head;
     for (const std::uint64_t count : head.photons) {
         if (count == kNotBuilt) continue;
-        if (count > left / kBytesOfPhoton) input_error(at, "the file is cut off or damaged");
+        if (count > left / kBytesOfPhoton) input_error(at, "the file is truncated or damaged");
         left -= count * kBytesOfPhoton;
     }
     if (left != 0) input_error(at, "the file is damaged: {} bytes too long", left);
     // Read, then put into the index's order.
-    require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons",
-                   "fewer are accepted");
+    require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons", "use fewer");
     return head;
 }
 
@@ -147,7 +146,7 @@ PhotonMaps load_maps(const std::filesystem::path& file, std::uint64_t key, std::
         if (head.photons[kind] == kNotBuilt) continue;
         for (std::size_t i = 0; i < deposited[kind].size(); ++i) {
             if (!is_photon(deposited[kind].positions[i], deposited[kind].photons[i], lights)) {
-                input_error(at, "the file is damaged: photon {} of the {} map is none", i,
+                input_error(at, "the file is damaged: photon {} of the {} map is invalid", i,
                             map_name(static_cast<MapKind>(kind)));
             }
         }

@@ -84,7 +84,7 @@ void trace_chunk(const Scene& scene, const LightPaths& paths, const SamplerFamil
 inline void require_path_numbers(std::string_view what, std::int64_t paths) {
     constexpr std::int64_t kMostPaths = std::int64_t{1} << 32;
     if (paths >= 1 && paths <= kMostPaths) return;
-    throw InputError(fmt::format("{}: {} paths asked for; 1 to {} can be emitted", what, paths, kMostPaths));
+    throw InputError(fmt::format("{}: {} light paths; expected 1 to {}", what, paths, kMostPaths));
 }
 
 // How many things so many paths will leave, where count_of(visitor) of them are in each visitor of the `done`

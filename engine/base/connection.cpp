@@ -21,8 +21,8 @@ constexpr const char* kThisMachine = "127.0.0.1";
 
 Endpoint parse_endpoint(const Location& at, std::string_view word, int default_port) {
     const auto refuse = [&] {
-        input_error(at, "\"{}\" is no HOST:PORT; 192.168.0.7:{}, localhost or [::1]:{} are accepted", word,
-                    default_port, default_port);
+        input_error(at, "\"{}\" is not HOST:PORT; expected for example 192.168.0.7:{}, localhost or [::1]:{}",
+                    word, default_port, default_port);
     };
     if (word.empty()) refuse();
     std::string_view host = word;

@@ -52,8 +52,8 @@ ColourSpace space_of(const Imf::Header& header) {
         colour_space_of({c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x, c.blue.y, c.white.x, c.white.y});
     if (!space)
         throw InputError(
-            fmt::format("its chromaticities, ({:g}, {:g}) ({:g}, {:g}) ({:g}, {:g}) and white "
-                        "({:g}, {:g}), span no colour space",
+            fmt::format("its chromaticities, ({:g}, {:g}) ({:g}, {:g}) ({:g}, {:g}) and white ({:g}, {:g}), "
+                        "do not span a colour space",
                         c.red.x, c.red.y, c.green.x, c.green.y, c.blue.x, c.blue.y, c.white.x, c.white.y));
     return *space;
 }
@@ -111,7 +111,7 @@ Stated read_stated(const std::filesystem::path& file) {
         // A lying header must not make us allocate what the machine does not have.
         constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
         if (width <= 0 || height <= 0 || width > kMaxPixels / height) {
-            throw InputError(fmt::format("image size {} × {} is not credible", width, height));
+            throw InputError(fmt::format("image size {} × {} is not plausible", width, height));
         }
         std::vector<std::string> names;
         for (auto c = in.header().channels().begin(); c != in.header().channels().end(); ++c) {
@@ -122,7 +122,7 @@ Stated read_stated(const std::filesystem::path& file) {
             return channel_rank(a) < channel_rank(b);
         });
         require_memory(bytes_of(static_cast<std::uint64_t>(width * height), names.size() * sizeof(float)),
-                       fmt::format("an image of {} x {} pixels", width, height), "fewer pixels are accepted");
+                       fmt::format("an image of {} x {} pixels", width, height), "use fewer pixels");
         Image image(static_cast<int>(width), static_cast<int>(height), std::move(names));
         read_windows(in.header(), image);
         in.setFrameBuffer(frame_buffer(image, window.min));
@@ -136,7 +136,7 @@ Stated read_stated(const std::filesystem::path& file) {
         const ColourSpace space = space_of(in.header());
         return {std::move(image), space};
     } catch (const std::bad_alloc&) {
-        throw InputError({file.string()}, "not enough memory to read it; fewer pixels are accepted");
+        throw InputError({file.string()}, "not enough memory to read it; use fewer pixels");
     } catch (const std::exception& error) {
         throw InputError({file.string()},
                          std::string("not a readable OpenEXR image: ") + one_line(error.what()));
@@ -155,7 +155,7 @@ Image read_exr_as_stated(const std::filesystem::path& file) {
     Stated stated = read_stated(file);
     if (!stated.space) return std::move(stated.image);
     stated.image.space = find_colour_space(stated.space->name);
-    if (!stated.image.space) throw InputError({file.string()}, "its colours are of a space without a name");
+    if (!stated.image.space) throw InputError({file.string()}, "its colours are in an unnamed colour space");
     return std::move(stated.image);
 }
 

@@ -67,7 +67,7 @@ std::optional<std::int32_t> bytes_of(std::span<const AttributeType> types, const
 void check_type(const std::string& type, std::int32_t size, ExrKind kind) {
     std::optional<std::int32_t> bytes = bytes_of(kTypes, type);
     if (!bytes && is_of_light(kind))
-        throw InputError("no light field: the OpenEXR file has an attribute of a type that they do not have");
+        throw InputError("not a light field: the OpenEXR file has an attribute of an unexpected type");
     if (!bytes) bytes = bytes_of(kMoreTypes, type);
     if (bytes && *bytes >= 0 && *bytes != size) {
         throw InputError(
@@ -81,7 +81,7 @@ std::int64_t count_channels(const std::string& list) {
     std::int64_t count = 0;
     for (; at < list.size() && list[at] != '\0'; ++count)
         at = list.find('\0', at) == list.npos ? list.size() : list.find('\0', at) + 17;
-    if (at + 1 != list.size()) throw InputError("damaged OpenEXR file: a list of channels without an end");
+    if (at + 1 != list.size()) throw InputError("damaged OpenEXR file: an unterminated list of channels");
     return count;
 }
 
@@ -92,7 +92,7 @@ void check_texts(const std::string& list) {
         if (list.size() - at >= sizeof length) std::memcpy(&length, &list[at], sizeof length);
         at += sizeof length;
         if (length < 0 || static_cast<std::size_t>(length) > list.size() - at)
-            throw InputError("damaged OpenEXR file: a list of texts longer than it is");
+            throw InputError("damaged OpenEXR file: a list of strings with a wrong length");
         at += static_cast<std::size_t>(length);
     }
 }
@@ -103,7 +103,7 @@ void check_preview(const std::string& preview) {
     if (preview.size() >= sizeof size) std::memcpy(size.data(), preview.data(), sizeof size);
     const std::uint64_t pixels = std::uint64_t{size[0]} * size[1];
     if (preview.size() < sizeof size || pixels != (preview.size() - sizeof size) / 4)
-        throw InputError("damaged OpenEXR file: a preview of another size than its own");
+        throw InputError("damaged OpenEXR file: a preview with a wrong size");
 }
 
 class HeaderReader {
@@ -128,7 +128,7 @@ class HeaderReader {
         std::string name;
         for (char c = value<char>(); c != '\0'; c = value<char>()) {
             if (name.size() == kLongestExrName)
-                throw InputError("damaged OpenEXR file: a name without an end");
+                throw InputError("damaged OpenEXR file: an unterminated name");
             name += c;
         }
         return name;
@@ -188,7 +188,7 @@ void check_sizes(const Part& part, std::int64_t file_bytes, ExrKind kind) {
     // with.
     const double lines = bytes_of(part, width, std::min(packing.lines, height));
     require_memory(static_cast<std::uint64_t>(std::min(2 * lines, 1e18)),
-                   fmt::format("an OpenEXR image {} pixels wide", width), "a narrower one is accepted");
+                   fmt::format("an OpenEXR image {} pixels wide", width), "use a narrower one");
 }
 
 void read_attribute(HeaderReader& reader, const std::string& name, const std::string& type, std::int32_t size,
@@ -241,7 +241,7 @@ bool check_part(HeaderReader& reader, ExrKind kind) {
                                      reader.bytes()));
     }
     if (kind == ExrKind::light_fields && !part.type.empty() && part.type != "scanlineimage")
-        throw InputError("no light field: a part of the OpenEXR file is not made of scan lines");
+        throw InputError("not a light field: a part of the OpenEXR file is not made of scan lines");
     return true;
 }
 
@@ -250,11 +250,11 @@ bool check_part(HeaderReader& reader, ExrKind kind) {
 int check_exr_header(const std::filesystem::path& file, ExrKind kind) {
     HeaderReader reader(file);
     if (reader.bytes() < 8 || reader.value<std::uint32_t>() != kMagic)
-        throw InputError("no OpenEXR file: it does not start with the number 20000630");
+        throw InputError("not an OpenEXR file: it does not start with the number 20000630");
     const auto version = reader.value<std::uint32_t>();
     const bool several = (version & kSeveralParts) != 0;
     if (kind == ExrKind::light_field && (version & ~kLongNames) == (kVersion | kSeveralParts))
-        throw InputError("an OpenEXR file of several parts; a single light field is accepted here");
+        throw InputError("an OpenEXR file of several parts; expected a single light field");
     if (kind == ExrKind::light_field && (version & ~kLongNames) != kVersion)
         throw InputError("not a single-part scan-line OpenEXR file of version 2");
     if (kind == ExrKind::light_fields && (version & ~(kLongNames | kSeveralParts)) != kVersion)

@@ -41,9 +41,9 @@ class Descriptor {
 std::string_view other_kind(mode_t mode) {
     if (S_ISREG(mode)) return "";
     if (S_ISDIR(mode)) return "is a folder, not a file";
-    if (S_ISFIFO(mode)) return "is no regular file but a pipe";
-    if (S_ISCHR(mode) || S_ISBLK(mode)) return "is no regular file but a device";
-    return "is no regular file";
+    if (S_ISFIFO(mode)) return "is a pipe; expected a regular file";
+    if (S_ISCHR(mode) || S_ISBLK(mode)) return "is a device; expected a regular file";
+    return "is not a regular file";
 }
 
 }  // namespace
@@ -59,8 +59,7 @@ void require_readable(const std::filesystem::path& file) {
         if (errno != ENOENT && errno != ENOTDIR)
             throw InputError(at, std::string("cannot be opened: ") + std::strerror(errno));
         std::error_code status;
-        if (std::filesystem::is_symlink(file, status))
-            throw InputError(at, "no such file: the link leads nowhere");
+        if (std::filesystem::is_symlink(file, status)) throw InputError(at, "no such file: a broken link");
         throw InputError(at, "no such file");
     }
     check_kind(about);  // before it is opened: that may wait, or set a device going
@@ -85,13 +84,13 @@ Container read_all(const std::filesystem::path& file) {
     std::ifstream in = open_to_read(file);
     in.seekg(0, std::ios::end);
     const std::streamoff size = in.tellg();
-    if (size < 0) throw InputError({file.string()}, "its size cannot be told");
+    if (size < 0) throw InputError({file.string()}, "its size cannot be determined");
     // A file of holes has any size that it likes.
-    require_memory(static_cast<std::uint64_t>(size), file.string(), "a smaller file is accepted");
+    require_memory(static_cast<std::uint64_t>(size), file.string(), "use a smaller file");
     Container bytes(static_cast<std::size_t>(size), typename Container::value_type{});
     in.seekg(0);
     in.read(reinterpret_cast<char*>(bytes.data()), size);
-    if (!in) throw InputError({file.string()}, "reading stopped before the end of the file");
+    if (!in) throw InputError({file.string()}, "reading failed before the end of the file");
     return bytes;
 }
 

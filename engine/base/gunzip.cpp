@@ -44,15 +44,15 @@ Container unpacked(const std::vector<std::byte>& packed, const std::filesystem::
     z_stream& in = inflater.stream;
     Container out;
     const auto make_room = [&](std::size_t bytes) {
-        require_memory(bytes, file.string() + ", unpacked", "a smaller file is accepted");
+        require_memory(bytes, file.string() + ", unpacked", "use a smaller file");
         out.resize(bytes);
     };
     const auto refuse_a_trap = [&](std::size_t bytes, std::size_t from) {
         if (bytes <= kLittle || bytes / kMostTimes <= from) return;
-        throw InputError({file.string()},
-                         fmt::format("unpacks to more than {} times its size; no file of {} MiB or more is "
-                                     "accepted that does",
-                                     kMostTimes, kLittle >> 20));
+        throw InputError(
+            {file.string()},
+            fmt::format("expands to more than {} times its size; such files may be at most {} MiB",
+                        kMostTimes, kLittle >> 20));
     };
     const std::size_t told = told_size(packed);
     refuse_a_trap(told, packed.size());
@@ -80,7 +80,7 @@ Container unpacked(const std::vector<std::byte>& packed, const std::filesystem::
         } else if (made == out.size()) {
             if (made == most) {
                 throw InputError({file.string()},
-                                 fmt::format("unpacks to more than {} bytes; no more are accepted", most));
+                                 fmt::format("expands to more than {} bytes, the limit", most));
             }
             // By large steps, as what is there is copied each time, while that leaves memory for others.
             const std::size_t there = available_memory().value_or(most);

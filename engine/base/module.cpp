@@ -43,7 +43,7 @@ std::filesystem::path found_in(const std::vector<std::filesystem::path>& folders
         looked += (looked.empty() ? "" : ", ") + folder.string();
     }
     throw InputError(wanted_by,
-                     fmt::format("{} {}, which is in none of {}", module.need, module.library, looked));
+                     fmt::format("{} {}, which was not found in {}", module.need, module.library, looked));
 }
 
 }  // namespace

@@ -35,16 +35,14 @@ std::unique_ptr<PictureReader> open_raw(const std::filesystem::path& file) {
 int most_of(const std::filesystem::path& file, const PictureHeader& header) {
     if (header.numbers == PictureNumbers::floats) return 0;
     if (header.numbers != PictureNumbers::bytes && header.numbers != PictureNumbers::words) {
-        throw InputError({file.string()},
-                         fmt::format("numbers of kind {}; whole numbers of 8 or 16 bits, half "
-                                     "and float are accepted",
-                                     header.kind));
+        throw InputError(
+            {file.string()},
+            fmt::format("pixel type {}; expected 8- or 16-bit integers, half or float", header.kind));
     }
     const int whole = header.numbers == PictureNumbers::bytes ? 8 : 16;
     // Narrower numbers would have been stretched while reading, and counts must stay what they are.
     if (header.bits != whole) {
-        throw InputError({file.string()},
-                         fmt::format("{} bits for a number; 8 or 16 are accepted", header.bits));
+        throw InputError({file.string()}, fmt::format("{} bits per value; expected 8 or 16", header.bits));
     }
     return (1 << whole) - 1;
 }
@@ -56,9 +54,9 @@ std::size_t pixels_of(const PictureHeader& header) {
 void check_size(const std::filesystem::path& file, const PictureHeader& header) {
     if (!is_credible(file, header)) {
         throw InputError({file.string()},
-                         fmt::format("image size {} × {} is not credible", header.width, header.height));
+                         fmt::format("image size {} × {} is not plausible", header.width, header.height));
     }
-    if (!header.flat) throw InputError({file.string()}, "a flat image is accepted, not a deep one");
+    if (!header.flat) throw InputError({file.string()}, "is a deep image; expected a flat one");
     if (header.channels < 1) throw InputError({file.string()}, "the image has no channels");
 }
 
@@ -76,8 +74,8 @@ Channels channels_of(const std::filesystem::path& file, const PictureHeader& hea
     }
     if (wanted == kColourChannels) {
         if (header.channels >= 3) return {{0, 3}, false, 3};
-        throw InputError({file.string()}, fmt::format("{} channels where \"{}\" is wanted; 3 are accepted",
-                                                      header.channels, kColourChannels));
+        throw InputError({file.string()},
+                         fmt::format("{} channels, but \"{}\" needs 3", header.channels, kColourChannels));
     }
     const std::vector<std::string>& names = header.channel_names;
     for (int c = 0; c < static_cast<int>(names.size()); ++c) {
@@ -87,7 +85,7 @@ Channels channels_of(const std::filesystem::path& file, const PictureHeader& hea
     const std::vector<std::string_view> known(names.begin(),
                                               names.begin() + static_cast<std::ptrdiff_t>(shown));
     throw InputError({file.string()},
-                     one_line(fmt::format("no channel \"{}\"; accepted are {}, {} and {}", wanted,
+                     one_line(fmt::format("no channel \"{}\"; expected {}, {} or {}", wanted,
                                           kLuminanceChannel, kColourChannels, fmt::join(known, ", "))));
 }
 
@@ -96,7 +94,7 @@ void require_finite(const std::filesystem::path& file, const Photograph& photogr
         if (std::isfinite(photograph.counts[i])) continue;
         const auto width = static_cast<std::size_t>(photograph.size.x);
         const std::size_t pixel = i % photograph.pixels();
-        throw InputError({file.string()}, fmt::format("pixel ({}, {}) holds {}; finite numbers are accepted",
+        throw InputError({file.string()}, fmt::format("pixel ({}, {}) holds {}; expected finite numbers",
                                                       pixel % width, pixel / width, photograph.counts[i]));
     }
 }
@@ -128,7 +126,7 @@ PictureFormat format_of(const std::filesystem::path& file, bool whole) {
     if (whole && (suffix == ".tif" || suffix == ".tiff")) return PictureFormat::tiff;
     if (!whole && suffix == ".exr") return PictureFormat::exr;
     throw InputError({file.string()},
-                     fmt::format("a photograph of {} ends in {}", whole ? "whole numbers" : "floats",
+                     fmt::format("a photograph of {} must end in {}", whole ? "whole numbers" : "floats",
                                  whole ? ".png, .tif or .tiff" : ".exr"));
 }
 
@@ -175,7 +173,7 @@ Photograph read_photograph(const std::filesystem::path& file, std::string_view c
     require_memory(
         pixels_of(header) * (static_cast<std::uint64_t>(channels.given) + read) * sizeof(float),
         fmt::format("{}: a photograph of {} x {} pixels", file.string(), header.width, header.height),
-        "fewer pixels are accepted");
+        "use fewer pixels");
     photograph.channels = channels.given;
     photograph.counts.resize(pixels_of(header) * static_cast<std::size_t>(channels.given));
     if (photograph.most == 0) {

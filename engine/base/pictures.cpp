@@ -32,7 +32,7 @@ void check_header(const std::filesystem::path& file) {
         screen.width = head[6] | head[7] << 8;
         screen.height = head[8] | head[9] << 8;
         if (!is_credible(file, screen))
-            throw InputError(fmt::format("image size {} × {} is not credible", screen.width, screen.height));
+            throw InputError(fmt::format("image size {} × {} is not plausible", screen.width, screen.height));
     }
 }
 

@@ -113,7 +113,7 @@ Header first_of(Chunks& chunks) {
                         bytes[10],          bytes[11],          bytes[12]};
     if (!is_known(header)) {
         Chunks::refuse(
-            chunk, fmt::format("has {} x {} pixels of {} bits, colours of kind {}, which PNG does not know",
+            chunk, fmt::format("has {} x {} pixels of {} bits and colour type {}, which PNG does not allow",
                                header.width, header.height, header.bits, header.colours));
     }
     return header;
@@ -129,12 +129,13 @@ void check_png_chunks(const std::filesystem::path& file) {
         chunks.read(chunk, {});
         if (!chunk.is_critical()) continue;
         const bool is_palette = chunk.type == "PLTE", is_pixels = chunk.type == "IDAT";
-        if (!is_palette && !is_pixels) Chunks::refuse(chunk, "is of no kind that a PNG needs");
+        if (!is_palette && !is_pixels) Chunks::refuse(chunk, "is of an unknown critical type");
         // Of other kinds of colours it is but a hint.
         if (is_palette && header.colours == kPalette) {
-            if (palette || pixels) Chunks::refuse(chunk, "stands in the wrong place");
+            if (palette || pixels) Chunks::refuse(chunk, "is out of order");
             if (chunk.length == 0 || chunk.length > 768 || chunk.length % 3 != 0)
-                Chunks::refuse(chunk, fmt::format("has {} bytes, which make no palette", chunk.length));
+                Chunks::refuse(chunk,
+                               fmt::format("has {} bytes, which is not a valid palette size", chunk.length));
         }
         if (is_pixels && header.colours == kPalette && !palette)
             Chunks::refuse(chunk, "is not preceded by a palette");

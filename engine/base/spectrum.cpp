@@ -73,7 +73,7 @@ double number_at(const std::string& word, const Location& at) {
     }
     if (used != word.size() || !std::isfinite(value)) {
         throw InputError(at,
-                         fmt::format("\"{}\" is no number; wavelengths in nm and values are accepted", word));
+                         fmt::format("\"{}\" is not a number; expected wavelengths in nm and values", word));
     }
     return value;
 }
@@ -203,7 +203,7 @@ Spectrum read_spd(const std::filesystem::path& file) {
             const double nm = numbers[numbers.size() - 2];
             if (!result.empty() && !(nm > result.back().nanometres)) {
                 throw InputError(
-                    at, fmt::format("wavelength {:g} does not follow {:g}; rising ones are accepted", nm,
+                    at, fmt::format("wavelength {:g} follows {:g}; expected ascending wavelengths", nm,
                                     result.back().nanometres));
             }
             result.push_back({nm, numbers.back()});
@@ -212,7 +212,7 @@ Spectrum read_spd(const std::filesystem::path& file) {
     if (result.empty() || numbers.size() % 2 != 0) {
         throw InputError(
             {file.string()},
-            fmt::format("holds {} numbers; pairs of wavelength and value are accepted", numbers.size()));
+            fmt::format("holds {} numbers; expected pairs of wavelength and value", numbers.size()));
     }
     return result;
 }

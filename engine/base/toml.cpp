@@ -57,7 +57,7 @@ class TomlScan {
                 ++at_;
             }
         }
-        require_memory(values_ * kBytesOfValue, file_, "a shorter description is accepted");
+        require_memory(values_ * kBytesOfValue, file_, "use a shorter description");
     }
 
   private:
@@ -141,7 +141,7 @@ TomlValue copy(const toml::node& node, const std::string& file, int depth) {
     } else if (const auto* truth = node.as_boolean()) {
         value.is = truth->get();
     } else {
-        throw InputError(value.place, "dates and times are not accepted; text in quotes is");
+        throw InputError(value.place, "dates and times are not accepted; expected text in quotes");
     }
     return value;
 }
@@ -159,7 +159,7 @@ TomlTable TomlTable::read(const std::filesystem::path& file) {
     constexpr std::uintmax_t kMost = std::uintmax_t{64} << 20;
     std::error_code unknown;
     if (std::filesystem::file_size(file, unknown) > kMost && !unknown)
-        throw InputError({file.string()}, "larger than 64 MiB; this is no description");
+        throw InputError({file.string()}, "is larger than 64 MiB, the limit for a description");
     return parse(read_text(file), file.string());
 }
 
@@ -174,7 +174,7 @@ TomlTable TomlTable::parse(std::string_view text, const std::string& file) {
         throw InputError({file, static_cast<int>(at.line), static_cast<int>(at.column)},
                          one_line(error.description()));
     } catch (const TomlFault&) {
-        throw InputError({file}, "is not TOML: a name begins with a character that no name may begin with");
+        throw InputError({file}, "is not TOML: a name begins with an invalid character");
     }
 }
 
@@ -201,7 +201,7 @@ const TomlValue& TomlTable::need(std::string_view key) const {
 template <typename T>
 const T& TomlTable::as(std::string_view key, const TomlValue& value, std::string_view what) const {
     const T* held = std::get_if<T>(&value.is);
-    if (!held) input_error(value.place, "\"{}\" is {}; {} is accepted", key, kind_of(value), what);
+    if (!held) input_error(value.place, "\"{}\" is {}; expected {}", key, kind_of(value), what);
     return *held;
 }
 
@@ -209,7 +209,8 @@ double TomlTable::real(std::string_view key, const TomlValue& value, double leas
     const auto* whole = std::get_if<std::int64_t>(&value.is);
     const double number = whole ? static_cast<double>(*whole) : as<double>(key, value, "a number");
     if (!(number >= least && number <= most)) {  // false for NaN
-        input_error(value.place, "\"{}\" of {:g} is not accepted; {:g} to {:g} is", key, number, least, most);
+        input_error(value.place, "\"{}\" of {:g} is not accepted; expected {:g} to {:g}", key, number, least,
+                    most);
     }
     return number;
 }
@@ -225,7 +226,7 @@ int TomlTable::whole(std::string_view key, int least, int most, std::optional<in
     const TomlValue& value = need(key);
     const auto number = as<std::int64_t>(key, value, "a whole number");
     if (number < least || number > most)
-        input_error(value.place, "\"{}\" of {} is not accepted; {} to {} is", key, number, least, most);
+        input_error(value.place, "\"{}\" of {} is not accepted; expected {} to {}", key, number, least, most);
     return static_cast<int>(number);
 }
 
@@ -244,7 +245,7 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
     const std::string word = text(key, std::move(fallback));
     const std::vector<std::string_view> known(accepted.begin(), accepted.end());
     if (std::find(known.begin(), known.end(), word) == known.end()) {
-        input_error(place_of(key), "\"{}\" of \"{}\" is unknown; {}accepted are {}", key, one_line(word),
+        input_error(place_of(key), "\"{}\" of \"{}\" is unknown; {}expected {}", key, one_line(word),
                     did_you_mean(word, known), fmt::join(known, ", "));
     }
     return word;
@@ -253,14 +254,15 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
 double TomlTable::length(std::string_view key, std::optional<double> fallback) const {
     if (fallback && !has(key)) return *fallback;
     const TomlValue& value = need(key);
-    return parse_length(value.place, as<std::string>(key, value, "a length with its unit, as \"40mm\","));
+    return parse_length(value.place,
+                        as<std::string>(key, value, "a length with its unit, for example \"40mm\""));
 }
 
 double TomlTable::position(std::string_view key, std::optional<double> fallback) const {
     if (fallback && !has(key)) return *fallback;
     const TomlValue& value = need(key);
-    return parse_place(value.place,
-                       as<std::string>(key, value, "a place with its unit, as \"-2mm\" or \"0\","));
+    return parse_place(
+        value.place, as<std::string>(key, value, "a position with its unit, for example \"-2mm\" or \"0\""));
 }
 
 Imath::V2d TomlTable::lengths(std::string_view key, std::optional<Imath::V2d> fallback) const {
@@ -268,10 +270,10 @@ Imath::V2d TomlTable::lengths(std::string_view key, std::optional<Imath::V2d> fa
     const TomlValue& value = need(key);
     if (std::holds_alternative<std::string>(value.is)) return Imath::V2d(length(key));
     const auto& items = as<TomlValue::Array>(key, value, "a length or a list of two");
-    if (items.size() != 2)
-        input_error(value.place, "\"{}\" has {} values; 2 are accepted", key, items.size());
+    if (items.size() != 2) input_error(value.place, "\"{}\" has {} values; expected 2", key, items.size());
     const auto one = [&](const TomlValue& item) {
-        return parse_length(item.place, as<std::string>(key, item, "a length with its unit, as \"40mm\","));
+        return parse_length(item.place,
+                            as<std::string>(key, item, "a length with its unit, for example \"40mm\""));
     };
     return {one(items[0]), one(items[1])};
 }
@@ -281,14 +283,14 @@ V2i TomlTable::wholes(std::string_view key, int least, int most, std::optional<V
     const TomlValue& value = need(key);
     if (std::holds_alternative<std::int64_t>(value.is)) return V2i(whole(key, least, most));
     const auto& items = as<TomlValue::Array>(key, value, "a whole number or a list of two");
-    if (items.size() != 2)
-        input_error(value.place, "\"{}\" has {} values; 2 are accepted", key, items.size());
+    if (items.size() != 2) input_error(value.place, "\"{}\" has {} values; expected 2", key, items.size());
     V2i both;
     for (int a = 0; a < 2; ++a) {
         const TomlValue& item = items[static_cast<std::size_t>(a)];
         const auto number = as<std::int64_t>(key, item, "a whole number");
         if (number < least || number > most)
-            input_error(item.place, "\"{}\" of {} is not accepted; {} to {} is", key, number, least, most);
+            input_error(item.place, "\"{}\" of {} is not accepted; expected {} to {}", key, number, least,
+                        most);
         both[a] = static_cast<int>(number);
     }
     return both;
@@ -303,7 +305,7 @@ std::vector<double> TomlTable::numbers(std::string_view key, double least, doubl
 
 std::filesystem::path TomlTable::path(std::string_view key) const {
     const std::string name = text(key);
-    if (name.empty()) input_error(place_of(key), "\"{}\" is empty; a file's name is accepted", key);
+    if (name.empty()) input_error(place_of(key), "\"{}\" is empty; expected a file name", key);
     return std::filesystem::path(place_.file).parent_path() / name;
 }
 
@@ -327,7 +329,7 @@ void TomlTable::done() const {
     for (const auto& [key, value] : values_) {
         if (asked_.contains(key)) continue;
         const std::vector<std::string_view> known(asked_.begin(), asked_.end());
-        input_error(value.place, "\"{}\" is unknown here; {}known are {}", one_line(key),
+        input_error(value.place, "\"{}\" is unknown here; {}expected {}", one_line(key),
                     did_you_mean(key, known), fmt::join(known, ", "));
     }
 }

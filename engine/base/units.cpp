@@ -65,7 +65,8 @@ std::optional<std::pair<std::string_view, std::string_view>> halves(std::string_
 double parse_number(const Location& at, std::string_view word, double least, double most) {
     const auto value = whole_word<double>(word);
     if (!value || !(*value >= least && *value <= most)) {  // false for NaN
-        input_error(at, "\"{}\" is not accepted; a number from {:g} to {:g} is", one_line(word), least, most);
+        input_error(at, "\"{}\" is not accepted; expected a number from {:g} to {:g}", one_line(word), least,
+                    most);
     }
     return *value;
 }
@@ -73,8 +74,8 @@ double parse_number(const Location& at, std::string_view word, double least, dou
 std::int64_t parse_whole(const Location& at, std::string_view word, std::int64_t least, std::int64_t most) {
     const auto value = whole_word<std::int64_t>(word);
     if (!value || *value < least || *value > most) {
-        input_error(at, "\"{}\" is not accepted; a whole number from {} to {} is", one_line(word), least,
-                    most);
+        input_error(at, "\"{}\" is not accepted; expected a whole number from {} to {}", one_line(word),
+                    least, most);
     }
     return *value;
 }
@@ -82,15 +83,17 @@ std::int64_t parse_whole(const Location& at, std::string_view word, std::int64_t
 std::uint64_t parse_seed(const Location& at, std::string_view word) {
     const auto value = whole_word<std::uint64_t>(word);
     if (!value)
-        input_error(at, "\"{}\" is not accepted; a whole number from 0 to {} is", one_line(word), UINT64_MAX);
+        input_error(at, "\"{}\" is not accepted; expected a whole number from 0 to {}", one_line(word),
+                    UINT64_MAX);
     return *value;
 }
 
 double parse_length(const Location& at, std::string_view word) {
     const auto value = metres(word);
     if (!value || !(*value > 0)) {
-        input_error(at, "\"{}\" is not a length; a positive number with its unit is, as 40mm, 4cm, 1.2m",
-                    one_line(word));
+        input_error(
+            at, "\"{}\" is not a length; expected a positive number with a unit, for example 40mm, 4cm, 1.2m",
+            one_line(word));
     }
     return *value;
 }
@@ -98,7 +101,7 @@ double parse_length(const Location& at, std::string_view word) {
 double parse_place(const Location& at, std::string_view word) {
     const auto value = word == "0" ? 0.0 : metres(word);
     if (!value)
-        input_error(at, "\"{}\" is not a place; a number with its unit is, as -2mm, 0, 1.2cm",
+        input_error(at, "\"{}\" is not a position; expected a number with a unit, for example -2mm, 0, 1.2cm",
                     one_line(word));
     return *value;
 }
@@ -108,7 +111,8 @@ Imath::V2d parse_length_pair(const Location& at, std::string_view word) {
     const auto x = parts ? metres(parts->first) : std::nullopt;
     const auto y = parts ? metres(parts->second) : std::nullopt;
     if (!x || !y || !(*x > 0) || !(*y > 0)) {
-        input_error(at, "\"{}\" is not a size; two positive lengths are, as 20mmx10mm", one_line(word));
+        input_error(at, "\"{}\" is not a size; expected two positive lengths, for example 20mmx10mm",
+                    one_line(word));
     }
     return {*x, *y};
 }
@@ -118,8 +122,8 @@ V2i parse_size(const Location& at, std::string_view word, int most) {
     const auto x = parts ? whole_word<int>(parts->first) : std::nullopt;
     const auto y = parts ? whole_word<int>(parts->second) : std::nullopt;
     if (!x || !y || *x < 1 || *y < 1 || *x > most || *y > most) {
-        input_error(at, "\"{}\" is not a size; two whole numbers from 1 to {} are, as 64x48", one_line(word),
-                    most);
+        input_error(at, "\"{}\" is not a size; expected two whole numbers from 1 to {}, for example 64x48",
+                    one_line(word), most);
     }
     return {*x, *y};
 }
@@ -127,8 +131,9 @@ V2i parse_size(const Location& at, std::string_view word, int most) {
 double parse_duration(const Location& at, std::string_view word) {
     const auto value = measure(word, kTimeUnits);
     if (!value || !(*value > 0) || !std::isfinite(*value)) {
-        input_error(at, "\"{}\" is not a time; a number greater than 0 with s, min or h is, as 30s",
-                    one_line(word));
+        input_error(
+            at, "\"{}\" is not a time; expected a number greater than 0 with s, min or h, for example 30s",
+            one_line(word));
     }
     return *value;
 }
@@ -138,7 +143,7 @@ double parse_share(const Location& at, std::string_view word) {
     const auto number = whole_word<double>(percent ? word.substr(0, word.size() - 1) : word);
     const double share = number ? *number / (percent ? 100 : 1) : 0;
     if (!(share > 0 && share <= 1)) {  // false for NaN
-        input_error(at, "\"{}\" is not a share; more than 0 and at most 1 is, as 0.99 or 99%",
+        input_error(at, "\"{}\" is not a share; expected more than 0 and at most 1, for example 0.99 or 99%",
                     one_line(word));
     }
     return share;
@@ -158,8 +163,9 @@ Rgb parse_colour(const Location& at, std::string_view word) {
         rest.remove_prefix(std::min(rest.size(), comma + 1));
     }
     if (!good || !(luminance(colour) > 1e-6F)) {
-        input_error(at, "\"{}\" is not a colour; red, green and blue from 0 are, as 1,0.8,0.5",
-                    one_line(word));
+        input_error(
+            at, "\"{}\" is not a colour; expected red, green and blue, each 0 or more, for example 1,0.8,0.5",
+            one_line(word));
     }
     return colour / luminance(colour);  // above 1e-6
 }
@@ -167,7 +173,8 @@ Rgb parse_colour(const Location& at, std::string_view word) {
 std::pair<std::string, std::string> parse_assignment(const Location& at, std::string_view word) {
     const std::size_t equals = word.find('=');
     if (equals == std::string_view::npos || equals == 0 || equals + 1 == word.size()) {
-        input_error(at, "\"{}\" is not accepted; key=value is, as --set photons=200000", one_line(word));
+        input_error(at, "\"{}\" is not accepted; expected key=value, for example --set photons=200000",
+                    one_line(word));
     }
     return {std::string(word.substr(0, equals)), std::string(word.substr(equals + 1))};
 }

@@ -143,11 +143,10 @@ namespace {
 void require_unit(const SceneEmitter& emitter, const Scene& scene) {
     const std::optional<FluxUnit> stated = scene.stated_unit();
     if (!stated || *stated == emitter.unit || emitter.flux > 0) return;
-    input_error(
-        {emitter.file.string()},
-        "the scene states that its light counts in {}, and the lamp is to be in {}; the same unit, or "
-        "the lamp's flux, is accepted",
-        flux_unit_name(*stated), flux_unit_name(emitter.unit));
+    input_error({emitter.file.string()},
+                "the scene states its light in {}, but the lamp's unit is {}; use the same unit, or give the "
+                "lamp's flux",
+                flux_unit_name(*stated), flux_unit_name(emitter.unit));
 }
 
 }  // namespace
@@ -174,14 +173,14 @@ SceneAcquisition acquire_scene(const SceneEmitter& emitter, const Rig& rig, cons
     const bool names_work = workers.ranks || !part.empty();
     const std::uint64_t key = names_work ? key_of(emitter, rig, job.scene, parameters, workers.alone()) : 0;
     if (workers.ranks) {
-        require_same_facts(*workers.ranks, "measure another lamp",
+        require_same_facts(*workers.ranks, "measure a different lamp",
                            {{"luminaire", fmt::format("{} ({:016x})", emitter.file.string(), key)}});
     }
     AcquisitionState state{key, 0, {}, std::move(sums)};
     if (!part.empty()) {
         if (auto kept = load_state(part, key, rig)) {
             state = std::move(*kept);
-            monitor.info(fmt::format("going on after {} of {} light paths", state.flux.ledger.paths,
+            monitor.info(fmt::format("continuing after {} of {} light paths", state.flux.ledger.paths,
                                      parameters.paths));
         }
     }

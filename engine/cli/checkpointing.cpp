@@ -45,15 +45,10 @@ std::string film_text(const FilmSettings& film) {
     const FilterSettings& f = film.filter;
     const std::string colours =
         film.colours.is_srgb() ? "" : fmt::format("colours in {}, ", film.colours.name());
-    const std::string halves = film.adaptive     ? "two halves, adaptive, "
-                               : film.two_halves ? "two halves, "
-                                                 : "";
-    const std::string parts = film.parts ? "parts of the light, " : "";
-    return fmt::format(
-        "{}{}{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}", halves,
-        parts, colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y, film.crop_end.x,
-        film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x, f.radius.y, f.sigma, f.b, f.c,
-        f.tau);
+    return fmt::format("{}{} x {} pixels from ({}, {}) to ({}, {}), scale {}, filter {} {} {} {} {} {} {}",
+                       colours, film.width, film.height, film.crop_begin.x, film.crop_begin.y,
+                       film.crop_end.x, film.crop_end.y, film.scale, static_cast<int>(f.kind), f.radius.x,
+                       f.radius.y, f.sigma, f.b, f.c, f.tau);
 }
 
 PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t seed) {
@@ -65,6 +60,10 @@ PictureFacts facts_of(const Job& job, const FilmSettings& film, std::uint64_t se
         {"unit of light",
          std::string(job.scene.stated_unit() ? unit_name(*job.scene.stated_unit()) : "that of each light")},
         {"image size", fmt::format("{} x {}", size.x, size.y)},
+        {std::string(kHalvesFact), film.adaptive     ? "two halves, adaptive"
+                                   : film.two_halves ? "two halves"
+                                                     : std::string(kNoLayers)},
+        {std::string(kPartsFact), film.parts ? "by kind and by light group" : std::string(kNoLayers)},
         {"film", film_text(film)},
         {"integrator", std::string(integrator_name(job.integrator))},
         {"seed", fmt::format("{}", seed)}};
@@ -90,7 +89,8 @@ Checkpointing::Checkpointing(const CheckpointOptions& options, Monitor& monitor)
     std::error_code status;
     if (!options.save.empty() && same_file(options.resume, options.save) &&
         !std::filesystem::exists(options.resume, status)) {
-        monitor.info(fmt::format("no checkpoint {} yet: the render begins", options.resume.string()));
+        monitor.info(fmt::format("no checkpoint {} yet: the render starts from the beginning",
+                                 options.resume.string()));
         return;
     }
     resumed_ = load_checkpoint(options.resume);
@@ -102,8 +102,6 @@ void Checkpointing::attach(const Job& job, RenderOptions& render) {
     if (resumed_) {
         require_same(options_.resume, resumed_->facts, facts_);
         render.resume = &*resumed_;
-        monitor_.info(fmt::format("resumed: {} samples per pixel in {} are there", resumed_->samples_done,
-                                  duration_text(resumed_->seconds)));
     }
     render.keep_every = options_.every;
     render.keep = [this](Checkpoint checkpoint) { keep(std::move(checkpoint)); };
@@ -117,7 +115,7 @@ void Checkpointing::keep(Checkpoint checkpoint) {
         failed_ = nullptr;
     } catch (const InputError& error) {
         failed_ = std::current_exception();
-        monitor_.warn(fmt::format("{}; the render continues, the last checkpoint stays", error.what()));
+        monitor_.warn(fmt::format("{}; the render continues, the previous checkpoint is kept", error.what()));
     }
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "engine/base/monitor.h"
 #include "engine/render/checkpoint.h"
@@ -12,6 +13,10 @@
 #include "engine/render/render.h"
 
 namespace lucerna {
+
+// Facts of a picture that follow from --denoise and --layers; kNoLayers is the value without them.
+constexpr std::string_view kHalvesFact = "sets of samples", kPartsFact = "separation of light",
+                           kNoLayers = "none";
 
 struct CheckpointOptions {
     std::filesystem::path save;    // empty: nothing is kept, unless a render is resumed

@@ -21,7 +21,7 @@ void require_writable(const std::filesystem::path& file, std::string_view suffix
         throw InputError(at, "is a folder; a file name is needed");
     const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
     if (!std::filesystem::exists(folder, status)) {
-        input_error(at, "cannot be written: there is no folder {}", folder.string());
+        input_error(at, "cannot be written: the folder {} does not exist", folder.string());
     }
     if (!std::filesystem::is_directory(folder, status)) {
         input_error(at, "cannot be written: {} is not a folder", folder.string());
@@ -75,16 +75,18 @@ void CommandFiles::require_apart(const File& output, const File& other) {
                                : fmt::format("is the same file as {}, which ", other.name.string());
     if (other.by.empty())
         input_error({output.name.string()},
-                    "{}is read by this command and would be lost; {} needs a file of its own", as, output.by);
-    input_error({output.name.string()}, "{}is an output already, of {}; {} needs a file of its own", as,
+                    "{}is read by this command and would be overwritten; choose another file for {}", as,
+                    output.by);
+    input_error({output.name.string()}, "{}is already the output of {}; choose another file for {}", as,
                 other.by, output.by);
 }
 
 void CommandFiles::require_outside(const Folder& folder, const File& file) {
     if (file.identity.folder() != folder.place || !folder.owns(file.identity.name().string())) return;
-    input_error({file.name.string()}, "{}; {} writes files of such names into {}",
-                file.by.empty() ? "is read by this command and might be lost" : "is an output, of " + file.by,
-                folder.by, folder.name.string());
+    input_error(
+        {file.name.string()}, "{}; {} writes files of such names into {}",
+        file.by.empty() ? "is read by this command and might be overwritten" : "is the output of " + file.by,
+        folder.by, folder.name.string());
 }
 
 void declare(const ImageOutput& output, CommandFiles& files) {

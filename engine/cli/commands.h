@@ -99,18 +99,17 @@ inline void add_threads(CLI::App& app, Workers& workers) {
 
 // --unit NAME: what a scene's light counts in, in the place of the scene's own Option "unit".
 inline void add_unit_option(CLI::App& app, std::optional<FluxUnit>& unit) {
-    add_word(
-        app, "--unit", "NAME",
-        "unit of all light of the scene: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)), instead of "
-        "the scene's own Option \"unit\"",
-        [&unit](const std::string& word) {
-            unit = unit_named(word);
-            if (!unit) {
-                throw InputError({"--unit"},
-                                 fmt::format("\"{}\" is unknown; photometric and radiometric are accepted",
-                                             one_line(word)));
-            }
-        });
+    add_word(app, "--unit", "NAME",
+             "unit of all light in the scene: photometric (lm, cd/m²) or radiometric (W, W/(m² sr)); "
+             "overrides the scene's Option \"unit\"",
+             [&unit](const std::string& word) {
+                 unit = unit_named(word);
+                 if (!unit) {
+                     throw InputError({"--unit"},
+                                      fmt::format("\"{}\" is unknown; expected photometric or radiometric",
+                                                  one_line(word)));
+                 }
+             });
 }
 
 // When a command is to be asked to stop, instead of being ended.

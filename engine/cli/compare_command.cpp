@@ -20,21 +20,21 @@ constexpr const char* kCompareFooter =
   MSE           mean of (t - r)^2
   relative MSE  mean of (t - r)^2 / (r^2 + 0.0001)
   MAPE          mean of |t - r| / (|r| + 0.01)
-  FLIP          what somebody sees who flips between the two pictures, 0 to 1 (Andersson et al. 2020), at one exposure
-                and under the tone curve of render --png
-  HDR-FLIP      the largest of that over the exposures that the reference's brightest and median pixels ask for (2021)
+  FLIP          visible difference when alternating between the two pictures, 0 to 1 (Andersson et al. 2020), at one
+                exposure and with the tone curve of render --png
+  HDR-FLIP      the maximum of FLIP over a range of exposures given by the reference's brightest and median pixels (2021)
   mean ratio    mean t / mean r, per channel
-Layers beside R, G and B (features, halves of the samples, the denoised light) are not compared.
-Pixels with NaN or infinity are counted and left out. A lamp that is seen is a few bright pixels that decide every
-mean: --mask leaves them out.
+Layers other than R, G and B (features, halves of the samples, the denoised light) are not compared.
+Pixels with NaN or infinity are counted and left out. Visible lamps are a few bright pixels that dominate every mean:
+leave them out with --mask.
 
-If both images carry variances, as all that lucerna renders do, each pixel's difference is tested against its noise
-(z-test), and a verdict is given that calls equal images different once in a hundred times at most. It takes noise
-for normal: below some hundred samples per pixel it is not, and too much is rejected; --cells 8 then tests cells of
-8 x 8 pixels instead.
+If both images have variances, as all images rendered by lucerna do, the difference of each pixel is tested against its
+noise (z-test); the test calls equal images different in at most 1 % of cases. It assumes normally distributed noise: with
+fewer than some hundred samples per pixel this does not hold, and equal images are rejected too often; use --cells 8 then to
+test cells of 8 x 8 pixels instead.
 
-Several images that differ only in their seed tell bias, which more time does not mend, from noise, which it does;
-the noise of their mean is taken off the bias. Three seeds or more give both a standard error.
+Several images that differ only in their seed separate bias, which more samples do not reduce, from noise, which they do;
+the noise of their mean is subtracted from the bias. Three or more seeds give a standard error for both.
 
 Examples:
   lucerna compare room.exr reference.exr
@@ -75,7 +75,7 @@ void declare_files(const CompareCommand& command) {
     declare_map(command.signed_error, "--signed", files);
     declare_map(command.flip, "--flip", files);
     if (!command.flip.empty() && command.without_flip)
-        throw InputError("--flip: asks for what --no-flip leaves out; only one of the two is accepted");
+        throw InputError("--flip: cannot be combined with --no-flip");
 }
 
 void write_signed(const CompareCommand& command, const ComparisonReport& report, double range) {
@@ -145,8 +145,7 @@ void act(const CompareCommand& command, const CommandContext& context) {
 void add_outputs(CLI::App& app, const std::shared_ptr<CompareCommand>& command) {
     app.add_option("--json", command->json, "write the numbers as JSON; - for standard output")
         ->type_name("FILE");
-    app.add_option("--html", command->html,
-                   "write one page with images, maps and numbers; it needs nothing beside it")
+    app.add_option("--html", command->html, "write a self-contained page with images, maps and numbers")
         ->type_name("FILE");
     app.add_option("--signed", command->signed_error,
                    "write the signed error: .png in colours (red too bright, blue too dark), .exr as t - r")
@@ -158,35 +157,35 @@ void add_outputs(CLI::App& app, const std::shared_ptr<CompareCommand>& command) 
 
 void add_settings(CLI::App& app, const std::shared_ptr<CompareCommand>& command) {
     ComparisonSettings& settings = command->settings;
-    add_word(app, "--mask", "VALUE", "leave out pixels of which the reference is above this, in its own unit",
+    add_word(app, "--mask", "VALUE",
+             "leave out pixels where the reference is above this value, in its own unit",
              [&settings](const std::string& word) {
                  settings.mask_above = parse_number({"--mask"}, word, 0, 1e30);
              });
-    add_word(app, "--cells", "N",
-             "test cells of N x N pixels against their noise, for renders of few samples",
-             [&settings](const std::string& word) {
-                 settings.z_cell = static_cast<int>(parse_whole({"--cells"}, word, 1, 4096));
-             });
     add_word(
-        app, "--exposure", "STOPS",
-        "exposure of FLIP's picture and of the page at first, 0 for radiance 1 as white (default: from the "
-        "reference)",
+        app, "--cells", "N",
+        "test the means of cells of N x N pixels against their noise, for renders with few samples per pixel",
         [&settings](const std::string& word) {
-            settings.exposure = parse_number({"--exposure"}, word, -60, 60);
+            settings.z_cell = static_cast<int>(parse_whole({"--cells"}, word, 1, 4096));
         });
+    add_word(app, "--exposure", "STOPS",
+             "exposure for FLIP and initial exposure of the page; 0 shows radiance 1 as white (default: from "
+             "the reference)",
+             [&settings](const std::string& word) {
+                 settings.exposure = parse_number({"--exposure"}, word, -60, 60);
+             });
     add_word(app, "--ppd", "N",
-             "pixels per degree of the eye: how far away FLIP's viewer sits (default: 67, 0.7 m before a "
-             "screen 0.7 m "
-             "wide of 3840 pixels)",
+             "pixels per degree of visual angle, which depends on FLIP's viewing distance (default: 67, at "
+             "0.7 m from a screen 0.7 m and 3840 pixels wide)",
              [&settings](const std::string& word) {
                  settings.pixels_per_degree = parse_number({"--ppd"}, word, 1, 1000);
              });
     add_word(app, "--range", "SHARE",
-             "relative error at which the signed error has its full colour (default: from the image)",
+             "relative error that is shown in full colour in the signed error (default: from the image)",
              [command](const std::string& word) {
                  command->error_range = parse_number({"--range"}, word, 1e-9, 1e9);
              });
-    app.add_flag("--no-flip", command->without_flip, "leave FLIP out, which takes most of the time");
+    app.add_flag("--no-flip", command->without_flip, "do not compute FLIP, which takes most of the time");
     add_threads(app, settings.workers);
 }
 
@@ -200,7 +199,7 @@ void add_compare_command(CLI::App& program, const CommandContext& context) {
     // One list, as CLI11 takes no list before a last word of its own.
     app.add_option(
            "IMAGE", command->files,
-           "OpenEXR images of one render with different seeds (one will do) and, last, their REFERENCE")
+           "one or more OpenEXR images of the same render with different seeds, and then their REFERENCE")
         ->required()
         ->type_name("... REFERENCE");
     add_outputs(app, command);

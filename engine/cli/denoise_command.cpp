@@ -17,12 +17,13 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kDenoiseFooter =
-    R"(IMAGE is what lucerna render --layers wrote: beside the light it holds both halves of the samples, and albedo, normal
-and place of what is seen. The image that is made of it has the denoised light as R, G and B.
+    R"(IMAGE is an image written by lucerna render --layers: in addition to the light it holds both halves of the samples, and
+albedo, normal and position of the visible surfaces. The denoised image has the denoised light as R, G and B.
 
-Every half is filtered by itself, and compared with the other one: so the error that is left is known, what filtering
-blurs included. Where filtering would harm, the measured light stands. What all samples share, as the blur of photons
-or maps that were loaded, neither half tells of: its error is not removed, and not counted.
+Each half is filtered separately and compared with the other, which gives the remaining error, including bias due to
+filtering. Where filtering would increase the error, the measured light is kept. Errors that are common to all samples,
+such as the blur of photon density estimation or of loaded maps, cannot be seen in the halves: they are neither removed
+nor included in the error.
 
 lucerna render does the same at its end with --denoise, and with --png, --time and --error unless --no-denoise is given.
 
@@ -61,10 +62,9 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
 
 void add_denoise_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<DenoiseCommand>();
-    CLI::App& app =
-        *program.add_subcommand("denoise", "Denoise an image, and estimate the error that is left");
+    CLI::App& app = *program.add_subcommand("denoise", "Denoise an image and estimate the remaining error");
     app.footer(kDenoiseFooter);
-    app.add_option("IMAGE", command->image, "OpenEXR image with layers")->required();
+    app.add_option("IMAGE", command->image, "OpenEXR image with layers")->required()->type_name("IMAGE.exr");
     add_image_output(app, command->output, "the denoised OpenEXR image");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });

@@ -22,23 +22,24 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kFalsecolourFooter =
-    R"(IMAGE is what lucerna render wrote. Its unit, which the legend names, follows from the lights: lx or cd/m^2 where all
-lights count in lm (photometric files, measured lamps in lm), W/m^2 or W/(m^2 sr) where all count in W. An image lit by
-both has no unit, and is refused.
+    R"(IMAGE is an image written by lucerna render. Its unit, which is shown in the legend, follows from the lights: lx or cd/m^2
+if all lights are in lm (photometric files, measured lamps in lm), W/m^2 or W/(m^2 sr) if all are in W. An image with both
+kinds has no unit and is an error.
 
 Values are the luminance of R, G and B in the image's colour space. Without --range the scale begins at 0 and ends at a
-round number above 99 % of the pixels, so that lamps in view do not decide it; with --scale log it begins and ends at 1,
-2 or 5 times a power of ten, over four decades at most. Pixels outside the range have colours of their own, which the
-legend names.
+round number above 99 % of the pixels, so that visible lamps do not determine it; with --scale log it begins and ends at 1,
+2 or 5 times a power of ten, over four decades at most. Pixels outside the range have separate colours, which are shown in
+the legend.
 
-Isolines (isolux lines, where the image shows lx) join pixels of equal value. An image has noise: for its isolines, and
-not for its colours, each pixel is averaged with its neighbours, weighted by a Gaussian whose standard deviation is
---smooth, in pixels of the image. For this average values are held between half of the lowest level and twice the
-highest one, and closed lines smaller than four standard deviations are left out. Isolines also follow edges of
-objects, where the value jumps. The less noise the better: lucerna denoise, or more samples.
+Isolines (isolux lines, if the image shows lx) join pixels of equal value. Because of noise in the image, each pixel is
+averaged with its neighbours for the isolines (not for the colours), weighted by a Gaussian with standard deviation
+--smooth, in pixels of the image. For this average, values are clamped between half of the lowest level and twice the
+highest one, and closed lines smaller than four standard deviations are left out. Isolines also follow the edges of
+objects, where the value changes abruptly. To reduce noise, use lucerna denoise or more samples.
 
 Maps: viridis, from dark blue to yellow, and magma, from black to pale yellow, are perceptually uniform: equal steps of
-value are seen as equal steps. diverging, from blue over white to red, shows signed values, as of compare --signed.
+value are seen as equal steps. diverging, from blue over white to red, shows signed values, such as those of compare
+--signed.
 
 Examples:
   lucerna render room.pbrt --set quantity=illuminance -o lux.exr
@@ -74,7 +75,8 @@ std::vector<double> parse_numbers(const char* option, const std::string& words) 
 ScaleRange parse_range(const std::string& word) {
     const std::vector<double> ends = parse_numbers("--range", word);
     if (ends.size() != 2 || !(ends[0] < ends[1]))
-        input_error({"--range"}, "\"{}\" is not accepted; LOW,HIGH is, as 0,500, the lower value first",
+        input_error({"--range"},
+                    "\"{}\" is not accepted; expected LOW,HIGH with the lower value first, for example 0,500",
                     word);
     return {ends[0], ends[1]};
 }
@@ -82,7 +84,7 @@ ScaleRange parse_range(const std::string& word) {
 Scaling parse_scaling(const std::string& word) {
     if (word == "linear") return Scaling::linear;
     if (word == "log") return Scaling::logarithmic;
-    input_error({"--scale"}, "\"{}\" is unknown; linear and log are accepted", one_line(word));
+    input_error({"--scale"}, "\"{}\" is unknown; expected linear or log", one_line(word));
 }
 
 ColourMap parse_map(const std::string& word) {
@@ -98,10 +100,9 @@ void check(const FalsecolourCommand& command) {
     const ScaleSettings& scale = command.scale;
     if (scale.scaling == Scaling::linear) return;
     if (scale.map == ColourMap::diverging)
-        throw InputError(
-            "--map: diverging shows signed values, which --scale log cannot; only one is accepted");
+        throw InputError("--map: diverging shows signed values and cannot be combined with --scale log");
     if (scale.range && !(scale.range->low > 0))
-        input_error({"--range"}, "a logarithmic scale cannot begin at {:g}; a value above 0 is accepted",
+        input_error({"--range"}, "a logarithmic scale cannot begin at {:g}; expected a value above 0",
                     scale.range->low);
 }
 
@@ -139,10 +140,9 @@ std::string unit_of(const Image& image, const std::string& channel, const std::s
     const auto found = image.attributes.find("lucerna.unit");
     if (found == image.attributes.end()) return "";
     if (found->second.starts_with("mixed")) {
-        input_error(
-            {file},
-            "some of its lights count in W and some in lm, so that its values have no unit; render the scene "
-            "with lights of one kind, or with one kind at a time");
+        input_error({file},
+                    "some of its lights are in W and some in lm, so its values have no unit; render with "
+                    "lights of one kind only");
     }
     return found->second;
 }
@@ -163,12 +163,12 @@ WeightedChannels channels_of(const Image& image, const std::string& layer, const
         return {{*red, *green, *blue}, {primaries[0].y, primaries[1].y, primaries[2].y}};
     }
     if (const auto one = find_channel(image, layer)) return {{*one}, {1}};
-    if (layer.empty()) input_error({file}, "has no channels R, G and B; --layer names what to show");
+    if (layer.empty()) input_error({file}, "has no channels R, G and B; choose a layer with --layer");
     const std::vector<std::string> known = layers_of_colours(image);
     const std::vector<std::string_view> names(known.begin(), known.end());
     input_error({"--layer"}, "{} has no layer or channel \"{}\"; {}its layers are {}", file, layer,
                 did_you_mean(layer, names),
-                known.empty() ? "none: lucerna render --layers makes them"
+                known.empty() ? "none (lucerna render --layers writes layers)"
                               : fmt::format("{}", fmt::join(known, ", ")));
 }
 
@@ -203,7 +203,7 @@ std::string text_of(const FalsecolourCommand& command, const PictureFigure& figu
         return 100 * static_cast<double>(count) / static_cast<double>(figure.values.values.size());
     };
     std::string text = fmt::format("picture  {} ({:g} to {:g} {}{}", command.output, low, high,
-                                   figure.unit.empty() ? "in no stated unit" : figure.unit,
+                                   figure.unit.empty() ? "without a unit" : figure.unit,
                                    colour.scaling() == Scaling::logarithmic ? ", logarithmic" : "");
     if (const double below = share([low = low](double v) { return v < low; }); below > 0)
         text += fmt::format(", {:.2g} % of the pixels below", below);
@@ -246,15 +246,15 @@ void act(const FalsecolourCommand& command, const CommandContext& context) {
 }
 
 void add_options(CLI::App& app, const std::shared_ptr<FalsecolourCommand>& command) {
-    add_word(app, "--scale", "linear|log", "how values become colours (default: linear)",
+    add_word(app, "--scale", "linear|log", "mapping from values to colours (default: linear)",
              [command](const std::string& word) { command->scale.scaling = parse_scaling(word); });
     add_word(app, "--range", "LOW,HIGH",
-             "the ends of the scale, in the image's unit (default: from the image)",
+             "lowest and highest value of the scale, in the image's unit (default: from the image)",
              [command](const std::string& word) { command->scale.range = parse_range(word); });
-    add_word(app, "--map", "NAME", "the colours: viridis, magma or diverging (default: viridis)",
+    add_word(app, "--map", "NAME", "colour map: viridis, magma or diverging (default: viridis)",
              [command](const std::string& word) { command->scale.map = parse_map(word); });
-    app.add_flag("--isolines", command->isolines, "draw lines of equal value, at round levels, with labels");
-    add_word(app, "--levels", "A,B,...", "draw the lines of these values, in the image's unit",
+    app.add_flag("--isolines", command->isolines, "draw lines of equal value at round levels, with labels");
+    add_word(app, "--levels", "A,B,...", "draw isolines at these values, in the image's unit",
              [command](const std::string& word) {
                  command->levels = parse_numbers("--levels", word);
                  std::sort(command->levels.begin(), command->levels.end());
@@ -263,17 +263,16 @@ void add_options(CLI::App& app, const std::shared_ptr<FalsecolourCommand>& comma
                  command->isolines = true;
              });
     add_word(app, "--smooth", "PIXELS",
-             "smooth the values for isolines by this standard deviation, 0 for none (default: 1/250 of the "
-             "image's "
+             "standard deviation of the smoothing for isolines, 0 for none (default: 1/250 of the image's "
              "width, at least 1)",
              [command](const std::string& word) {
                  command->smoothing = parse_number({"--smooth"}, word, 0, 100);
              });
     add_word(app, "--layer", "NAME",
-             "show a layer of the image, as direct or lightgroup.stage, or one channel, as Z (default: R, G "
-             "and B)",
+             "show a layer of the image, for example direct or lightgroup.stage, or a single channel, for "
+             "example Z (default: R, G and B)",
              [command](const std::string& word) { command->layer = word; });
-    add_word(app, "--size", "PIXELS", "the width of the image in the picture (default: as in the file)",
+    add_word(app, "--size", "PIXELS", "width of the image in the picture (default: as in the file)",
              [command](const std::string& word) {
                  command->width = static_cast<int>(parse_whole({"--size"}, word, 16, 16384));
              });
@@ -288,7 +287,7 @@ void add_falsecolour_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app = *program.add_subcommand(
         "falsecolour", "Show an image's illuminance or luminance in colours, with a legend and isolines");
     app.footer(kFalsecolourFooter);
-    app.add_option("IMAGE", command->image, "OpenEXR image")->required();
+    app.add_option("IMAGE", command->image, "OpenEXR image")->required()->type_name("IMAGE.exr");
     app.add_option("-o,--output", command->output, "the picture")->required()->type_name("FILE.png|FILE.svg");
     add_options(app, command);
     app.callback([command, &context] { act(*command, context); });

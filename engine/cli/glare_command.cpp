@@ -21,16 +21,18 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kGlareFooter =
-    R"(Rates the discomfort glare of the scene's luminaires: UGR = 8 log10(0.25 / L_b sum L^2 w / p^2), with the background's
-luminance L_b, a luminaire's luminance L, its solid angle w and its position index p (CIE 117). The lights of the scene must
-count in lm.
+    R"(Rates the discomfort glare of the scene's luminaires: UGR = 8 log10(0.25 / L_b sum L^2 w / p^2), with the background
+luminance L_b and, for each luminaire, the luminance L, the solid angle w and the position index p (CIE 117). The lights of
+the scene must be in lm.
 
-Twice: by each luminaire's mean luminance, as a photometric file would have it, and as it is seen from there, by the near field
-of the lamp: a few bright points glare more than an even surface of the same intensity. What is seen is filtered by a
-Gaussian of 12 mm on the luminaire, as CIE 232 has it for uneven luminaires; --blur 0mm does without.
+UGR is computed twice: from the mean luminance of each luminaire, as with a photometric file, and from its luminance as seen
+by the observer, with the near field of the lamp: a few bright points cause more glare than a uniform surface of the same
+intensity. The luminance is filtered with a Gaussian of 12 mm on the luminaire, as CIE 232 specifies for non-uniform
+luminaires; --blur 0mm turns the filter off.
 
-An observer is an eye and what it looks at: --eye "desk=1,1.2,3:1,1.2,0". --height 1.2 has eyes on a horizontal grid
-through the whole model instead, which look along each --view. Without either the eye is the scene's camera.
+An observer is the position of an eye and the point it looks at: --eye "desk=1,1.2,3:1,1.2,0". --height 1.2 places observers
+on a horizontal grid across the whole model, which look in each direction of --view. Without either, the observer is the
+scene's camera.
 
 Examples:
   lucerna glare room.pbrt
@@ -54,15 +56,18 @@ struct GlareCommand {
     GlareOptions options;
 };
 
-constexpr std::string_view kEyeForm = "NAME=X,Y,Z:X,Y,Z is, an eye and a point that it looks at";
+constexpr std::string_view kEyeForm =
+    "expected NAME=X,Y,Z:X,Y,Z, the position of an eye and the point it looks at";
 
 Eye parse_eye(const Location& at, std::string_view word) {
     const auto [name, places] = parse_named(at, word, kEyeForm);
     const std::size_t colon = places.find(':');
-    if (colon == std::string::npos) input_error(at, "\"{}\" is no observer; {}", one_line(word), kEyeForm);
+    if (colon == std::string::npos)
+        input_error(at, "\"{}\" is not an observer; {}", one_line(word), kEyeForm);
     Eye eye{name, parse_point(at, std::string_view(places).substr(0, colon)),
             parse_point(at, std::string_view(places).substr(colon + 1))};
-    if (!((eye.to - eye.from).length() > 0)) input_error(at, "\"{}\" looks at its own eye", one_line(word));
+    if (!((eye.to - eye.from).length() > 0))
+        input_error(at, "\"{}\" looks at its own position", one_line(word));
     return eye;
 }
 
@@ -160,13 +165,14 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<GlareCommand>();
     CLI::App& app = *program.add_subcommand("glare", "Rate the discomfort glare of luminaires (UGR)");
     app.footer(kGlareFooter);
-    add_photometry_files(app, command->common, "observer", "everything, each luminaire's term too,");
+    add_photometry_files(app, command->common, "observer",
+                         "all results, including the term of each luminaire,");
     app.add_option_function<std::vector<std::string>>(
            "--eye",
            [command](const std::vector<std::string>& words) {
                for (const std::string& word : words) command->eyes.push_back(parse_eye({"--eye"}, word));
            },
-           "an observer: an eye, and a point that it looks at; may be repeated")
+           "an observer: the position of the eye and the point it looks at; may be repeated")
         ->type_name("NAME=X,Y,Z:X,Y,Z")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -176,11 +182,11 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
            [command](const std::vector<std::string>& words) {
                for (const std::string& word : words) {
                    const V3d view = parse_point({"--view"}, word);
-                   if (!(view.length() > 0)) input_error({"--view"}, "0,0,0 is no direction");
+                   if (!(view.length() > 0)) input_error({"--view"}, "0,0,0 is not a direction");
                    command->views.push_back(view.normalized());
                }
            },
-           "where eyes of such a plane look; may be repeated (default: the four horizontal axes)")
+           "viewing direction at the --height points; may be repeated (default: the four horizontal axes)")
         ->type_name("X,Y,Z")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -189,17 +195,19 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
            "draw a plan of the greatest UGR of all views at each point of the grid; FILE-2.svg and so on "
            "for further grids")
         ->type_name("FILE.svg|.png");
-    add_word(app, "--blur", "LENGTH", "full width at half maximum of the filter (default 12mm)",
+    add_word(app, "--blur", "LENGTH",
+             "full width at half maximum of the Gaussian filter on the luminaire (default 12mm)",
              [command](const std::string& word) {
                  command->options.blur = parse_place({"--blur"}, word);
-                 if (!(command->options.blur >= 0)) input_error({"--blur"}, "{} is less than nothing", word);
+                 if (!(command->options.blur >= 0)) input_error({"--blur"}, "{} is negative", word);
              });
-    add_word(app, "--precision", "SHARE", "of the background: the half-width of its interval (default 2%)",
+    add_word(app, "--precision", "SHARE",
+             "half-width of the background luminance's confidence interval at which to stop (default 2%)",
              [command](const std::string& word) {
                  command->options.precision = parse_share({"--precision"}, word);
              });
     add_word(
-        app, "--time", "TIME", "the background's at the most, as 30s, 5min, 2h",
+        app, "--time", "TIME", "time limit, for example 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
     add_photometry_options(app, command->common, command->options.seed, command->options.workers);
     app.callback([command, &context] { act(*command, context); });

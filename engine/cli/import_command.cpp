@@ -16,13 +16,13 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kImportFooter =
-    R"(The scene is text to go on from: it names a camera, materials, lights and shapes; the meshes (.ply) and embedded
-pictures lie in a folder beside it, room-parts for room.pbrt. A model without a camera gets one that sees all of it,
-a model without a light a sky and a sun.
+    R"(The scene is a text file to edit further: it names a camera, materials, lights and shapes; the meshes (.ply) and embedded
+pictures are in a folder beside it, room-parts for room.pbrt. A model without a camera gets one that shows all of it,
+a model without lights gets a sky and a sun.
 
-What becomes of a model: metals are conductors of the base colour, everything else is diffuse under a coat, or glass
-where it transmits; surfaces that emit are area lights; KHR_lights_punctual are point, spot and distant lights.
-Animations, skins, points and lines are left out, with a warning.
+Conversion: metals become conductors of the base colour; everything else becomes coated diffuse, or glass if it
+transmits; emissive surfaces become area lights; KHR_lights_punctual become point, spot and distant lights. Animations,
+skins, points and lines are left out, with a warning.
 
 Examples:
   lucerna import model.glb -o model.pbrt
@@ -40,7 +40,7 @@ void check(const ImportCommand& command, CommandFiles& files) {
     require_readable(command.model);
     const std::string suffix = suffix_of(command.model);
     if (suffix != ".gltf" && suffix != ".glb") {
-        input_error({command.model}, "\"{}\" is not accepted; .gltf and .glb are", suffix);
+        input_error({command.model}, "\"{}\" is not accepted; expected .gltf or .glb", suffix);
     }
     files.reads(command.model);
     files.writes(command.output, ".pbrt", "-o");
@@ -49,7 +49,7 @@ void check(const ImportCommand& command, CommandFiles& files) {
     for (const std::filesystem::path& there :
          {std::filesystem::path(command.output), parts_folder(command.output)}) {
         if (std::filesystem::exists(there)) {
-            input_error({there.string()}, "exists and would be overwritten; --overwrite does that");
+            input_error({there.string()}, "already exists; use --overwrite to replace it");
         }
     }
 }
@@ -77,9 +77,9 @@ void add_import_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<ImportCommand>();
     CLI::App& app = *program.add_subcommand("import", "Convert a glTF 2.0 model (.gltf, .glb) into a scene");
     app.footer(kImportFooter);
-    app.add_option("MODEL", command->model, "the model, .gltf or .glb")->required();
+    app.add_option("MODEL", command->model, "glTF 2.0 model, .gltf or .glb")->required()->type_name("FILE");
     app.add_option("-o,--output", command->output, "the scene")->type_name("SCENE.pbrt")->required();
-    app.add_flag("--overwrite", command->overwrite, "replace a scene and parts that are there");
+    app.add_flag("--overwrite", command->overwrite, "replace an existing scene and its parts folder");
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act(*command, context); });
 }

@@ -114,11 +114,11 @@ void print_surfaces(std::ostream& out, const Scene& scene) {
     if (counts.curves > 0) parts.push_back(fmt::format("{} curve segments", counts.curves));
     fmt::print(out, "surfaces     {}", fmt::join(parts, ", "));
     if (counts.degenerate_triangles > 0) {
-        fmt::print(out, "; {} triangles without area left out", counts.degenerate_triangles);
+        fmt::print(out, "; {} degenerate triangles left out", counts.degenerate_triangles);
     }
     fmt::print(out, "\n");
     if (counts.instances > 0) {
-        fmt::print(out, "instances    {} of {} objects: {} triangles as seen\n", counts.instances,
+        fmt::print(out, "instances    {} of {} objects: {} triangles including instances\n", counts.instances,
                    counts.prototypes, counts.triangles_seen);
     }
     fmt::print(out, "memory       {:.1f} MB of geometry\n", static_cast<double>(counts.geometry_bytes) / 1e6);
@@ -137,7 +137,7 @@ void print_surfaces(std::ostream& out, const Scene& scene) {
 void print_descriptions(std::ostream& out, const Job& job) {
     fmt::print(out, "integrator   {}", integrator_name(job.integrator));
     for (const auto& [name, value] : describe(job.integrator)) fmt::print(out, " {}={}", name, value);
-    fmt::print(out, "\nbefore its first ray each integrator would build\n");
+    fmt::print(out, "\npreparation by each integrator before rendering\n");
     for (const std::string_view name : integrator_names()) {
         const bool chosen = integrator_name(job.integrator) == name;
         const IntegratorSettings settings = chosen ? job.integrator : make_settings(name, {});
@@ -189,17 +189,18 @@ void print_parameters(std::ostream& out, IntegratorSettings settings) {
 }
 
 std::string_view purpose(std::string_view integrator) {
-    if (integrator == "path") return "unbiased reference: slow, and noisy where light is focused";
+    if (integrator == "path")
+        return "unbiased path tracing, the reference: slow, and noisy where light is focused";
     if (integrator == "direct") return "direct light only, through mirrors and glass";
     if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
-    if (integrator == "progressive") return "photon maps in passes, with a radius that shrinks: consistent";
-    return "instant global illumination: virtual point lights; smooth; caustics by photons; all light with "
-           "compensate";
+    if (integrator == "progressive") return "photon mapping in passes with a shrinking radius; consistent";
+    return "instant global illumination with virtual point lights: smooth images; caustics from photons; "
+           "complete with compensate=true";
 }
 
 void print_integrators(std::ostream& out) {
     fmt::print(out, "Set by the scene's Integrator line, or by --integrator NAME and --set KEY=VALUE.\n");
-    fmt::print(out, "Each line: parameter, default, meaning, [what is accepted].\n");
+    fmt::print(out, "Each line: parameter, default, meaning, [accepted values].\n");
     for (const std::string_view name : integrator_names()) {
         fmt::print(out, "\n{}: {}\n", name, purpose(name));
         print_parameters(out, make_settings(name, {}));
@@ -277,7 +278,7 @@ void print_image(std::ostream& out, const std::string& file) {
     for (std::size_t c = 0; c < image.channels.size(); ++c) {
         const ChannelSummary s = summary(image, c);
         if (s.finite == 0) {
-            fmt::print(out, "{:<12} nothing finite", image.channels[c]);
+            fmt::print(out, "{:<12} no finite values", image.channels[c]);
         } else {
             fmt::print(out, "{:<12} mean {:.6g}, {:.6g} to {:.6g}", image.channels[c],
                        s.sum / static_cast<double>(s.finite), s.least, s.most);
@@ -317,13 +318,16 @@ void add_info_command(CLI::App& program, const CommandContext& context) {
         *program.add_subcommand("info", "Describe a scene, an image or a lamp; list the integrators");
     app.footer(kInfoFooter);
     app.add_option(
-        "FILE", options->file,
-        "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)");
+           "FILE", options->file,
+           "scene (.pbrt), image (.exr), light field (.exr), rays (.tm25ray), photometric file (.ies, .ldt)")
+        ->type_name("FILE");
     app.add_flag("--skip-missing", options->skip_missing,
-                 "leave out what lies in files that are not there, with a warning");
-    app.add_flag("--strict", options->strict, "refuse a scene that is not rendered as it says");
+                 "leave out meshes and textures whose file does not exist, with a warning");
+    app.add_flag(
+        "--strict", options->strict,
+        "stop with an error, instead of a warning, if part of the scene cannot be rendered as specified");
     add_unit_option(app, options->unit);
-    app.add_flag("--integrators", options->integrators, "all integrators and their parameters");
+    app.add_flag("--integrators", options->integrators, "list all integrators and their parameters");
     app.callback([options, &context] { act(*options, context); });
 }
 

@@ -121,10 +121,11 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
     const double count = static_cast<double>(field.coefficients().size());  // a field has at least one
     print_rig(out, field.rig());
     // What is emitted is max(0, h), scaled back to the flux that was measured.
-    fmt::print(
-        out, "flux                 {:.6g} {} (clamping negative light adds {}, which emission scales back)\n",
-        flux, unit, percent(clamped - flux, flux));
-    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", info.captured,
+    fmt::print(out,
+               "flux                 {:.6g} {} (clamping negative values adds {}; emission is scaled to "
+               "compensate)\n",
+               flux, unit, percent(clamped - flux, flux));
+    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's flux\n", info.captured,
                unit, percent(info.captured, lamp), info.missed, unit, percent(info.missed, lamp));
     fmt::print(out, "peak coefficient     {:.6g} {}/m^4\n", negative.peak, unit);
     const double below = -negative.sum * field.rig().cell_volume();
@@ -133,12 +134,11 @@ void print_light_field(std::ostream& out, const LightField& field, const Workers
                percent(static_cast<double>(negative.count), count), percent(below, flux));
     print_chromaticity(out, field.xyz());
     fmt::print(out, "colours              {}\n",
-               field.coloured() ? "of each place and direction" : "one for all its light");
+               field.coloured() ? "varying with position and direction" : "one for all light");
     if (info.lumens_per_watt > 0)
         fmt::print(out, "luminous efficacy    {:.4g} lm/W of radiation\n", info.lumens_per_watt);
     const double bytes = sizeof(float) + (field.coloured() ? sizeof(ColourChannels::Pair) : 0);
-    fmt::print(out,
-               "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
+    fmt::print(out, "memory               {:.1f} MB of coefficients, {:.1f} MB of sampling table\n",
                1e-6 * bytes * count, 1e-6 * static_cast<double>(CellTable::bytes_for(field.rig())));
     fmt::print(out, "content hash         {:016x}\n", content_hash(field));
     if (!info.provenance.empty()) fmt::print(out, "provenance           {}\n", info.provenance);
@@ -152,7 +152,7 @@ void print_slab(std::ostream& out, const Slab& slab, double lamp_flux, const Wor
     fmt::print(out, "\nslab                 light towards {}; centre of S in the lamp's frame ({}, {}, {})\n",
                slab.axes.name(), length_text(centre.x), length_text(centre.y), length_text(centre.z));
     print_rig(out, slab.field.rig());
-    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative light adds {})\n",
+    fmt::print(out, "flux                 {:.6g} {}, {} of the lamp's (clamping negative values adds {})\n",
                flux, unit, percent(flux, lamp_flux), percent(clamped - flux, flux));
 }
 
@@ -176,13 +176,13 @@ void print_lumigraph(std::ostream& out, const Lumigraph& lamp, const Workers& wo
                length_text(box.max.x), length_text(box.min.y), length_text(box.max.y), length_text(box.min.z),
                length_text(box.max.z));
     fmt::print(out, "flux                 {:.6g} {}\n", flux, unit);
-    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's\n", lamp.captured(),
-               unit, percent(lamp.captured(), whole), lamp.missed(), unit, percent(lamp.missed(), whole));
+    fmt::print(out, "captured, missed     {:.6g} {} ({}), {:.6g} {} ({}) of the lamp's flux\n",
+               lamp.captured(), unit, percent(lamp.captured(), whole), lamp.missed(), unit,
+               percent(lamp.missed(), whole));
     print_chromaticity(out, lamp.xyz());
     fmt::print(out, "colours              {}\n",
-               lamp.coloured() ? "of each place and direction" : "one for all its light");
-    fmt::print(out,
-               "memory               {:.1f} MB of coefficients, {:.1f} MB of table to draw particles by\n",
+               lamp.coloured() ? "varying with position and direction" : "one for all light");
+    fmt::print(out, "memory               {:.1f} MB of coefficients, {:.1f} MB of sampling table\n",
                1e-6 * bytes, 1e-6 * table_bytes);
     fmt::print(out, "content hash         {:016x}\n", content_hash(lamp));
     if (!lamp.provenance().empty()) fmt::print(out, "provenance           {}\n", lamp.provenance());
@@ -221,8 +221,8 @@ void print_account(std::ostream& out, const FluxAccount& account, FluxUnit unit)
     const auto line = [&](std::string_view what, double flux) {
         fmt::print(out, "  {:<34} {:>12.6g} {} {:>10}\n", what, flux, name, percent(flux, account.total));
     };
-    fmt::print(out, "where the rays' light went:\n");
-    line("held by the light field", account.captured);
+    fmt::print(out, "distribution of the rays' flux:\n");
+    line("captured by the light field", account.captured);
     line("beside S", account.beside_s);
     line("beside M", account.beside_m);
     line("backward", account.backward);

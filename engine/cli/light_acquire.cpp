@@ -28,20 +28,20 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kAcquireFooter =
-    R"(RIG.toml describes the measuring rig and the lamp before it: a disc, a rectangle, a slide projector or a scene;
-docs/reference/rig-files.md is its reference. Without it the options describe a flat emitter whose intensity falls off
-as cos^N, and the planes are laid to suit it.
+    R"(RIG.toml describes the measuring rig and the lamp in front of it: a disc, a rectangle, a slide projector or a scene; see
+docs/reference/rig-files.md. Without it the options describe a flat emitter whose intensity falls off as cos^N, and
+suitable planes are chosen.
 
 With --filter none the lamp is measured without the optical filter, through a pinhole at each filter
-position, and the field is interpolated linearly: a canned light source [Heidrich 1998]. What is finer than
-the spacing is then aliased, where the filter blurs it.
-A luminaire that shines to several sides is turned before the rig with --sides; the light fields of its sides
-make one lamp, in which light that two of them hold is shared out by its direction.
+position, and the field is interpolated linearly: a canned light source [Heidrich 1998]. Details finer than
+the spacing are then aliased, whereas the filter blurs them.
+With --sides a luminaire that emits towards several sides is turned in front of the rig; the light fields of its sides
+form one lamp, and light that is in two of them is divided between them by its direction.
 
-Work that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command continues from there.
+An acquisition that is stopped (Ctrl-C) or killed leaves LAMP.exr.part; the same command continues from there.
 
-Under mpirun or srun --mpi=pmix the ranks share the work, and make the same bits as one process; rank 0 writes the
-files. All ranks read the rig and its scene.
+Under mpirun or srun --mpi=pmix the ranks share the work, and the result is the same, bit for bit, as with one process;
+rank 0 writes the files. All ranks read the rig and its scene.
 
 Examples:
   lucerna light acquire scenes/lamps/projector/rig.toml -o lamp.exr
@@ -104,18 +104,18 @@ Rig lay_planes(const QuickLamp& lamp, const V2d& half) {
 void check(const QuickLamp& lamp) {
     const bool disc = lamp.emitter == "disc";
     if (!disc && lamp.emitter != "rectangle")
-        input_error({"--emitter"}, "\"{}\" is not accepted; disc or rectangle is", lamp.emitter);
+        input_error({"--emitter"}, "\"{}\" is not accepted; expected disc or rectangle", lamp.emitter);
     if (lamp.unit != "lm" && lamp.unit != "W")
-        input_error({"--unit"}, "\"{}\" is not accepted; lm or W is", lamp.unit);
+        input_error({"--unit"}, "\"{}\" is not accepted; expected lm or W", lamp.unit);
     if (disc && lamp.has_size)
-        throw InputError({"--size"}, "a disc has a --radius; --size is for a rectangle");
+        throw InputError({"--size"}, "--size is for a rectangle; use --radius for a disc");
     if (!disc && lamp.has_radius)
-        throw InputError({"--radius"}, "a rectangle has a --size; --radius is for a disc");
+        throw InputError({"--radius"}, "--radius is for a disc; use --size for a rectangle");
     if (std::min(lamp.views.x, lamp.views.y) < 4) {
-        input_error(
-            {"--views"},
-            "\"{}x{}\" is not accepted; at least 4 on a side are, as one filter stands beyond each edge",
-            lamp.views.x, lamp.views.y);
+        input_error({"--views"},
+                    "\"{}x{}\" is not accepted; expected at least 4 on a side, as one filter is placed "
+                    "beyond each edge",
+                    lamp.views.x, lamp.views.y);
     }
 }
 
@@ -193,7 +193,7 @@ NamedEmitter emitter_of(const RigDescription& description) {
 
 void require_same_emitter(const Workers& workers, const NamedEmitter& emitter) {
     if (!workers.ranks) return;
-    require_same_facts(*workers.ranks, "measure another lamp",
+    require_same_facts(*workers.ranks, "measure a different lamp",
                        {{"description (hash of it)", fmt::format("{:016x}", emitter.key)}});
 }
 
@@ -230,7 +230,7 @@ FilterImages acquire_formula(const RigDescription& description, const AcquireWor
     std::optional<AcquirePart> part;
     if (!part_file.empty()) part.emplace(part_file, emitter.key);
     if (part && part->columns() > 0)
-        monitor.info(fmt::format("{}: going on after {} columns", part_file.string(), part->columns()));
+        monitor.info(fmt::format("{}: continuing after {} columns", part_file.string(), part->columns()));
     AcquireOptions options = description.quality;
     options.part = part ? &*part : nullptr;
     try {
@@ -259,11 +259,11 @@ FilterImages acquire_luminaire(const RigDescription& description, const AcquireW
     const std::string_view unit = flux_unit_name(from.unit);
     const FluxAccount& account = made.account;
     monitor.info(
-        fmt::format("of {:.4g} {} from its lights {:.4g} leave the luminaire: {:.4g} backwards, "
-                    "{:.4g} beside S, {:.4g} beside M, {:.4g} in the field",
+        fmt::format("its lights emit {:.4g} {}; {:.4g} leave the luminaire: {:.4g} backwards, {:.4g} beside "
+                    "S, {:.4g} beside M, {:.4g} in the field",
                     made.emitted, unit, account.total, account.backward, account.beside_s, account.beside_m,
                     account.captured));
-    monitor.info(fmt::format("noise of the coefficients {:.3g} %, all together", 100 * made.noise.relative));
+    monitor.info(fmt::format("noise of the coefficients {:.3g} % in total", 100 * made.noise.relative));
     made.images.info.provenance += fmt::format("; lucerna {}", program_version());
     return std::move(made.images);
 }
@@ -317,12 +317,13 @@ void check_filter(const RigDescription& description, const AcquireCommand& comma
     if (command.filter) return;
     if (description.emitter.kind == EmitterDescription::Kind::scene) {
         throw InputError({"--filter"},
-                         "none is accepted for a disc, a rectangle or a projector; the light of a scene is "
-                         "counted behind a filter");
+                         "none works with a disc, a rectangle or a projector only; the light of a scene is "
+                         "measured behind a filter");
     }
     if (!command.photographs.empty() || description.camera) {
-        throw InputError({"--filter"},
-                         "none is accepted without a camera and --photographs, which see filters");
+        throw InputError(
+            {"--filter"},
+            "none cannot be combined with a camera or --photographs, which simulate the filters");
     }
 }
 
@@ -331,18 +332,17 @@ void check_sides(const AcquireCommand& command, const RigDescription& descriptio
     require_different_sides("--sides", command.sides);
     if (description.emitter.kind != EmitterDescription::Kind::scene) {
         throw InputError({"--sides"},
-                         "a disc, a rectangle and a projector shine along +z; a rig whose emitter is a "
-                         "scene is accepted");
+                         "a disc, a rectangle and a projector emit towards +z only; expected a rig whose "
+                         "emitter is a scene");
     }
     if (!command.photographs.empty())
-        throw InputError({"--photographs"}, "are those of one side; --sides is not accepted beside it");
+        throw InputError({"--photographs"}, "are those of a single side; cannot be combined with --sides");
 }
 
 // Of no effect without a scene, and that is a mistake.
 void refuse_strict_without_scene(const AcquireCommand& command, const RigDescription& description) {
     if (!command.strict || description.emitter.kind == EmitterDescription::Kind::scene) return;
-    throw InputError({"--strict"},
-                     "no scene is read; the option is accepted with a rig whose emitter is a scene");
+    throw InputError({"--strict"}, "applies only to a rig whose emitter is a scene");
 }
 
 // What the user is told, and asks: of ranks, rank 0 speaks, and all stop at the same places.
@@ -437,28 +437,30 @@ void act_acquire(const AcquireCommand& command, const CommandContext& context) {
 
 void add_quick_lamp(CLI::App& app, QuickLamp& lamp) {
     app.add_option("--emitter", lamp.emitter, "disc (default) or rectangle")->type_name("SHAPE");
-    add_word(app, "--radius", "LENGTH", "of the disc (default 25mm)", [&lamp](const std::string& word) {
-        lamp.radius = parse_length({"--radius"}, word);
-        lamp.has_radius = true;
-    });
-    add_word(app, "--size", "LENGTHxLENGTH", "of the rectangle (default 20mmx10mm)",
+    add_word(app, "--radius", "LENGTH", "radius of the disc (default 25mm)",
+             [&lamp](const std::string& word) {
+                 lamp.radius = parse_length({"--radius"}, word);
+                 lamp.has_radius = true;
+             });
+    add_word(app, "--size", "LENGTHxLENGTH", "size of the rectangle (default 20mmx10mm)",
              [&lamp](const std::string& word) {
                  lamp.size = parse_length_pair({"--size"}, word);
                  lamp.has_size = true;
              });
     add_word(
-        app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a matt emitter",
+        app, "--exponent", "N", "intensity falls off as cos^N; 1 (default) is a Lambertian emitter",
         [&lamp](const std::string& word) { lamp.exponent = parse_number({"--exponent"}, word, 1, 1000); });
-    add_word(app, "--flux", "NUMBER", "of the whole lamp (default 1000)",
+    add_word(app, "--flux", "NUMBER", "flux of the lamp (default 1000)",
              [&lamp](const std::string& word) { lamp.flux = parse_number({"--flux"}, word, 1e-9, 1e12); });
-    app.add_option("--unit", lamp.unit, "of the flux: lm (default) or W")->type_name("UNIT");
-    add_word(app, "--colour", "R,G,B", "of the light, linear sRGB; the flux stays (default 1,1,1)",
+    app.add_option("--unit", lamp.unit, "unit of the flux: lm (default) or W")->type_name("UNIT");
+    add_word(app, "--colour", "R,G,B",
+             "colour of the light, linear sRGB; does not change the flux (default 1,1,1)",
              [&lamp](const std::string& word) { lamp.colour = parse_colour({"--colour"}, word); });
-    add_word(app, "--setback", "LENGTH", "of the emitter behind the sampling plane (default 0)",
+    add_word(app, "--setback", "LENGTH", "distance of the emitter behind the sampling plane (default 0)",
              [&lamp](const std::string& word) {
                  lamp.setback = parse_place({"--setback"}, word);
                  if (lamp.setback < 0)
-                     throw InputError({"--setback"}, "the emitter cannot stand before the plane");
+                     throw InputError({"--setback"}, "the emitter cannot be in front of the plane");
              });
 }
 
@@ -470,7 +472,7 @@ void refuse_options_beside_rig(const CLI::App& app, const std::string& rig) {
             name == "--strict" || name == "--filter" || name == "--sides" || name == "--threads" ||
             name == "--quiet" || name == "--help")
             continue;
-        input_error({name}, "{} describes the rig and the lamp; the option is accepted only without it", rig);
+        input_error({name}, "applies only without a rig file; {} describes the rig and the lamp", rig);
     }
 }
 
@@ -480,30 +482,32 @@ void add_light_acquire(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<AcquireCommand>();
     CLI::App& app = *light.add_subcommand("acquire", "Measure a lamp on a virtual rig");
     app.footer(kAcquireFooter);
-    app.add_option("RIG", command->rig, "a description of rig and lamp")->type_name("RIG.toml");
-    app.add_option("--photographs", command->photographs,
-                   "also write what the rig's camera photographs, and a manifest for light assemble")
+    app.add_option("RIG", command->rig, "description of the rig and the lamp")->type_name("RIG.toml");
+    app.add_option(
+           "--photographs", command->photographs,
+           "also write the photographs that the rig's camera would take, and a manifest for light assemble")
         ->type_name("FOLDER");
-    add_word(app, "--sides", "AXIS,…",
-             "of a scene that shines to several sides, as +z,-z,+x: it is turned, and each side measured by "
-             "this rig",
+    add_word(app, "--sides", "AXIS,...",
+             "for a scene that emits towards several sides, for example +z,-z,+x: it is turned, and each "
+             "side is measured with this rig",
              [command](const std::string& word) {
                  command->sides =
                      parse_list(word, [](std::string_view part) { return parse_side("--sides", part); });
              });
-    app.add_flag("--strict", command->strict,
-                 "refuse what is not traced as the rig's scene says, instead of a warning");
-    add_word(app, "--filter", "FILTER", "before the sampling plane: bell (default), or none",
+    app.add_flag(
+        "--strict", command->strict,
+        "stop with an error, instead of a warning, if part of the rig's scene cannot be traced as specified");
+    add_word(app, "--filter", "FILTER", "filter in the sampling plane: bell (default) or none",
              [command](const std::string& word) {
                  if (word != "bell" && word != "none")
-                     input_error({"--filter"}, "\"{}\" is not accepted; bell or none is", word);
+                     input_error({"--filter"}, "\"{}\" is not accepted; expected bell or none", word);
                  command->filter = word == "bell";
              });
     QuickLamp& quick = command->quick;
     add_quick_lamp(app, quick);
     add_planes(app, quick.views, quick.pixels, quick.distance);
     add_word(
-        app, "--capture", "SHARE", "of the light that the planes should catch (default 98%)",
+        app, "--capture", "SHARE", "share of the light that the planes should capture (default 98%)",
         [command](const std::string& word) { command->quick.capture = parse_share({"--capture"}, word); });
     add_lamp_output(app, command->lamp);
     app.callback([command, &context, &app] {

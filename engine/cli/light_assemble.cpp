@@ -13,13 +13,13 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kAssembleFooter =
-    R"(The manifest says which photographs there are, how the rig stood and how the camera counts;
-docs/reference/photographs.md is its reference. A virtual rig writes one with its photographs:
+    R"(The manifest lists the photographs and describes the rig's geometry and the camera's response; see
+docs/reference/photographs.md. A virtual rig writes one with its photographs:
   lucerna light acquire RIG.toml -o lamp.exr --photographs FOLDER
 
-A lamp that shines to several sides is photographed in several sessions, turned before the rig. Each further
-session is told with the side of the lamp that faced the rig, in the frame of the first, whose side is +z. Light
-that two sessions hold is shared out by its direction.
+A lamp that emits towards several sides is photographed in several sessions, turned in front of the rig. Each further
+session is given with the side of the lamp that faced the rig, in the frame of the first session, whose side is +z. Light
+that is in two sessions is divided between them by its direction.
 
 Examples:
   lucerna light assemble measured/manifest.toml -o lamp.exr
@@ -37,9 +37,9 @@ struct AssembleCommand {
 };
 
 void print_assembly(std::ostream& out, const Assembly& assembly) {
-    fmt::print(out, "photographs          {} of {} x {} pixels, {:.3g} to a pixel of M\n",
+    fmt::print(out, "photographs          {} of {} x {} pixels, {:.3g} per pixel of M\n",
                assembly.photographs, assembly.size.x, assembly.size.y, assembly.density);
-    fmt::print(out, "hot pixels           {}, of all dark frames\n", assembly.hot);
+    fmt::print(out, "hot pixels           {}, in all dark frames\n", assembly.hot);
     fmt::print(out, "saturated pixels     {} in every exposure\n", assembly.saturated);
     if (assembly.noise > 0 && assembly.signal > 0) {
         fmt::print(out, "noise                {:.3g} % of the coefficients' root mean square\n",
@@ -84,19 +84,22 @@ void add_light_assemble(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<AssembleCommand>();
     CLI::App& app = *light.add_subcommand("assemble", "Make a light field from photographs of a real rig");
     app.footer(kAssembleFooter);
-    app.add_option("MANIFEST", command->manifest, "what was photographed, and how; .toml")->required();
+    app.add_option("MANIFEST", command->manifest, "description of the photographs, .toml")
+        ->required()
+        ->type_name("MANIFEST.toml");
     app.add_option_function<std::vector<std::string>>(
            "--side",
            [command](const std::vector<std::string>& words) {
                for (const std::string& word : words) {
                    const std::size_t equals = word.find('=');
                    if (equals == std::string::npos)
-                       input_error({"--side"}, "\"{}\" is not accepted; AXIS=MANIFEST is", one_line(word));
+                       input_error({"--side"}, "\"{}\" is not accepted; expected AXIS=MANIFEST",
+                                   one_line(word));
                    command->more.push_back(
                        {parse_side("--side", word.substr(0, equals)), word.substr(equals + 1)});
                }
            },
-           "a session of another side of the lamp; more than one may be given")
+           "the photographs of another side of the lamp; may be repeated")
         ->type_name("AXIS=MANIFEST")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -46,7 +46,7 @@ void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
              [&views](const std::string& word) { views = parse_size({"--views"}, word, kMostPerSide); });
     add_word(app, "--pixels", "WxH", "pixels of a view's image on the measurement plane",
              [&pixels](const std::string& word) { pixels = parse_size({"--pixels"}, word, kMostPerSide); });
-    add_word(app, "--distance", "LENGTH", "between the planes, as 40mm",
+    add_word(app, "--distance", "LENGTH", "distance between the planes, for example 40mm",
              [&distance](const std::string& word) { distance = parse_length({"--distance"}, word); });
 }
 
@@ -107,6 +107,7 @@ void add_light_info(CLI::App& light, const CommandContext& context) {
     app.footer(kLightInfoFooter);
     app.add_option("LAMP", *file,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+        ->type_name("FILE")
         ->required();
     app.callback([file, &context] { act_info(*file, context); });
 }

@@ -15,14 +15,14 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kEmitFooter =
-    R"(The rays start on the sampling plane, in the frame of the file that the lamp came from, and add up to
-its measured flux; lumens stay lumens. The format goes by the name: .tm25ray (IES TM-25), .dat (Zemax
-binary), .ray (LightTools binary). The same command writes the same bytes.
+    R"(The rays start on the sampling plane, in the frame of the file that the lamp came from. Their total flux is the measured
+flux of the lamp; a lamp in lumens gives rays in lumens. The suffix selects the format: .tm25ray (IES TM-25), .dat (Zemax
+binary), .ray (LightTools binary). The same command always writes the same bytes.
 
-Modes, how a ray is placed within its cell of the light field:
-  exact      by the field itself; rays of equal energy
-  constant   evenly over the cell; rays of equal energy, a little less faithful
-  weighted   evenly over the cell, the energies differ by the field
+Modes, the placement of a ray within its cell of the light field:
+  exact      according to the field; rays of equal energy
+  constant   uniform over the cell; rays of equal energy, slightly less accurate
+  weighted   uniform over the cell; the energies follow the field
 
 Examples:
   lucerna light emit lamp.exr --rays 1000000 -o lamp.tm25ray
@@ -41,14 +41,15 @@ EmissionMode mode_of(const std::string& word) {
     if (word == "exact") return EmissionMode::exact;
     if (word == "constant") return EmissionMode::constant;
     if (word == "weighted") return EmissionMode::weighted;
-    input_error({"--mode"}, "\"{}\" is not accepted; exact, constant and weighted are", word);
+    input_error({"--mode"}, "\"{}\" is not accepted; expected exact, constant or weighted", word);
 }
 
 void act_emit(const EmitCommand& command, const CommandContext& context) {
     const EmissionMode mode = mode_of(command.mode);
     require_readable(command.lamp);
     if (!has_ray_suffix(command.output))
-        input_error({command.output}, "rays cannot be written under this name; {} are known", kRaySuffixes);
+        input_error({command.output}, "the format of a ray file is chosen by its suffix; expected {}",
+                    kRaySuffixes);
     CommandFiles files;
     files.reads(command.lamp);
     files.reads(cell_table_file(command.lamp));
@@ -73,14 +74,16 @@ void add_light_emit(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<EmitCommand>();
     CLI::App& app = *light.add_subcommand("emit", "Write a light field's light as rays for optics programs");
     app.footer(kEmitFooter);
-    app.add_option("LAMP", command->lamp, "light field, .exr")->required();
+    app.add_option("LAMP", command->lamp, "light field, .exr")->required()->type_name("LAMP.exr");
     app.add_option("-o,--output", command->output, "the ray file")->type_name("RAYS")->required();
     add_word(app, "--rays", "N", "number of rays (default 1000000)", [command](const std::string& word) {
         command->rays = parse_whole({"--rays"}, word, 1, 4'000'000'000);
     });
-    add_word(app, "--seed", "N", "of the random numbers (default 0)",
+    add_word(app, "--seed", "N", "seed of the random numbers (default 0)",
              [command](const std::string& word) { command->seed = parse_seed({"--seed"}, word); });
-    app.add_option("--mode", command->mode, "exact (default), constant or weighted")->type_name("MODE");
+    app.add_option("--mode", command->mode,
+                   "placement of rays in a cell: exact (default), constant or weighted")
+        ->type_name("MODE");
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act_emit(*command, context); });

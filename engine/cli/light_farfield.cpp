@@ -183,12 +183,11 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 }
 
 constexpr const char* kLightFarfieldFooter =
-    R"(The far field is a lamp's luminous intensity by direction, valid at distances of more than about five times its size
-(measured in docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram
-of the planes C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
-angle: chromaticity, its distance from that of the axis and of all light (delta u'v'), colour temperature and
-Duv, for each direction. -o may be repeated.
-A photometric file is in lm: a lamp in W is converted by its spectrum, or by --efficacy where its file does not state one.
+    R"(The far field describes a lamp by direction alone, valid at distances of more than about five times its size (measured in
+docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram of the planes C0-C180 and C90-C270;
+-o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over angle: for each direction the chromaticity,
+its distance from that of the axis and of all light (delta u'v'), the colour temperature and Duv. -o may be repeated.
+A photometric file is in lm. A lamp in W is converted by the efficacy that its file states, or by --efficacy.
 
 Examples:
   lucerna light farfield lamp.exr -o lamp.svg
@@ -221,9 +220,8 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
     const bool wanted = std::any_of(options.outputs.begin(), options.outputs.end(), is_colour_table);
     if (is_photometric(options.lamp)) {
         if (wanted)
-            throw InputError(
-                {options.lamp},
-                "a photometric file has no colours; a light field or rays are accepted for a .csv");
+            throw InputError({options.lamp},
+                             "a photometric file has no colours; a .csv needs a light field or rays");
         return {read_photometric(options.lamp, monitor), FluxUnit::lumen, {}};
     }
     std::optional<AngularColours> colours;
@@ -242,11 +240,10 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
 // Of rings of directions, every ten degrees as far as there is light to speak of.
 void print_colours(std::ostream& out, const AngularColours& colours) {
     constexpr double kShown = 0.01, kStated = 0.1;  // of the peak
-    fmt::print(
-        out,
-        "colour over angle    largest delta u'v' {:.4f} from the mean of all light, where there is at least "
-        "a tenth of the peak\n",
-        colours.largest_delta(kStated));
+    fmt::print(out,
+               "colour over angle    largest delta u'v' {:.4f} from the mean of all light, over directions "
+               "with at least a tenth of the peak\n",
+               colours.largest_delta(kStated));
     fmt::print(out, "  angle  of the peak  from axis  from mean    CCT      Duv\n");
     const double peak = colours.peak();
     double next = 0;
@@ -271,7 +268,7 @@ void declare_files(const FarFieldOptions& options) {
         const std::string suffix = suffix_of(output);
         if (suffix != ".svg" && suffix != ".ies" && suffix != ".csv")
             throw InputError({output},
-                             fmt::format("\"{}\" cannot be written; .svg, .ies and .csv can", suffix));
+                             fmt::format("\"{}\" cannot be written; expected .svg, .ies or .csv", suffix));
         files.writes(output, suffix, "-o");
     }
 }
@@ -298,7 +295,7 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
     if (!photometric && to_file) {
         throw InputError(
             {options.lamp},
-            "the lamp is in W, an .ies file in lm; --efficacy LM_PER_W, lumens per watt, is needed");
+            "the lamp is in W, but an .ies file is in lm; give the conversion with --efficacy LM_PER_W");
     }
     const std::string title = std::filesystem::path(options.lamp).stem().string();
     for (const std::string& output : options.outputs) {
@@ -325,21 +322,23 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
     app.footer(kLightFarfieldFooter);
     app.add_option("LAMP", options->lamp,
                    "light field (.exr), rays (.tm25ray, .dat, .ray) or photometric file (.ies, .ldt)")
+        ->type_name("FILE")
         ->required();
     app.add_option("-o,--output", options->outputs,
-                   "polar diagram (.svg), photometric file (.ies), colours (.csv)")
+                   "polar diagram (.svg), photometric file (.ies) or colours (.csv); may be repeated")
         ->type_name("FILE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--step", "DEGREES", "between angles from nadir, a divisor of 90 (default 1)",
+    add_word(app, "--step", "DEGREES", "step of the angle from nadir, a divisor of 90 (default 1)",
              [options](const std::string& word) {
                  options->grid.polar_step = parse_number({"--step"}, word, 0.05, 45);
              });
-    add_word(app, "--plane-step", "DEGREES", "between C planes, a divisor of 360 (default 5)",
+    add_word(app, "--plane-step", "DEGREES", "step between C planes, a divisor of 360 (default 5)",
              [options](const std::string& word) {
                  options->grid.azimuth_step = parse_number({"--plane-step"}, word, 0.05, 90);
              });
-    add_word(app, "--efficacy", "LM_PER_W", "luminous efficacy of a lamp in W (default: as its file states)",
+    add_word(app, "--efficacy", "LM_PER_W",
+             "luminous efficacy of a lamp in W, in lm/W (default: as its file states)",
              [options](const std::string& word) {
                  options->efficacy = parse_number({"--efficacy"}, word, 1e-6, 683);
              });

@@ -20,22 +20,22 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kLightImportFooter =
-    R"(What is not given is chosen from the rays. The light field is for a scene's
+    R"(Options that are not given are chosen from the rays. The light field is for a scene's
   LightSource "lightfield" "string filename" "lamp.exr"
 
-The field is as fine as the rays allow: half of them make a field and the other half tell how far the light
-that it casts is off, on planes from contact to the far field. The resolution and the smoothing of least
-error are taken; the errors that the whole file's field is expected to have are printed.
+The resolution of the field is limited by the number of rays: half of them make a field, and the other half measure the
+error of the light that it casts, on planes from contact to the far field. The resolution and the smoothing with the
+least error are used; the expected errors of the field of the whole file are printed.
 
-A light field holds what leaves towards one side, +z. A lamp that shines to other sides as well gets several,
-one for each of up to six sides of a box around it (slabs); all are in one file, and are one lamp. Light is
-shared out among them by its direction, so that none counts twice; --slabs sets how many.
+A light field holds light that leaves towards one side, +z. A lamp that also emits towards other sides gets several,
+one for each of up to six sides of a box around it (slabs); all are in one file and form one lamp. Light is
+divided among them by its direction, so none is counted twice; --slabs sets their number.
 
-Several ray files in one frame, as an LED package's red, green and blue, make one lamp; --drive says how
-much of each file's flux shines. A field of rays of several colours has several. Files in watts beside files
-in lumens become lumens by what they say of their light: a spectrum, wavelengths, or lumens beside watts.
-Where a file does not say it, or not the truth, --colours states the light of each (528nm, a single
-wavelength; light.spd, a spectrum in a file; file, what the file says), or --efficacy its lumens per watt.
+Several ray files in one frame, such as an LED package's red, green and blue, form one lamp; --drive sets the
+factor for the flux of each file. The field of rays of several colours has several colours. Files in watts that are
+combined with files in lumens are converted to lumens by their data on the light: a spectrum, wavelengths, or lumens as
+well as watts. If a file does not have them, or they are wrong, give the light of each file with --colours (528nm, a single
+wavelength; light.spd, a spectrum in a file; file, the file's own data), or its lumens per watt with --efficacy.
 
 Examples:
   lucerna light import lamp.tm25ray -o lamp.exr
@@ -55,14 +55,14 @@ struct ImportOptions {
 };
 
 void print_errors(std::ostream& out, std::span<const PlaneError> errors) {
-    fmt::print(
-        out,
-        "error of irradiance  of what it casts on planes at a distance from S; of counting the rays there\n");
+    fmt::print(out,
+               "error of irradiance  on planes at a distance from S, by the light field; by counting the "
+               "rays there\n");
     for (const PlaneError& e : errors) {
         const std::string where = std::isinf(e.distance) ? "by direction" : length_text(e.distance);
         // An estimate below 0: smaller than the rays can tell.
         const std::string error =
-            e.squared > 0 ? fmt::format("{:.1f} %", 100 * e.relative()) : "too small to tell";
+            e.squared > 0 ? fmt::format("{:.1f} %", 100 * e.relative()) : "too small to measure";
         fmt::print(out, "  {:<18} {:<18} {:.1f} %\n", where, error, 100 * e.counts);
     }
 }
@@ -87,12 +87,13 @@ V3d parse_light(const std::string& word) {
     if (is_wavelength(word)) {
         const V3d xyz =
             cie_xyz(parse_number(at, word.substr(0, word.size() - 2), kFirstVisible, kLastVisible));
-        if (!(xyz.y > 0)) input_error(at, "\"{}\" is of no visible light", word);
+        if (!(xyz.y > 0)) input_error(at, "\"{}\" is outside the visible range", word);
         return xyz;
     }
     if (suffix_of(word) != ".spd")
         input_error(at,
-                    "\"{}\" is not accepted; a wavelength as 528nm, a spectrum as light.spd and \"{}\" are",
+                    "\"{}\" is not accepted; expected a wavelength such as 528nm, a spectrum such as "
+                    "light.spd, or \"{}\"",
                     word, kAsTheFileSays);
     const Spectrum spectrum = read_spd(word);
     double watts = 0;
@@ -102,7 +103,7 @@ V3d parse_light(const std::string& word) {
     }
     const V3d sum = spectrum_to_xyz(spectrum);
     if (spectrum.size() < 2 || !(watts > 0) || !(sum.y > 0))
-        throw InputError({word}, "a spectrum without visible light; two samples or more are accepted");
+        throw InputError({word}, "a spectrum without visible light; expected two or more samples");
     return sum / watts;
 }
 
@@ -112,7 +113,7 @@ void state_light(const ImportOptions& options, std::size_t i, RaySet& set) {
         state_colour(set, parse_light(options.colours[i]));
     if (options.efficacies.empty() || !(options.efficacies[i] > 0)) return;
     if (set.unit != FluxUnit::watt) {
-        input_error({"--efficacy"}, "{} has its flux in lumens; 0 is accepted for it", options.rays[i]);
+        input_error({"--efficacy"}, "the flux of {} is already in lumens; expected 0", options.rays[i]);
     }
     state_efficacy(set, options.efficacies[i]);
 }
@@ -132,14 +133,14 @@ RaySet read_lamp_rays(const ImportOptions& options, Monitor& monitor) {
 void act_import(const ImportOptions& options, const CommandContext& context) {
     const auto require_each = [&](const char* option, std::size_t count) {
         if (count == 0 || count == options.rays.size()) return;
-        input_error({option}, "{} of them for {} ray files; one for each is accepted", count,
+        input_error({option}, "{} values for {} ray files; expected one for each file", count,
                     options.rays.size());
     };
     require_each("--drive", options.drives.size());
     require_each("--colours", options.colours.size());
     require_each("--efficacy", options.efficacies.size());
     if (options.lumigraph.fit.z && options.lumigraph.slabs > 1)
-        throw InputError({"--height"}, "is that of one slab; --slabs 1 is accepted beside it");
+        throw InputError({"--height"}, "applies to one slab only; add --slabs 1");
     CommandFiles files;
     for (const std::string& word : options.colours) {
         if (word == kAsTheFileSays) continue;
@@ -162,7 +163,7 @@ void act_import(const ImportOptions& options, const CommandContext& context) {
     if (made.lamp.simple()) return print_errors(context.out, made.slabs[0].errors);
     for (std::size_t i = 0; i < made.slabs.size(); ++i) {
         const FluxAccount& slab = made.slabs[i].account;
-        fmt::print(context.out, "slab {}: {:.6g} {} are its share, {:.6g} {} of it held\n",
+        fmt::print(context.out, "slab {}: share {:.6g} {}, of which {:.6g} {} captured\n",
                    made.lamp.slabs()[i].axes.name(), slab.total, flux_unit_name(rays.unit), slab.captured,
                    flux_unit_name(rays.unit));
         print_errors(context.out, made.slabs[i].errors);
@@ -177,35 +178,42 @@ void add_light_import(CLI::App& light, const CommandContext& context) {
     app.footer(kLightImportFooter);
     app.add_option("RAYS", options->rays,
                    "ray files of one lamp: IES TM-25 (.tm25ray), Zemax (.dat) or LightTools (.ray)")
+        ->type_name("FILE")
         ->required();
     add_word(app, "--drive", "NUMBERS",
-             "what each file's flux is multiplied by, as 1,0.8,1.2 (default 1 each)",
+             "factor for the flux of each file, for example 1,0.8,1.2 (default 1 each)",
              [options](const std::string& word) { options->drives = parse_numbers("--drive", word, 1e6); });
     add_word(app, "--colours", "WORDS",
-             "the light of each file: a wavelength as 528nm, a spectrum as light.spd, or \"file\" (default)",
+             "spectrum of each file's light: a wavelength such as 528nm, a spectrum file such as light.spd, "
+             "or \"file\" (default)",
              [options](const std::string& word) {
                  options->colours = parse_list(word, [](std::string_view part) { return std::string(part); });
              });
-    add_word(app, "--efficacy", "NUMBERS",
-             "of each file in watts, lumens per watt of radiation; 0: as the file says (default)",
-             [options](const std::string& word) {
-                 options->efficacies = parse_numbers("--efficacy", word, kMostLumensPerWatt);
-             });
+    add_word(
+        app, "--efficacy", "NUMBERS",
+        "luminous efficacy of radiation of each file in watts, in lm/W; 0: as given in the file (default)",
+        [options](const std::string& word) {
+            options->efficacies = parse_numbers("--efficacy", word, kMostLumensPerWatt);
+        });
     add_planes(app, options->lumigraph.fit.views, options->lumigraph.fit.pixels,
                options->lumigraph.fit.distance);
-    add_word(app, "--capture", "SHARE", "of the forward light that the planes should catch (default 99.3%)",
+    add_word(app, "--capture", "SHARE",
+             "share of the forward light that the planes should capture (default 99.3%)",
              [options](const std::string& word) {
                  options->lumigraph.fit.capture = parse_share({"--capture"}, word);
              });
-    add_word(app, "--slabs", "N", "1 (+z), 2 (+z, -z) or 6 (default: as few as hold 99% of the light)",
-             [options](const std::string& word) {
-                 if (word != "1" && word != "2" && word != "6")
-                     input_error({"--slabs"}, "\"{}\" is not accepted; 1, 2 and 6 are", one_line(word));
-                 options->lumigraph.slabs = word[0] - '0';
-             });
+    add_word(
+        app, "--slabs", "N",
+        "number of slabs: 1 (+z), 2 (+z, -z) or 6 (default: the smallest that captures 99% of the light)",
+        [options](const std::string& word) {
+            if (word != "1" && word != "2" && word != "6")
+                input_error({"--slabs"}, "\"{}\" is not accepted; expected 1, 2 or 6", one_line(word));
+            options->lumigraph.slabs = word[0] - '0';
+        });
     add_word(
         app, "--height", "LENGTH",
-        "of the sampling plane in the rays' frame (default: the waist of the rays, before the lamp)",
+        "height of the sampling plane in the rays' frame (default: the waist of the rays, in front of the "
+        "lamp)",
         [options](const std::string& word) { options->lumigraph.fit.z = parse_place({"--height"}, word); });
     add_lamp_output(app, options->lamp);
     app.callback([options, &context] { act_import(*options, context); });

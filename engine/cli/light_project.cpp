@@ -23,20 +23,20 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kProjectFooter =
-    R"(The screen stands across the lamp's axis. The image shows it from the front, by someone who looks at the
-lamp: x to the right, y up. Its values are irradiance, W/m2, or lux for a lamp whose file counts lumens.
+    R"(The screen is perpendicular to the lamp's axis. The image shows it from the front, as seen by an observer looking towards
+the lamp: x to the right, y up. Its values are irradiance, W/m2, or lux for a lamp whose file is in lumens.
 
-A light field's screen is at a distance from its sampling plane S, that of a lamp of several slabs from the
-middle of its box, a ray file's from its frame's origin; with --height all are told in the frame of the lamp's
-file. With --side the screen stands to another side of the lamp than +z, across that axis; all slabs that send
-light there count. x on it is then the horizontal (+x of the frame for -y, -x for -z and +y, +y for +x, -y for
--x) and y the frame's z (y for -z). Without --size each screen holds about 96 % of the
-light in each direction. Several distances make a series: one image each, and with --png one picture of all,
-each at the exposure that suits it.
+The distance of the screen is measured from the sampling plane S of a light field, from the middle of the box of a lamp of
+several slabs, and from the origin of the frame of a ray file; with --height it is given in the frame of the lamp's
+file. With --side the screen is on another side of the lamp than +z, perpendicular to that axis; all slabs that send
+light there are included. x on the screen is then horizontal (+x of the frame for -y, -x for -z and +y, +y for +x, -y for
+-x) and y is the frame's z (y for -z). Without --size each screen holds about 96 % of the
+light in each direction. Several distances make a series: one image for each, and with --png one picture of all,
+each with its own exposure.
 
-With --chromaticity each image has another one beside it, NAME-chromaticity.exr: u' in its red channel, v' in
+With --chromaticity a second image, NAME-chromaticity.exr, is written for each image: u' in its red channel, v' in
 green, and in blue delta u'v', the distance from the colour of all the light on the screen; 0 where there is
-less than a hundredth of the brightest light. With --png a picture of that distance: pale at 0.05, black at 0.
+less than a hundredth of the brightest light. With --png also a picture of that distance: pale at 0.05, black at 0.
 
 Examples:
   lucerna light project lamp.exr --distance 1m -o wall.exr --png
@@ -286,7 +286,7 @@ void print_plane(std::ostream& out, const ProjectCommand& command, double distan
     }
     const V3d origin = origin_of(command, lamp);
     if (flux > 0) moment = moment / flux + V2d(origin.x, origin.y);
-    fmt::print(out, "{:<10} {} x {}: {:.5g} {} on it, peak {:.5g} {}, centre of light ({}, {})  {}\n",
+    fmt::print(out, "{:<10} {} x {}: flux {:.5g} {}, peak {:.5g} {}, centroid ({}, {})  {}\n",
                length_text(distance), length_text(plane.patch.size.x), length_text(plane.patch.size.y),
                plane.flux(), flux_unit_name(unit), plane.peak(), irradiance_unit(unit), length_text(moment.x),
                length_text(moment.y), name_of(command, distance).string());
@@ -294,7 +294,7 @@ void print_plane(std::ostream& out, const ProjectCommand& command, double distan
 
 void act_project(const ProjectCommand& command, const CommandContext& context) {
     if (command.distances.empty())
-        throw InputError({"--distance"}, "is missing; --distance 1m (or --height) is accepted");
+        throw InputError({"--distance"}, "is missing; give for example --distance 1m (or --height)");
     require_readable(command.lamp);
     CommandFiles files;
     files.reads(command.lamp);
@@ -313,8 +313,7 @@ void act_project(const ProjectCommand& command, const CommandContext& context) {
         !(light_field && is_plain(command, *light_field))) {
         throw InputError(
             {"--reconstruction"},
-            "approximate is accepted for one light field, seen from +z; rays are counted as they "
-            "are");
+            "approximate works for a single light field towards +z only; rays are counted directly");
     }
     std::vector<Image> images;
     for (const double distance : command.distances) {
@@ -334,47 +333,51 @@ void add_light_project(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<ProjectCommand>();
     CLI::App& app = *light.add_subcommand("project", "Compute irradiance on a screen across a lamp's beam");
     app.footer(kProjectFooter);
-    app.add_option("LAMP", command->lamp, "light field (.exr) or rays")->required();
-    app.add_option("-o,--output", command->output, "the image; one per distance")
+    app.add_option("LAMP", command->lamp, "light field (.exr) or rays")->required()->type_name("FILE");
+    app.add_option("-o,--output", command->output, "irradiance image; one for each distance")
         ->type_name("IMAGE.exr")
         ->required();
-    CLI::Option* distance = add_word(app, "--distance", "LENGTH,…", "of the screen; several make a series",
-                                     [command](const std::string& word) {
-                                         command->distances = parse_list(word, [](std::string_view part) {
-                                             return parse_place({"--distance"}, part);
-                                         });
-                                     });
-    add_word(app, "--height", "PLACE,…", "of the screen in the frame of the lamp's file",
+    CLI::Option* distance =
+        add_word(app, "--distance", "LENGTH,...", "distance of the screen; several values make a series",
+                 [command](const std::string& word) {
+                     command->distances = parse_list(
+                         word, [](std::string_view part) { return parse_place({"--distance"}, part); });
+                 });
+    add_word(app, "--height", "PLACE,...",
+             "height of the screen in the frame of the lamp's file; several values make a series",
              [command](const std::string& word) {
                  command->heights = true;
                  command->distances =
                      parse_list(word, [](std::string_view part) { return parse_place({"--height"}, part); });
              })
         ->excludes(distance);
-    add_word(app, "--side", "AXIS", "of the lamp where the screen stands: +z (default), -z, +x, -x, +y or -y",
+    add_word(app, "--side", "AXIS",
+             "side of the lamp that the screen is on: +z (default), -z, +x, -x, +y or -y",
              [command](const std::string& word) { command->side = parse_side("--side", word); });
-    add_word(app, "--size", "LENGTHxLENGTH", "of the screen (default: about the light)",
+    add_word(app, "--size", "LENGTHxLENGTH", "size of the screen (default: from the extent of the light)",
              [command](const std::string& word) { command->size = parse_length_pair({"--size"}, word); });
-    add_word(app, "--centre", "PLACE,PLACE", "of the screen, in the frame of the lamp's file",
+    add_word(app, "--centre", "PLACE,PLACE", "centre of the screen, in the frame of the lamp's file",
              [command](const std::string& word) {
                  const auto both =
                      parse_list(word, [](std::string_view part) { return parse_place({"--centre"}, part); });
-                 if (both.size() != 2) throw InputError({"--centre"}, "two places are accepted, as 0,1.5mm");
+                 if (both.size() != 2)
+                     throw InputError({"--centre"}, "expected two positions, for example 0,1.5mm");
                  command->centre = V2d(both[0], both[1]);
              });
-    add_word(app, "--pixels", "WxH", "of the image (default 512x512)",
+    add_word(app, "--pixels", "WxH", "size of the image (default 512x512)",
              [command](const std::string& word) { command->pixels = parse_size({"--pixels"}, word, 16384); });
-    add_word(
-        app, "--reconstruction", "KIND",
-        "exact (default), or approximate: the geometric term once per filter and pixel",
-        [command](const std::string& word) {
-            if (word != "exact" && word != "approximate")
-                input_error({"--reconstruction"}, "\"{}\" is not accepted; exact or approximate is", word);
-            command->reconstruction = word == "exact" ? Reconstruction::exact : Reconstruction::approximate;
-        });
+    add_word(app, "--reconstruction", "KIND",
+             "exact (default), or approximate: the geometric term is evaluated once per filter and pixel",
+             [command](const std::string& word) {
+                 if (word != "exact" && word != "approximate")
+                     input_error({"--reconstruction"},
+                                 "\"{}\" is not accepted; expected exact or approximate", word);
+                 command->reconstruction =
+                     word == "exact" ? Reconstruction::exact : Reconstruction::approximate;
+             });
     app.add_flag("--chromaticity", command->chromaticity,
-                 "write an image of u', v' and delta u'v' beside each, NAME-chromaticity.exr");
-    app.add_flag("--png", command->png, "write a picture beside it: one of the whole series");
+                 "also write an image of u', v' and delta u'v' for each image, NAME-chromaticity.exr");
+    app.add_flag("--png", command->png, "also write a picture, one for the whole series");
     add_threads(app, command->workers);
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     app.callback([command, &context] { act_project(*command, context); });

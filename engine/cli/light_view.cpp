@@ -20,9 +20,9 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kViewFooter =
-    R"(One small image per filter position, laid out as the filter positions are, seen by someone who looks at the
-lamp: u and s to the right, v and t up. Light has the lamp's colour; negative coefficients, which edges and
-noise make, are blue. All views share one exposure, so that bright ones stay brighter.
+    R"(Shows one small image per filter position, arranged like the filter positions, as seen by an observer looking towards the
+lamp: u and s to the right, v and t up. Light has the lamp's colour; negative coefficients, which are caused by edges and
+noise, are blue. All views share one exposure, so that bright ones are brighter.
 
 Examples:
   lucerna light view lamp.exr -o views.png
@@ -93,13 +93,13 @@ const LightField& field_shown(const Lumigraph& lamp, const ViewCommand& command)
         if (command.slab ? slab.axes.n == command.slab->n : lamp.slabs().size() == 1) return slab.field;
         sides += (sides.empty() ? "" : ", ") + slab.axes.name();
     }
-    const char* are = lamp.slabs().size() == 1 ? "is" : "are";
     if (command.slab) {
-        input_error({command.lamp}, "no light field of the side {}; --slab {} {} accepted",
-                    command.slab->name(), sides, are);
+        input_error({command.lamp}, "no light field for the side {}; expected --slab {}",
+                    command.slab->name(), sides);
     }
-    input_error({command.lamp}, "light fields of several sides, one on a sheet; --slab {} {} accepted", sides,
-                are);
+    input_error({command.lamp},
+                "has light fields of several sides, and a sheet shows one; choose one with --slab: {}",
+                sides);
 }
 
 void act_view(const ViewCommand& command, const CommandContext& context) {
@@ -119,17 +119,17 @@ void add_light_view(CLI::App& light, const CommandContext& context) {
     const auto command = std::make_shared<ViewCommand>();
     CLI::App& app = *light.add_subcommand("view", "Show all views of a light field on one sheet");
     app.footer(kViewFooter);
-    app.add_option("LAMP", command->lamp, "light field (.exr)")->required();
+    app.add_option("LAMP", command->lamp, "light field (.exr)")->required()->type_name("LAMP.exr");
     app.add_option("-o,--output", command->output, "the picture")->type_name("SHEET.png")->required();
-    add_word(app, "--views", "WxH", "only so many in the middle (default: all)",
+    add_word(app, "--views", "WxH", "show only this many views, around the middle (default: all)",
              [command](const std::string& word) { command->views = parse_size({"--views"}, word, 65534); });
-    add_word(app, "--slab", "AXIS", "of a lamp with several, as -x",
+    add_word(app, "--slab", "AXIS", "slab of a lamp with several slabs, for example -x",
              [command](const std::string& word) { command->slab = parse_side("--slab", word); });
-    add_word(app, "--exposure", "FACTOR", "brighter or darker than by itself (default 1)",
+    add_word(app, "--exposure", "FACTOR", "factor on the automatic exposure (default 1)",
              [command](const std::string& word) {
                  command->exposure = parse_number({"--exposure"}, word, 1e-6, 1e6);
              });
-    add_word(app, "--side", "PIXELS", "longest side of the sheet, which is shrunk to it (default 2048)",
+    add_word(app, "--side", "PIXELS", "longest side of the sheet; larger ones are scaled down (default 2048)",
              [command](const std::string& word) {
                  command->side = static_cast<int>(parse_whole({"--side"}, word, 64, 16384));
              });

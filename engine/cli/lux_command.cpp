@@ -30,30 +30,32 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kLuxFooter =
-    R"(Computes illuminance at points of calculation surfaces: parallelograms in space through which light passes. A scene
-names them,
+    R"(Computes illuminance at points on calculation surfaces: parallelograms in space that light passes through. The scene
+defines them,
 
     CalculationSurface "work plane" "point3 P" [0 0.75 0  0 0.75 5  4 0.75 0]
 
-by a corner and the ends of the two sides from there; the side from which the first turns to the second
-counterclockwise is lit. Or the command line does: --surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", or
---height 0.75 for a horizontal plane through the whole model, so far above its lowest point. Lengths are those of the
-scene, which are metres. Without --spacing the points lie as EN 12464-1 has them.
+by a corner and the other ends of the two sides from it; the surface receives light on the side from which the turn from
+the first to the second side is counterclockwise. They can also be given on the command line:
+--surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", or --height 0.75 for a horizontal plane across the whole model, 0.75 m
+above its lowest point. Lengths are in the units of the scene, which are metres. Without --spacing the points are placed
+according to EN 12464-1.
 
-For each surface: mean, least and greatest illuminance, the uniformity U_0 = least / mean, and the share of direct light.
-Each number has a 95 % confidence interval; --precision 2% (the default) continues until no point's interval is wider than
-± 2 % of its illuminance, or of its surface's mean where that is more. --time ends earlier. Everything is computed by
-path tracing, without bias.
+Results for each surface: mean, minimum and maximum illuminance, the uniformity U_0 = minimum / mean, and the share of direct
+light. Each number has a 95 % confidence interval; with --precision 2% (the default) the computation continues until no
+point's interval is wider than ± 2 % of its illuminance, or of the surface's mean if that is more. --time stops it earlier.
+Everything is computed by path tracing, unbiased.
 
-Kinds: planar (as a photometer that lies on the surface reads it), cylindrical, semicylindrical, hemispherical and
-spherical (EN 12665; scalar illuminance is four times the last). --facing has planar heads look elsewhere: the vertical
-illuminance at the height of eyes is --facing 1,0,0.
+Kinds: planar (as read by a photometer on the surface), cylindrical, semicylindrical, hemispherical and spherical (EN 12665;
+scalar illuminance is four times the spherical). --facing turns planar sensors to another direction: for example,
+--facing 1,0,0 gives the vertical illuminance at eye height.
 
-How wrong would a photometric file be here? --far-field-error works everything out again with each measured lamp as a
-point with its own far-field intensities, and tells the relative error of illuminance; with --plan and --html as a map.
+--far-field-error shows how accurate a photometric file would be in this scene: it computes everything again with each
+measured lamp as a point source with its far-field intensities, and reports the relative error of the illuminance; with
+--plan and --html also as a map.
 
--o writes a line for each point, with direct and indirect light, and what each light group of the scene brings: groups
-can be dimmed there without another run. --image writes a pixel for each point.
+-o writes a line for each point, with direct and indirect light, and the contribution of each light group of the scene, so
+that groups can be dimmed there without another run. --image writes a pixel for each point.
 
 Examples:
   lucerna lux room.pbrt -o lux.csv --plan lux.svg
@@ -80,8 +82,7 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     }
     if (surfaces.empty()) {
         throw InputError({command.common.scene},
-                         "names no CalculationSurface; --height 0.75, or --surface "
-                         "NAME=X,Y,Z:X,Y,Z:X,Y,Z, is accepted in its place");
+                         "has no CalculationSurface; use --height 0.75 or --surface NAME=X,Y,Z:X,Y,Z:X,Y,Z");
     }
     return surfaces;
 }
@@ -93,8 +94,8 @@ std::filesystem::path of_error(const std::filesystem::path& file) {
 
 std::string end_text(const IlluminanceReport& report) {
     const double percent = 100 * report.precision;
-    const std::string reached = percent < 10 ? fmt::format("± {:.2g} % at the worst point", percent)
-                                             : fmt::format("± {:.0f} % at the worst point", percent);
+    const std::string reached = percent < 10 ? fmt::format("± {:.2g} % at the least accurate point", percent)
+                                             : fmt::format("± {:.0f} % at the least accurate point", percent);
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));
@@ -121,8 +122,8 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
     Job job = common.read(workers, same, monitor);
     if (lamps == 0) {
         throw InputError({command.common.scene},
-                         "has no measured lamp: --far-field-error compares the near field of a light field "
-                         "or ray file with its own far field");
+                         "has no measured lamp; --far-field-error compares the near field of a light field "
+                         "or ray file with its far field");
     }
     IlluminanceOptions options = command.options;
     options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first
@@ -163,8 +164,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
     if (!command.html.empty()) files.writes(command.html, ".html", "--html");
     std::optional<Image> picture;
     if (!command.picture.empty()) {
-        if (command.html.empty())
-            throw InputError({"--picture"}, "is for the report; --html is accepted beside it");
+        if (command.html.empty()) throw InputError({"--picture"}, "applies only together with --html");
         files.reads(command.picture);
         Image image = read_exr(command.picture);
         show_denoised(image);
@@ -216,7 +216,8 @@ void act(const LuxCommand& command, const CommandContext& context) {
         context.out << illuminance_text(report) << end_text(report) << '\n';
         if (!errors.empty()) context.out << far_field_text(errors);
     }
-    if (report.ended_by == "user") throw Stopped("interrupted: the intervals are wider than was asked for");
+    if (report.ended_by == "user")
+        throw Stopped("interrupted: the confidence intervals are wider than --precision");
 }
 
 }  // namespace
@@ -225,36 +226,35 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<LuxCommand>();
     CLI::App& app = *program.add_subcommand("lux", "Compute illuminance on calculation surfaces");
     app.footer(kLuxFooter);
-    add_photometry_files(app, command->common, "point", "everything");
+    add_photometry_files(app, command->common, "point", "all results");
     app.add_option(
            "--image", command->image,
-           "write an OpenEXR image with a pixel for each point; FILE-2.exr and so on for further surfaces")
+           "write an OpenEXR image with a pixel for each point; further surfaces go to FILE-2.exr and so on")
         ->type_name("FILE.exr");
-    app.add_option("--plan", command->plan,
-                   "draw a plan in false colour with isolux lines; FILE-2.svg and so on for further surfaces")
+    app.add_option(
+           "--plan", command->plan,
+           "draw a plan in false colour with isolux lines; further surfaces go to FILE-2.svg and so on")
         ->type_name("FILE.svg|.png");
     app.add_option("--html", command->html,
-                   "write a report: results, plans, luminaires, settings and the hashes of the scene's "
-                   "files; one page "
-                   "that needs nothing beside it")
+                   "write a report as one self-contained page: results, plans, luminaires, settings and "
+                   "hashes of the scene's files")
         ->type_name("FILE.html");
-    app.add_option("--picture", command->picture, "show a rendered image of the scene in the report")
+    app.add_option("--picture", command->picture, "rendered image of the scene to show in the report")
         ->type_name("FILE.exr");
     add_surface_options(app, command->surfaces);
-    app.add_flag(
-        "--far-field-error", command->far_field_error,
-        "also work all out with each measured lamp as a point with its own far-field intensities, and "
-        "tell how wrong that is");
+    app.add_flag("--far-field-error", command->far_field_error,
+                 "also compute everything with each measured lamp as a point source with its far-field "
+                 "intensities, and report the error");
     add_word(app, "--precision", "SHARE",
-             "of a point's illuminance, or of the mean: the half-width of the widest interval at which to "
-             "end (default 2%)",
+             "stop when each point's confidence interval is no wider than ± this share of its illuminance, "
+             "or of the surface's mean if that is more (default 2%)",
              [command](const std::string& word) {
                  command->options.precision = parse_share({"--precision"}, word);
              });
     add_word(
-        app, "--time", "TIME", "end after this time at the latest, as 30s, 5min, 2h",
+        app, "--time", "TIME", "stop after this time at the latest, for example 30s, 5min, 2h",
         [command](const std::string& word) { command->options.seconds = parse_duration({"--time"}, word); });
-    add_word(app, "--samples", "N", "of each head, instead of --precision: the same results in every run",
+    add_word(app, "--samples", "N", "samples per sensor; replaces --precision and makes results reproducible",
              [command](const std::string& word) {
                  command->options.most_samples =
                      static_cast<int>(parse_whole({"--samples"}, word, 1, 1 << 24));

@@ -43,7 +43,7 @@ std::string summary(const IlluminanceReport& report) {
 }
 
 std::string lamps(const IlluminanceReport& report) {
-    if (report.lamps.empty()) return "<p>None that has a place in the scene.</p>";
+    if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
     std::vector<std::vector<std::string>> rows{
         {"kind", "x [m]", "y [m]", "z [m]", fmt::format("flux [{}]", report.flux_unit)}};
     constexpr std::size_t kMost = 200;
@@ -58,19 +58,20 @@ std::string lamps(const IlluminanceReport& report) {
 }
 
 std::string settings(const IlluminanceReport& report, const LuxPage& page) {
-    return table({{"what", "value"},
-                  {"program", fmt::format("lucerna {}", program_version())},
-                  {"method", "path tracing, without bias"},
-                  {"intervals", "95 %, Student's, of heads whose samples are independent"},
-                  {"widest interval",
-                   fmt::format("± {:.2g} % of its point's illuminance, or of the mean where that is more",
-                               100 * report.precision)},
-                  {"ended by", report.ended_by},
-                  {"samples of each point", fmt::format("{} heads × {}", report.heads, report.samples)},
-                  {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
-                  {"seed", std::to_string(page.seed)},
-                  {"time", duration_text(report.seconds)}},
-                 2);
+    return table(
+        {{"what", "value"},
+         {"program", fmt::format("lucerna {}", program_version())},
+         {"method", "path tracing, unbiased"},
+         {"intervals", "95 %, Student's t, from independently sampled sensors"},
+         {"widest interval",
+          fmt::format("± {:.2g} % of its point's illuminance, or of the surface's mean if that is more",
+                      100 * report.precision)},
+         {"ended by", report.ended_by},
+         {"samples per point", fmt::format("{} sensors × {}", report.heads, report.samples)},
+         {"rays", fmt::format("{:.3g}", static_cast<double>(report.rays))},
+         {"seed", std::to_string(page.seed)},
+         {"time", duration_text(report.seconds)}},
+        2);
 }
 
 // Where the axes of a surface's plan lie in the scene.

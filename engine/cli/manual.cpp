@@ -133,17 +133,17 @@ void append_commands(const CLI::App& app, std::string& page) {
 constexpr const char* kExitStatus = R"(.SH EXIT STATUS
 .TP
 0
-Done.
+Success.
 .TP
 1
-An input or the environment is not as it must be; one line on standard error names the place, the cause and
-what is accepted.
+An error in an input or in the environment; one line on standard error states where it is, the cause and what was
+expected.
 .TP
 2
 An internal error.
 .TP
 128 + N
-Signal N ended the work early, and what there was has been written: 130 after Ctrl\-C.
+Interrupted by signal N; the results so far have been written: 130 after Ctrl\-C.
 )";
 
 }  // namespace

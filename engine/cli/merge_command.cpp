@@ -17,11 +17,11 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kMergeFooter =
-    R"(PARTS are what lucerna render --part wrote, all of them, in any order: of one scene, with the same settings, seed and
-number of samples, by one version of the program. What differs, is missing or is there twice is named.
+    R"(PARTS are all images written by lucerna render --part, in any order: of one scene, with the same settings, seed and number
+of samples, by the same version of the program. Parts that differ, are missing or are given twice are reported.
 
-The image is, bit for bit, the one that a single render makes with --no-adaptive and the same options. Parts rendered with
---denoise or --layers are denoised together, as that render would be.
+The image is the same, bit for bit, as that of a single render with --no-adaptive and the same options. Parts rendered
+with --denoise or --layers are denoised together, as in a single render.
 
 Examples:
   lucerna render room.pbrt --spp 256 --denoise --part 1/2 -o part1.exr
@@ -66,11 +66,10 @@ void act(const MergeCommand& command, const CommandContext& context) {
 
 void add_merge_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<MergeCommand>();
-    CLI::App& app =
-        *program.add_subcommand("merge", "Merge the parts of a picture that were rendered separately");
+    CLI::App& app = *program.add_subcommand("merge", "Merge separately rendered parts of a picture");
     app.footer(kMergeFooter);
-    app.add_option("PARTS", command->parts, "OpenEXR images of all parts")->required();
-    add_image_output(app, command->output, "the OpenEXR image of the picture");
+    app.add_option("PARTS", command->parts, "OpenEXR images of all parts")->required()->type_name("PART.exr");
+    add_image_output(app, command->output, "OpenEXR image of the whole picture");
     add_threads(app, command->workers);
     app.callback([command, &context] { act(*command, context); });
 }

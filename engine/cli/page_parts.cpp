@@ -24,7 +24,7 @@ std::string filled(std::string_view page, const std::map<std::string, std::strin
         const std::size_t close = page.find("}}", open);
         result += page.substr(at, open == std::string_view::npos ? open : open - at);
         if (open == std::string_view::npos) return result;
-        if (close == std::string_view::npos) throw std::logic_error("a page's blank has no end");
+        if (close == std::string_view::npos) throw std::logic_error("a page's placeholder has no end");
         result += blanks.at(std::string(page.substr(open + 2, close - open - 2)));
         at = close + 2;
     }
@@ -113,7 +113,7 @@ std::string settings_table(const std::vector<NamedImage>& images, const NamedIma
         }
         rows += "</tr>\n";
     }
-    return names.empty() ? "<p>The files do not say.</p>"
+    return names.empty() ? "<p>Not stated in the files.</p>"
                          : "<div class=\"wide\"><table>\n" + rows + "</table></div>";
 }
 
@@ -138,7 +138,7 @@ std::string seeds_table(const ComparisonReport& report) {
 
 std::string verdict_line(const ComparisonReport& report) {
     const auto& z = report.numbers.z_test;
-    if (!z || z->tests == 0) return "No verdict: the images do not both carry variances.";
+    if (!z || z->tests == 0) return "No test: at least one image has no variances.";
     return fmt::format("{} (p = {:.3g}, level {:g})",
                        z->equal() ? "Equal within the noise" : "Different beyond the noise", z->verdict_p,
                        z->level);

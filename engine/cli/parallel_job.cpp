@@ -64,8 +64,8 @@ bool has_work_here(std::span<const char* const> words) {
 
 void say_if_alone(std::span<const char* const> words, std::ostream& err) {
     if (!is_parallel_job() || shares_work(words) || asks_for_help(words)) return;
-    err << "lucerna: warning: rank 0 does this alone; render, light acquire and study share their work among "
-           "ranks\n";
+    err << "lucerna: warning: this command runs on rank 0 only; render, light acquire and study share their "
+           "work among ranks\n";
 }
 
 void leave_it_to_rank_0() {
@@ -87,8 +87,8 @@ void require_same_facts(Ranks& ranks, std::string_view would, PictureFacts facts
         for (std::size_t i = 0; i + 1 < others.size(); i += 2) there.emplace_back(others[i], others[i + 1]);
         if (const auto difference = first_difference(there, facts)) {
             throw InputError(
-                fmt::format("rank {} on {} would {}: its {} is {}, that of rank 0 on {} is {}; the same "
-                            "program, files and options on all ranks are accepted",
+                fmt::format("rank {} on {} would {}: its {} is {}, that of rank 0 on {} is {}; use the same "
+                            "program, files and options on all ranks",
                             r, ranks.host(static_cast<int>(r)), would, difference->name, difference->of_first,
                             ranks.host(0), difference->of_second));
         }

@@ -46,7 +46,7 @@ struct Part {
 const std::string& attribute(const Image& image, const char* name, const Location& at) {
     const auto found = image.attributes.find(name);
     if (found == image.attributes.end())
-        throw InputError(at, "is no part of a picture; what lucerna render --part wrote is accepted");
+        throw InputError(at, "is not part of a picture; expected an image written by lucerna render --part");
     return found->second;
 }
 
@@ -70,14 +70,27 @@ Part read_part(const std::filesystem::path& file) {
     }
     if (const auto stopped = part.image.attributes.find("lucerna.stopped");
         stopped != part.image.attributes.end())
-        input_error(at, "the part was stopped after {}; a whole one is accepted", stopped->second);
+        input_error(at, "the part is incomplete: it was stopped after {}", stopped->second);
     return part;
+}
+
+// Parts that differ in their layers differ in options of the command, which say more than the film's facts.
+void require_same_layers(const Part& first, const Part& other, const FactDifference& difference,
+                         std::string_view fact, std::string_view options) {
+    if (difference.name != fact) return;
+    const bool other_has = difference.of_first != kNoLayers;
+    const Part& with = other_has ? other : first;
+    const Part& without = other_has ? first : other;
+    throw InputError(fmt::format("{} was rendered with {}, {} was not", with.file.string(), options,
+                                 without.file.string()));
 }
 
 void require_same_picture(const Part& first, const Part& other) {
     const Location at{other.file.string()};
     if (const auto difference = first_difference(other.facts, first.facts)) {
-        input_error(at, "is part of another picture: its {} is {}, in {} it is {}", difference->name,
+        require_same_layers(first, other, *difference, kHalvesFact, "--denoise or --layers");
+        require_same_layers(first, other, *difference, kPartsFact, "--layers");
+        input_error(at, "is part of a different picture: its {} is {}, in {} it is {}", difference->name,
                     difference->of_first, first.file.string(), difference->of_second);
     }
     if (other.which.of != first.which.of) {
@@ -86,7 +99,7 @@ void require_same_picture(const Part& first, const Part& other) {
     }
     if (other.view != first.view || other.image.channels != first.image.channels ||
         other.image.space != first.image.space) {
-        input_error(at, "the part is damaged: it has other channels or another view than {}",
+        input_error(at, "the part is damaged: its channels or its view differ from those of {}",
                     first.file.string());
     }
 }
@@ -95,7 +108,7 @@ void require_same_picture(const Part& first, const Part& other) {
 std::string listed(std::span<const int> numbers) {
     constexpr std::size_t kShown = 20;
     const auto shown = numbers.first(std::min(numbers.size(), kShown));
-    return fmt::format("{}{}", fmt::join(shown, ", "), numbers.size() > kShown ? ", …" : "");
+    return fmt::format("{}{}", fmt::join(shown, ", "), numbers.size() > kShown ? ", ..." : "");
 }
 
 }  // namespace
@@ -124,7 +137,7 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
             const V2i size = part.view.size();
             require_memory(bytes_of(static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y),
                                     part.image.channels.size() * sizeof(float)),
-                           fmt::format("a picture of {} x {} pixels", size.x, size.y), "fewer are accepted");
+                           fmt::format("a picture of {} x {} pixels", size.x, size.y), "use fewer");
             to = Image(size.x, size.y, part.image.channels);
             to.space = part.image.space;
             to.attributes = part.image.attributes;
@@ -136,8 +149,8 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
         }
         const auto [before, is_new] = there.emplace(part.which.number, file);
         if (!is_new) {
-            input_error({file.string()}, "is part {} of {}, as {} is; each is accepted once",
-                        part.which.number, part.which.of, before->second.string());
+            throw InputError(fmt::format("part {} of {} is given twice: {} and {}", part.which.number,
+                                         part.which.of, before->second.string(), file.string()));
         }
         const V2i at = part.image.corner - part.view.begin;
         const std::size_t row = static_cast<std::size_t>(part.image.width) * to.channels.size();
@@ -150,8 +163,8 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
         if (!there.contains(number)) missing.push_back(number);
     }
     if (!missing.empty()) {
-        throw InputError(fmt::format("of {} parts {} {} missing: {}", first->which.of, missing.size(),
-                                     missing.size() == 1 ? "is" : "are", listed(missing)));
+        throw InputError(
+            fmt::format("{} of {} parts are missing: {}", missing.size(), first->which.of, listed(missing)));
     }
     return merged;
 }

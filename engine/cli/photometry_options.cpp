@@ -22,7 +22,9 @@ Job PhotometryOptions::read(const Workers& workers, CommandFiles& files, Monitor
 
 void add_photometry_files(CLI::App& app, PhotometryOptions& options, const std::string& each,
                           const std::string& everything) {
-    app.add_option("SCENE", options.scene, "scene file in pbrt's text format")->required();
+    app.add_option("SCENE", options.scene, "scene file in pbrt's text format")
+        ->required()
+        ->type_name("SCENE.pbrt");
     app.add_option("-o,--output", options.csv, "write a line for each " + each)->type_name("FILE.csv");
     app.add_option("--json", options.json, "write " + everything + " as JSON; - for standard output")
         ->type_name("FILE");
@@ -36,8 +38,9 @@ void add_photometry_options(CLI::App& app, PhotometryOptions& options, std::uint
     add_unit_option(app, options.overrides.unit);
     app.add_flag("--skip-missing", options.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
-    app.add_flag("--strict", options.overrides.strict,
-                 "refuse what is not rendered as the scene says, instead of a warning");
+    app.add_flag(
+        "--strict", options.overrides.strict,
+        "stop with an error, instead of a warning, if part of the scene cannot be rendered as specified");
     app.add_flag("--quiet", options.quiet, "print results, warnings and errors only");
 }
 

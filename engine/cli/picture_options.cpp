@@ -12,8 +12,8 @@ namespace {
 ToneCurve parse_tone_curve(const std::string& word) {
     const auto curve = tone_curve_named(word);
     if (!curve) {
-        throw InputError({"--tone"}, fmt::format("\"{}\" is unknown; {} are accepted", one_line(word),
-                                                 fmt::join(tone_curve_names(), " and ")));
+        throw InputError({"--tone"}, fmt::format("\"{}\" is unknown; expected {}", one_line(word),
+                                                 fmt::join(tone_curve_names(), " or ")));
     }
     return *curve;
 }
@@ -23,10 +23,11 @@ std::optional<double> parse_white(const std::string& word) {
     try {
         return parse_number({"--white-balance"}, word, kLeastWhite, kMostWhite);
     } catch (const InputError&) {
-        throw InputError({"--white-balance"},
-                         fmt::format("\"{}\" is not accepted; a colour temperature from {:g} to {:g}, in "
-                                     "kelvins, or off is",
-                                     one_line(word), kLeastWhite, kMostWhite));
+        throw InputError(
+            {"--white-balance"},
+            fmt::format(
+                "\"{}\" is not accepted; expected a colour temperature from {:g} to {:g}, in kelvins, or off",
+                one_line(word), kLeastWhite, kMostWhite));
     }
 }
 
@@ -35,19 +36,17 @@ std::optional<double> parse_white(const std::string& word) {
 void add_picture_options(CLI::App& app, PictureOptions& options) {
     add_word(
         app, "--exposure", "STOPS",
-        "the picture's exposure, 0 for radiance 1 as white (default: automatic, the mean of what is shown is "
+        "exposure of the picture; 0 shows radiance 1 as white (default: automatic, the mean luminance is "
         "middle grey)",
         [&options](const std::string& word) { options.stops = parse_number({"--exposure"}, word, -60, 60); });
-    add_word(
-        app, "--tone", "CURVE",
-        "the picture's highlights: neutral rolls them off to white and keeps their hue, linear clips them "
-        "(default: neutral)",
-        [&options](const std::string& word) { options.tone = parse_tone_curve(word); });
-    add_word(
-        app, "--white-balance", "KELVIN",
-        "show light of this colour temperature as white in the picture: 1000 to 25000, as 3000 for a warm "
-        "lamp, or off (default: off)",
-        [&options](const std::string& word) { options.white = parse_white(word); });
+    add_word(app, "--tone", "CURVE",
+             "tone curve for highlights in the picture: neutral compresses them towards white and keeps "
+             "their hue, linear clips them (default: neutral)",
+             [&options](const std::string& word) { options.tone = parse_tone_curve(word); });
+    add_word(app, "--white-balance", "KELVIN",
+             "colour temperature that is shown as white in the picture: 1000 to 25000, for example 3000 for "
+             "a warm lamp, or off (default: off)",
+             [&options](const std::string& word) { options.white = parse_white(word); });
 }
 
 void add_image_output(CLI::App& app, ImageOutput& output, const std::string& help) {

@@ -20,17 +20,17 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kRelightFooter =
-    R"(IMAGE is what lucerna render --layers wrote of a scene whose lights name groups ("string lightgroup" of LightSource and
-AreaLightSource): light is a sum, so that any sum of the groups is the image that a render with lamps so bright and so
-coloured would have made.
+    R"(IMAGE is an image written by lucerna render --layers of a scene whose lights name groups ("string lightgroup" of LightSource
+and AreaLightSource). Light is additive, so a weighted sum of the groups is the image that a render with the lamps dimmed
+and coloured in that way would give.
 
---group NAME=CHANGE says by how much a group is multiplied; groups that are not named stay as they are. CHANGE is a factor, a
-colour, or both with a comma between them. A colour is #rrggbb, sRGB as in a picture, or three factors of linear red,
-green and blue, r:g:b; it filters the light that is there, as a gel before the lamp does: #ffffff changes nothing.
+--group NAME=CHANGE multiplies a group; groups that are not named do not change. CHANGE is a factor, a colour, or both
+separated by a comma. A colour is #rrggbb, sRGB as in a picture, or three factors for linear red, green and blue, r:g:b; it
+filters the existing light like a gel in front of the lamp: #ffffff changes nothing.
 
-The result has R, G and B, what is known of their variance, and the groups as they are now: it can be relit again. What no
-longer fits is left out: parts, halves, the denoised image. Without --exposure the picture is as exposed as one of
-IMAGE, so that what is dimmed is darker.
+The result has R, G and B, their variance as far as it is known, and the changed groups, so it can be relit again. Layers
+that are no longer valid are left out: parts, halves and the denoised image. Without --exposure the picture has the exposure
+of IMAGE, so dimmed light is darker.
 
 Examples:
   lucerna render room.pbrt --spp 64 --layers -o room.exr
@@ -48,7 +48,7 @@ Rgb parse_colour(const std::string& word) {
             word.size() == 7 && word.find_first_not_of("0123456789abcdefABCDEF", 1) == word.npos;
         if (!whole)
             throw InputError(kOption,
-                             fmt::format("colour \"{}\": # and six digits 0 to f are accepted", word));
+                             fmt::format("colour \"{}\": expected # and six hexadecimal digits", word));
         for (int c = 0; c < 3; ++c) {
             const auto level = std::stoul(word.substr(static_cast<std::size_t>(1 + 2 * c), 2), nullptr, 16);
             colour[c] = srgb_decoded(static_cast<float>(level) / 255);
@@ -58,7 +58,7 @@ Rgb parse_colour(const std::string& word) {
     const std::size_t first = word.find(':'), second = first == word.npos ? first : word.find(':', first + 1);
     if (second == word.npos)
         throw InputError(kOption,
-                         fmt::format("colour \"{}\": #rrggbb, or r:g:b as 1:0.8:0.6, is accepted", word));
+                         fmt::format("colour \"{}\": expected #rrggbb, or r:g:b such as 1:0.8:0.6", word));
     const auto component = [](const std::string& text) {
         return static_cast<float>(parse_number(kOption, text, 0, 1e6));
     };
@@ -80,7 +80,8 @@ NamedChange parse_change(const std::string& word) {
     const std::size_t equals = word.find('=');
     if (equals == word.npos || equals == 0 || equals + 1 == word.size()) {
         throw InputError(
-            kOption, fmt::format("\"{}\": NAME=CHANGE is accepted, as spot=0.5 or spot=0.5,#ffd080", word));
+            kOption,
+            fmt::format("\"{}\": expected NAME=CHANGE, for example spot=0.5 or spot=0.5,#ffd080", word));
     }
     NamedChange result{word.substr(0, equals), {}};
     const std::string change = word.substr(equals + 1);
@@ -121,10 +122,9 @@ std::vector<std::string> groups_of(const Image& image) {
 std::vector<Rgb> factors_of(const std::vector<std::string>& groups, const RelightCommand& command,
                             const ColourSpace* space) {
     if (groups.empty()) {
-        throw InputError(
-            {command.image},
-            "has no light groups; what lucerna render --layers wrote of a scene whose lights have "
-            "\"string lightgroup\" is accepted");
+        throw InputError({command.image},
+                         "has no light groups; expected an image that lucerna render --layers wrote of a "
+                         "scene whose lights have \"string lightgroup\"");
     }
     std::vector<Rgb> factors(groups.size(), Rgb(1));
     std::set<std::string> changed;
@@ -135,7 +135,7 @@ std::vector<Rgb> factors_of(const std::vector<std::string>& groups, const Religh
                                                           name, fmt::join(groups, ", ")));
         }
         if (!changed.insert(name).second)
-            throw InputError(kOption, fmt::format("group \"{}\" is changed twice; once is accepted", name));
+            throw InputError(kOption, fmt::format("group \"{}\" is given twice", name));
         Rgb colour = change.colour;
         if (space) {
             const V3d in_space = conversion(colour_spaces()[0], *space) * V3d(colour);
@@ -221,7 +221,9 @@ void add_relight_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app =
         *program.add_subcommand("relight", "Dim and colour an image's light groups, without rendering again");
     app.footer(kRelightFooter);
-    app.add_option("IMAGE", command->image, "OpenEXR image with light groups")->required();
+    app.add_option("IMAGE", command->image, "OpenEXR image with light groups")
+        ->required()
+        ->type_name("IMAGE.exr");
     app.add_option_function<std::vector<std::string>>(
            "--group",
            [command](const std::vector<std::string>& words) {

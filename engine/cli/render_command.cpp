@@ -35,52 +35,55 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kRenderFooter = R"(Integrators and their parameters: lucerna info --integrators
-Ctrl-C (SIGINT), SIGTERM and SIGHUP end a render early and keep what is there; the exit code is then 128 and the
-signal's number, 130 for Ctrl-C. A second one ends at once, as the first does while the scene is read. No output may
-be a file that the scene is made of, or another output.
+Ctrl-C (SIGINT), SIGTERM and SIGHUP stop a render early and write the image rendered so far; the exit code is then 128
+plus the signal's number, 130 for Ctrl-C. A second signal ends the program at once, as does the first one while the
+scene is being read. An output must not be a file of the scene, or another output.
 
-A render ends when it has its samples, its time is up or its error is small enough, whichever comes first; given a
-time or an error, the scene's own number of samples no longer counts. The time is that of the whole command. The error
-is the root mean square over the pixels of what is left of noise in them, relative to their luminance (plus a tenth of
-the image's mean).
+A render ends when it has all samples, when the time is up or when the error is small enough, whichever comes first.
+With --time or --error, the number of samples in the scene is ignored. The time is that of the whole command. The error
+is the root mean square, over the pixels, of the remaining noise relative to the pixel's luminance (plus a tenth of the
+image's mean).
 
-Given a time or an error and no --integrator, --set, --spp, --passes, maps nor checkpoint, the method is chosen, too:
-each that shows the same picture as the scene's own is tried for a moment on a few blocks of pixels, and the one is
-taken whose estimated error is least in the time, or the error soonest. It is printed as options that repeat it.
+With --time or --error, and if neither integrator, parameters, samples, passes, maps nor checkpoint are given, Lucerna
+chooses the method: it tries each suitable one (which computes the same picture as the scene's own) briefly on a few
+blocks of pixels and takes the one with the least estimated error in the given time (or the least time to the given
+error). It prints the options that repeat the choice.
 
-Given --png, a time or an error, and no checkpoint, the render ends with a denoiser: the picture shows what that makes, the
-image holds it as denoised.R, .G and .B beside the measured R, G and B, and the error is that of the denoised image, what
-filtering blurs included. --no-denoise does without. lucerna denoise does it later, to an image with --layers.
+With --png, --time or --error, and without a checkpoint, the image is denoised at the end: the picture shows the denoised
+image, the image holds it as denoised.R, .G and .B in addition to the measured R, G and B, and the error is that of the
+denoised image, including bias due to filtering. --no-denoise turns this off. lucerna denoise can denoise an image with
+--layers later.
 
-An image, photon maps or virtual point lights that would not fit into memory are refused, with what they need and what there
-is; a part of an image ("cropwindow") needs memory for the part alone.
+Lucerna stops with an error if an image, photon maps or virtual point lights do not fit into memory, and prints the
+required and the available memory. A part of an image ("cropwindow") needs memory for that part only.
 
-A scene file may hold several frames, one WorldBegin and WorldEnd each. Every frame is an image of its own, by the name
-that its Film says; where that is taken, and under -o and for all other files, the second frame's names end in -2, and
-so on. Time and error are those of each frame.
+A scene file may hold several frames, each with WorldBegin and WorldEnd. Each frame is written to the file that its Film
+names; if that name is already used, and for -o and all other files, the names of the second frame end in -2, and so on.
+Time and error apply to each frame.
 
-Colours are those of linear sRGB unless the scene ("ColorSpace" before Film) or --colour-space says rec2020 or acescg, which
-hold lamps that sRGB does not, as the chip of a green LED. The image states its chromaticities; pictures and displays are
-in sRGB.
+Colours are in linear sRGB, unless the scene ("ColorSpace" before Film) or --colour-space selects rec2020 or acescg, which
+include saturated lamps that are outside sRGB, such as a green LED. The image states its chromaticities; pictures and
+displays are in sRGB.
 
-The picture of --png is exposed so that the mean luminance of what it shows is middle grey; of the pixels that are lit, the
-brightest twentieth, lamps and fireflies, does not count. It is exact up to 0.8 of white, and brighter colours roll off to white
-and keep their hue. --exposure, --tone and --white-balance choose otherwise. None of them touches the image.
+The picture of --png is exposed so that the mean luminance is middle grey; the brightest 5 % of the lit pixels (lamps and
+fireflies) are not included in the mean. Values up to 0.8 of white are unchanged; brighter ones are compressed towards
+white and keep their hue. --exposure, --tone and --white-balance change the picture, not the EXR image.
 
-With --checkpoint a render that is killed, or stopped, can be continued: --resume makes the image, bit for bit, that an
-uninterrupted render would have made. All but threads, time, error and a higher --spp must be the same. The file stays
-when the render is done, to be continued to more samples later; time then counts from the first start. If both options
-name the same file, it need not be there yet: one command line then serves for the start and for every restart.
+With --checkpoint, a render that was stopped or killed can be continued: with --resume it gives the same image, bit for
+bit, as an uninterrupted render. All options must be the same except threads, time, error and a higher --spp. The file is
+kept when the render is done, so that more samples can be added later; time is then counted from the first start. If both
+options name the same file, it need not exist yet: the same command line then works for the start and for every restart.
 
-Many machines can render one picture, each a part of it (--part 3/16), with the same options otherwise; lucerna merge
-makes the picture of them, the same bits as of one render (with --no-adaptive: no part knows which of all pixels need most
-samples). Each prepares for the whole picture. --denoise asks for what merging needs to denoise it.
+Several machines can share one picture, each rendering a part of it (--part 3/16) with otherwise the same options; lucerna
+merge combines the parts into the same picture, bit for bit, as one render with --no-adaptive (a part does not know which
+pixels of the whole picture need the most samples). Each machine prepares for the whole picture. Use --denoise if the
+merged picture is to be denoised.
 
-mpirun, and srun --mpi=pmix, start one render of many processes (ranks), on one machine or on many, with the bits of one:
-all of them read the scene, unless --broadcast-scene has the first send it, and share light paths, preparations and tiles;
-the first prints and writes everything. Time, error, checkpoints and signals are those of one render, which continues with
---resume on any number of ranks. One rank for each machine or socket, with its processors as threads, is best:
-docs/howto/cluster.md.
+mpirun, and srun --mpi=pmix, start one render with many processes (ranks), on one or several machines; the image is the
+same, bit for bit, as with one process. All ranks read the scene (with --broadcast-scene, the first one sends it to the
+others) and share light paths, preparation and tiles; the first one prints and writes everything. Time, error, checkpoints
+and signals apply to the whole render, which can be continued with --resume on any number of ranks. One rank per machine
+or socket, with one thread per processor, is best: docs/howto/cluster.md.
 
 Examples:
   lucerna render room.pbrt -o out/room.exr --png
@@ -123,8 +126,12 @@ struct RenderCommand {
 };
 
 // The scene's own name for the image, in the current folder: a scene file does not choose where we write.
-std::filesystem::path default_output(const FilmSettings& film) {
-    return film.filename.filename().replace_extension(".exr");
+// Parts of one picture are rendered side by side and get names of their own.
+std::filesystem::path default_output(const FilmSettings& film, const std::optional<ImagePart>& part) {
+    std::filesystem::path name = film.filename.filename().replace_extension(".exr");
+    if (part)
+        name.replace_filename(fmt::format("{}-part{}of{}.exr", name.stem().string(), part->number, part->of));
+    return name;
 }
 
 void declare_image(const RenderCommand& command, const std::filesystem::path& image, CommandFiles& files) {
@@ -135,7 +142,7 @@ void declare_image(const RenderCommand& command, const std::filesystem::path& im
 WorkingSpace parse_working_space(const std::string& word) {
     const auto colours = WorkingSpace::named(word);
     if (!colours) {
-        throw InputError({"--colour-space"}, fmt::format("\"{}\" is unknown; {} are accepted", word,
+        throw InputError({"--colour-space"}, fmt::format("\"{}\" is unknown; expected {}", word,
                                                          fmt::join(WorkingSpace::names(), ", ")));
     }
     return *colours;
@@ -153,8 +160,8 @@ PixelBox parse_box(const Location& at, const std::string& word) {
     }
     if (!whole || std::getline(in, rest) || edges[0] >= edges[2] || edges[1] >= edges[3]) {
         input_error(at,
-                    "\"{}\" is no part of a picture; four whole numbers are, x0,y0,x1,y1 with x0 < x1 and "
-                    "y0 < y1, as 0,0,64,48",
+                    "\"{}\" is not a rectangle; expected four whole numbers x0,y0,x1,y1 with x0 < x1 and y0 "
+                    "< y1, for example 0,0,64,48",
                     one_line(word));
     }
     return {{edges[0], edges[1]}, {edges[2], edges[3]}};
@@ -164,7 +171,8 @@ ImagePart parse_part(const Location& at, const std::string& word) {
     constexpr int kMost = 1 << 20;
     const std::size_t slash = word.find('/');
     if (slash == word.npos)
-        input_error(at, "\"{}\" is no part; K/N is, as 3/16 for the third of sixteen", one_line(word));
+        input_error(at, "\"{}\" is not a part; expected K/N, for example 3/16 for the third of sixteen",
+                    one_line(word));
     const auto of = static_cast<int>(parse_whole(at, word.substr(slash + 1), 1, kMost));
     return {static_cast<int>(parse_whole(at, word.substr(0, slash), 1, of)), of};
 }
@@ -174,10 +182,10 @@ void require_own_part(const RenderCommand& command) {
     const int processes = processes_without_mpi();
     if (processes > 1 && !command.part) {
         throw InputError(
-            {"srun"}, fmt::format("has started {} processes that know nothing of each other; srun --mpi=pmix "
-                                  "makes them the ranks of one render, and --ntasks=1, or a --part for each, "
-                                  "is accepted",
-                                  processes));
+            {"srun"},
+            fmt::format("has started {} independent processes that would render the same image; use srun "
+                        "--mpi=pmix to make them ranks of one render, or --ntasks=1, or a --part for each",
+                        processes));
     }
 }
 
@@ -186,13 +194,13 @@ void require_part_of_a_picture(const RenderCommand& command) {
     if (!command.part) return;
     if (has_limit(command.options.limits)) {
         throw InputError({"--part"},
-                         "parts of a picture have the same number of samples; --spp or --passes is "
-                         "accepted, and no --time nor --error");
+                         "all parts of a picture need the same number of samples; use --spp or --passes, not "
+                         "--time or --error");
     }
     if (!command.options.maps.save.empty()) {
         throw InputError({"--part"},
-                         "all parts would write the same maps; --save-maps with one render, and "
-                         "--load-maps with all parts, is accepted");
+                         "all parts would write the same maps; save them with --save-maps in a separate "
+                         "render, and use --load-maps with all parts");
     }
 }
 
@@ -279,12 +287,11 @@ class Pictures {
         if (!report.pixels_apart.empty()) {
             const V2i& first = report.pixels_apart.front();
             lines.push_back(report.pixels_apart.size() == 1
-                                ? fmt::format("apart    pixel ({}, {}) sees a lamp that is smaller than "
-                                              "itself: the noise is without it",
+                                ? fmt::format("note     pixel ({}, {}) sees a lamp smaller than a pixel; it "
+                                              "is not included in the noise",
                                               first.x, first.y)
-                                : fmt::format("apart    {} pixels, the first ({}, {}), see a lamp that is "
-                                              "smaller than themselves: the noise "
-                                              "is without them",
+                                : fmt::format("note     {} pixels, the first ({}, {}), see a lamp smaller "
+                                              "than a pixel; they are not included in the noise",
                                               report.pixels_apart.size(), first.x, first.y));
         }
         if (command_.png) {
@@ -301,10 +308,9 @@ class Pictures {
         std::string text = fmt::format("noise {:.2g} %, ", 100 * *report.relative_error);
         if (report.denoised_error) {
             text += fmt::format("denoised {:.2g} %, ", 100 * *picture_error(facts, report));
-            if (shared > 0)
-                text += fmt::format("at most {:.2g} % of it shared by all samples, ", 100 * shared);
+            if (shared > 0) text += fmt::format("up to {:.2g} % of it common to all samples, ", 100 * shared);
         } else if (shared > 0) {
-            text += fmt::format("at most {:.2g} % beyond it, ", 100 * shared);
+            text += fmt::format("up to {:.2g} % in addition, ", 100 * shared);
         }
         return text;
     }
@@ -376,7 +382,7 @@ bool follow_frame(const RenderCommand& command, Frames& frames) {
     std::optional<Job> job = next_job(command, frames.scene);
     if (!job) return false;
     const Listening listening(frames.context.around);  // rank 0 says when it ends
-    require_same_facts(ranks, "render another picture", picture_facts(*job, command.options.seed));
+    require_same_facts(ranks, "render a different picture", picture_facts(*job, command.options.seed));
     if (may_choose(command)) share_settings(ranks, job->integrator);
     RenderOptions options;
     options.seed = command.options.seed;
@@ -406,8 +412,8 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     if (!next) return false;
     Job job = std::move(*next);
     facts.read_seconds = reading.seconds();
-    std::filesystem::path image =
-        command.output.empty() ? default_output(job.film) : std::filesystem::path(command.output);
+    std::filesystem::path image = command.output.empty() ? default_output(job.film, command.part)
+                                                         : std::filesystem::path(command.output);
     while (!frames.written.insert(image).second) image = of_frame(image, frame);
     std::map<std::string, std::string> attributes;
     if (command.part) attributes = part_attributes(*command.part, job, facts.seed, command.layers);
@@ -419,7 +425,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
     // Render, showing the image as it improves. From here on there is something to keep.
     const Listening listening(frames.context.around);
     if (frames.ranks)
-        require_same_facts(*frames.ranks, "render another picture", picture_facts(job, facts.seed));
+        require_same_facts(*frames.ranks, "render a different picture", picture_facts(job, facts.seed));
     RenderOptions options = command.options;
     options.workers.ranks = frames.ranks;
     const double whole = command.options.limits.seconds - writing_seconds(command, job.film);
@@ -466,7 +472,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         pictures.write(facts, job, result);
         for (std::string& line : pictures.said(facts, result)) said.push_back(std::move(line));
     } else {
-        said.push_back("no image written: there is nothing in it yet");
+        said.push_back("no image written: nothing has been rendered yet");
     }
     if (!command.stats.empty()) {
         const auto kept = keep ? pictures.image() : std::filesystem::path();
@@ -474,7 +480,7 @@ bool render_frame(const RenderCommand& command, Frames& frames, int frame, const
         said.push_back(fmt::format("numbers  {}", command.stats));
     }
     if (!command.checkpoint.kept().empty())
-        said.push_back(fmt::format("go on    --resume {}", command.checkpoint.kept().string()));
+        said.push_back(fmt::format("continue --resume {}", command.checkpoint.kept().string()));
     for (const std::string& line : said) monitor.info(line);
     checkpointing.finish();
     const bool go_on = result.report.complete && !monitor.stopped();
@@ -555,46 +561,45 @@ void add_image_options(CLI::App& app, RenderCommand& command) {
         ->required()
         ->type_name("SCENE.pbrt");
     app.add_option("-o,--output", command.output,
-                   "OpenEXR image (default: the scene's name for it, in this folder)")
+                   "OpenEXR image (default: the file name in the scene file, in the current folder)")
         ->type_name("FILE.exr");
     app.add_flag_callback(
         "--denoise", [&command] { command.denoise = true; },
-        "also make a denoised image (default: with --png, --time and --error)");
+        "also write a denoised image (default with --png, --time and --error)");
     app.add_flag_callback(
-           "--no-denoise", [&command] { command.denoise = false; }, "make no denoised image")
+           "--no-denoise", [&command] { command.denoise = false; }, "do not denoise")
         ->excludes("--denoise");
     app.add_flag("--layers", command.layers,
-                 "keep in the image what its light is made of, by kind and by light group, features of the "
-                 "first surface "
-                 "and what a denoiser needs: docs/reference/layers.md")
+                 "write additional layers: light by kind and by light group, features of the first visible "
+                 "surface, and the data for denoising; see docs/reference/layers.md")
         ->excludes("--no-denoise");
     app.add_flag_callback(
         "--no-adaptive", [&command] { command.adaptive = false; },
-        "the same number of samples for each pixel (default: with a denoiser, more of them where there is "
-        "more noise)");
+        "use the same number of samples for every pixel (default: adaptive if the image is denoised)");
     app.add_flag("--png", command.png, "also write a tone-mapped picture beside the image");
     add_picture_options(app, command.picture);
-    add_word(app, "--resolution", "WxH", "pixels, instead of the scene's",
+    add_word(app, "--resolution", "WxH", "image size in pixels (default: from the scene)",
              [&command](const std::string& word) {
                  command.overrides.resolution = parse_size({"--resolution"}, word, 65536);
              });
     add_word(app, "--crop", "X0,Y0,X1,Y1",
-             "render that part of the picture alone, pixels from the top left, the last ones excluded",
+             "render only this rectangle, in pixels from the top left; X1 and Y1 are excluded",
              [&command](const std::string& word) { command.crop = parse_box({"--crop"}, word); });
     add_word(app, "--part", "K/N", "render the K-th of N parts of the picture, for lucerna merge",
              [&command](const std::string& word) { command.part = parse_part({"--part"}, word); });
     add_word(app, "--colour-space", "NAME",
-             fmt::format("colour space of the render and of the image: {}, instead of the scene's",
+             fmt::format("colour space of the render and of the image: {} (default: from the scene)",
                          fmt::join(WorkingSpace::names(), ", ")),
              [&command](const std::string& word) { command.overrides.colours = parse_working_space(word); });
     add_unit_option(app, command.overrides.unit);
     app.add_flag(
         "--broadcast-scene", command.broadcast_scene,
-        "only the first rank of a parallel job reads the scene's files, and sends them to the others");
+        "only the first rank of a parallel job reads the scene's files and sends them to the others");
     app.add_flag("--skip-missing", command.overrides.skip_missing,
                  "leave out meshes and textures whose file does not exist, with a warning");
-    app.add_flag("--strict", command.overrides.strict,
-                 "refuse what is not rendered as the scene says, instead of a warning");
+    app.add_flag(
+        "--strict", command.overrides.strict,
+        "stop with an error, instead of a warning, if part of the scene cannot be rendered as specified");
     app.add_option("--stats", command.stats, "write times, counts and settings as JSON")
         ->type_name("FILE.json");
     app.add_flag("--quiet", command.quiet, "print warnings and errors only");
@@ -619,32 +624,33 @@ void add_live_options(CLI::App& app, RenderCommand& command) {
              });
     add_word(
         app, "--display", "HOST:PORT",
-        fmt::format("show the image as it converges in a running tev (port {} if none is given)", kTevPort),
+        fmt::format("show the image while it converges in a running tev viewer (default port {})", kTevPort),
         [&command](const std::string& word) {
             command.display = parse_endpoint({"--display"}, word, kTevPort);
         });
     app.add_option("--checkpoint", command.checkpoint.save,
-                   "save the state of the render in this file, at intervals and at the end")
+                   "save the state of the render to this file, at intervals and at the end")
         ->type_name("FILE");
     add_word(app, "--checkpoint-every", "TIME", "interval of --checkpoint (default 30s)",
              [&command](const std::string& word) {
                  command.checkpoint.every = parse_duration({"--checkpoint-every"}, word);
              });
     app.add_option("--resume", command.checkpoint.resume,
-                   "continue from this checkpoint, and keep it up to date unless --checkpoint names another")
+                   "continue from this checkpoint, and update it unless --checkpoint names another file")
         ->type_name("FILE");
 }
 
 void add_limit_options(CLI::App& app, RenderCommand& command) {
-    add_word(app, "--passes", "N", "passes, of an integrator that works in passes (progressive)",
+    add_word(app, "--passes", "N", "number of passes, for an integrator that works in passes (progressive)",
              [&command](const std::string& word) {
                  command.passes = static_cast<int>(parse_whole({"--passes"}, word, 1, kNoEndOfSamples));
              });
-    add_word(app, "--time", "TIME", "end after this time, as 30s, 5min, 2h",
+    add_word(app, "--time", "TIME", "stop after this time, for example 30s, 5min, 2h",
              [&command](const std::string& word) {
                  command.options.limits.seconds = parse_duration({"--time"}, word);
              });
-    add_word(app, "--error", "SHARE", "end when the remaining noise is no larger than this, as 1% or 0.01",
+    add_word(app, "--error", "SHARE",
+             "stop when the remaining error is no larger than this, for example 1% or 0.01",
              [&command](const std::string& word) {
                  command.options.limits.error = parse_share({"--error"}, word);
              });
@@ -665,7 +671,7 @@ void add_method_options(CLI::App& app, RenderCommand& command) {
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--spp", "N", "samples per pixel, instead of the scene's",
+    add_word(app, "--spp", "N", "samples per pixel (default: from the scene)",
              [&command](const std::string& word) {
                  command.overrides.spp = static_cast<int>(parse_whole({"--spp"}, word, 1, 1 << 24));
              });

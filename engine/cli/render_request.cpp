@@ -17,7 +17,7 @@ void limit_samples(const RenderRequest& request, const Limits& limits, Job& job)
     if (request.passes > 0) {
         const int samples = make_integrator(job.integrator)->samples_per_pass();
         if (samples == 0) {
-            throw InputError({"--passes"}, fmt::format("{} does not work in passes; --spp is accepted",
+            throw InputError({"--passes"}, fmt::format("{} does not work in passes; use --spp",
                                                        integrator_name(job.integrator)));
         }
         job.spp =
@@ -30,7 +30,7 @@ void limit_samples(const RenderRequest& request, const Limits& limits, Job& job)
 // In the place of the scene's own.
 void crop(const PixelBox& to, FilmSettings& film) {
     if (to.end.x > film.width || to.end.y > film.height) {
-        throw InputError({"--crop"}, fmt::format("pixels up to ({}, {}) are not in a picture of {} x {}",
+        throw InputError({"--crop"}, fmt::format("pixels up to ({}, {}) are outside a picture of {} x {}",
                                                  to.end.x, to.end.y, film.width, film.height));
     }
     film.crop_begin = to.begin, film.crop_end = to.end;

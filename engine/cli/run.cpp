@@ -41,7 +41,7 @@ constexpr const char* kRunFooter = R"(Examples:
   lucerna study direct.toml -o out/direct
   lucerna info --integrators
 
-Every command says more with --help: lucerna render --help)";
+For the options of a command: lucerna render --help)";
 
 int fail(std::ostream& err, int code, std::string_view message, std::string_view who = "lucerna") {
     fmt::print(err, "{}: {}\n", who, plain_text(one_line(message)));
@@ -116,10 +116,10 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         CLI::App program("Lucerna renders scenes lit by measured lamps, with photons.", "lucerna");
         program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
-        add_text_flag(program, "--manual", "Print the manual page, for man -l -, and exit", manual_page, out);
-        add_text_flag(program, "--reference", "Print the reference of all commands, in Markdown, and exit",
+        add_text_flag(program, "--manual", "Print the manual page (for man -l -) and exit", manual_page, out);
+        add_text_flag(program, "--reference", "Print the reference of all commands in Markdown and exit",
                       reference_page, out);
-        add_text_flag(program, "--bash-completion", "Print the completion script for bash, and exit",
+        add_text_flag(program, "--bash-completion", "Print the bash completion script and exit",
                       bash_completion, out);
         program.require_subcommand(0, 1);
         const CommandContext context{out, err, around};
@@ -165,8 +165,8 @@ int report_error(std::ostream& err, const Surroundings& around, std::string_view
     } catch (const std::filesystem::filesystem_error& error) {
         return fail(err, kBadInput, error.what(), who);
     } catch (const std::bad_alloc&) {
-        return fail(err, kBadInput,
-                    "not enough memory; fewer photons, a smaller image or a smaller lamp need less", who);
+        return fail(err, kBadInput, "not enough memory; use fewer photons, a smaller image or a smaller lamp",
+                    who);
     } catch (const std::exception& error) {
         return fail(err, kOurFault,
                     fmt::format("internal error; please report it with the command line: {}", error.what()),

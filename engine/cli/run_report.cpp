@@ -140,8 +140,9 @@ std::optional<MethodChoice> select_method(Job& job, RenderOptions& options, Moni
     auto choice = choose_method(job, options.limits, options.seed, options.workers, monitor);
     if (!choice) {
         if (!monitor.stopped())
-            monitor.info(fmt::format("method   {}, the scene's own: no other shows the same picture",
-                                     integrator_name(job.integrator)));
+            monitor.info(
+                fmt::format("method   {}, as in the scene: no other method computes the same picture",
+                            integrator_name(job.integrator)));
         return std::nullopt;
     }
     job.integrator = choice->settings;
@@ -162,7 +163,7 @@ std::string processor_name() {
         const std::size_t colon = line.find(':');
         if (colon != std::string::npos && line.size() > colon + 2) return line.substr(colon + 2);
     }
-    return "a processor without a name";
+    return "unknown processor";
 }
 
 }  // namespace

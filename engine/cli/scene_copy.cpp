@@ -23,7 +23,7 @@ SceneCopy::SceneCopy(Ranks& ranks) : ranks_(ranks) {
     std::string folder = (std::filesystem::temp_directory_path() / "lucerna-XXXXXX").string();
     if (!mkdtemp(folder.data()))
         throw InputError({"--broadcast-scene"},
-                         fmt::format("no folder can be made in {}: {}; TMPDIR names another",
+                         fmt::format("cannot create a folder in {}: {}; set TMPDIR to use another",
                                      std::filesystem::temp_directory_path().string(), std::strerror(errno)));
     folder_ = folder;
 }

@@ -21,12 +21,12 @@ namespace {
 constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and methods:
 
   title = "Direct light, four ways"
-  seeds = 2                                    # renders of each point; two or more tell bias from noise
+  seeds = 2                                    # renders of each point; two or more separate bias from noise
 
   [[scene]]
-  file = "../scenes/cloister/cloister.pbrt"    # from the folder of the study
-  resolution = "120x80"                        # default: the scene's own
-  mask = 4                                     # leave out pixels of which the reference is brighter
+  file = "../scenes/cloister/cloister.pbrt"    # relative to the folder of the study
+  resolution = "120x80"                        # default: from the scene
+  mask = 4                                     # leave out pixels where the reference is above this value
 
   [reference]
   integrator = "path"
@@ -35,19 +35,21 @@ constexpr const char* kStudyFooter = R"(STUDY.toml names scenes, a reference and
   [[method]]
   name = "guided"
   integrator = "photonmap"
-  set = "indirect=none direct=guided candidates=4|16"    # | between alternatives: each is tried
+  set = "indirect=none direct=guided candidates=4|16"    # | separates alternatives; each is measured
   spp = [4, 16, 64]
 
-Every render is kept in DIR/runs by what it was made of. Ctrl-C, or a kill, loses the one at hand; the same command
-continues from there, and renders what has changed since. Times are those of this machine: let it do nothing else.
+Every render is kept in DIR/runs, under a name made from its inputs. If the study is interrupted or killed, only the current
+render is lost; the same command continues from there, and repeats the renders whose inputs have changed. Times are measured
+on this machine: run nothing else on it.
 
-Under mpirun or srun --mpi=pmix the ranks share out the renders: each makes one at a time by itself, with --threads of its
-own, and rank 0 keeps and measures them. Images and errors are those of one process. Times are those of the host that made
-the render, which DIR/results.json names: hosts should be alike, and no host have more threads than processors.
+Under mpirun or srun --mpi=pmix the ranks share the renders: each makes one at a time with its own --threads, and rank 0 saves
+and measures them. Images and errors are the same as with one process. Times are those of the host that made the render,
+which is named in DIR/results.json: all hosts should be of the same kind, and no host should have more threads than
+processors.
 
-Results: DIR/study.html, one page with plots, images and all numbers, and the numbers as DIR/results.csv and
-DIR/results.json. Error is that of one image, as in render --error: the root mean square, over the pixels, of the
-difference of luminance over the reference's (plus a tenth of its mean).
+Results: DIR/study.html, one page with plots, images and all numbers; and the numbers as DIR/results.csv and
+DIR/results.json. The error is that of a single image, as in render --error: the root mean square, over the pixels, of the
+difference of luminance relative to the reference's luminance (plus a tenth of its mean).
 
 Examples:
   lucerna study direct.toml -o out/direct
@@ -233,8 +235,9 @@ void make_study(const StudyCommand& command, const CommandContext& context, Rank
     const Listening listening(context.around);
     mark_best(results);
     const std::size_t wanted = description.points.size() * description.scenes.size();
-    const Stopped stopped(fmt::format("stopped: {} of {} points are measured; the same command continues",
-                                      results.size(), wanted));
+    const Stopped stopped(
+        fmt::format("stopped: {} of {} points are measured; run the same command again to continue",
+                    results.size(), wanted));
     if (results.empty()) throw Stopped(stopped);
     const std::vector<ScenePictures> pictures =
         study_pictures(description, study.references(), results, command.workers, monitor);
@@ -267,15 +270,15 @@ void add_study_command(CLI::App& program, const CommandContext& context) {
     CLI::App& app =
         *program.add_subcommand("study", "Measure methods and settings against a reference: error and time");
     app.footer(kStudyFooter);
-    app.add_option("STUDY", command->file, "what to measure, a TOML file")
+    app.add_option("STUDY", command->file, "TOML file that describes what to measure")
         ->required()
         ->type_name("STUDY.toml");
-    app.add_option("-o,--output", command->folder,
-                   "folder of the renders and results; made if it is not there")
+    app.add_option("-o,--output", command->folder, "folder for the renders and results; created if needed")
         ->required()
         ->type_name("DIR");
-    app.add_flag("--strict", command->strict,
-                 "refuse what is not rendered as a scene says, instead of a warning");
+    app.add_flag(
+        "--strict", command->strict,
+        "stop with an error, instead of a warning, if part of a scene cannot be rendered as specified");
     add_unit_option(app, command->unit);
     app.add_flag("--quiet", command->quiet, "print warnings and errors only");
     add_threads(app, command->workers);

@@ -128,7 +128,7 @@ std::string origin_html(const StudyReport& report) {
     html += row("rendered", dates + " (UTC)");
     html += row("machine", origin.machines.empty() ? "not known" : listed(origin.machines, "; "));
     if (!origin.hosts.empty()) {
-        html += row("hosts", listed(origin.hosts, ", ") + "; each render is timed by the host that made it");
+        html += row("hosts", listed(origin.hosts, ", ") + "; each render was timed on the host that made it");
     }
     html += row("threads", listed(origin.threads, ", "));
     html += row("program", fmt::format("lucerna {}", program_version()));
@@ -138,8 +138,9 @@ std::string origin_html(const StudyReport& report) {
     html += "<tr><th>again</th><td><code>" + html_text(report.command) + "</code></td></tr>\n</table>\n";
     if (origin.machines.size() > 1 || origin.threads.size() > 1) {
         html +=
-            "<p class=\"caution\">The renders are not all of one machine and number of threads: their "
-            "times do not compare. Remove the folder “runs”, and all are made anew.</p>\n";
+            "<p class=\"caution\">The renders were made on different machines or with different numbers of "
+            "threads, so their times cannot be compared. To render everything again, remove the folder "
+            "“runs”.</p>\n";
     }
     return html;
 }
@@ -170,7 +171,7 @@ std::string scaled_line(const StudyReport& report) {
     std::string line = "The images are those of the first seed.";
     if (shrunk > 0)
         line += fmt::format(
-            " So that the page stays small, {} of its pictures are shrunk; each says by how much.", shrunk);
+            " To keep the page small, {} of its pictures are scaled down; each states its scale.", shrunk);
     if (left_out > 0) line += fmt::format(" {} are left out.", left_out);
     return line;
 }

@@ -55,7 +55,7 @@ std::optional<StudyRun> noted(const std::filesystem::path& notes, const std::fil
                         json.at("threads").get<int>(),
                         json.value("host", "")};
     } catch (const nlohmann::json::exception&) {
-        throw InputError({notes.string()}, "is not what a study wrote; remove it, and it is made anew");
+        throw InputError({notes.string()}, "was not written by a study; remove it to have it rendered again");
     }
 }
 
@@ -95,10 +95,10 @@ void warn_of_crowded_hosts(Ranks& ranks, Monitor& monitor) {
     }
     for (const auto& [host, count] : threads) {
         if (count <= processors[host]) continue;
-        monitor.warn(fmt::format(
-            "the ranks on {} have {} threads together and {} processors: their times are too long; "
-            "fewer --threads, or ranks, measure better",
-            host, count, processors[host]));
+        monitor.warn(
+            fmt::format("the ranks on {} have {} threads in total for {} processors, so their times will be "
+                        "too long; use fewer --threads or ranks",
+                        host, count, processors[host]));
     }
 }
 
@@ -109,7 +109,7 @@ StudyRuns::StudyRuns(std::filesystem::path folder, const Command& command)
     if (command_.ranks && !command_.ranks->leads()) return;
     std::error_code status;
     std::filesystem::create_directories(folder_, status);
-    if (status) throw InputError({folder_.string()}, "cannot be made: " + status.message());
+    if (status) throw InputError({folder_.string()}, "cannot be created: " + status.message());
     command_.files.writes_into(folder_, "study", is_run);
 }
 
@@ -158,7 +158,7 @@ StudyRun StudyRuns::keep(const Made& made) const {
         write_text(notes, made.notes);
     }
     std::optional<StudyRun> run = noted(notes, image);
-    if (!run) throw InputError({image.string()}, "is gone since it was made");
+    if (!run) throw InputError({image.string()}, "was removed after it was written");
     run->found = found;
     return *run;
 }
@@ -197,7 +197,7 @@ std::vector<std::optional<StudyRun>> StudyRuns::run_by_ranks(std::span<const Stu
     std::set<const StudyScene*> seen;
     for (const StudyWork& work : all) {
         if (!seen.insert(work.scene).second) continue;
-        require_same_facts(ranks, "render another picture", picture_facts(read(work, own), work.seed));
+        require_same_facts(ranks, "render a different picture", picture_facts(read(work, own), work.seed));
     }
     find_kept();
     std::optional<Listening> listening(std::in_place, command_.around);  // rank 0 says when it ends

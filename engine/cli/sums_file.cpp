@@ -75,7 +75,7 @@ std::uint64_t check_of(const Head& head, FilterSums& sums) {
 
 [[noreturn]] void damaged(const std::filesystem::path& file) {
     throw InputError({file.string()},
-                     "holds no sums of an acquisition, or damaged ones; remove it to start anew");
+                     "is damaged or not an unfinished acquisition; remove it to start again");
 }
 
 }  // namespace
@@ -112,10 +112,9 @@ std::optional<AcquisitionState> load_state(const std::filesystem::path& file, st
         damaged(file);
     if (head.blocks == 0) return std::nullopt;  // stopped before there was anything
     if (head.key != key || head.coefficients != rig.coefficients()) {
-        throw InputError(
-            {file.string()},
-            "belongs to another luminaire, rig, seed or number of rays; finish that work with its "
-            "own description, or remove the file to start anew");
+        throw InputError({file.string()},
+                         "belongs to another luminaire, rig, seed or number of rays; finish that acquisition "
+                         "with its own description, or remove the file to start again");
     }
     // The rig is the caller's own: what is allocated does not depend on the file.
     AcquisitionState state{key, head.blocks, {}, FilterSums(rig)};

@@ -13,7 +13,7 @@ namespace lucerna {
 namespace {
 
 constexpr std::string_view kSurfaceForm =
-    "NAME=X,Y,Z:X,Y,Z:X,Y,Z is, a corner and the ends of the two sides from there";
+    "expected NAME=X,Y,Z:X,Y,Z:X,Y,Z, a corner and the other ends of the two sides from it";
 
 SurfaceOptions::Named parse_surface(const Location& at, std::string_view word) {
     const auto [name, place] = parse_named(at, word, kSurfaceForm);
@@ -22,7 +22,7 @@ SurfaceOptions::Named parse_surface(const Location& at, std::string_view word) {
     for (std::size_t corner = 0; corner < 3; ++corner) {
         const std::size_t colon = rest.find(':');
         if ((colon == rest.npos) != (corner == 2))
-            input_error(at, "\"{}\" is no surface; {}", one_line(word), kSurfaceForm);
+            input_error(at, "\"{}\" is not a surface; {}", one_line(word), kSurfaceForm);
         surface.corners[corner] = parse_point(at, rest.substr(0, colon));
         rest.remove_prefix(colon == rest.npos ? rest.size() : colon + 1);
     }
@@ -32,14 +32,14 @@ SurfaceOptions::Named parse_surface(const Location& at, std::string_view word) {
 int parse_axis(const Location& at, std::string_view word) {
     constexpr std::string_view axes = "xyz";
     if (word.size() != 1 || axes.find(word) == axes.npos)
-        input_error(at, "\"{}\" is no axis; x, y or z is", one_line(word));
+        input_error(at, "\"{}\" is not an axis; expected x, y or z", one_line(word));
     return static_cast<int>(axes.find(word));
 }
 
 ReceiverKind parse_kind(const Location& at, std::string_view word) {
     const std::optional<ReceiverKind> kind = receiver_kind(word);
     if (!kind) {
-        input_error(at, "\"{}\" is no kind of illuminance; {} are accepted", one_line(word),
+        input_error(at, "\"{}\" is not a kind of illuminance; expected {}", one_line(word),
                     fmt::join(kReceiverKinds, ", "));
     }
     return *kind;
@@ -66,18 +66,17 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
 CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& job, double height) {
     const Location at{"--height"};
     const Box3f bounds = job.scene.bounds();
-    if (bounds.isEmpty()) input_error(at, "the scene has no surfaces above which a plane could lie");
+    if (bounds.isEmpty()) input_error(at, "the scene has no surfaces");
     const int up = options.up_axis.value_or(up_axis_of(job.camera)), a = (up + 1) % 3, b = (up + 2) % 3;
     V3d least = V3d(bounds.min) + job.scene.origin(), most = V3d(bounds.max) + job.scene.origin();
     least[up] += height;
     for (const int side : {a, b}) least[side] += options.margin, most[side] -= options.margin;
     if (!(least[a] < most[a]) || !(least[b] < most[b]) || !(height >= 0) || !(least[up] <= most[up])) {
-        input_error(
-            at,
-            "a plane at {:g} with a margin of {:g} does not lie within the scene, which is {:g} x {:g} "
-            "wide and {:g} high",
-            height, options.margin, most[a] - least[a] + 2 * options.margin,
-            most[b] - least[b] + 2 * options.margin, most[up] - least[up] + height);
+        input_error(at,
+                    "a plane at {:g} with a margin of {:g} is not within the scene, which is {:g} x {:g} "
+                    "wide and {:g} high",
+                    height, options.margin, most[a] - least[a] + 2 * options.margin,
+                    most[b] - least[b] + 2 * options.margin, most[up] - least[up] + height);
     }
     std::array<V3d, 3> corners{least, least, least};
     corners[1][a] = most[a];  // up is a x b
@@ -102,7 +101,7 @@ V3d parse_point(const Location& at, std::string_view word) {
     for (int axis = 0; axis < 3; ++axis) {
         const std::size_t comma = rest.find(',');
         if ((comma == rest.npos) != (axis == 2))
-            input_error(at, "\"{}\" is no point; X,Y,Z is, as 0,0.75,2.5", one_line(word));
+            input_error(at, "\"{}\" is not a point; expected X,Y,Z, for example 0,0.75,2.5", one_line(word));
         p[axis] = parse_number(at, rest.substr(0, comma), -kFar, kFar);
         rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
     }
@@ -151,18 +150,20 @@ void add_height_options(CLI::App& app, SurfaceOptions& options) {
                for (const std::string& word : words)
                    options.heights.push_back(parse_number({"--height"}, word, -1e9, 1e9));
            },
-           "a horizontal plane through the model, so far above its lowest point; may be repeated")
+           "a horizontal plane across the model, M metres above its lowest point; may be repeated")
         ->type_name("M")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--margin", "M", "of such a plane, from the model's sides (default 0)",
+    add_word(app, "--margin", "M", "margin between a --height plane and the model's sides (default 0)",
              [&options](const std::string& word) {
                  options.shaped_by = "--margin";
                  options.margin = parse_number({"--margin"}, word, 0, 1e9);
              });
-    add_word(app, "--up", "AXIS", "of such a plane: x, y or z (default: the one nearest to the camera's)",
-             [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
-    add_word(app, "--spacing", "M", "of points, at the most (default: as EN 12464-1 has it)",
+    add_word(
+        app, "--up", "AXIS",
+        "vertical axis of --height planes: x, y or z (default: the axis closest to the camera's up vector)",
+        [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
+    add_word(app, "--spacing", "M", "largest spacing of points (default: according to EN 12464-1)",
              [&options](const std::string& word) {
                  options.shaped_by = "--spacing";
                  options.spacing = parse_number({"--spacing"}, word, 1e-6, 1e9);
@@ -176,22 +177,22 @@ void add_surface_options(CLI::App& app, SurfaceOptions& options) {
                for (const std::string& word : words)
                    options.surfaces.push_back(parse_surface({"--surface"}, word));
            },
-           "a calculation surface, instead of the scene's: a corner, and the ends of the two sides from "
-           "there; may be repeated")
+           "a calculation surface, replacing those of the scene: a corner and the other ends of the two "
+           "sides from it; may be repeated")
         ->type_name("NAME=X,Y,Z:X,Y,Z:X,Y,Z")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     add_height_options(app, options);
     add_word(app, "--kind", "KIND",
-             fmt::format("of illuminance: {} (default planar)", fmt::join(kReceiverKinds, ", ")),
+             fmt::format("kind of illuminance: {} (default planar)", fmt::join(kReceiverKinds, ", ")),
              [&options](const std::string& word) {
                  options.shaped_by = "--kind";
                  options.kind = parse_kind({"--kind"}, word);
              });
-    add_word(app, "--facing", "X,Y,Z", "where heads look (default: across the surface)",
+    add_word(app, "--facing", "X,Y,Z", "direction that the sensors face (default: the surface normal)",
              [&options](const std::string& word) {
                  const V3d w = parse_point({"--facing"}, word);
-                 if (!(w.length() > 0)) input_error({"--facing"}, "0,0,0 is no direction");
+                 if (!(w.length() > 0)) input_error({"--facing"}, "0,0,0 is not a direction");
                  options.shaped_by = "--facing";
                  options.facing = w.normalized();
              });

@@ -64,7 +64,7 @@ void TevDisplay::show(const Image& image) {
         connection_.reset();
         next_try_ = std::chrono::steady_clock::now() + kUntilNextTry;
         monitor_.warn(fmt::format("--display: {} ({}); the render continues", error.what(),
-                                  lost ? "the viewer is lost" : "no viewer there"));
+                                  lost ? "lost connection to the viewer" : "no viewer found"));
     }
 }
 

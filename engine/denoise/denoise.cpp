@@ -433,9 +433,9 @@ Image part_of(const Image& image, const std::vector<std::string>& names, const s
     for (const std::string& name : names) {
         const auto channel = find_channel(image, prefix + name);
         if (!channel) {
-            throw InputError({file},
-                             "has no channel " + prefix + name +
-                                 ", which denoising needs; what lucerna render --layers wrote is accepted");
+            throw InputError(
+                {file}, "has no channel " + prefix + name +
+                            ", which denoising needs; expected an image written by lucerna render --layers");
         }
         from.push_back(*channel);
     }

@@ -180,8 +180,8 @@ std::vector<SharedChannel> shared_channels(const Image& image, const Image& refe
     if (image.width != reference.width || image.height != reference.height) {
         throw InputError(
             {name},
-            fmt::format("{} x {} pixels, but {} has {} x {}; only images of one size compare", image.width,
-                        image.height, reference_name, reference.width, reference.height));
+            fmt::format("{} x {} pixels, but {} has {} x {}; only images of the same size can be compared",
+                        image.width, image.height, reference_name, reference.width, reference.height));
     }
     std::vector<SharedChannel> shared;
     for (std::size_t c = 0; c < image.channels.size(); ++c) {

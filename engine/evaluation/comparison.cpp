@@ -112,8 +112,8 @@ class Comparing {
         constexpr std::int64_t kMostPixels = std::int64_t{1} << 25;
         const Image& shown = report_.pictures.reference;
         if (std::int64_t{shown.width} * shown.height <= kMostPixels) return false;
-        monitor_.warn(fmt::format("FLIP is left out: {} x {} pixels are more than {}", shown.width,
-                                  shown.height, kMostPixels));
+        monitor_.warn(fmt::format("FLIP is left out: {} x {} pixels are more than the limit of {}",
+                                  shown.width, shown.height, kMostPixels));
         return true;
     }
 

@@ -42,14 +42,14 @@ double root_of(double square) {
 std::string bias_text(const Estimate& square) {
     if (!square.error || square.value > 2 * *square.error)
         return fmt::format("bias {:.4g}", root_of(square.value));
-    return fmt::format("no bias seen, it is below {:.4g}",
+    return fmt::format("no bias detected; it is below {:.4g}",
                        std::sqrt(std::max(0.0, square.value) + 2 * *square.error));
 }
 
 void write_parts(TextWriter& out, const ErrorParts& parts) {
     std::string left_in;
     if (parts.reference_noise2 > 0)
-        left_in = fmt::format("; {:.4g} with the reference's noise left in",
+        left_in = fmt::format("; {:.4g} including the reference's noise",
                               root_of(parts.bias2.value + parts.reference_noise2));
     out.line("  bias^2", "{}   {}{}", with_error(parts.bias2), bias_text(parts.bias2), left_in);
     out.line("  noise^2", "{}   noise {:.4g} of one image", with_error(parts.noise2),
@@ -63,7 +63,7 @@ void write_errors(TextWriter& out, const ComparisonReport& report) {
     out.line("relative MSE", "{:.6g}   mean of (t-r)^2/(r^2+0.0001)", c.relative_mse);
     if (report.seeds) write_parts(out, report.seeds->relative);
     out.line("MAPE", "{:.6g}   mean of |t-r|/(|r|+0.01)", c.mape);
-    out.line("error", "{:.3g} %   of luminance, as render's --error counts it", 100 * c.error);
+    out.line("error", "{:.3g} %   of luminance, defined as for render --error", 100 * c.error);
     if (report.flip)
         out.line("FLIP", "{:.6g}   at exposure {:+.2f} stops, {:.4g} pixels per degree", report.flip->mean,
                  std::log2(report.exposure), report.pixels_per_degree);
@@ -73,19 +73,20 @@ void write_errors(TextWriter& out, const ComparisonReport& report) {
 }
 
 void write_seeds(TextWriter& out, const BiasAndNoise& seeds) {
-    out.line("images", "{} seeds; errors are of one image, on the average, all else of their mean",
+    out.line("images", "{} seeds; errors are averages over single images, everything else is for their mean",
              seeds.images);
     if (seeds.equal_pairs > 0)
-        out.line("", "{} of {} pairs are THE SAME IMAGE: no noise is seen between them", seeds.equal_pairs,
+        out.line("", "{} of {} pairs are THE SAME IMAGE: no noise between them", seeds.equal_pairs,
                  seeds.images * (seeds.images - 1) / 2);
-    if (seeds.images < 3) out.line("", "bias and noise get a standard error from three seeds on");
+    if (seeds.images < 3)
+        out.line("", "three or more seeds are needed for standard errors of bias and noise");
     if (seeds.reference_has_variance)
-        out.line("", "the noise that the reference states, {:.3g} of the MSE, is no part of the bias",
+        out.line("", "the noise stated by the reference, {:.3g} of the MSE, is not included in the bias",
                  seeds.absolute.reference_noise2);
     else
-        out.line("", "the reference states no variance: its noise is part of the bias");
+        out.line("", "the reference states no variance: its noise is included in the bias");
     if (seeds.stated_over_actual)
-        out.line("", "the variance that the images state is {:.3g} of that between them",
+        out.line("", "the variance stated by the images is {:.3g} of that between them",
                  *seeds.stated_over_actual);
 }
 
@@ -106,7 +107,7 @@ void write_channels(TextWriter& out, const ComparisonReport& report) {
 std::string verdict(const ZTest& z) {
     if (z.equal()) return "equal within the noise";
     if (z.answered_by == "largest") return "DIFFERENT: the largest difference is beyond the noise";
-    if (z.answered_by == "beyond") return "DIFFERENT: too many pixels are far off for this noise";
+    if (z.answered_by == "beyond") return "DIFFERENT: too many pixels deviate more than this noise explains";
     return "DIFFERENT: the sums differ beyond the noise";
 }
 
@@ -149,7 +150,7 @@ void write_pixels(TextWriter& out, const Comparison& c) {
     out.line("pixels", "{} compared; not finite: {} in the image, {} in the reference", c.pixels,
              c.bad_pixels, c.bad_reference_pixels);
     if (c.masked_pixels > 0)
-        out.line("masked", "{} pixels, brighter in the reference than asked for", c.masked_pixels);
+        out.line("masked", "{} pixels that are brighter than the limit in the reference", c.masked_pixels);
     if (!c.left_out.empty()) out.line("left out", "{} (in one image only)", fmt::join(c.left_out, ", "));
 }
 
@@ -250,7 +251,8 @@ std::string comparison_text(const ComparisonReport& report) {
     if (report.numbers.z_test)
         write_z_test(out, *report.numbers.z_test);
     else
-        out.line("z-test", "none: an image lacks variance.C of a channel C; all that lucerna renders has it");
+        out.line("z-test",
+                 "none: an image lacks variance.C for a channel C; images rendered by lucerna have it");
     return out.take();
 }
 

@@ -118,8 +118,8 @@ class SeedStudy {
                 std::equal(shared_[i].begin(), shared_[i].end(), shared_[0].begin(),
                            [](const SharedChannel& a, const SharedChannel& b) { return a.name == b.name; }))
                 continue;
-            throw InputError({images[i].name}, "its channels are not those of " + images[0].name +
-                                                   "; seeds of one render have the same");
+            throw InputError({images[i].name}, "its channels differ from those of " + images[0].name +
+                                                   "; images of one render must have the same channels");
         }
         values_.assign(images.size(), std::vector<double>(shared_[0].size()));
         reference_values_.resize(shared_[0].size());
@@ -253,7 +253,7 @@ void for_all_values(std::span<const NamedImage> images, Use&& use) {
 
 BiasAndNoise bias_and_noise(std::span<const NamedImage> images, const NamedImage& reference,
                             double mask_above) {
-    if (images.size() < 2) throw InputError("bias and noise come apart in two images at least");
+    if (images.size() < 2) throw InputError("at least two images are needed to separate bias from noise");
     return SeedStudy(images, reference, mask_above).run();
 }
 

@@ -42,7 +42,7 @@ std::vector<Assignments> choices_of(const Location& at, const std::string& text)
             }
         }
         if (longer.empty() || longer.size() > kMostPoints) {
-            throw InputError(at, fmt::format("\"{}\" has {} choices; 1 to {} are accepted", text,
+            throw InputError(at, fmt::format("\"{}\" has {} combinations of settings; expected 1 to {}", text,
                                              longer.size(), kMostPoints));
         }
         all = std::move(longer);
@@ -55,11 +55,12 @@ std::vector<int> spp_of(const TomlTable& table) {
     for (const double spp : table.numbers("spp", 1, kMostSpp)) {
         if (spp != std::floor(spp)) {
             throw InputError(table.place_of("spp"),
-                             fmt::format("{} samples per pixel: whole numbers are accepted", spp));
+                             fmt::format("{} samples per pixel: expected whole numbers", spp));
         }
         all.push_back(static_cast<int>(spp));
     }
-    if (all.empty()) throw InputError(table.place_of("spp"), "no number of samples: one or more are needed");
+    if (all.empty())
+        throw InputError(table.place_of("spp"), "no number of samples given; expected one or more");
     return all;
 }
 
@@ -119,7 +120,7 @@ StudyDescription read_study(const std::filesystem::path& file) {
     description.title = table.text("title", file.stem().string());
     description.seeds = table.whole("seeds", 1, kMostSeeds, 2);
     for (const TomlTable& scene : table.tables("scene")) description.scenes.push_back(scene_of(scene));
-    if (description.scenes.empty()) throw InputError(table.place(), "no [[scene]]: one or more are needed");
+    if (description.scenes.empty()) throw InputError(table.place(), "no [[scene]]; expected one or more");
     require_names_differ(description.scenes, table, "scenes",
                          [](const StudyScene& scene) { return scene.name; });
 
@@ -127,14 +128,14 @@ StudyDescription read_study(const std::filesystem::path& file) {
     if (reference.size() != 1) {
         throw InputError(
             table.place_of("reference"),
-            fmt::format("the reference has {} choices of settings; one is needed", reference.size()));
+            fmt::format("the reference has {} combinations of settings; expected one", reference.size()));
     }
     description.reference = reference.front();
     for (const TomlTable& method : table.tables("method")) {
         for (StudyPoint& point : points_of(method, method.text("name")))
             description.points.push_back(std::move(point));
     }
-    if (description.points.empty()) throw InputError(table.place(), "no [[method]]: one or more are needed");
+    if (description.points.empty()) throw InputError(table.place(), "no [[method]]; expected one or more");
     require_names_differ(description.points, table, "methods with the same settings",
                          [](const StudyPoint& point) { return point.method + ", " + point.settings; });
     table.done();

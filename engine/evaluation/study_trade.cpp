@@ -79,10 +79,10 @@ std::vector<std::string> doubts(const std::vector<StudyResult>& results) {
             if (result.scene == scene && (!least || result.error2 < least->error2)) least = &result;
         }
         if (!(least->reference_noise2 > 0.25 * least->error2)) continue;
-        lines.push_back(fmt::format(
-            "the reference of {} has a noise of {:.2g} %, which is in every error; the least is {:.2g} %. It "
-            "wants more samples",
-            scene, 100 * std::sqrt(least->reference_noise2), 100 * least->error()));
+        lines.push_back(
+            fmt::format("the reference of {} has {:.2g} % noise, which is included in every error; the "
+                        "lowest error is {:.2g} %. Use more samples for the reference",
+                        scene, 100 * std::sqrt(least->reference_noise2), 100 * least->error()));
     }
     return lines;
 }
@@ -206,9 +206,11 @@ StudyMeasure::StudyMeasure(const NamedImage& reference, double mask_above)
     // compare() adds a number to r². Scaled, that number is the share of the mean, squared.
     scale_ = std::sqrt(kRelativeMseFloor) / (kErrorFloorShare * mean);
     if (!(mean > 0) || !std::isfinite(scale_)) {
-        throw InputError({reference.name}, fmt::format("the reference is black in all {} pixels that are "
-                                                       "compared: no error is relative to that",
-                                                       pixels));
+        throw InputError(
+            {reference.name},
+            fmt::format(
+                "the reference is black in all {} pixels that are compared, so no relative error is defined",
+                pixels));
     }
     reference_ = scaled(reference_);
     noise2_ = relative_variance(seen);

@@ -73,7 +73,7 @@ std::vector<double> GltfReader::numbers(int index, int components, std::string_v
         fail("{}: accessor {} does not have {} numbers for each element", what, index, components);
     }
     if (component_size(accessor.componentType) == 0) {
-        fail("{}: accessor {} has component type {}; 5120 to 5126 without 5124 are accepted", what, index,
+        fail("{}: accessor {} has component type {}; expected 5120 to 5126 without 5124", what, index,
              accessor.componentType);
     }
     // Believed only as far as there are bytes, and zeros, which need none, as far as there is memory for
@@ -82,7 +82,7 @@ std::vector<double> GltfReader::numbers(int index, int components, std::string_v
     require_memory(bytes_of(accessor.count, static_cast<std::uint64_t>(components) * sizeof(double)),
                    fmt::format("{}: {}, accessor {} of {} elements", file_.string(), one_line(what), index,
                                accessor.count),
-                   "fewer elements are accepted");
+                   "use fewer elements");
     std::vector<double> out;
     if (accessor.bufferView >= 0) {
         read_elements(out, accessor, components, fmt::format("{}, accessor {}", what, index));
@@ -94,7 +94,7 @@ std::vector<double> GltfReader::numbers(int index, int components, std::string_v
     if (accessor.sparse.isSparse) apply_sparse(out, accessor, components);
     for (const double number : out) {
         if (!std::isfinite(number))
-            fail("{}: accessor {} holds {}; finite numbers are accepted", what, index, number);
+            fail("{}: accessor {} holds {}; expected finite numbers", what, index, number);
     }
     return out;
 }

@@ -59,7 +59,7 @@ std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
         require_memory(
             std::uint64_t{width} * height * kDecoding,
             fmt::format("{}: image {} of {} x {} pixels", file_.string(), texture.image, width, height),
-            "fewer pixels are accepted");
+            "use fewer pixels");
     }
     tinygltf::Image decoded;
     std::string error, warning;
@@ -69,7 +69,7 @@ std::optional<Pixels> GltfReader::pixels(const GltfTexture& texture) const {
                                               static_cast<int>(bytes.size()), nullptr);
     if (!good || decoded.width < 1 || decoded.height < 1 || decoded.component != 4 || decoded.bits != 8) {
         if (good && decoded.bits == 16) {
-            warn("image {}: 16-bit values are not looked into; its factor alone is taken", texture.image);
+            warn("image {}: 16-bit values are not read; only its factor is used", texture.image);
             return std::nullopt;
         }
         fail("image {} cannot be decoded: {}", texture.image, error.empty() ? "not PNG or JPEG" : error);
@@ -97,7 +97,8 @@ GltfTexture GltfReader::texture(int index, int tex_coord, const tinygltf::Extens
         return made;
     }
     pick(out_.images, made.image, "image");
-    if (tex_coord != 0) warn("material \"{}\": texture coordinates {} are taken for 0", material, tex_coord);
+    if (tex_coord != 0)
+        warn("material \"{}\": texture coordinates {} are not supported; set 0 is used", material, tex_coord);
     const auto found = extensions.find("KHR_texture_transform");
     if (found == extensions.end() || !found->second.IsObject()) return made;
     const auto pair = [&](const char* key, V2d& into) {
@@ -111,7 +112,7 @@ GltfTexture GltfReader::texture(int index, int tex_coord, const tinygltf::Extens
     pair("scale", made.scale);
     pair("offset", offset);
     if (number_in(extensions, "KHR_texture_transform", "rotation").value_or(0) != 0) {
-        warn("material \"{}\": a rotated texture is not supported; it lies straight", material);
+        warn("material \"{}\": rotated textures are not supported; the rotation is ignored", material);
     }
     // glTF's v runs down from the top, ours up from below: 1 - (s (1 - v) + o) = s v + (1 - s - o).
     made.offset = V2d(offset.x, 1 - made.scale.y - offset.y);
@@ -145,7 +146,7 @@ void GltfReader::read_alpha(GltfMaterial& made, const tinygltf::Material& from) 
         // Of each material, also where several share an image.
         require_memory(image->rgba.size() / 4 * sizeof(float),
                        fmt::format("{}: the cutout of material \"{}\"", file_.string(), one_line(from.name)),
-                       "fewer pixels are accepted");
+                       "use fewer pixels");
         made.cutout = cutout_of(*image, made.alpha, cutoff);
         made.cutout_texture = made.base_texture;
         made.alpha = 1;
@@ -169,7 +170,7 @@ GltfMaterial GltfReader::material(const tinygltf::Material& from) const {
         const Rgb mean = mean_linear(*image);  // roughness in green, metalness in blue
         made.roughness *= static_cast<double>(mean.y);
         made.metallic *= static_cast<double>(mean.z);
-        warn("material \"{}\": of its metallic-roughness texture the means are taken, {:.2f} and {:.2f}",
+        warn("material \"{}\": the means of its metallic-roughness texture are used, {:.2f} and {:.2f}",
              from.name, made.metallic, made.roughness);
     }
     made.normal = named(from.normalTexture);
@@ -179,7 +180,7 @@ GltfMaterial GltfReader::material(const tinygltf::Material& from) const {
     if (luminance(made.emission) > 0) {
         if (const auto image = pixels(named(from.emissiveTexture))) {
             made.emission *= mean_srgb(*image);
-            warn("material \"{}\": of its emissive texture the mean is taken", from.name);
+            warn("material \"{}\": the mean of its emissive texture is used", from.name);
         }
     }
     made.transmission =

@@ -99,7 +99,7 @@ void GltfReader::require_room_for_meshes() const {
         }
     }
     require_memory(static_cast<std::uint64_t>(std::min(values, 1e18)) * sizeof(float),
-                   file_.string() + ": its meshes", "fewer vertices are accepted");
+                   file_.string() + ": its meshes", "use fewer vertices");
 }
 
 void GltfReader::read_meshes() {

@@ -19,13 +19,13 @@ std::uint32_t word_at(const std::vector<std::byte>& bytes, std::size_t at) {
 
 // Where a .glb's JSON and buffer lie, before tinygltf believes it. Throws InputError.
 void check_glb(const std::string& file, const std::vector<std::byte>& bytes) {
-    if (bytes.size() < 20) input_error({file}, "is cut short: {} bytes; a .glb has 20 or more", bytes.size());
+    if (bytes.size() < 20) input_error({file}, "is truncated: {} bytes; a .glb has 20 or more", bytes.size());
     if (word_at(bytes, 4) != 2) {
-        input_error({file}, "glTF version {} is not supported; 2 is", word_at(bytes, 4));
+        input_error({file}, "glTF version {} is not supported; expected 2", word_at(bytes, 4));
     }
     const std::uint64_t whole = word_at(bytes, 8);
     if (whole > bytes.size()) {
-        input_error({file}, "is cut short: its header says {} bytes, there are {}", whole, bytes.size());
+        input_error({file}, "is truncated: its header states {} bytes, the file has {}", whole, bytes.size());
     }
     if (20 + std::uint64_t{word_at(bytes, 12)} > whole) {
         input_error({file}, "its JSON chunk of {} bytes does not fit into {}", word_at(bytes, 12), whole);
@@ -59,7 +59,7 @@ void check_json(const std::string& file, std::span<const std::byte> text) {
             ++values;
         }
     }
-    require_memory(values * kBytesOfValue, file, "a model of fewer parts is accepted");
+    require_memory(values * kBytesOfValue, file, "use a model with fewer parts");
 }
 
 // Images are kept as they are. Those in a buffer are taken from it later, with its length known.
@@ -103,7 +103,7 @@ tinygltf::FsCallbacks file_access(std::vector<std::filesystem::path>& files) {
 
 void GltfReader::parse() {
     const std::vector<std::byte> bytes = read_bytes(file_);
-    if (bytes.size() > kMostCount) fail("is {} bytes long; at most 2 GiB are accepted", bytes.size());
+    if (bytes.size() > kMostCount) fail("is {} bytes long; the limit is 2 GiB", bytes.size());
     const bool binary = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
     if (binary) check_glb(file_.string(), bytes);
     const std::span<const std::byte> all(bytes);
@@ -126,7 +126,7 @@ void GltfReader::parse() {
     } catch (const std::exception& cause) {  // of the JSON library, on types it did not expect
         error += cause.what();
     }
-    if (!good) fail("is no glTF 2.0 model: {}", error.empty() ? "it cannot be parsed" : error);
+    if (!good) fail("is not a glTF 2.0 model: {}", error.empty() ? "it cannot be parsed" : error);
     if (!warning.empty()) warn("{}", warning);
 }
 
@@ -149,7 +149,7 @@ M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
     const auto count = [&](const std::vector<double>& numbers, std::size_t wanted, const char* what) {
         if (numbers.empty()) return false;
         if (numbers.size() != wanted) {
-            fail("node \"{}\": {} has {} numbers; {} are accepted", node.name, what, numbers.size(), wanted);
+            fail("node \"{}\": {} has {} numbers; expected {}", node.name, what, numbers.size(), wanted);
         }
         for (const double number : numbers) {
             if (!std::isfinite(number)) fail("node \"{}\": {} holds {}", node.name, what, number);
@@ -165,7 +165,7 @@ M44d GltfReader::local_matrix(const tinygltf::Node& node) const {
     if (count(node.scale, 3, "scale")) matrix.scale(V3d(node.scale[0], node.scale[1], node.scale[2]));
     if (count(node.rotation, 4, "rotation")) {
         const Imath::Quatd turn(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]);
-        if (!(turn.length() > 1e-6)) fail("node \"{}\": its rotation is no unit quaternion", node.name);
+        if (!(turn.length() > 1e-6)) fail("node \"{}\": its rotation is not a unit quaternion", node.name);
         matrix = matrix * turn.normalized().toMatrix44();  // the length was looked at
     }
     if (count(node.translation, 3, "translation")) {
@@ -184,15 +184,15 @@ GltfCamera GltfReader::camera(const tinygltf::Camera& from, const M44d& world) c
         made.yfov = from.perspective.yfov;
         made.aspect = from.perspective.aspectRatio;
         if (!(made.yfov > 1e-4 && made.yfov < 3.14)) {
-            fail("camera \"{}\": yfov {} is not accepted; radians between 0 and pi are", from.name,
+            fail("camera \"{}\": yfov {} is not accepted; expected radians between 0 and pi", from.name,
                  made.yfov);
         }
         if (!(made.aspect > 1e-3 && made.aspect < 1e3)) made.aspect = 0;
     } else {
         made.xmag = std::fabs(from.orthographic.xmag), made.ymag = std::fabs(from.orthographic.ymag);
         if (!(made.xmag > 0 && made.ymag > 0 && std::isfinite(made.xmag) && std::isfinite(made.ymag))) {
-            fail("camera \"{}\": xmag {} and ymag {} are not accepted; more than 0 is", from.name, made.xmag,
-                 made.ymag);
+            fail("camera \"{}\": xmag {} and ymag {} are not accepted; expected more than 0", from.name,
+                 made.xmag, made.ymag);
         }
         made.aspect = made.xmag / made.ymag;
     }
@@ -209,11 +209,11 @@ GltfLight GltfReader::light(const tinygltf::Light& from, const M44d& world) cons
         made.kind = GltfLight::Kind::spot;
         made.inner = from.spot.innerConeAngle, made.outer = from.spot.outerConeAngle;
         if (!(made.inner >= 0 && made.inner <= made.outer && made.outer > 0 && made.outer <= 1.5708)) {
-            fail("light \"{}\": cone angles {} and {} are not accepted; 0 <= inner <= outer <= pi/2 is",
+            fail("light \"{}\": cone angles {} and {} are not accepted; expected 0 <= inner <= outer <= pi/2",
                  from.name, made.inner, made.outer);
         }
     } else if (from.type != "point") {
-        fail("light \"{}\": type \"{}\" is unknown; point, spot and directional are accepted", from.name,
+        fail("light \"{}\": type \"{}\" is unknown; expected point, spot or directional", from.name,
              from.type);
     }
     if (!(from.intensity >= 0 && std::isfinite(from.intensity))) {
@@ -233,7 +233,7 @@ void GltfReader::attach(const tinygltf::Node& node, const M44d& world) {
     }
     if (node.camera >= 0) out_.cameras.push_back(camera(pick(in_.cameras, node.camera, "camera"), world));
     if (const auto index = number_in(node.extensions, "KHR_lights_punctual", "light")) {
-        if (!(*index >= 0 && *index < 1e9)) fail("node \"{}\": light {} is asked for", node.name, *index);
+        if (!(*index >= 0 && *index < 1e9)) fail("node \"{}\": light {} does not exist", node.name, *index);
         out_.lights.push_back(light(pick(in_.lights, static_cast<int>(*index), "light"), world));
     }
 }
@@ -259,8 +259,7 @@ void GltfReader::require_room_for_placements() const {
         if (node.mesh >= 0) placements += pick(primitives_, node.mesh, "mesh").size();
     }
     require_memory(bytes_of(placements, sizeof(GltfPlacement) + kText),
-                   fmt::format("{}: {} placements of meshes", file_.string(), placements),
-                   "fewer nodes are accepted");
+                   fmt::format("{}: {} mesh instances", file_.string(), placements), "use fewer nodes");
 }
 
 void GltfReader::visit_nodes() {
@@ -297,7 +296,7 @@ GltfModel GltfReader::read() {
     monitor_.advance(1);
     monitor_.end();
     if (!in_.animations.empty()) warn("{} animations are left out", in_.animations.size());
-    if (out_.placements.empty()) fail("has no mesh in its scene; nothing would be seen");
+    if (out_.placements.empty()) fail("has no mesh in its scene");
     return std::move(out_);
 }
 

@@ -49,7 +49,7 @@ class GltfReader {
     template <typename T>
     const T& pick(const std::vector<T>& all, int index, std::string_view what) const {
         if (index < 0 || static_cast<std::size_t>(index) >= all.size()) {
-            fail("{} {} is asked for; there are {}", what, index, all.size());
+            fail("{} {} does not exist; there are {}", what, index, all.size());
         }
         return all[static_cast<std::size_t>(index)];
     }

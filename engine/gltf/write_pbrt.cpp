@@ -125,13 +125,13 @@ class Writer {
         const std::string image_name = fmt::format("{}.exr", quotable(scene_.stem().string()));
         std::string text;
         if (model_.cameras.empty()) {
-            written_.notes.push_back("The model has no camera: this one looks at all of it.");
+            written_.notes.push_back("The model has no camera: this one shows all of it.");
             text = default_camera_text(extent_of(model_), image_name);
         } else {
             text = camera_text(model_.cameras.front(), image_name);
             if (model_.cameras.size() > 1) {
                 written_.notes.push_back(
-                    fmt::format("The model has {} cameras; the first is taken.", model_.cameras.size()));
+                    fmt::format("The model has {} cameras; the first is used.", model_.cameras.size()));
             }
         }
         return text +
@@ -177,8 +177,8 @@ class Writer {
 
     std::string header(const std::string& source) const {
         std::string text = fmt::format(
-            "# {}, as lucerna import made it.\n# Metres, y up, right-handed: the camera turns the picture "
-            "over. Lights stand as the model has them, in candela, lux and cd/m².\n",
+            "# {}, converted by lucerna import.\n# Metres, y up, right-handed: the camera mirrors the "
+            "picture. Lights have the values of the model, in candela, lux and cd/m².\n",
             quotable(source));
         for (const std::string& note : written_.notes) text += fmt::format("# {}\n", note);
         // [glTF 2.0, 3.9.3 and KHR_lights_punctual]

@@ -293,8 +293,8 @@ void require_memory_for_photons(const std::vector<UnsampledHits>& chunks, std::i
     const double photons =
         expected_of(chunks, paths, all, [](const UnsampledHits& chunk) { return chunk.photons.size(); });
     require_memory(static_cast<std::uint64_t>(photons * (3 * kBytesOfHit + kTree)),
-                   fmt::format("about {:.2g} photons that guide from {} light paths", photons, all),
-                   "fewer are accepted (guidepaths)");
+                   fmt::format("about {:.2g} photons for guiding from {} light paths", photons, all),
+                   "use fewer light paths (guidepaths)");
 }
 
 }  // namespace

@@ -262,7 +262,7 @@ void require_memory_for_guides(const std::vector<FirstHits>& chunks, std::int64_
         expected_of(chunks, paths, all, [](const FirstHits& chunk) { return chunk.photons.size(); });
     require_memory(static_cast<std::uint64_t>(photons * (3 * kBytesOfHit + kTree)),
                    fmt::format("guides of about {:.2g} photons from {} light paths", photons, all),
-                   "fewer are accepted (guidephotons)");
+                   "use fewer light paths (guidephotons)");
 }
 
 }  // namespace

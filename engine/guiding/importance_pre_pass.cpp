@@ -187,7 +187,8 @@ LearnedEmission learn_density(const Scene& scene, std::uint64_t seed, std::span<
 }
 
 std::string describe_pre_pass(std::int64_t paths) {
-    return fmt::format("an importance pre-pass of {} light paths, by which all others are emitted", paths);
+    return fmt::format("an importance pre-pass of {} light paths, which guides the emission of all others",
+                       paths);
 }
 
 std::string_view why_emission_is_plain(const EmissionGuiding& guiding, const RenderContext& context) {

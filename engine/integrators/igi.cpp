@@ -440,7 +440,7 @@ class IgiSession final : public Session {
         }
         statistics.ledger = LedgerStatistics(vpls.ledger);
         warn_of_endless_light(vpls.ledger, monitor);
-        Phase phase(monitor, "virtual point lights in order", 1);
+        Phase phase(monitor, "sorted virtual point lights", 1);
         IgiVpls ordered(vpls, parameters.paths, settings_, context.workers);
         phase.advance(1);
         if (context.two_halves && ordered.sets() < 2)
@@ -484,7 +484,8 @@ class IgiIntegrator final : public Integrator {
         lines.push_back(fmt::format("{} sets of virtual point lights from {} light paths each",
                                     sets_of(settings_), paths_of(settings_)));
         if (thins(settings_))
-            lines.push_back("of those of more paths, the virtual point lights that the picture needs");
+            lines.push_back(
+                "selected from more light paths, the virtual point lights that the picture needs");
         if (settings_.caustics == CausticMethod::map && throws_caustics(scene)) {
             lines.push_back(fmt::format("a Caustic map of {} light paths", settings_.caustic_paths));
         }

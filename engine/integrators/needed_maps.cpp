@@ -12,11 +12,11 @@ namespace {
 
 MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (goes_by_guides(settings, scene)) {
-        return {false, fmt::format("direct light is sampled where {} paths of its own lead",
+        return {false, fmt::format("direct light is sampled, guided by {} light paths of its own",
                                    settings.guide.photons)};
     }
     if (settings.direct == DirectMethod::guided) {
-        return {false, "direct light is sampled as by mc: one light without parts leaves nothing to choose"};
+        return {false, "direct light is sampled as with mc: a single light without parts leaves no choice"};
     }
     const bool map = settings.direct == DirectMethod::map;
     return {map, map ? "direct light is read from it" : "direct light is sampled (direct = mc)"};
@@ -25,7 +25,7 @@ MapNeed direct_map(const PhotonMapSettings& settings, const Scene& scene) {
 // Paths of fewer bounces than `least` bring nothing to a map, or nothing that is read from it.
 std::optional<MapNeed> too_short(const PhotonMapSettings& settings, int least) {
     if (most_bounces(settings.max_depth) >= least) return std::nullopt;
-    return MapNeed{false, fmt::format("paths have {} bounce{} at the most (maxdepth)", settings.max_depth,
+    return MapNeed{false, fmt::format("paths have at most {} bounce{} (maxdepth)", settings.max_depth,
                                       settings.max_depth == 1 ? "" : "s")};
 }
 
@@ -40,7 +40,7 @@ MapNeed caustic_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (settings.indirect == IndirectMethod::none) return {false, "indirect = none"};
     if (const auto none = too_short(settings, 2)) return *none;
     if (settings.specular_below > 0) {
-        return {true, fmt::format("gloss of alpha below {:g} counts as specular", settings.specular_below)};
+        return {true, fmt::format("gloss with alpha below {:g} counts as specular", settings.specular_below)};
     }
     const bool specular = scene.has_specular();
     return {specular,
@@ -49,9 +49,10 @@ MapNeed caustic_map(const PhotonMapSettings& settings, const Scene& scene) {
 
 MapNeed volume_map(const PhotonMapSettings& settings, const Scene& scene) {
     if (!scatters(scene.media())) return {false, "no medium of the scene scatters"};
-    return {true, settings.direct == DirectMethod::map
-                      ? "what media scatter is read from it"
-                      : "what media scatter is read from it, but for light straight from a light"};
+    return {true,
+            settings.direct == DirectMethod::map
+                ? "light scattered in media is read from it"
+                : "light scattered in media is read from it, except for light directly from light sources"};
 }
 
 }  // namespace

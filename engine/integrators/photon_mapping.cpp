@@ -972,7 +972,7 @@ class PhotonMapSession final : public Session {
         if (!context.two_halves) return photon_map_pass(settings_, context, parts());
         // A file is of one set of maps.
         if (!files_.any()) return halves_of_pass(settings_, context, parts);
-        warn_of_shared("the maps of one file are", monitor);
+        warn_of_shared("the maps in a file are", monitor);
         return photon_map_pass(settings_, context, parts());
     }
 
@@ -1007,10 +1007,8 @@ class PhotonMapIntegrator final : public Integrator {
 
     std::string why_no_light_groups() const override {
         if (settings_.indirect != IndirectMethod::gather || settings_.precompute == 0) return {};
-        return "photonmap with precomputed irradiance does not know which light it came from; path, direct, "
-               "igi, "
-               "progressive, and photonmap with \"integer precompute\" 0 or \"string indirect\" \"map\" are "
-               "accepted";
+        return "photonmap with precomputed irradiance cannot separate it by light; use path, direct, igi, "
+               "progressive, or photonmap with \"integer precompute\" 0 or \"string indirect\" \"map\"";
     }
 
     std::vector<std::string> describe(const Scene& scene) const override {
@@ -1026,7 +1024,7 @@ class PhotonMapIntegrator final : public Integrator {
                                 : fmt::format("{} light paths", settings_.photons));
         if (settings_.indirect == IndirectMethod::gather && settings_.precompute > 0) {
             lines.push_back(
-                fmt::format("irradiance where a bounce from one photon in {} leads", settings_.precompute));
+                fmt::format("irradiance at the hit of a bounce from one photon in {}", settings_.precompute));
         }
         return lines;
     }

@@ -242,7 +242,7 @@ class ProgressiveIntegrator final : public Integrator {
         lines.push_back(
             settings_.estimate.radius > 0
                 ? fmt::format("the first radius is {:g}", settings_.estimate.radius)
-                : fmt::format("once: pre-pass maps, whose radius for {} photons is the first radius",
+                : fmt::format("once: maps of a pre-pass, whose radius for {} photons is the first radius",
                               settings_.estimate.k));
         if (settings_.pre_pass.paths > 0)
             lines.push_back("once: " + describe_pre_pass(settings_.pre_pass.paths));

@@ -43,23 +43,24 @@ Field choice(std::string_view name, std::string_view help, std::vector<std::stri
 }
 
 Field quantity(Quantity& target) {
-    return choice("quantity", "radiance, or illuminance: the light that arrives on the first surface seen",
+    return choice("quantity", "radiance, or illuminance on the first visible surface",
                   {"radiance", "illuminance"}, target);
 }
 
 Field lights(LightSelection& target) {
-    return choice("lights",
-                  "one light of many is chosen by its power, or by a tree that knows where they are",
+    return choice("lights", "selection of one light among many: power, or tree (by power and position)",
                   {"power", "tree"}, target);
 }
 
 // Of every method that estimates from photons.
 Field ratio(float& target) {
-    return real("ratio", "search ball over projected disc; larger catches more photons around corners", 1,
-                1000, target);
+    return real("ratio",
+                "radius of the search ball relative to the projected disc; larger values find more photons "
+                "around corners",
+                1, 1000, target);
 }
 Field kernel_shape(KernelShape& target) {
-    return choice("kernel", "weight over the disc: constant, cone or epanechnikov",
+    return choice("kernel", "filter kernel over the disc: constant, cone or epanechnikov",
                   {"constant", "cone", "epanechnikov"}, target);
 }
 Field metric(MetricKind& target) {
@@ -68,35 +69,41 @@ Field metric(MetricKind& target) {
 }
 Field max_depth(int& target) {
     return whole("maxdepth",
-                 "longest path in bounces, from the light to the eye; 0: no limit, roulette ends every path",
+                 "maximum path length in bounces, from the light to the eye; 0: unlimited, paths end by "
+                 "Russian roulette",
                  0, kMostInt, target);
 }
 Field pre_pass(std::int64_t& target) {
     return whole("prepass",
-                 "light paths of the importance pre-pass, from which emission for the view is learned; 65536 "
-                 "are plenty; 0: by power",
+                 "light paths of the importance pre-pass, which learns where to emit for the view; 65536 are "
+                 "enough; 0: emission by power",
                  0, 1 << 24, target);
 }
 Field pre_pass_defensive_weight(float& target) {
     return real("prepassdefensive",
-                "defensive mixture weight: least share of emission by power beside the learned density", 0.01,
-                1, target);
+                "defensive mixture weight: minimum share of emission by power in the mixture with the "
+                "learned density",
+                0.01, 1, target);
 }
 Field boundary(Boundary& target) {
     return choice("boundary",
-                  "where a disc hangs over an edge: none, or divide by its share inside, found by probes",
+                  "correction for discs that extend beyond an edge: none, or probes (divide by the share "
+                  "inside, estimated with probe rays)",
                   {"none", "probes"}, target);
 }
 
 std::vector<Field> fields_of(PathSettings& s) {
     return {
-        whole("guidelights", "light paths whose first hits guide the choice of lights, about 200000; 0: none",
+        whole("guidelights",
+              "light paths whose first hits guide the selection of lights, for example 200000; 0: no guiding",
               0, 4294967296.0, s.guide_lights),
-        whole("guidepaths", "light paths whose photons guide bounces where that pays, about 100000; 0: none",
+        whole("guidepaths",
+              "light paths whose photons guide bounces where it reduces noise, for example 100000; 0: no "
+              "guiding",
               0, 4294967296.0, s.guide_paths),
         real("bsdfshare",
-             "defensive mixture weight: least share of the BSDF's own density beside the guide's", 0.01, 1,
-             s.bsdf_share),
+             "defensive mixture weight: minimum share of the BSDF's density in the mixture with the guide's",
+             0.01, 1, s.bsdf_share),
         max_depth(s.max_depth),
         lights(s.lights),
         quantity(s.quantity)};
@@ -108,63 +115,67 @@ std::vector<Field> fields_of(DirectSettings& s) {
 
 std::vector<Field> fields_of(PhotonMapSettings& s) {
     return {
-        whole("photons", "light paths emitted, unless a target below is set", 1, 4294967296.0, s.photons),
-        whole("causticphotons", "target: emit until the Caustic map holds that many; 0: no target", 0, 1e9,
-              s.caustic_photons),
-        whole("indirectphotons", "target: emit until the Global map holds that many; 0: no target", 0, 1e9,
-              s.indirect_photons),
+        whole("photons", "light paths to emit, unless a target below is set", 1, 4294967296.0, s.photons),
+        whole("causticphotons", "target: emit until the Caustic map holds this many photons; 0: no target", 0,
+              1e9, s.caustic_photons),
+        whole("indirectphotons", "target: emit until the Global map holds this many photons; 0: no target", 0,
+              1e9, s.indirect_photons),
         choice("direct",
-               "direct light: mc (sample the lights), map (the Direct map), gated (mc where photons are "
-               "near) or "
-               "guided (sample the lights by the photons near)",
+               "direct light: mc (sample the lights), map (the Direct map), gated (mc where there are "
+               "photons nearby) or guided (sample the lights according to nearby photons)",
                {"mc", "map", "gated", "guided"}, s.direct),
         lights(s.lights),
-        whole("guidephotons", "light paths of the Direct map that gates or guides", 1, 4294967296.0,
+        whole("guidephotons", "light paths of the Direct map for gated and guided", 1, 4294967296.0,
               s.guide.photons),
-        whole("guidek", "direct photons around a place that guide what is near", 1,
-              GuideSettings::kMostPhotons, s.guide.k),
+        whole("guidek", "number of nearest direct photons used for guiding", 1, GuideSettings::kMostPhotons,
+              s.guide.k),
         real("guidedefensive",
-             "defensive mixture weight: least share of the plain choice of lights beside the guide", 0.01, 1,
-             s.guide.defensive_weight),
+             "defensive mixture weight: minimum share of the unguided selection of lights in the mixture "
+             "with the guide",
+             0.01, 1, s.guide.defensive_weight),
         whole("candidates",
-              "places of lights that guided weighs for one shadow ray; 0: 16 where a light has parts, else 4",
+              "candidate points on lights that guided evaluates for each shadow ray; 0: 16 if a light has "
+              "parts, otherwise 4",
               0, GuidedLightSettings::kMostCandidates, s.guide.candidates),
         choice("indirect",
-               "indirect light: gather (final gather), map (the maps seen directly) or none (direct light "
-               "alone)",
+               "indirect light: gather (final gather), map (the maps are read directly) or none (direct "
+               "light only)",
                {"gather", "map", "none"}, s.indirect),
         choice("guidegather",
-               "photons of the Global map guide gather rays: auto (where it pays; needs gatherrays=0), on or "
-               "off",
+               "guide gather rays with photons of the Global map: auto (where it reduces noise; needs "
+               "gatherrays=0), on or off",
                {"auto", "on", "off"}, s.guide_gather),
         real("cosineshare",
-             "defensive mixture weight: least share of the cosine's own density beside the guide's", 0.01, 1,
-             s.cosine_share),
+             "defensive mixture weight: minimum share of the cosine density in the mixture with the guide's",
+             0.01, 1, s.cosine_share),
         whole("gatherrays",
-              "final-gather rays per camera sample; 0: as many as pay at each place, and light samples and "
-              "density estimates likewise",
+              "final-gather rays per camera sample; 0: chosen adaptively at each point, as are light samples "
+              "and density estimates",
               0, 1'000'000, s.gather_rays),
-        whole("precompute", "precomputed irradiance for gather rays, a point for one photon in n; 0: off", 0,
+        whole("precompute",
+              "precomputed irradiance for gather rays, at one point for every n photons; 0: off", 0,
               1'000'000, s.precompute),
         whole("precomputelights", "light samples at each such point; 0: gather rays sample the lights", 0,
               10'000, s.precompute_lights),
-        whole("k", "photons in an estimate that the camera sees; 0: all within the radius", 0, kMostInt,
+        whole("k", "photons in a density estimate seen by the camera; 0: all within the radius", 0, kMostInt,
               s.estimate.k),
-        whole("gatherk", "photons in an estimate where a gather ray lands; 0: all within the radius", 0,
-              kMostInt, s.gather_k),
-        real("radius", "largest radius of an estimate, scene units; 0: 5 % of the scene's diagonal", 0, kMost,
-             s.estimate.radius),
+        whole("gatherk", "photons in a density estimate at the hit of a gather ray; 0: all within the radius",
+              0, kMostInt, s.gather_k),
+        real("radius", "maximum radius of a density estimate, scene units; 0: 5 % of the scene's diagonal", 0,
+             kMost, s.estimate.radius),
         ratio(s.estimate.ratio),
         kernel_shape(s.estimate.kernel),
         metric(s.estimate.metric),
-        choice("index", "search of the photon maps: tree (ours) or flann; the same image from both",
+        choice("index",
+               "search structure of the photon maps: tree (built in) or flann; both give the same image",
                {"tree", "flann"}, s.index),
         boundary(s.estimate.boundary),
         pre_pass(s.pre_pass.paths),
         pre_pass_defensive_weight(s.pre_pass.defensive_weight),
         real("specularbelow",
-             "GGX alpha below which gloss counts as specular for the Caustic map; 0: mirrors", 0, kMost,
-             s.specular_below),
+             "GGX alpha below which gloss counts as specular for the Caustic map; 0: only mirrors and smooth "
+             "glass",
+             0, kMost, s.specular_below),
         max_depth(s.max_depth),
         quantity(s.quantity),
     };
@@ -174,40 +185,45 @@ std::vector<Field> fields_of(IgiSettings& s) {
     constexpr int kMostTreeSamples = 256, kMostShadowRays = 64;
     return {
         whole("nlights", "light paths per set, rounded up to a power of 2", 1, kMostPowerOf2, s.nlights),
-        whole("nsets", "independent sets, rounded up to a power of 2; best near the samples per pixel", 1,
+        whole("nsets",
+              "independent sets, rounded up to a power of 2; should be close to the samples per pixel", 1,
               kMostPowerOf2, s.nsets),
         real("mindist",
-             "virtual point lights nearer than this fade out, scene units; 0: none does; -1: 2 % of the "
-             "diagonal",
+             "distance below which virtual point lights fade out, scene units; 0: no fading; -1: 2 % of the "
+             "scene's diagonal",
              -1, kMost, s.mindist),
-        real(
-            "glimit",
-            "limit of a virtual point light's cos cos / d^2, per scene unit squared, beside mindist; 0: none",
-            0, kMost, s.glimit),
-        flag(
-            "compensate",
-            "rays put back the light that mindist and glimit cut off, and what mirrors, glass and gloss turn",
-            s.compensate),
-        whole("gathersamples", "compensating rays per camera sample", 1, 1'000'000, s.gather_samples),
-        choice(
-            "caustics",
-            "lamps by way of mirrors, glass and gloss: map (photons), rays (compensating ones, as noisy as "
-            "path) or none",
-            {"map", "rays", "none"}, s.caustics),
-        whole("causticpaths", "light paths emitted for the map of caustics, where a surface throws any", 1,
+        real("glimit",
+             "upper limit of cos cos / d^2 of a virtual point light, per scene unit squared, in addition to "
+             "mindist; 0: no limit",
+             0, kMost, s.glimit),
+        flag("compensate",
+             "trace rays for the light that mindist and glimit remove, and for indirect light via mirrors, "
+             "glass and gloss",
+             s.compensate),
+        whole("gathersamples", "compensation rays per camera sample", 1, 1'000'000, s.gather_samples),
+        choice("caustics",
+               "light from lamps via mirrors, glass and gloss: map (photons), rays (compensation rays, as "
+               "noisy as path) or none",
+               {"map", "rays", "none"}, s.caustics),
+        whole("causticpaths", "light paths to emit for the Caustic map, if a surface can cause caustics", 1,
               4294967296.0, s.caustic_paths),
-        choice("choice", "loop: a place looks at all lights of one set; tree: it draws some, of all sets",
-               {"loop", "tree"}, s.choice),
-        whole("treesamples", "virtual point lights that a place draws from the tree", 1, kMostTreeSamples,
-              s.tree_samples),
+        choice(
+            "choice",
+            "virtual point lights per shading point: loop (all of one set) or tree (samples from all sets)",
+            {"loop", "tree"}, s.choice),
+        whole("treesamples", "virtual point lights sampled from the tree at each shading point", 1,
+              kMostTreeSamples, s.tree_samples),
         real("rrthreshold",
-             "luminance below which shadow rays play roulette; -1: rays go where they count, see shadowrays",
+             "luminance below which shadow rays are subject to Russian roulette; -1: rays are distributed by "
+             "contribution, see shadowrays",
              -1, kMost, s.rr_threshold),
-        real("rrcontinue", "chance that a shadow ray below rrthreshold is traced", 1e-6, 1, s.rr_continue),
+        real("rrcontinue", "probability that a shadow ray below rrthreshold is traced", 1e-6, 1,
+             s.rr_continue),
         whole("shadowrays",
-              "shadow rays of a place, about, in proportion to what lights may bring; 0: one for every light",
+              "approximate number of shadow rays per shading point, distributed in proportion to estimated "
+              "contributions; 0: one for every light",
               0, kMostShadowRays, s.shadow_rays),
-        real("indirectscale", "multiplies the indirect light", 0, kMost, s.indirect_scale),
+        real("indirectscale", "factor on the indirect light", 0, kMost, s.indirect_scale),
         lights(s.lights),
         pre_pass(s.pre_pass.paths),
         pre_pass_defensive_weight(s.pre_pass.defensive_weight),
@@ -218,16 +234,17 @@ std::vector<Field> fields_of(IgiSettings& s) {
 
 std::vector<Field> fields_of(ProgressiveSettings& s) {
     return {
-        whole("photons", "light paths emitted in a pass", 1, 4294967296.0, s.photons),
-        whole("samples", "camera samples per pixel in a pass, of which one estimates density", 1, 1 << 16,
+        whole("photons", "light paths per pass", 1, 4294967296.0, s.photons),
+        whole("samples", "camera samples per pixel and pass; one of them estimates density", 1, 1 << 16,
               s.samples),
-        real("alpha", "how fast the radius shrinks, r^2 as (i + alpha)/(i + 1); 1: not at all, and biased",
+        real("alpha",
+             "rate at which the radius shrinks, r^2 by (i + alpha)/(i + 1); 1: constant radius, and biased",
              0.01, 1, s.alpha),
         choice("direct", "direct light: mc (sample the lights) or map (the Direct map)", {"mc", "map"},
                s.direct),
         lights(s.lights),
-        whole("k", "photons of one pass that the first radius holds", 1, 1'000'000, s.estimate.k),
-        real("radius", "the first radius everywhere, scene units; 0: by k and the local density", 0, kMost,
+        whole("k", "photons of one pass within the initial radius", 1, 1'000'000, s.estimate.k),
+        real("radius", "initial radius everywhere, scene units; 0: from k and the local density", 0, kMost,
              s.estimate.radius),
         ratio(s.estimate.ratio),
         kernel_shape(s.estimate.kernel),
@@ -272,7 +289,7 @@ IntegratorSettings make_settings(std::string_view name, const Location& at) {
     if (name == "photonmap") return PhotonMapSettings{};
     if (name == "igi") return IgiSettings{};
     if (name == "progressive") return ProgressiveSettings{};
-    input_error(at, "unknown integrator \"{}\"; known are {}", name, fmt::join(kIntegratorNames, ", "));
+    input_error(at, "unknown integrator \"{}\"; expected {}", name, fmt::join(kIntegratorNames, ", "));
 }
 
 std::string Field::text() const {
@@ -289,7 +306,7 @@ void Field::set(const SettingValue& value, const Location& at) {
         const auto* word = std::get_if<std::string>(&value);
         const auto found = word ? std::find(choices.begin(), choices.end(), *word) : choices.end();
         if (found == choices.end()) {
-            input_error(at, "{}: {} is not accepted; choose {}", name, quoted(value),
+            input_error(at, "{}: {} is not accepted; expected {}", name, quoted(value),
                         fmt::join(choices, ", "));
         }
         *std::get<std::uint8_t*>(target) = static_cast<std::uint8_t>(found - choices.begin());
@@ -297,7 +314,7 @@ void Field::set(const SettingValue& value, const Location& at) {
     }
     if (auto* flag = std::get_if<bool*>(&target)) {
         if (!std::holds_alternative<bool>(value)) {
-            input_error(at, "{}: {} is not accepted; true or false is", name, quoted(value));
+            input_error(at, "{}: {} is not accepted; expected true or false", name, quoted(value));
         }
         **flag = std::get<bool>(value);
         return;
@@ -305,7 +322,7 @@ void Field::set(const SettingValue& value, const Location& at) {
     const double* number = std::get_if<double>(&value);
     const bool in_range = number && *number >= least && *number <= most;  // false for NaN
     if (!in_range || (whole && *number != std::floor(*number))) {
-        input_error(at, "{}: {} is not accepted; a {} from {:g} to {:g} is", name, quoted(value),
+        input_error(at, "{}: {} is not accepted; expected a {} from {:g} to {:g}", name, quoted(value),
                     whole ? "whole number" : "number", least, most);
     }
     std::visit([&](auto* out) { *out = static_cast<std::remove_reference_t<decltype(*out)>>(*number); },

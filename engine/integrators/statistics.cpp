@@ -219,9 +219,10 @@ void RenderReport::restore(const std::map<std::string, double>& numbers,
 }
 
 void warn_of_shared(std::string_view what, Monitor& monitor) {
-    monitor.warn(fmt::format(
-        "{} for both halves of the samples: a denoiser neither removes the error of that nor counts it",
-        what));
+    monitor.warn(
+        fmt::format("{} for both halves of the samples: the denoiser can neither remove nor estimate the "
+                    "error that they share",
+                    what));
 }
 
 void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
@@ -234,9 +235,9 @@ void warn_of_endless_light(const Ledger& ledger, Monitor& monitor) {
         energy_luminance(ledger.absorbed + ledger.media + ledger.escaped + ledger.not_followed) / emitted;
     if (ended >= kUsual) return;
     monitor.warn(fmt::format(
-        "{:.0f} % of the light's power was cut off after many bounces, {:.0f} on the average of {} "
-        "paths: surfaces and media take almost nothing away, and the picture has no limit that it "
-        "could come to; in a closed room an albedo below 1 is needed",
+        "{:.0f} % of the light's power was cut off after many bounces, {:.0f} on average over {} paths: "
+        "surfaces and media absorb almost nothing, so the picture does not converge; in a closed room, use "
+        "an albedo below 1",
         100 * std::clamp(1 - ended, 0.0, 1.0),
         static_cast<double>(ledger.hits + ledger.scatterings) / static_cast<double>(paths), paths));
 }

@@ -45,8 +45,8 @@ Box3d light_bounds(const Draft& draft) {
 void require_near(const V3d& position, const V3d& origin, const Location& at, std::string_view what) {
     const double distance = (position - origin).length();
     if (distance <= kLargestScene) return;
-    input_error(at, "{} stands {:g} away from the middle of the scene; at most {:g} is accepted", what,
-                distance, kLargestScene);
+    input_error(at, "{} is {:g} away from the middle of the scene; the limit is {:g}", what, distance,
+                kLargestScene);
 }
 
 V3f to_scene(const V3d& p, const V3d& origin) {
@@ -169,13 +169,13 @@ std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
     if (draft.power > 0) {
         const double now = light->power();
         if (!(now > 0))
-            fail(draft.place, "\"power\" {:g}: the light is black, it cannot be scaled", draft.power);
+            fail(draft.place, "\"power\" {:g}: the light is black and cannot be scaled", draft.power);
         maker.factor = static_cast<float>(draft.power / now);
         light = std::visit(maker, draft.spec);
     }
     const double power = light->power();
     if (!std::isfinite(power) || power < 0) {
-        fail(draft.place, "the light's power is {:g} {}; finite power is accepted", power,
+        fail(draft.place, "the light's power is {:g} {}; expected a finite power", power,
              flux_unit_name(light->unit()));
     }
     if (power == 0) {
@@ -194,12 +194,12 @@ void warn_of_mixed_units(const std::vector<DraftLight>& drafts,
         if (!first) first = i;
         const Light &one = *lights[*first], &other = *lights[i];
         if (one.unit() == other.unit()) continue;
-        monitor.warn(fmt::format(
-            "{}: this {} light is in {}, but the {} light at {} is in {}; the image adds both. Before "
-            "WorldBegin Option \"string unit\" \"photometric\" (or --unit photometric) makes all "
-            "light count in lm",
-            to_string(drafts[i].place.location()), other.kind(), flux_unit_name(other.unit()), one.kind(),
-            to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
+        monitor.warn(
+            fmt::format("{}: this {} light is in {}, but the {} light at {} is in {}; the image adds both. "
+                        "To have all light in lm, put Option \"string unit\" \"photometric\" before "
+                        "WorldBegin (or use --unit photometric)",
+                        to_string(drafts[i].place.location()), other.kind(), flux_unit_name(other.unit()),
+                        one.kind(), to_string(drafts[*first].place.location()), flux_unit_name(one.unit())));
         return;
     }
 }
@@ -234,7 +234,8 @@ SceneMedia build_media(const Draft& draft, const V3d& origin) {
     for (const DraftMedium& made : draft.media) {
         Medium medium = made.medium.value();  // require_media() saw to it
         const auto back = inverse(relative_to(made.world_from_medium, origin));
-        if (!back) fail(made.place, "the medium's transformation cannot be undone around the scene's origin");
+        if (!back)
+            fail(made.place, "the medium's transformation is not invertible around the scene's origin");
         medium.medium_from_scene = *back;
         media.all.push_back(std::move(medium));
     }
@@ -275,10 +276,10 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     const double radius = bounds.isEmpty() ? 0 : bounds.size().length() / 2;
     const Location at = draft.sources.front()->location(0);
     if (!(radius <= kLargestScene)) {
-        input_error(at, "the scene's radius is {:g}; at most {:g} is accepted", radius, kLargestScene);
+        input_error(at, "the scene's radius is {:g}; the limit is {:g}", radius, kLargestScene);
     }
     if (!(parts.origin.length() <= kFarthestScene)) {
-        input_error(at, "the middle of the scene is {:g} away from the origin; at most {:g} is accepted",
+        input_error(at, "the middle of the scene is {:g} away from the origin; the limit is {:g}",
                     parts.origin.length(), kFarthestScene);
     }
     for (const DraftLight& light : draft.lights) {

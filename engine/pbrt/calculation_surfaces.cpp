@@ -17,7 +17,7 @@ ReceiverKind read_receiver_kind(Params& params) {
     const std::string word = params.string("kind", kReceiverKinds[0]);
     const std::optional<ReceiverKind> kind = receiver_kind(word);
     if (!kind) {
-        fail(params.place_of("kind"), "kind \"{}\" is unknown; {} are accepted", shown(word),
+        fail(params.place_of("kind"), "kind \"{}\" is unknown; expected {}", shown(word),
              fmt::join(kReceiverKinds, ", "));
     }
     return *kind;
@@ -31,7 +31,7 @@ V3f read_direction(const Reading& reading, Params& params, std::string_view name
     const V3d given(param->numbers[0], param->numbers[1], param->numbers[2]);
     const V3d w = transform_vector(reading.state.ctm, given);
     if (!(w.length() > 0) || !std::isfinite(w.length()))
-        fail(param->values, "\"{}\" is ({:g} {:g} {:g}), which is no direction", name, given.x, given.y,
+        fail(param->values, "\"{}\" is ({:g} {:g} {:g}), which is not a direction", name, given.x, given.y,
              given.z);
     return V3f(w.normalized());
 }
@@ -41,7 +41,7 @@ V2i read_grid(Params& params, const CalculationSurface& surface) {
         require_count(*param, param->numbers.size(), 2);
         for (const double n : param->numbers) {
             if (!(n >= 1 && n <= static_cast<double>(kMostSurfacePoints)))
-                fail(param->values, "{:g} points along a side; 1 to {} are accepted", n, kMostSurfacePoints);
+                fail(param->values, "{:g} points along a side; expected 1 to {}", n, kMostSurfacePoints);
         }
         return {static_cast<int>(param->numbers[0]), static_cast<int>(param->numbers[1])};
     }
@@ -50,9 +50,8 @@ V2i read_grid(Params& params, const CalculationSurface& surface) {
     const double longest = std::max(surface.u.length(), surface.v.length());
     if (!(spacing > 0) || !(longest / spacing < static_cast<double>(kMostSurfacePoints))) {
         fail(params.place_of("spacing"),
-             "a spacing of {:g} on sides of up to {:g}; more than 0, and at most {} points "
-             "are accepted",
-             spacing, longest, kMostSurfacePoints);
+             "a spacing of {:g} on sides of up to {:g}; expected more than 0, and at most {} points", spacing,
+             longest, kMostSurfacePoints);
     }
     return points_apart(surface.u.length(), surface.v.length(), spacing);
 }
@@ -62,12 +61,11 @@ V2i read_grid(Params& params, const CalculationSurface& surface) {
 void read_calculation_surface(Reading& reading, const std::string& name, Params& params) {
     const auto& surfaces = reading.draft.surfaces;
     if (std::any_of(surfaces.begin(), surfaces.end(), [&](const auto& s) { return s.name == name; }))
-        fail(params.place(), "there is a calculation surface \"{}\" already; each name is accepted once",
+        fail(params.place(), "a calculation surface \"{}\" already exists; use a different name",
              shown(name));
     const Param* corners = params.find("P", {Type::point3});
     if (!corners) {
-        fail(params.place(),
-             "{} lacks \"point3 P\": a corner of it, and the ends of the two sides from there",
+        fail(params.place(), "{} lacks \"point3 P\": a corner and the other ends of the two sides from it",
              params.owner());
     }
     require_count(*corners, corners->numbers.size(), 9);

@@ -31,11 +31,10 @@ std::vector<Segment> read_segments(Params& params) {
     const std::string basis = params.string("basis", "bezier");
     const int degree = params.integer("degree", 3);
     if (basis != "bezier" && basis != "bspline") {
-        fail(params.place_of("basis"), "basis \"{}\" is unknown; bezier and bspline are accepted",
-             shown(basis));
+        fail(params.place_of("basis"), "basis \"{}\" is unknown; expected bezier or bspline", shown(basis));
     }
     if (degree != 2 && degree != 3) {
-        fail(params.place_of("degree"), "degree {} is not accepted; 2 or 3 is", degree);
+        fail(params.place_of("degree"), "degree {} is not accepted; expected 2 or 3", degree);
     }
     const Param* param = params.find("P", {Type::point3});
     if (!param) fail(params.place(), "{} lacks \"point3 P\", its control points", params.owner());
@@ -44,8 +43,8 @@ std::vector<Segment> read_segments(Params& params) {
     std::vector<Segment> segments;
     if (basis == "bezier") {
         if (p.size() < step + 1 || (p.size() - 1) % step != 0) {
-            fail(param->place, "\"P\" has {} control points; {} and then a multiple of {} are accepted",
-                 p.size(), step + 1, step);
+            fail(param->place, "\"P\" has {} control points; expected {} plus a multiple of {}", p.size(),
+                 step + 1, step);
         }
         for (std::size_t i = 0; i + step < p.size(); i += step) {
             segments.push_back(degree == 3 ? Segment{p[i], p[i + 1], p[i + 2], p[i + 3]}
@@ -53,7 +52,7 @@ std::vector<Segment> read_segments(Params& params) {
         }
     } else {
         if (p.size() < step + 1) {
-            fail(param->place, "\"P\" has {} control points; at least {} are accepted", p.size(), step + 1);
+            fail(param->place, "\"P\" has {} control points; expected at least {}", p.size(), step + 1);
         }
         for (std::size_t i = 0; i + step < p.size(); ++i) segments.push_back(of_bspline(&p[i], degree));
     }
@@ -65,8 +64,7 @@ Curves::Kind read_kind(Params& params) {
     if (name == "flat") return Curves::Kind::flat;
     if (name == "cylinder") return Curves::Kind::round;
     if (name == "ribbon") return Curves::Kind::ribbon;
-    fail(params.place_of("type"), "type \"{}\" is unknown; flat, cylinder and ribbon are accepted",
-         shown(name));
+    fail(params.place_of("type"), "type \"{}\" is unknown; expected flat, cylinder or ribbon", shown(name));
 }
 
 // Normals at the ends of the segments, and between them on the great circle, as pbrt has it.
@@ -75,7 +73,7 @@ std::vector<V3d> read_normals(Params& params, std::size_t segments) {
     if (!param) fail(params.place(), "{} of type ribbon lacks \"normal3 N\"", params.owner());
     std::vector<V3d> n = triples(*param);
     if (n.size() != segments + 1) {
-        fail(param->place, "\"N\" has {} normals for {} segments; {} are accepted", n.size(), segments,
+        fail(param->place, "\"N\" has {} normals for {} segments; expected {}", n.size(), segments,
              segments + 1);
     }
     for (std::size_t i = 0; i < n.size(); ++i) {
@@ -150,7 +148,7 @@ void add_curve(Reading& reading, Params& params) {
     if (curves.kind == Curves::Kind::ribbon) {
         normals = read_normals(params, segments.size());
     } else if (params.find("N", {Type::normal3})) {
-        reading.warn(params.place_of("N"), "\"N\" has no effect; a curve of type ribbon has normals");
+        reading.warn(params.place_of("N"), "\"N\" has no effect; only curves of type ribbon have normals");
     }
     const auto count = static_cast<double>(segments.size());
     std::vector<double> radii;  // at each control point; the width is linear along the whole curve
@@ -166,7 +164,7 @@ void add_curve(Reading& reading, Params& params) {
         require_memory(bytes_of(segments.size(), kBytesOfTube),
                        fmt::format("{}: the triangles of {} segments", to_string(params.place().location()),
                                    segments.size()),
-                       "fewer are accepted");
+                       "use fewer");
         return add_mesh(reading, params, *traits, tube(segments, radii));
     }
     curves.traits = *traits;

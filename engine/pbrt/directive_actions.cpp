@@ -65,7 +65,7 @@ void DirectiveReader::rotate() {
     const V3d axis = vector_at(v, 1);
     if (axis.length2() == 0) {
         return reading_.depart(place_, fmt::format("Rotate {}: the axis has no length", listed(v)),
-                               "nothing is turned");
+                               "the rotation is ignored");
     }
     concatenate(rotation(v[0], axis), listed(v));
 }
@@ -75,7 +75,9 @@ void DirectiveReader::look_at_directive() {
     const std::optional<M44d> view = look_at(vector_at(v, 0), vector_at(v, 3), vector_at(v, 6));
     if (!view) {
         return reading_.depart(
-            place_, fmt::format("LookAt {}: eye and target coincide, or up points along the view", listed(v)),
+            place_,
+            fmt::format("LookAt {}: eye and target coincide, or up is parallel to the viewing direction",
+                        listed(v)),
             "it is left out");
     }
     concatenate(*view, listed(v));
@@ -86,12 +88,12 @@ void DirectiveReader::active_transform() {
     const Token token = tokens().next();
     const bool is_word = token.kind == Token::Kind::word || token.kind == Token::Kind::string;
     if (!is_word || (token.text != "StartTime" && token.text != "EndTime" && token.text != "All")) {
-        fail(at, "ActiveTransform wants StartTime, EndTime or All, not \"{}\"", shown(token.text));
+        fail(at, "ActiveTransform takes StartTime, EndTime or All, not \"{}\"", shown(token.text));
     }
     reading_.state.at_start = token.text != "EndTime";
     if (token.text != "All") {
-        reading_.depart(place_, "nothing moves here", "the scene is shown as it stands at StartTime",
-                        "what movement blurs");
+        reading_.depart(place_, "motion is not supported", "the scene is rendered as at StartTime",
+                        "motion blur");
     }
 }
 
@@ -123,9 +125,9 @@ void DirectiveReader::coord_sys_transform() {
         std::vector<std::string_view> names;
         for (const auto& [known, ctm] : coordinate_systems_) names.push_back(known);
         return reading_.depart(place_,
-                               fmt::format("no coordinate system \"{}\" was named; {}there are {}",
+                               fmt::format("there is no coordinate system \"{}\"; {}{} are defined",
                                            shown(name), did_you_mean(name, names), names.size()),
-                               "the transformation stays");
+                               "the transformation is not changed");
     }
     if (reading_.state.at_start) reading_.state.ctm = found->second;
 }
@@ -153,7 +155,7 @@ void DirectiveReader::attribute() {
     const std::string target = quoted("a target");
     constexpr std::string_view targets[] = {"shape", "light", "material", "medium", "texture"};
     if (std::ranges::find(targets, target) == std::ranges::end(targets)) {
-        fail(place_, "Attribute \"{}\" is unknown; shape, light, material, medium and texture are accepted",
+        fail(place_, "Attribute \"{}\" is unknown; expected shape, light, material, medium or texture",
              shown(target));
     }
     Params params =
@@ -166,7 +168,7 @@ void DirectiveReader::attribute() {
     for (const Param& param : params.all()) {
         std::erase_if(known, [&](const auto& p) { return p->name == param.name; });
         if (known.size() == kMostDefaults) {
-            fail(param.place, "Attribute \"{}\" gives more than {} defaults; fewer are accepted", target,
+            fail(param.place, "Attribute \"{}\" sets more than {} defaults, the limit", target,
                  kMostDefaults);
         }
         known.push_back(std::make_shared<const Param>(param));
@@ -200,7 +202,7 @@ void DirectiveReader::import() {
 
 void DirectiveReader::once() {
     if (std::ranges::find(seen_in_frame_, name_) != seen_in_frame_.end()) {
-        reading_.warn(place_, fmt::format("a second {}: it takes the place of the first", name_));
+        reading_.warn(place_, fmt::format("a second {}: it replaces the first", name_));
     }
     seen_.push_back(name_);
     seen_in_frame_.push_back(name_);
@@ -212,7 +214,7 @@ void DirectiveReader::camera() {
     Params params = parameters(kind, "");
     const std::optional<M44d> world_from_camera = inverse(reading_.state.ctm);
     if (!world_from_camera)
-        fail(place_, "Camera: its transformation cannot be undone");  // concatenate() saw to it
+        fail(place_, "Camera: its transformation is not invertible");  // concatenate() saw to it
     reading_.draft.camera = {};
     reading_.draft.lens.reset();
     reading_.draft.camera.world_from_camera = *world_from_camera;
@@ -275,9 +277,10 @@ void DirectiveReader::renderer() {
         if (kind != "aggregatetest" && kind != "createprobes" && kind != "surfacepoints") {
             reading_.depart(
                 place_, fmt::format("unknown Renderer \"{}\"; known are sampler, metropolis", shown(kind)),
-                "sampler is taken");
+                "sampler is used");
         } else {
-            reading_.depart(place_, fmt::format("Renderer \"{}\" makes no picture", kind), "one is rendered");
+            reading_.depart(place_, fmt::format("Renderer \"{}\" does not render a picture", kind),
+                            "a picture is rendered");
         }
         for (const Param& param : params.all()) params.accept({param.name});
     }
@@ -303,8 +306,8 @@ void DirectiveReader::color_space() {
         for (const ColourSpace& known : colour_spaces()) names.push_back(known.name);
         reading_.depart(
             place_,
-            fmt::format("ColorSpace \"{}\" is unknown; {} are accepted", shown(name), fmt::join(names, ", ")),
-            "colours are taken as sRGB's", "saturation");
+            fmt::format("ColorSpace \"{}\" is unknown; expected {}", shown(name), fmt::join(names, ", ")),
+            "colours are read as sRGB", "saturation");
     }
     reading_.state.colour_space = name == "srgb" ? nullptr : space;
     const bool of_film = stage_ == Stage::options && std::ranges::count(seen_in_frame_, "Film") == 0;
@@ -317,8 +320,8 @@ void DirectiveReader::choose_working_space(std::string_view name) {
     if (overrides_.colours || !asked || *asked == draft_.film.colours) return;
     if (!draft_.media.empty()) {
         fail(place_,
-             "ColorSpace \"{}\" chooses the colours of the render and stands behind a medium's; before "
-             "MakeNamedMedium it is accepted",
+             "ColorSpace \"{}\" sets the colours of the render, but comes after a medium; put it before "
+             "MakeNamedMedium",
              shown(std::string(name)));
     }
     draft_.film.colours = *asked;
@@ -361,15 +364,14 @@ void DirectiveReader::choose_unit(Params& params) {
     const std::string word = is_word ? param->strings.front() : std::string();
     const std::optional<FluxUnit> unit = unit_named(word);
     if (!unit) {
-        fail(param->place, "Option \"string unit\" is \"{}\"; photometric and radiometric are accepted",
+        fail(param->place, "Option \"string unit\" is \"{}\"; expected photometric or radiometric",
              shown(word));
     }
     if (overrides_.unit || draft_.unit == unit) return;
     if (!draft_.media.empty()) {
         fail(param->place,
-             "Option \"string unit\" \"{}\" says what light is counted in and stands behind a medium's; "
-             "before "
-             "MakeNamedMedium it is accepted",
+             "Option \"string unit\" \"{}\" sets the unit of all light, but comes after a medium; put it "
+             "before MakeNamedMedium",
              word);
     }
     draft_.unit = unit;
@@ -384,7 +386,7 @@ void DirectiveReader::medium_interface() {
 void DirectiveReader::make_named_medium() {
     const std::string name = quoted("a name");
     Params params = parameters(name, "medium");
-    const bool whole = leniently(params, "the medium is not made; clear space takes its place",
+    const bool whole = leniently(params, "the medium is left out, and vacuum is used instead",
                                  [&] { read_named_medium(reading_, name, params); });
     if (whole) params.depart_unused();
 }
@@ -398,13 +400,13 @@ void DirectiveReader::volume_integrator() {
     if (kind != "single" && kind != "emission") {
         reading_.depart(
             place_, fmt::format("unknown VolumeIntegrator \"{}\"; known are single, emission", shown(kind)),
-            "media are rendered as the integrator renders them");
+            "media are rendered by the integrator");
     }
     params.accept({"stepsize"});
     params.depart_unused();
     reading_.monitor.info(
-        fmt::format("{}: VolumeIntegrator \"{}\": media are rendered without steps, and with all orders of "
-                    "scattering unless the integrator is \"direct\"",
+        fmt::format("{}: VolumeIntegrator \"{}\": media are rendered without ray marching, and with all "
+                    "orders of scattering unless the integrator is \"direct\"",
                     to_string(place_.location()), kind));
 }
 
@@ -416,7 +418,7 @@ void DirectiveReader::integrate_media() {
     for (const DraftMedium& made : draft.media) {
         if (!made.medium || !made.medium->emits()) continue;
         reading_.depart(made.place,
-                        fmt::format("medium \"{}\" emits light, which \"{}\" does not carry to surfaces",
+                        fmt::format("medium \"{}\" emits light, which \"{}\" does not transport to surfaces",
                                     shown(made.name), integrator_name(draft.integrator)),
                         "the scene is rendered by \"path\"");
         draft.integrator = PathSettings{};
@@ -428,7 +430,7 @@ void DirectiveReader::integrate_media() {
 
 Material DirectiveReader::read_made_of(const std::string& kind, Params& params) {
     Material material{kind, DiffuseMaterial{}};
-    const bool whole = leniently(params, "matte of reflectance 0.5 is taken",
+    const bool whole = leniently(params, "matte of reflectance 0.5 is used",
                                  [&] { material = read_material(reading_, kind, params); });
     if (whole) params.depart_unused();
     const bool white = reading_.draft.occlusion && !is_interface(material);
@@ -451,15 +453,16 @@ void DirectiveReader::make_named_material() {
         reading_.depart(
             place_,
             fmt::format("MakeNamedMaterial \"{}\" lacks \"string type\", the kind of material", shown(name)),
-            "matte is taken");
+            "matte is used");
         kind = "matte";
     }
     auto entry = std::make_shared<MaterialEntry>();
     entry->material = read_made_of(kind, params);
     entry->material.name = name;
     if (reading_.materials.contains(name)) {
-        reading_.warn(
-            place_, fmt::format("material \"{}\" was made before; the new one holds from here", shown(name)));
+        reading_.warn(place_,
+                      fmt::format("material \"{}\" is defined again; the new definition applies from here on",
+                                  shown(name)));
     }
     reading_.materials[name] = std::move(entry);
 }
@@ -471,7 +474,7 @@ const std::string& DirectiveReader::never_made(std::string_view kind, const std:
     if (!message.empty()) return message;
     std::vector<std::string_view> names;
     for (const auto& [known, entry] : made) names.push_back(known);
-    message = fmt::format("no {} \"{}\" was made before; {}there are {}", kind, shown(name),
+    message = fmt::format("there is no {} \"{}\"; {}{} are defined", kind, shown(name),
                           did_you_mean(name, names), names.size());
     return message;
 }
@@ -481,7 +484,7 @@ void DirectiveReader::named_material() {
     const auto found = reading_.materials.find(name);
     if (found == reading_.materials.end()) {
         return reading_.depart(place_, never_made("material", name, reading_.materials),
-                               fmt::format("the material that holds here is kept (\"{}\")",
+                               fmt::format("the current material is kept (\"{}\")",
                                            shown(reading_.state.material->material.name)));
     }
     reading_.state.material = found->second;
@@ -494,16 +497,16 @@ void DirectiveReader::texture() {
     const bool of_floats = type == "float";
     Params params = parameters(kind, "texture");
     if (!of_floats && type != "spectrum" && type != "color") {
-        return reading_.depart(
-            place_,
-            fmt::format("Texture \"{}\": unknown type \"{}\"; spectrum and float are accepted", shown(name),
-                        shown(type)),
-            "it is left out");
+        return reading_.depart(place_,
+                               fmt::format("Texture \"{}\": unknown type \"{}\"; expected spectrum or float",
+                                           shown(name), shown(type)),
+                               "it is left out");
     }
     // Colours and floats have names of their own.
     if (of_floats ? reading_.float_textures.contains(name) : reading_.textures.contains(name)) {
-        reading_.warn(
-            place_, fmt::format("texture \"{}\" was made before; the new one holds from here", shown(name)));
+        reading_.warn(place_,
+                      fmt::format("texture \"{}\" is defined again; the new definition applies from here on",
+                                  shown(name)));
     }
     std::uint32_t evaluations = 0;
     const bool whole = leniently(params, "it is left out", [&] {
@@ -516,7 +519,7 @@ void DirectiveReader::texture() {
         }
     });
     if (evaluations > kMostEvaluations) {
-        fail(place_, "Texture \"{}\" asks {} textures for one value; at most {} are accepted", shown(name),
+        fail(place_, "Texture \"{}\" evaluates {} textures for one value; the limit is {}", shown(name),
              evaluations, kMostEvaluations);
     }
     if (whole) params.depart_unused();
@@ -524,11 +527,12 @@ void DirectiveReader::texture() {
 
 void DirectiveReader::object_begin() {
     if (reading_.object) {
-        reading_.depart(place_,
-                        fmt::format("ObjectBegin within the ObjectBegin of \"{}\"; objects hold shapes and "
-                                    "instances",
-                                    shown(object_name_)),
-                        "that one ends here");
+        reading_.depart(
+            place_,
+            fmt::format(
+                "ObjectBegin within the ObjectBegin of \"{}\"; objects may contain shapes and instances only",
+                shown(object_name_)),
+            "the outer object ends here");
         complete_object();
     }
     object_name_ = quoted("a name");
@@ -546,8 +550,9 @@ void DirectiveReader::complete_object() {
     if (!object.shapes.empty()) object.shown = saturated_sum(object.shown, 1);
     reading_.object = nullptr;
     if (objects_.contains(object_name_)) {
-        reading_.warn(place_, fmt::format("object \"{}\" was made before; the new one holds from here",
-                                          shown(object_name_)));
+        reading_.warn(place_,
+                      fmt::format("object \"{}\" is defined again; the new definition applies from here on",
+                                  shown(object_name_)));
     }
     objects_[object_name_] = reading_.draft.objects.size() - 1;
 }
@@ -560,7 +565,7 @@ void DirectiveReader::object_instance() {
     }
     if (!inverse(reading_.state.ctm)) {
         return reading_.depart(
-            place_, fmt::format("ObjectInstance \"{}\": its transformation cannot be undone", shown(name)),
+            place_, fmt::format("ObjectInstance \"{}\": its transformation is not invertible", shown(name)),
             "it is left out");
     }
     const DraftInstance instance{found->second, reading_.state.ctm};
@@ -571,8 +576,7 @@ void DirectiveReader::object_instance() {
         outer.shown = saturated_sum(outer.shown, shown_object.shown);
         outer.depth = std::max(outer.depth, shown_object.depth + 1);
         if (outer.depth > kDeepestObject) {
-            fail(place_,
-                 "ObjectInstance \"{}\": objects are nested more than {} deep; no deeper ones are accepted",
+            fail(place_, "ObjectInstance \"{}\": objects are nested more than {} deep, the limit",
                  shown(name), kDeepestObject);
         }
         return;
@@ -580,8 +584,7 @@ void DirectiveReader::object_instance() {
     reading_.draft.instances.push_back(instance);
     shown_ = saturated_sum(shown_, shown_object.shown);
     if (shown_ > kMostInstances) {
-        fail(place_,
-             "ObjectInstance \"{}\": instances, with those within them, come to {}; at most {} are accepted",
+        fail(place_, "ObjectInstance \"{}\": {} instances, counting nested ones; the limit is {}",
              shown(name), shown_, kMostInstances);
     }
 }

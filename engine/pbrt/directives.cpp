@@ -125,8 +125,8 @@ bool DirectiveReader::more() {
 
 void DirectiveReader::leave_rest() {
     if (!more()) return;
-    reading_.depart(tokens().place(), "what stands after WorldEnd is another frame",
-                    "only the first one is taken");
+    reading_.depart(tokens().place(), "the text after WorldEnd is another frame",
+                    "only the first one is used");
     reading_.leniency.sum_up();
 }
 
@@ -148,7 +148,7 @@ std::optional<Draft> DirectiveReader::next() {
     phase.advance(main.text().size() - reported);  // the rest is other frames'
     if (stage_ != Stage::ended) place_ = tokens().place();
     if (frames_ > 0 && stage_ == Stage::options) {
-        reading_.warn(place_, "what stands after the last WorldEnd begins no world: it makes no picture");
+        reading_.warn(place_, "the text after the last WorldEnd has no WorldBegin and is ignored");
         reading_.leniency.sum_up();
         return std::nullopt;
     }
@@ -163,8 +163,8 @@ void DirectiveReader::require_room() {
     constexpr std::uint64_t kEvery = 256, kRoom = std::uint64_t{64} << 20;
     if (++directives_ % kEvery != 0) return;
     require_memory(kRoom,
-                   to_string(place_.location()) + ": the scene so far leaves no room, and its next part",
-                   "a smaller scene is accepted");
+                   to_string(place_.location()) + ": the scene so far fills the memory, and its next part",
+                   "use a smaller scene");
 }
 
 void DirectiveReader::directive() {
@@ -173,7 +173,7 @@ void DirectiveReader::directive() {
     const Token token = tokens().next();
     if (token.kind != Token::Kind::word) {
         const std::string_view hint =
-            token.kind == Token::Kind::number ? "; several values of a parameter stand in [ ]" : "";
+            token.kind == Token::Kind::number ? "; put several values of a parameter in [ ]" : "";
         fail(place_, "a directive is expected here, not \"{}\"{}", shown(token.text), hint);
     }
     const auto& entries = table();
@@ -182,7 +182,7 @@ void DirectiveReader::directive() {
     if (entry == entries.end()) {
         std::vector<std::string_view> names;
         for (const Entry& known : entries) names.push_back(known.name);
-        fail(place_, "unknown directive \"{}\"; {}pbrt's directives are accepted", shown(token.text),
+        fail(place_, "unknown directive \"{}\"; {}expected a directive of pbrt", shown(token.text),
              did_you_mean(token.text, names));
     }
     name_ = entry->name;
@@ -203,8 +203,8 @@ bool DirectiveReader::stands_here(const Entry& entry) {
     const bool late = entry.where == Where::options_only && stage_ == Stage::world;
     if (!early && !late) return true;
     reading_.depart(place_,
-                    fmt::format("{} stands {} WorldBegin; it is accepted {} it", entry.name,
-                                early ? "before" : "after", early ? "after" : "before"),
+                    fmt::format("{} is {} WorldBegin; put it {} it", entry.name, early ? "before" : "after",
+                                early ? "after" : "before"),
                     "it is left out");
     skip_arguments();
     return false;
@@ -230,11 +230,11 @@ void DirectiveReader::finish() {
     keep_options();
     if (!seen("Camera")) {
         reading_.warn(place_,
-                      "no Camera: a perspective one at the origin is taken, fov 90, looking along +z");
+                      "no Camera: a perspective camera at the origin is used, fov 90, looking along +z");
     }
     if (!seen("Film")) {
         reading_.warn(place_,
-                      fmt::format("no Film: {} x {} pixels are taken", draft.film.width, draft.film.height));
+                      fmt::format("no Film: {} x {} pixels are used", draft.film.width, draft.film.height));
     }
     if (!seen("Integrator")) {
         const std::string& name = overrides_.integrator;
@@ -295,8 +295,7 @@ void DirectiveReader::open_file(const std::string& name, bool import) {
     const std::filesystem::path file = reading_.resolve(name);
     for (const Open& open : files_) {
         if (open.source->name() == file.string()) {
-            fail(place_, "{} \"{}\": this file is being read already; it includes itself", name_,
-                 shown(name));
+            fail(place_, "{} \"{}\": the file includes itself", name_, shown(name));
         }
     }
     if (files_.size() > kDeepestInclude) {
@@ -304,8 +303,7 @@ void DirectiveReader::open_file(const std::string& name, bool import) {
              kDeepestInclude);
     }
     if (++includes_ > kMostIncludes) {
-        fail(place_, "{} \"{}\": files are included more than {} times in all; no more are accepted", name_,
-             shown(name), kMostIncludes);
+        fail(place_, "{} \"{}\": more than {} included files, the limit", name_, shown(name), kMostIncludes);
     }
     if (import) begin_block();
     const Source& source = source_of(file, name);
@@ -317,10 +315,8 @@ const Source& DirectiveReader::source_of(const std::filesystem::path& file, cons
     if (const auto known = known_files_.find(file.string()); known != known_files_.end()) {
         text_again_ += known->second->text().size();
         if (text_again_ <= kMostTextAgain) return *known->second;
-        fail(
-            place_,
-            "{} \"{}\": files that are included again come to more than {} MiB of text; no more are accepted",
-            name_, shown(name), kMostTextAgain >> 20);
+        fail(place_, "{} \"{}\": repeatedly included files exceed {} MiB of text, the limit", name_,
+             shown(name), kMostTextAgain >> 20);
     }
     std::string text;
     std::error_code status;
@@ -352,7 +348,7 @@ std::string DirectiveReader::quoted(std::string_view what) {
     const Place at = tokens().place();
     const Token token = tokens().next();
     if (token.kind != Token::Kind::string) {
-        fail(at, "{} wants {} in quotes here, not \"{}\"", name_, what,
+        fail(at, "{} expects {} in quotes here, not \"{}\"", name_, what,
              token.kind == Token::Kind::end ? "the end of the file" : shown(token.text));
     }
     return string_value(token, at);
@@ -369,7 +365,7 @@ std::vector<double> DirectiveReader::numbers(std::size_t count, std::string_view
     const Token& rest = tokens().peek();
     if (bracket && count == 16 && pass_wrong_list(values)) return {};
     if (values.size() != count || (bracket && rest.kind != Token::Kind::close)) {
-        fail(tokens().place(), "{} wants {} numbers, {}; \"{}\" stands after {}", name_, count, what,
+        fail(tokens().place(), "{} expects {} numbers, {}; found \"{}\" after {}", name_, count, what,
              rest.kind == Token::Kind::end ? "the end of the file" : shown(rest.text), values.size());
     }
     if (bracket) tokens().next();
@@ -382,8 +378,7 @@ bool DirectiveReader::pass_wrong_list(const std::vector<double>& values) {
     for (; tokens().peek().kind == Token::Kind::number; ++count) tokens().next();
     if (count == 16 || tokens().peek().kind != Token::Kind::close) return false;
     tokens().next();
-    reading_.depart(place_,
-                    fmt::format("{} has {} numbers; 16, a matrix by columns, are accepted", name_, count),
+    reading_.depart(place_, fmt::format("{} has {} numbers; expected 16, a matrix by columns", name_, count),
                     "it is left out");
     return true;
 }
@@ -423,9 +418,9 @@ bool DirectiveReader::end_block(std::string_view opening) {
         const Saved& last = saved_.back();
         const bool object_goes_on = last.directive == "ObjectBegin";
         reading_.depart(place_,
-                        fmt::format("{} meets the {} of {}; blocks must nest", name_, last.directive,
+                        fmt::format("{} closes the {} of {}; blocks must nest", name_, last.directive,
                                     to_string(last.place.location())),
-                        object_goes_on ? "the object goes on" : "both end here");
+                        object_goes_on ? "the object continues" : "both end here");
         if (object_goes_on) return end_block_around_object(opening);
         saved_.pop_back();
     }
@@ -469,17 +464,16 @@ void DirectiveReader::close_blocks(std::string_view before) {
 void DirectiveReader::concatenate(const M44d& m, std::string_view what) {
     const M44d product = then(m, reading_.state.ctm);
     if (!is_finite(product)) {
-        return reading_.depart(place_, fmt::format("{} {}: a finite transformation is accepted", name_, what),
+        return reading_.depart(place_, fmt::format("{} {}: expected a finite transformation", name_, what),
                                "it is left out");
     }
     if (!reading_.state.at_start) return;
     // Shapes are still there in their projection; what has to be undone is not (see what_cannot_be_undone).
     if (inverse(reading_.state.ctm) && !inverse(product)) {
-        reading_.depart(place_,
-                        fmt::format("{} {}: this cannot be undone; an invertible, affine transformation is "
-                                    "accepted",
-                                    name_, what),
-                        "shapes become triangles and are flattened");
+        reading_.depart(
+            place_,
+            fmt::format("{} {}: not invertible; expected an invertible, affine transformation", name_, what),
+            "shapes are converted to triangles and flattened");
     }
     reading_.state.ctm = product;
 }

@@ -29,7 +29,7 @@ NamedImage read_image(Reading& reading, Params& params) {
     std::error_code status;
     if (reading.skip_missing && !std::filesystem::exists(file, status)) {
         reading.warn(params.place_of(parameter),
-                     fmt::format("{}: the file is missing, grey is taken", printable(file.string())));
+                     fmt::format("{}: the file is missing; grey is used", printable(file.string())));
         return grey(0.5F);
     }
     try {
@@ -48,13 +48,13 @@ std::shared_ptr<const DirectionalImage> read_sphere(Reading& reading, Params& pa
             map = SphereMap::equal_area;
         } else if (width == 2 * height) {
             reading.warn(params.place_of("filename"),
-                         fmt::format("{} × {} is no square: taken by latitude and longitude", width, height));
+                         fmt::format("{} × {} is not square: read as latitude-longitude", width, height));
         } else {
             params.depart(params.place_of("filename"),
-                          fmt::format("the image is {} × {}; a square (equal-area) is accepted, or one twice "
-                                      "as wide as high (latitude and longitude)",
+                          fmt::format("the image is {} × {}; expected a square image (equal-area), or one "
+                                      "twice as wide as high (latitude-longitude)",
                                       width, height),
-                          "it is taken by latitude and longitude");
+                          "it is read as latitude-longitude");
         }
     }
     return std::make_shared<DirectionalImage>(named.image, map);
@@ -74,8 +74,8 @@ LightAxes light_axes(const Reading& reading, const Params& params) {
     const V3d across = (x - x.dot(z) * z).normalized();
     const V3d rest = z.cross(across);
     constexpr std::string_view what =
-        "is stretched or sheared by its transformation; rotation, mirroring, translation and one scale for "
-        "all directions are accepted";
+        "is stretched or sheared by its transformation; expected rotation, reflection, translation and "
+        "uniform scale";
     if (!(rest.length2() > 0.5)) fail(params.place(), "{} {}", params.owner(), what);
     params.depart(params.place(), fmt::format("{} {}", params.owner(), what), "its frame is straightened");
     return {V3f(across), V3f(rest.dot(y) < 0 ? -rest : rest), V3f(z)};

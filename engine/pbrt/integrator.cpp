@@ -35,9 +35,9 @@ struct UnsupportedIntegrator {
 constexpr UnsupportedIntegrator kUnsupportedIntegrators[] = {
     {"directlighting", "direct", ""},  // the same thing under another name
     {"exphotonmap", "photonmap", ""},
-    {"whitted", "direct", "direct light, mirrors and glass, with area lights sampled instead of skipped"},
-    {"ambientocclusion", "direct", "on white surfaces under an even sky, which is ambient occlusion"},
-    {"ao", "direct", "on white surfaces under an even sky, which is ambient occlusion"},
+    {"whitted", "direct", "direct light, mirrors and glass, with area lights sampled instead of ignored"},
+    {"ambientocclusion", "direct", "on white surfaces under a uniform sky, which is ambient occlusion"},
+    {"ao", "direct", "on white surfaces under a uniform sky, which is ambient occlusion"},
     {"sppm", "progressive", ""},  // the same limit; passes that remember nothing of each other
     {"irradiancecache", "photonmap", "the same light, by final gather"},
     {"bdpt", "path", "the same light, unbiased"},
@@ -50,7 +50,7 @@ constexpr UnsupportedIntegrator kUnsupportedIntegrators[] = {
     {"simplevolpath", "path", "the same light, unbiased"},
     {"randomwalk", "path", "the same light, unbiased"},
     {"lightpath", "path", "the same light, seen from the camera's end"},
-    {"dipolesubsurface", "path", "without light below the surface"},
+    {"dipolesubsurface", "path", "without subsurface scattering"},
     {"diffuseprt", "path", "the light that precomputed transfer approximates"},
     {"glossyprt", "path", "the light that precomputed transfer approximates"},
     {"useprobes", "path", "the light that radiance probes approximate"},
@@ -68,14 +68,14 @@ std::string our_name(Reading& reading, const std::string& kind, const Params& pa
     for (const UnsupportedIntegrator& unsupported : kUnsupportedIntegrators) {
         if (kind == unsupported.pbrt) {
             if (!unsupported.why.empty()) {
-                reading.depart(params.place(), fmt::format("Integrator \"{}\" is not here", kind),
-                               fmt::format("{} takes its place: {}", unsupported.ours, unsupported.why));
+                reading.depart(params.place(), fmt::format("Integrator \"{}\" is not supported", kind),
+                               fmt::format("{} is used instead: {}", unsupported.ours, unsupported.why));
             }
             return std::string(unsupported.ours);
         }
         known.push_back(unsupported.pbrt);
     }
-    fail(params.place(), "unknown Integrator \"{}\"; {}ours are {}", shown(kind), did_you_mean(kind, known),
+    fail(params.place(), "unknown Integrator \"{}\"; {}expected {}", shown(kind), did_you_mean(kind, known),
          fmt::join(names, ", "));
 }
 
@@ -94,7 +94,7 @@ void accept_foreign(Params& params) {
 
 SettingValue value_of(const Param& param) {
     if (param.count() != 1)
-        fail(param.place, "\"{}\" has {} values; 1 is accepted", shown(param.name), param.count());
+        fail(param.place, "\"{}\" has {} values; expected 1", shown(param.name), param.count());
     if (!param.flags.empty()) return SettingValue(static_cast<bool>(param.flags.front()));
     if (!param.numbers.empty()) return param.numbers.front();
     return param.strings.front();
@@ -161,9 +161,10 @@ void read_passes(Reading& reading, Params& params) {
         if (!params.has(name)) continue;
         const int passes = params.integer(name, 1), held = std::clamp(passes, 1, kMostPasses);
         if (held != passes) {
-            params.depart(params.place_of(name),
-                          fmt::format("\"{}\": {} is not accepted; 1 to {} is", name, passes, kMostPasses),
-                          fmt::format("{} is taken", held));
+            params.depart(
+                params.place_of(name),
+                fmt::format("\"{}\": {} is not accepted; expected 1 to {}", name, passes, kMostPasses),
+                fmt::format("{} is used", held));
         }
         reading.draft.passes = held;
     }
@@ -182,7 +183,7 @@ bool or_default(const Params& params, const Param& param, const Set& set) {
         message = printable(error.what());
         if (message.starts_with(place)) message.erase(0, place.size());
     }
-    params.depart(param.place, message, "the default is taken");
+    params.depart(param.place, message, "the default is used");
     return true;
 }
 

@@ -36,8 +36,8 @@ double positive_or_none(Params& params, std::string_view name) {
     const double value = params.real(name, 0);
     if (value > 0 && value <= 1e30) return value;
     params.depart(params.place_of(name),
-                  fmt::format("\"{}\" of {}: {:g} is not accepted; more than 0, to 1e30 is", name,
-                              params.owner(), value),
+                  fmt::format("\"{}\" of {}: {:g} is not accepted; expected more than 0 and at most 1e30",
+                              name, params.owner(), value),
                   "it is left out");
     return 0;
 }
@@ -46,7 +46,7 @@ Rgb with_illuminance(Params& params, const Rgb& color, double illuminance_now) {
     const double wanted = positive_or_none(params, "illuminance");
     if (wanted == 0) return color;
     if (!(illuminance_now > 0))
-        fail(params.place_of("illuminance"), "\"illuminance\": the light is black, it cannot be scaled");
+        fail(params.place_of("illuminance"), "\"illuminance\": the light is black and cannot be scaled");
     return color * static_cast<float>(wanted / illuminance_now);
 }
 
@@ -96,7 +96,7 @@ void read_spot(Reading& reading, Params& params) {
         params.depart(
             params.place_of("conedeltaangle"),
             fmt::format("conedeltaangle {:g} exceeds coneangle {:g}", spot.delta_degrees, spot.cone_degrees),
-            "the latter is taken for both");
+            "the latter is used for both");
         spot.delta_degrees = spot.cone_degrees;
     }
     reading.draft.lights.push_back({params.place(), spot, positive_or_none(params, "power")});
@@ -116,8 +116,8 @@ void read_distant(Reading& reading, Params& params) {
 void read_infinite(Reading& reading, Params& params) {
     if (params.find_any("portal")) {
         params.depart(params.place_of("portal"),
-                      fmt::format("\"portal\" of {} is not supported", params.owner()),
-                      "the whole sky shines, as far as surfaces let it", "the shade beyond the portal");
+                      fmt::format("\"portal\" of {} is not supported", params.owner()), "the whole sky emits",
+                      "the restriction to the portal");
     }
     if (names_an_image(params)) return read_image_infinite(reading, params);
     // A plane that sees half of a sky of radiance L receives π L.
@@ -191,7 +191,7 @@ std::string read_light_group(Params& params) {
     constexpr std::size_t kLongest = 64;
     if (is_word && name.size() <= kLongest) return name;
     fail(params.place_of("lightgroup"),
-         "lightgroup \"{}\" is no name of a layer; letters, digits, _ and -, {} at the most, are accepted",
+         "lightgroup \"{}\" is not a valid layer name; expected letters, digits, _ and -, at most {}",
          shown(name), kLongest);
 }
 
@@ -220,7 +220,7 @@ EmissionMode read_emission(Params& params) {
     if (name == "constant") return EmissionMode::constant;
     if (name == "exact") return EmissionMode::exact;
     if (name == "weighted") return EmissionMode::weighted;
-    fail(params.place_of("emission"), "emission \"{}\" is unknown; constant, exact and weighted are accepted",
+    fail(params.place_of("emission"), "emission \"{}\" is unknown; expected constant, exact or weighted",
          shown(name));
 }
 
@@ -228,8 +228,8 @@ Reconstruction read_reconstruction(Params& params) {
     const std::string name = params.string("reconstruction", "exact");
     if (name == "exact") return Reconstruction::exact;
     if (name == "approximate") return Reconstruction::approximate;
-    fail(params.place_of("reconstruction"),
-         "reconstruction \"{}\" is unknown; exact and approximate are accepted", shown(name));
+    fail(params.place_of("reconstruction"), "reconstruction \"{}\" is unknown; expected exact or approximate",
+         shown(name));
 }
 
 // What turns the lamp's unit into the scene's.
@@ -239,14 +239,13 @@ LampUnit read_lamp_unit(const Reading& reading, Params& params) {
     unit.efficacy = params.real("efficacy", 0);
     const Place at = params.place_of("efficacy");
     if (!(unit.efficacy > 0 && unit.efficacy <= kMostLumensPerWatt)) {
-        fail(at, "\"efficacy\" of {} is {:g} lm/W; more than 0, to {:g} is accepted", params.owner(),
+        fail(at, "\"efficacy\" of {} is {:g} lm/W; expected more than 0 and at most {:g}", params.owner(),
              unit.efficacy, kMostLumensPerWatt);
     }
     if (!unit.wanted) {
         fail(at,
-             "\"efficacy\" of {} brings the lamp to the scene's unit, and none is stated; Option \"string "
-             "unit\" "
-             "\"photometric\" or \"radiometric\" before WorldBegin is accepted",
+             "\"efficacy\" of {} converts the lamp to the scene's unit, but the scene states none; put "
+             "Option \"string unit\" \"photometric\" or \"radiometric\" before WorldBegin",
              params.owner());
     }
     return unit;
@@ -265,8 +264,8 @@ Settings read_lamp(Reading& reading, Params& params) {
     lamp.unit = read_lamp_unit(reading, params);
     if (!uniform_scale(lamp.world_from_light)) {
         fail(params.place(),
-             "{} is stretched or sheared by its transformation; rotation, translation and one scale "
-             "for all directions are accepted",
+             "{} is stretched or sheared by its transformation; expected rotation, translation and uniform "
+             "scale",
              params.owner());
     }
     if (swaps_handedness(lamp.world_from_light)) {
@@ -284,7 +283,7 @@ void read_light_field(Reading& reading, Params& params) {
     lamp.reconstruction = read_reconstruction(params);
     if (lamp.reconstruction != Reconstruction::exact && lamp.mode != EmissionMode::exact) {
         fail(params.place_of("emission"),
-             "reconstruction \"approximate\" is accepted with emission \"exact\" alone");
+             "reconstruction \"approximate\" works with emission \"exact\" only");
     }
     reading.draft.caches.push_back(cell_table_file(lamp.file));
     reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});

@@ -27,9 +27,9 @@ const NamedTexture* color_texture(Reading& reading, const Params& params, const 
     std::vector<std::string_view> names;
     for (const auto& [known, texture] : reading.textures) names.push_back(known);
     params.depart(param.place,
-                  fmt::format("\"{}\": no texture \"{}\" of colours was made before; {}there are {}",
-                              param.name, shown(wanted), did_you_mean(wanted, names), names.size()),
-                  "what holds where none is given is taken");
+                  fmt::format("\"{}\": there is no colour texture \"{}\"; {}{} are defined", param.name,
+                              shown(wanted), did_you_mean(wanted, names), names.size()),
+                  "the default is used");
     return nullptr;
 }
 
@@ -44,9 +44,9 @@ FloatTexture read_number(Reading& reading, Params& params, std::string_view name
     if (!(x >= least && x <= most)) {
         const double held = std::clamp(x, least, most);
         params.depart(params.place_of(name),
-                      fmt::format("\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
-                                  x, least, most),
-                      fmt::format("{:g} is taken", held));
+                      fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                  params.owner(), x, least, most),
+                      fmt::format("{:g} is used", held));
         return FloatTexture::constant(static_cast<float>(held));
     }
     return number;
@@ -73,7 +73,7 @@ RgbTexture read_color(Reading& reading, Params& params, std::string_view name, c
     params.depart(params.place_of(name),
                   fmt::format("\"{}\" is {:g} {:g} {:g}; a surface reflects at most 1", name, value.x,
                               value.y, value.z),
-                  "1 is taken");
+                  "1 is used");
     return RgbTexture::constant(held);
 }
 
@@ -94,14 +94,14 @@ FloatTexture read_glass_eta(Reading& reading, Params& params, std::string_view n
     const float eta = grey ? index.x : shade;
     if (!(eta >= static_cast<float>(kLeastEta) && eta <= static_cast<float>(kMostEta))) {
         params.depart(params.place_of(name),
-                      fmt::format("\"{}\" of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
-                                  eta, kLeastEta, kMostEta),
-                      fmt::format("{:g} is taken", fallback));
+                      fmt::format("\"{}\" of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                  params.owner(), eta, kLeastEta, kMostEta),
+                      fmt::format("{:g} is used", fallback));
         return FloatTexture::constant(static_cast<float>(fallback));
     }
     if (only_string(*param).rfind("glass-", 0) != 0) {
-        params.depart(params.place_of(name), fmt::format("\"{}\": there is no dispersion", name),
-                      fmt::format("{:g} is taken", eta));
+        params.depart(params.place_of(name), fmt::format("\"{}\": dispersion is not supported", name),
+                      fmt::format("{:g} is used", eta));
     }
     return FloatTexture::constant(eta);
 }
@@ -117,9 +117,10 @@ FloatTexture read_rough_number(Reading& reading, Params& params, const std::stri
     const auto value = number.constant_value();
     if (!value || (*value >= 0 && *value <= 1)) return number;
     const float held = *value > 1 ? 1 : 0;
-    params.depart(params.place_of(name),
-                  fmt::format("\"{}\" of {}: {:g} is not accepted; 0 to 1 is", name, params.owner(), *value),
-                  fmt::format("{:g} is taken", held));
+    params.depart(
+        params.place_of(name),
+        fmt::format("\"{}\" of {}: {:g} is not accepted; expected 0 to 1", name, params.owner(), *value),
+        fmt::format("{:g} is used", held));
     return FloatTexture::constant(held);
 }
 
@@ -156,9 +157,9 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     const FloatTexture eta = read_glass_eta(reading, params, prefix + "eta", 1.5);
     if (!eta.constant_value()) {
         params.depart(params.place_of(prefix + "eta"),
-                      fmt::format("\"{}eta\" of {}: a texture is not accepted; a float or spectrum is",
+                      fmt::format("\"{}eta\" of {}: a texture is not accepted; expected a float or spectrum",
                                   prefix, params.owner()),
-                      "1.5 is taken");
+                      "1.5 is used");
     }
     coat.eta = eta.constant_value().value_or(1.5F);
     coat.roughness = read_roughness(reading, params, 0, Dialect::v4, prefix);
@@ -167,8 +168,8 @@ Coat read_coat(Reading& reading, Params& params, const std::string& prefix) {
     params.accept({"maxdepth", "nsamples", "g", "thickness"});
     const auto within = read_color(reading, params, "albedo", Rgb(0.0F));
     if (params.has("albedo") && !is_black(within.at(V2f(0.5F, 0.5F)))) {
-        params.depart(params.place_of("albedo"), "\"albedo\" of a varnish is not supported",
-                      "the varnish is taken to be clear");
+        params.depart(params.place_of("albedo"), "\"albedo\" of a coating is not supported",
+                      "the coating is clear");
     }
     return coat;
 }
@@ -185,7 +186,7 @@ Relief read_relief(Reading& reading, Params& params) {
     if (relief.displacement) {
         params.accept({"normalmap"});
         params.depart(params.place_of("normalmap"), "\"normalmap\" and \"displacement\" exclude each other",
-                      "the displacement is taken");
+                      "the displacement is used");
         return relief;
     }
     try {

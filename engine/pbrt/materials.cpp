@@ -56,7 +56,7 @@ ConductorMaterial read_metal_of(Reading& reading, Params& params, const std::str
             params.accept({eta, k});
             params.depart(params.place_of("reflectance"),
                           fmt::format("\"reflectance\" and \"{}\" or \"{}\" exclude each other", eta, k),
-                          "the reflectance is taken");
+                          "the reflectance is used");
         }
         metal.reflectance = read_color(reading, params, "reflectance", Rgb(0.5F));
         return metal;
@@ -163,9 +163,9 @@ std::shared_ptr<const Material> named_part(Reading& reading, const Place& at, co
         std::vector<std::string_view> names;
         for (const auto& [known, entry] : reading.materials) names.push_back(known);
         reading.depart(at,
-                       fmt::format("mix: no material \"{}\" was made before; {}there are {}", shown(name),
+                       fmt::format("mix: there is no material \"{}\"; {}{} are defined", shown(name),
                                    did_you_mean(name, names), names.size()),
-                       "matte of reflectance 0.5 is taken");
+                       "matte of reflectance 0.5 is used");
         return std::make_shared<const Material>(Material{"default", DiffuseMaterial{}});
     }
     return std::make_shared<const Material>(found->second->material);
@@ -176,7 +176,7 @@ MaterialModel read_mix(Reading& reading, Params& params) {
     MixMaterial mix;
     if (const Param* both = params.find("materials", {Param::Type::string})) {
         if (both->strings.size() != 2)
-            fail(both->place, "mix: \"materials\" are {}; 2 are accepted", both->count());
+            fail(both->place, "mix: \"materials\" are {}; expected 2", both->count());
         mix.first = named_part(reading, both->place, both->strings[0]);
         mix.second = named_part(reading, both->place, both->strings[1]);
         mix.share = read_number(reading, params, "amount", 0.5, 0, 1);
@@ -202,10 +202,10 @@ MaterialModel read_mix(Reading& reading, Params& params) {
     if (lobes <= Bsdf::kMaxLobes) return mix;
     const auto* number = std::get_if<FloatTexture>(&mix.share);
     const bool second = number && number->constant_value().value_or(0) > 0.5F;
-    params.depart(params.place(),
-                  fmt::format("mix: {} lobes in all; at most {} are accepted: mix fewer materials", lobes,
-                              Bsdf::kMaxLobes),
-                  fmt::format("its {} part is taken alone", second ? "second" : "first"));
+    params.depart(
+        params.place(),
+        fmt::format("mix: {} lobes in total; the limit is {}; mix fewer materials", lobes, Bsdf::kMaxLobes),
+        fmt::format("only its {} component is used", second ? "second" : "first"));
     return (second ? mix.second : mix.first)->model;
 }
 

@@ -79,7 +79,7 @@ const MeasuredMedium* measured_medium(std::string_view name) {
 std::string accepted_measured_media(std::string_view instead_of) {
     std::vector<std::string_view> names;
     for (const MeasuredMedium& preset : kMeasured) names.push_back(preset.name);
-    return fmt::format("{}{} are accepted", did_you_mean(instead_of, names), fmt::join(names, ", "));
+    return fmt::format("{}expected {}", did_you_mean(instead_of, names), fmt::join(names, ", "));
 }
 
 }  // namespace lucerna

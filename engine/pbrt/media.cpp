@@ -29,9 +29,9 @@ Rgb coefficient(Reading& reading, Params& params, std::string_view name, const R
         const double scaled = std::max(0.0, static_cast<double>(value[k])) * scale;
         if (!(scaled <= kLargestSigma)) {
             params.depart(params.place_of(params.has(name) ? name : "scale"),
-                          fmt::format("\"{}\" of {} is {:g} in channel {}; 0 to {:g} is accepted", name,
+                          fmt::format("\"{}\" of {} is {:g} in channel {}; expected 0 to {:g}", name,
                                       params.owner(), scaled, k, kLargestSigma),
-                          fmt::format("{:g} is taken", kLargestSigma));
+                          fmt::format("{:g} is used", kLargestSigma));
         }
         result[k] = static_cast<float>(std::min(scaled, kLargestSigma));
     }
@@ -56,7 +56,7 @@ Box3d read_box(Params& params) {
     for (int k = 0; k < 3; ++k) {
         const double size = box.max[k] - box.min[k];
         if (!(size > 0 && std::isfinite(size))) {
-            fail(params.place(), "{}: p0 ({:g} {:g} {:g}) and p1 ({:g} {:g} {:g}) span no box",
+            fail(params.place(), "{}: p0 ({:g} {:g} {:g}) and p1 ({:g} {:g} {:g}) do not span a box",
                  params.owner(), a.x, a.y, a.z, b.x, b.y, b.z);
         }
     }
@@ -70,15 +70,16 @@ DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border bord
         constexpr std::string_view names[] = {"nx", "ny", "nz"};
         size[k] = params.integer(names[k], 1);
         if (size[k] < 1) {
-            fail(params.place_of(names[k]), "\"{}\": {} is not accepted; 1 or more is", names[k], size[k]);
+            fail(params.place_of(names[k]), "\"{}\": {} is not accepted; expected 1 or more", names[k],
+                 size[k]);
         }
         count *= size[k];
     }
     const Param* density = params.find("density", {Type::real});
     if (!density) fail(params.place(), "{} lacks \"float density\", its samples", params.owner());
     if (static_cast<double>(density->numbers.size()) != count) {
-        fail(density->place, "\"density\" has {} values; nx·ny·nz = {:.0f} are accepted",
-             density->numbers.size(), count);
+        fail(density->place, "\"density\" has {} values; expected nx·ny·nz = {:.0f}", density->numbers.size(),
+             count);
     }
     std::vector<float> samples(density->numbers.size());
     bool said = false;  // once: a place is found by a walk through the text
@@ -88,8 +89,8 @@ DensityGrid read_grid(Params& params, const Box3d& box, DensityGrid::Border bord
         if (held != value && !std::exchange(said, true)) {
             params.depart(
                 density->place_of(i),
-                fmt::format("\"density\": {:g} is not accepted; 0 to {:g} is", value, kLargestSigma),
-                fmt::format("{:g} is taken, and the like for others", held));
+                fmt::format("\"density\": {:g} is not accepted; expected 0 to {:g}", value, kLargestSigma),
+                fmt::format("{:g} is used, and similarly for other values", held));
         }
         samples[i] = static_cast<float>(held);
     }
@@ -102,7 +103,7 @@ ExponentialDensity read_exponential(Params& params, const Box3d& box) {
     density.b = params.real_within("b", 1, -kLargestSigma, kLargestSigma);
     const Param* up = params.find("updir", {Type::vector3, Type::point3, Type::normal3});
     if (up) {
-        if (up->numbers.size() != 3) fail(up->place, "\"updir\" wants 3 numbers, not {}", up->numbers.size());
+        if (up->numbers.size() != 3) fail(up->place, "\"updir\" needs 3 numbers, not {}", up->numbers.size());
         density.up = V3d(up->numbers[0], up->numbers[1], up->numbers[2]);
         if (!(density.up.length2() > 0)) fail(up->place, "\"updir\" has no length");
     }
@@ -112,8 +113,8 @@ ExponentialDensity read_exponential(Params& params, const Box3d& box) {
     for (int corner = 0; corner < kBoxCorners; ++corner) {
         const V3d p = box_corner(box, corner);
         if (!(density_at(density, p) <= kLargestSigma)) {
-            fail(params.place(), "{}: the density reaches {:g} within the box; {:g} is accepted",
-                 params.owner(), density_at(density, p), kLargestSigma);
+            fail(params.place(), "{}: the density reaches {:g} within the box; expected {:g}", params.owner(),
+                 density_at(density, p), kLargestSigma);
         }
     }
     return density;
@@ -138,7 +139,7 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
         const double density = kFilled * params.real_within("density", 1, 0, kLargestSigma);
         params.accept({"wispiness", "frequency"});
         params.depart(params.place_of("type"), "a medium of type \"cloud\" is not supported",
-                      "its box is filled evenly", "the cloud's shape");
+                      "its box is filled uniformly", "the cloud's shape");
         medium.density =
             DensityGrid(V3i(1), {static_cast<float>(density)}, *medium.box, DensityGrid::Border::zero);
         return;
@@ -157,7 +158,7 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
         const Param* grid = params.find(names[which], {Type::rgb});
         if (!grid) continue;
         if (static_cast<double>(grid->numbers.size()) != count) {
-            fail(grid->place, "\"{}\" has {} numbers; 3·nx·ny·nz = {:.0f} are accepted", names[which],
+            fail(grid->place, "\"{}\" has {} numbers; expected 3·nx·ny·nz = {:.0f}", names[which],
                  grid->numbers.size(), count);
         }
         density.resize(grid->numbers.size() / 3, 0.0F);
@@ -173,13 +174,13 @@ void read_other_grid(const Reading& reading, const std::string& kind, Params& pa
                 V3d(rgb_of_numbers(reading, params, *grid, sums[which] / count, ColorUse::ratio)) * count;
     }
     const double all = sums[0].x + sums[0].y + sums[0].z + sums[1].x + sums[1].y + sums[1].z;
-    if (!(all > 0)) fail(params.place(), "{} holds nothing", params.owner());
+    if (!(all > 0)) fail(params.place(), "{} is empty", params.owner());
     // The samples hold the sum of six numbers; what they multiply has that sum 1.
     const auto scale = params.real_within("scale", 1, 0, kLargestSigma);
     medium.sigma_a = Rgb(sums[0] * (scale / all));
     medium.sigma_s = Rgb(sums[1] * (scale / all));
     params.depart(params.place_of("type"), "a medium of type \"rgbgrid\" is not supported",
-                  "its density varies, its colour is the mean", "the colours' places");
+                  "its density varies, its colour is the mean", "the variation of the colour");
     medium.density = DensityGrid(size, std::move(density), *medium.box, DensityGrid::Border::zero);
 }
 
@@ -210,7 +211,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
         params.depart(
             params.place_of("preset"),
             fmt::format("preset \"{}\" is unknown; {}", shown(preset), accepted_measured_media(preset)),
-            "the coefficients given, or whole milk's, are taken");
+            "the coefficients given, or whole milk's, are used");
     }
     if (kind == "rgbgrid") {
         // Its coefficients are the grids.
@@ -225,7 +226,7 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
     for (const std::string_view heat : {"temperature", "temperaturescale", "temperatureoffset"}) {
         if (!params.find_any(heat)) continue;
         params.depart(params.place_of(heat), fmt::format("\"{}\" is not supported", heat), "it is left out",
-                      "the glow of the heat");
+                      "thermal emission");
     }
     const auto emission_scale = static_cast<float>(params.real_within("Lescale", 1, 0, 1e30));
     medium.emission = medium.sigma_a * read_emission(reading, params) * emission_scale;
@@ -237,12 +238,13 @@ void read_named_medium(Reading& reading, const std::string& name, Params& params
         read_other_grid(reading, kind, params, medium);
     }
     if (!inverse(reading.state.ctm)) {
-        fail(params.place(), "{}: its transformation cannot be undone", params.owner());
+        fail(params.place(), "{}: its transformation is not invertible", params.owner());
     }
     const auto known = reading.media.find(name);
     if (known != reading.media.end() && reading.draft.media[static_cast<std::size_t>(known->second)].medium) {
         reading.warn(params.place(),
-                     fmt::format("medium \"{}\" was made before; the new one holds from here", shown(name)));
+                     fmt::format("medium \"{}\" is defined again; the new definition applies from here on",
+                                 shown(name)));
         reading.media.erase(known);
     }
     const auto index = static_cast<std::size_t>(index_of_medium(reading, params.place(), name));
@@ -267,11 +269,11 @@ void read_volume(Reading& reading, const std::string& kind, Params& params) {
         medium.density = read_exponential(params, *medium.box);
     }
     if (!inverse(reading.state.ctm)) {
-        fail(params.place(), "{}: its transformation cannot be undone", params.owner());
+        fail(params.place(), "{}: its transformation is not invertible", params.owner());
     }
     if (is_black(medium.sigma_t()) && !medium.emits()) {
         reading.warn(params.place(),
-                     params.owner() + " neither absorbs, scatters nor emits: nothing is there");
+                     params.owner() + " neither absorbs, scatters nor emits and has no effect");
         return;
     }
     Draft& draft = reading.draft;
@@ -298,9 +300,9 @@ void settle_media(Reading& reading) {
             if (other.medium && shown(other.name) == other.name) names.push_back(other.name);
         }
         reading.depart(medium.place,
-                       fmt::format("no medium \"{}\" is made; {}there are {}", shown(medium.name),
+                       fmt::format("there is no medium \"{}\"; {}{} are defined", shown(medium.name),
                                    did_you_mean(medium.name, names), names.size()),
-                       "clear space takes its place");
+                       "vacuum is used instead");
         medium.medium.emplace();
         medium.medium->name = medium.name;
     }

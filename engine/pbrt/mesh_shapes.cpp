@@ -26,7 +26,7 @@ std::vector<V3d> read_vertices(Params& params) {
     const Param* p = params.find("P", {Type::point3});
     if (!p || p->numbers.empty()) fail(params.place(), "{} lacks \"point3 P\", its vertices", params.owner());
     if (p->numbers.size() / 3 > std::numeric_limits<int>::max()) {
-        fail(p->place, "\"P\" has {} vertices; at most 2147483647 are accepted", p->numbers.size() / 3);
+        fail(p->place, "\"P\" has {} vertices; the limit is 2147483647", p->numbers.size() / 3);
     }
     return triples(*p);
 }
@@ -41,15 +41,15 @@ ObjectMesh read_triangle_mesh(Params& params) {
         mesh.n = triples(*n);
         if (mesh.n.size() != mesh.p.size()) {
             params.depart(n->place,
-                          fmt::format("\"N\" has {} entries for {} vertices; one for each is accepted",
+                          fmt::format("\"N\" has {} entries for {} vertices; expected one for each",
                                       mesh.n.size(), mesh.p.size()),
                           "it is left out", "smooth shading");
             mesh.n.clear();
         }
     }
     if (const Param* s = params.find("S", {Type::vector3})) {
-        params.depart(s->place, "\"S\", the tangents of vertices, is not supported", "those of u are taken",
-                      "the direction of brushed gloss");
+        params.depart(s->place, "\"S\", tangents at the vertices, is not supported",
+                      "tangents along u are used", "the direction of anisotropic gloss");
     }
     params.accept({"discarddegenerateUVs", "faceIndices"});  // what is degenerate is mended, not refused
     mesh.uv = read_uv(params, mesh.p.size());
@@ -62,7 +62,7 @@ std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params) {
     std::error_code status;
     if (reading.skip_missing && !std::filesystem::exists(reading.resolve(name), status)) {
         reading.warn(params.place_of("filename"),
-                     fmt::format("{} is left out: there is no file \"{}\"", params.owner(), shown(name)));
+                     fmt::format("{} is left out: no such file \"{}\"", params.owner(), shown(name)));
         return std::nullopt;
     }
     PlyMesh ply;
@@ -71,12 +71,12 @@ std::optional<ObjectMesh> read_ply_mesh(Reading& reading, Params& params) {
     } catch (const InputError& error) {
         const bool missing = !std::filesystem::exists(reading.resolve(name), status);
         fail_always(params.place_of("filename"), "{}{}", printable(error.what()),
-                    missing ? "; --skip-missing renders the rest without it" : "");
+                    missing ? "; use --skip-missing to render without it" : "");
     }
     for (std::size_t i = 0; i < ply.p.size(); ++i) {
         if (is_finite(ply.p[i])) continue;
         fail_always(params.place_of("filename"),
-                    "\"{}\": vertex {} is ({:g} {:g} {:g}); finite ones are accepted", shown(name), i,
+                    "\"{}\": vertex {} is ({:g} {:g} {:g}); expected finite coordinates", shown(name), i,
                     ply.p[i].x, ply.p[i].y, ply.p[i].z);
     }
     ObjectMesh mesh;
@@ -92,19 +92,18 @@ ObjectMesh read_array_mesh(const Reading& reading, Params& params) {
     const auto known = reading.meshes ? reading.meshes->find(name) : NamedMeshes::const_iterator();
     if (!reading.meshes || known == reading.meshes->end()) {
         fail(params.place(),
-             "{}: there is no mesh \"{}\" in memory; \"string name\" of one that the program hands over is "
-             "accepted",
+             "{}: there is no mesh \"{}\" in memory; expected the \"string name\" of a mesh passed by the "
+             "program",
              params.owner(), shown(name));
     }
     const ObjectMesh& mesh = *known->second;
     const auto vertices = static_cast<int>(mesh.p.size());
     for (const auto& [what, count] : {std::pair("normals", mesh.n.size()), std::pair("uv", mesh.uv.size())}) {
         if (count != 0 && count != mesh.p.size())
-            fail(params.place(), "mesh \"{}\" has {} {} for {} vertices; one for each is accepted", name,
-                 count, what, vertices);
+            fail(params.place(), "mesh \"{}\" has {} {} for {} vertices; expected one for each", name, count,
+                 what, vertices);
     }
-    if (mesh.triangles.empty())
-        fail(params.place(), "mesh \"{}\" has no triangles; one or more are accepted", name);
+    if (mesh.triangles.empty()) fail(params.place(), "mesh \"{}\" has no triangles", name);
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         for (const int index : {mesh.triangles[i].x, mesh.triangles[i].y, mesh.triangles[i].z}) {
             if (index >= 0 && index < vertices) continue;
@@ -126,14 +125,14 @@ ObjectMesh read_loop_mesh(Params& params) {
     if (levels < 0 || levels > kMostLevels) {
         const int held = std::clamp(levels, 0, kMostLevels);
         params.depart(params.place_of(name),
-                      fmt::format("{} {} is not accepted; 0 to {} is", name, levels, kMostLevels),
-                      fmt::format("{} is taken", held));
+                      fmt::format("{} {} is not accepted; expected 0 to {}", name, levels, kMostLevels),
+                      fmt::format("{} is used", held));
         levels = held;
     }
     constexpr double kMostTriangles = 2e8;
     if (static_cast<double>(indices.size()) / 3 * std::pow(4.0, levels) > kMostTriangles) {
-        fail(params.place_of(name), "{} {} makes more than {:g} triangles of {}; fewer are accepted", name,
-             levels, kMostTriangles, indices.size() / 3);
+        fail(params.place_of(name), "{} {} makes more than {:g} triangles of {}; use fewer", name, levels,
+             kMostTriangles, indices.size() / 3);
     }
     params.accept({"scheme"});
     // What the subdivision keeps of each level, and the mesh itself, per triangle of the last.
@@ -141,7 +140,7 @@ ObjectMesh read_loop_mesh(Params& params) {
     require_memory(bytes_of(indices.size() / 3, kBytesOfTriangle << 2 * levels),
                    fmt::format("{}: {} {} of {} triangles", to_string(params.place().location()), name,
                                levels, indices.size() / 3),
-                   "fewer levels are accepted");
+                   "use fewer levels");
     try {
         LoopMesh limit = subdivide_loop(p, triangles_of(indices), levels);
         mesh.p = std::move(limit.p);
@@ -157,7 +156,7 @@ ObjectMesh read_loop_mesh(Params& params) {
 ObjectMesh read_height_field(Params& params) {
     const int nu = params.integer("nu", 0), nv = params.integer("nv", 0);
     if (nu < 2 || nv < 2)
-        fail(params.place(), "{}: nu {} and nv {}; at least 2 each are accepted", params.owner(), nu, nv);
+        fail(params.place(), "{}: nu {} and nv {}; expected at least 2 each", params.owner(), nu, nv);
     const Param* z = params.find("Pz", {Type::real});
     if (!z) fail(params.place(), "{} lacks \"float Pz\", its heights", params.owner());
     const auto columns = static_cast<std::size_t>(nu), rows = static_cast<std::size_t>(nv);

@@ -98,24 +98,24 @@ Axis read_axis(Params& params, char name) {
     axis.order = params.integer(fmt::format("{}order", name), -1);
     if (axis.order < 2 || axis.order > kMostOrder || axis.count < axis.order) {
         fail(params.place(),
-             "{}: {} control points of order {} along {}; an order of 2 to {} is accepted, and at least as "
-             "many points",
+             "{}: {} control points of order {} along {}; expected an order of 2 to {}, and at least as many "
+             "points",
              params.owner(), axis.count, axis.order, name, kMostOrder);
     }
     const std::string knots_name = fmt::format("{}knots", name);
     const Param* knots = params.find(knots_name, {Type::real});
     const std::size_t want = static_cast<std::size_t>(axis.count) + static_cast<std::size_t>(axis.order);
     if (!knots || knots->numbers.size() != want) {
-        fail(params.place_of(knots_name), "{}: {} are accepted, one more than points and degree along {}",
+        fail(params.place_of(knots_name), "{}: expected {}, the number of points plus the order along {}",
              knots_name, want, name);
     }
     axis.knots = knots->numbers;
     if (!std::is_sorted(axis.knots.begin(), axis.knots.end()))
-        fail(knots->place, "\"{}\" fall; rising ones are accepted", knots_name);
+        fail(knots->place, "\"{}\" decrease; expected ascending knots", knots_name);
     const double begin = axis.knots[axis.order - 1], end = axis.knots[axis.count];
     axis.first = std::max(begin, params.real(fmt::format("{}0", name), begin));
     axis.last = std::min(end, params.real(fmt::format("{}1", name), end));
-    if (!(axis.first < axis.last)) fail(params.place(), "{} has no width along {}", params.owner(), name);
+    if (!(axis.first < axis.last)) fail(params.place(), "{} has no extent along {}", params.owner(), name);
     return axis;
 }
 
@@ -139,13 +139,11 @@ std::vector<Homogeneous> read_control_points(Params& params, std::size_t want) {
         for (const V3d& p : triples(*plain)) points.push_back({p, 1});
     }
     if (points.size() != want) {
-        fail(params.place(),
-             "{} has {} control points; nu·nv = {} are accepted, as \"point P\" or \"float Pw\"",
+        fail(params.place(), "{} has {} control points; expected nu·nv = {}, as \"point P\" or \"float Pw\"",
              params.owner(), points.size(), want);
     }
     for (const Homogeneous& point : points) {
-        if (!(point.w > 0))
-            fail(params.place_of("Pw"), "\"Pw\": weight {:g}; more than 0 is accepted", point.w);
+        if (!(point.w > 0)) fail(params.place_of("Pw"), "\"Pw\": weight {:g}; expected more than 0", point.w);
     }
     return points;
 }
@@ -205,7 +203,7 @@ ObjectMesh read_nurbs(Params& params) {
     constexpr int kPieces = 16;
     const std::vector<Line> us = lines_of(u, kPieces), vs = lines_of(v, kPieces);
     if (us.size() * vs.size() > kMostPoints)
-        fail(params.place(), "{} has more than {} points; fewer are accepted", params.owner(), kMostPoints);
+        fail(params.place(), "{} has more than {} points; use fewer", params.owner(), kMostPoints);
     std::vector<Basis> u_basis;
     u_basis.reserve(us.size());
     for (const Line& line : us) u_basis.push_back(basis_at(u, line.span, line.t));

@@ -16,14 +16,14 @@ void read_screen_window(Reading& reading, Params& params) {
     const Param* window = params.find("screenwindow", {Type::real});
     if (!window) return;
     if (window->numbers.size() != 4) {
-        return params.depart(window->place,
-                             fmt::format("\"screenwindow\" has {} numbers; 4 are accepted (x0 x1 y0 y1)",
-                                         window->numbers.size()),
-                             "it is left out");
+        return params.depart(
+            window->place,
+            fmt::format("\"screenwindow\" has {} numbers; expected 4 (x0 x1 y0 y1)", window->numbers.size()),
+            "it is left out");
     }
     if (!(window->numbers[0] < window->numbers[1] && window->numbers[2] < window->numbers[3])) {
         return params.depart(window->place,
-                             fmt::format("\"screenwindow\" is {:g}; x0 < x1 and y0 < y1 are accepted",
+                             fmt::format("\"screenwindow\" is {:g}; expected x0 < x1 and y0 < y1",
                                          fmt::join(window->numbers, " ")),
                              "it is left out");
     }
@@ -36,7 +36,7 @@ int read_side(Params& params, std::string_view name, int fallback) {
     constexpr int kMost = 1 << 16;
     const int side = params.integer(name, fallback);
     if (side < 1 || side > kMost) {
-        fail(params.place_of(name), "{}: {} is not accepted; 1 to {} pixels are", name, side, kMost);
+        fail(params.place_of(name), "{}: {} is not accepted; expected 1 to {} pixels", name, side, kMost);
     }
     return side;
 }
@@ -49,7 +49,7 @@ void read_crop(Params& params, FilmSettings& film) {
     if (!window) return;
     if (window->numbers.size() != 4) {
         return params.depart(window->place,
-                             fmt::format("\"{}\" has {} numbers; 4 are accepted (x0 x1 y0 y1)", window->name,
+                             fmt::format("\"{}\" has {} numbers; expected 4 (x0 x1 y0 y1)", window->name,
                                          window->numbers.size()),
                              "it is left out");
     }
@@ -73,12 +73,12 @@ double read_sensor(Params& params) {
     const std::string sensor = params.string("sensor", "cie1931");
     if (sensor != "cie1931") {
         params.depart(params.place_of("sensor"),
-                      fmt::format("sensor \"{}\" is not supported; cie1931 is", shown(sensor)),
-                      "cie1931 is taken", "the sensor's own colours");
+                      fmt::format("sensor \"{}\" is not supported; expected cie1931", shown(sensor)),
+                      "cie1931 is used", "the sensor's own colours");
     }
     if (params.real("whitebalance", 0) != 0) {
-        params.depart(params.place_of("whitebalance"), "\"whitebalance\" is not supported; 0 is accepted",
-                      "colours are taken as they stand", "the balance of white");
+        params.depart(params.place_of("whitebalance"), "\"whitebalance\" is not supported; expected 0",
+                      "colours are not changed", "white balance");
     }
     const double iso = params.real_within("iso", 100, 1e-6, 1e9);
     const double seconds = params.real_within("exposuretime", 1, 1e-9, 1e9);
@@ -90,8 +90,8 @@ float read_radius(Params& params, std::string_view v4_name, std::string_view v3_
     if (params.has(v3_name) && params.has(v4_name)) {
         params.depart(
             params.place_of(v3_name),
-            fmt::format("\"{}\" and \"{}\" are two names for one thing; one is accepted", v3_name, v4_name),
-            fmt::format("\"{}\" is taken", v3_name));
+            fmt::format("\"{}\" and \"{}\" are two names of the same parameter; use one", v3_name, v4_name),
+            fmt::format("\"{}\" is used", v3_name));
     }
     // Read under both names, so that either is offered when a third is misspelt.
     params.accept({v3_name, v4_name});
@@ -116,8 +116,8 @@ Camera::Settings::Mapping read_mapping(Params& params, bool environment) {
     if (mapping == "equalarea") return Camera::Settings::Mapping::equal_area;
     params.depart(
         params.place_of("mapping"),
-        fmt::format("mapping \"{}\" is not accepted; equalarea and equirectangular are", shown(mapping)),
-        "equalarea is taken");
+        fmt::format("mapping \"{}\" is not accepted; expected equalarea or equirectangular", shown(mapping)),
+        "equalarea is used");
     return Camera::Settings::Mapping::equal_area;
 }
 
@@ -175,8 +175,8 @@ void read_film(Reading& reading, const std::string& kind, Params& params) {
     film.filename = params.string("filename", FilmSettings{}.filename.string());
     if (film.filename.empty()) {
         film.filename = FilmSettings{}.filename;
-        params.depart(params.place_of("filename"), "\"filename\" is empty; the name of an image is accepted",
-                      fmt::format("\"{}\" is taken", film.filename.string()));
+        params.depart(params.place_of("filename"), "\"filename\" is empty; expected the name of an image",
+                      fmt::format("\"{}\" is used", film.filename.string()));
     }
     reading.draft.film_diagonal = params.real_within("diagonal", 35, 1e-3, 1e6) / 1000;
     reading.draft.film_of_version4 = !version3;
@@ -220,7 +220,7 @@ void read_filter(Reading& reading, const std::string& kind, Params& params) {
         params.depart(params.place(),
                       fmt::format("unknown PixelFilter \"{}\"; {}known are {}", shown(kind),
                                   did_you_mean(kind, known), fmt::join(known, ", ")),
-                      "box is taken");
+                      "box is used");
         filter.kind = FilterSettings::Kind::box;
         radius = 0.5;
     }
@@ -243,8 +243,8 @@ void read_sampler(Reading& reading, const std::string& kind, Params& params) {
         const int held = std::clamp(value, 1, 1 << 24);
         if (held != value) {
             params.depart(params.place_of(name),
-                          fmt::format("{}: {} is not accepted; 1 to {} is", name, value, 1 << 24),
-                          fmt::format("{} is taken", held));
+                          fmt::format("{}: {} is not accepted; expected 1 to {}", name, value, 1 << 24),
+                          fmt::format("{} is used", held));
         }
         return held;
     };
@@ -252,8 +252,8 @@ void read_sampler(Reading& reading, const std::string& kind, Params& params) {
         const auto product = static_cast<std::int64_t>(count("xsamples", 4)) * count("ysamples", 4);
         if (product > 1 << 24) {
             params.depart(params.place(),
-                          fmt::format("xsamples x ysamples is {}; at most {} is accepted", product, 1 << 24),
-                          fmt::format("{} is taken", 1 << 24));
+                          fmt::format("xsamples x ysamples is {}; expected at most {}", product, 1 << 24),
+                          fmt::format("{} is used", 1 << 24));
         }
         reading.draft.spp = static_cast<int>(std::min<std::int64_t>(product, 1 << 24));
     } else if (params.has("samplesperpixel")) {

@@ -90,12 +90,12 @@ void read_word_value(Tokens& tokens, Param& param, std::optional<Problem>& probl
     if (param.type == Type::boolean) {  // true; "true" in older versions
         const bool word = is_string || token.kind == Token::Kind::word;
         const bool known = word && (token.text == "true" || token.text == "false");
-        const auto what = fmt::format("{}: {} is no truth value; true or false is accepted", declared(param),
+        const auto what = fmt::format("{}: {} is not a Boolean; expected true or false", declared(param),
                                       shown(token.text));
         if (!known && !is_string && token.kind != Token::Kind::number) fail(at, "{}", what);
         param.flags.push_back(known && token.text == "true");
         if (!known && !problem)
-            problem = {at, what, is_string ? "false is taken" : "the parameter is left out", !is_string};
+            problem = {at, what, is_string ? "false is used" : "the parameter is left out", !is_string};
         return;
     }
     const bool names_a_spectrum = param.type == Type::spectrum && is_string;
@@ -107,8 +107,9 @@ void read_word_value(Tokens& tokens, Param& param, std::optional<Problem>& probl
         param.numbers.push_back(number_value(token.text, at));
         return;
     }
-    const auto what = fmt::format("{}: \"{}\" is not accepted; {} is", declared(param), shown(token.text),
-                                  is_numeric(param.type) ? "a number" : "a string in quotes");
+    const auto what =
+        fmt::format("{}: \"{}\" is not accepted; expected {}", declared(param), shown(token.text),
+                    is_numeric(param.type) ? "a number" : "a string in quotes");
     if (!is_string && token.kind != Token::Kind::number) fail(at, "{}", what);
     if (!problem) problem = {at, what, "the parameter is left out", true};
 }
@@ -152,10 +153,12 @@ std::optional<Problem> declare(const Token& token, Param& param) {
     const bool two_words = name_begin < name_end && text.find_first_not_of(blanks, name_end) == text.npos;
     constexpr std::string_view instead = "it is left out";
     if (!two_words) {
-        return Problem{param.place,
-                       fmt::format("\"{}\" declares no parameter; \"type name\" does, like \"float radius\"",
-                                   shown(text)),
-                       std::string(instead), true};
+        return Problem{
+            param.place,
+            fmt::format(
+                "\"{}\" is not a parameter declaration; expected \"type name\", for example \"float radius\"",
+                shown(text)),
+            std::string(instead), true};
     }
     const std::string_view word = text.substr(type_begin, type_end - type_begin);
     const std::optional<Type> type = type_of(word);
@@ -226,7 +229,7 @@ void Params::read_more(Tokens& tokens) {
         Param param;
         param.place = tokens.place();
         if (params_.size() == kMostParams)
-            fail(param.place, "{} has more than {} parameters; fewer are accepted", owner_, kMostParams);
+            fail(param.place, "{} has more than {} parameters; use fewer", owner_, kMostParams);
         if (const auto problem = declare(tokens.next(), param)) {
             depart(problem->at, problem->what, problem->instead);
             skip_values(tokens);
@@ -239,8 +242,8 @@ void Params::read_more(Tokens& tokens) {
         const std::size_t width = width_of(param.type), count = param.numbers.size();
         if (count % width != 0) {
             depart(param.place,
-                   fmt::format("{} of {} has {} numbers; a multiple of {} is accepted", declared(param),
-                               owner_, count, width),
+                   fmt::format("{} of {} has {} numbers; expected a multiple of {}", declared(param), owner_,
+                               count, width),
                    fmt::format("the last {} are left out", count % width));
             param.numbers.resize(count - count % width);
         }
@@ -267,7 +270,7 @@ void Params::add(Param param) {
     const auto earlier = std::find_if(params_.begin(), params_.end(), same);
     if (earlier == params_.end()) return params_.push_back(std::move(param));
     depart(param.place, fmt::format("parameter \"{}\" of {} is given twice", shown(param.name), owner_),
-           "the last one counts");
+           "the last one is used");
     *earlier = std::move(param);
 }
 
@@ -342,7 +345,7 @@ const Param* Params::find(std::string_view name, std::initializer_list<Type> typ
         std::vector<std::string_view> accepted;
         for (const Type type : types) accepted.push_back(type_name(type));
         depart_once(*not_taken,
-                    fmt::format("{} of {} has the wrong type; \"{} {}\" is accepted", declared(*not_taken),
+                    fmt::format("{} of {} has the wrong type; expected \"{} {}\"", declared(*not_taken),
                                 owner_, fmt::join(accepted, "|"), name),
                     "it is left out");
     }
@@ -352,10 +355,10 @@ const Param* Params::find(std::string_view name, std::initializer_list<Type> typ
 const Param* Params::find_sized(std::string_view name, std::initializer_list<Type> types, std::size_t count) {
     const Param* param = find(name, types);
     if (!param || param->count() == count) return param;
-    depart_once(*param,
-                fmt::format("{} of {} has {} values; {} {} accepted", declared(*param), owner_,
-                            param->count(), count, count == 1 ? "is" : "are"),
-                "it is left out");
+    depart_once(
+        *param,
+        fmt::format("{} of {} has {} values; expected {}", declared(*param), owner_, param->count(), count),
+        "it is left out");
     return nullptr;
 }
 
@@ -371,9 +374,9 @@ int Params::integer(std::string_view name, int fallback) {
     const double taken = std::clamp(std::trunc(value), -most, most);
     if (taken != value) {
         depart(param->place_of(0),
-               fmt::format("{}: {:.10g} is not accepted; a whole number below 2147483648 is",
+               fmt::format("{}: {:.10g} is not accepted; expected a whole number below 2147483648",
                            declared(*param), value),
-               fmt::format("{:.10g} is taken", taken));
+               fmt::format("{:.10g} is used", taken));
     }
     return static_cast<int>(taken);
 }
@@ -388,8 +391,9 @@ double Params::real_within(std::string_view name, double fallback, double least,
     if (value >= least && value <= most) return value;
     const double held = std::clamp(value, least, most);
     depart(place_of(name),
-           fmt::format("{} of {}: {:g} is not accepted; {:g} to {:g} is", name, owner_, value, least, most),
-           fmt::format("{:g} is taken", held));
+           fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name, owner_, value, least,
+                       most),
+           fmt::format("{:g} is used", held));
     return held;
 }
 
@@ -412,7 +416,7 @@ void Params::depart_unused() const {
         if (param.used) continue;
         const std::vector<std::string_view> known(asked_.begin(), asked_.end());
         const std::string names =
-            known.empty() ? "it takes none" : fmt::format("known are {}", fmt::join(known, ", "));
+            known.empty() ? "it has no parameters" : fmt::format("known are {}", fmt::join(known, ", "));
         depart(param.place,
                fmt::format("{} of {} has no effect; {}{}", declared(param), owner_,
                            did_you_mean(param.name, known), names),

@@ -63,7 +63,7 @@ void add_patches(Reading& reading, Params& params) {
     if (params.has("emissionfilename")) {
         params.accept({"emissionfilename"});
         params.depart(params.place_of("emissionfilename"), "\"emissionfilename\" is not supported",
-                      "the patch emits evenly", "the image on it");
+                      "the patch emits uniformly", "the image on it");
     }
     const std::optional<SurfaceTraits> traits = traits_here(reading, params);
     if (!traits) return;
@@ -71,7 +71,7 @@ void add_patches(Reading& reading, Params& params) {
         require_memory(bytes_of(mesh.patches.size(), kBytesOfTessellated),
                        fmt::format("{}: the triangles of {} patches", to_string(params.place().location()),
                                    mesh.patches.size()),
-                       "fewer are accepted");
+                       "use fewer");
         BilinearMesh object;
         object.p.assign(points.begin(), points.end());
         object.patches = mesh.patches;

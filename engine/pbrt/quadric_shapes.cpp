@@ -14,14 +14,14 @@ using Kind = Quadric::Kind;
 float positive(Params& params, std::string_view name, double fallback) {
     const double given = params.real(name, fallback), size = std::fabs(given);
     if (!(size >= 1e-30 && size <= 1e30)) {
-        fail(params.place_of(name), "{} of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
-             given, 1e-30, 1e30);
+        fail(params.place_of(name), "{} of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+             params.owner(), given, 1e-30, 1e30);
     }
     if (given < 0) {
         params.depart(params.place_of(name),
-                      fmt::format("{} of {}: {:g} is not accepted; {:g} to {:g} is", name, params.owner(),
-                                  given, 1e-30, 1e30),
-                      fmt::format("{:g} is taken", size));
+                      fmt::format("{} of {}: {:g} is not accepted; expected {:g} to {:g}", name,
+                                  params.owner(), given, 1e-30, 1e30),
+                      fmt::format("{:g} is used", size));
     }
     return static_cast<float>(size);
 }
@@ -108,8 +108,8 @@ Quadric read_hyperboloid(Params& params) {
     waist.p2 = V3f(params.point("p2", V3d(1, 1, 1)));
     if (waist.p2.z == 0) std::swap(waist.p1, waist.p2);  // as pbrt does, which turns the normal
     if (waist.p1.z == waist.p2.z) {
-        fail(params.place_of("p1"),
-             "p1 and p2 have the same z, {:g}; this sweeps a flat ring, which a disk makes", waist.p1.z);
+        fail(params.place_of("p1"), "p1 and p2 have the same z, {:g}; use a disk for a flat ring",
+             waist.p1.z);
     }
     waist.phi_max = phi_max(params);
     return waist;

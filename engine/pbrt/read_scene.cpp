@@ -122,7 +122,7 @@ std::filesystem::path Reading::resolve(const std::string& name) {
     if (other != name && !std::filesystem::exists(file, status) &&
         std::filesystem::exists(in_folder(other), status)) {
         depart(place, fmt::format("{}: no such file", printable(file.string())),
-               fmt::format("{} is taken", printable(other)));
+               fmt::format("{} is used", printable(other)));
         file = in_folder(other);
     }
     if (!name.empty()) draft.files.push_back(file);

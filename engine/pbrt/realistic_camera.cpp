@@ -34,7 +34,7 @@ std::vector<LensSurface> read_lens_table(const std::filesystem::path& file) {
             surfaces.push_back({n[0], n[1], n[2], n[3]});
         } else if (!words.eof() || n.size() > 1) {  // version 2's tables begin with a line of one number
             throw InputError({file.string(), line_number, 1},
-                             "a lens surface is radius, thickness, index and diameter");
+                             "a lens surface needs radius, thickness, index and diameter");
         }
     }
     return surfaces;
@@ -90,7 +90,7 @@ void read_realistic(Reading& reading, Params& params) {
     }
     // A lens that spreads the light makes no picture; nor does one that is not there.
     if (!(lens.focal > 1e-3 && lens.focal < 1e6)) {
-        fail(params.place_of(table), "\"{}\": the focal length is {:g} mm; 0.001 to 1e6 is accepted",
+        fail(params.place_of(table), "\"{}\": the focal length is {:g} mm; expected 0.001 to 1e6",
              shown(name), lens.focal);
     }
     const std::string_view aperture =
@@ -107,7 +107,7 @@ void read_realistic(Reading& reading, Params& params) {
     params.accept({"aperture", "scale"});
     reading.draft.lens = result;
     params.depart(params.place(), params.owner() + " is not supported",
-                  fmt::format("a thin lens of {:.4g} mm, {:.4g} mm wide, is taken", lens.focal,
+                  fmt::format("a thin lens of {:.4g} mm, {:.4g} mm wide, is used", lens.focal,
                               2 * result.radius / kMetre),
                   "distortion, vignetting and the aperture's shape");
 }

@@ -52,8 +52,7 @@ void transform_normals(Reading& reading, const Params& params, const ObjectMesh&
     }
     if (missing == 0) return;
     reading.warn(params.place(),
-                 fmt::format("{}: {} of {} vertex normals have no direction; the triangles' own take "
-                             "their place",
+                 fmt::format("{}: {} of {} vertex normals are zero; the triangles' normals are used instead",
                              params.owner(), missing, object.n.size()));
     const double side = mesh.traits.reverse_orientation ? -1.0 : 1.0;
     for (const V3i& t : mesh.triangles) {
@@ -108,7 +107,7 @@ void add_mesh(Reading& reading, const Params& params, const SurfaceTraits& trait
 V3d transformed_point(const Reading& reading, const Params& params, const V3d& p, std::size_t index) {
     const V3d q = transform_point(reading.state.ctm, p);
     if (!(std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z))) {
-        fail(params.place(), "{}: vertex {} is transformed to ({:g} {:g} {:g}); finite points are accepted",
+        fail(params.place(), "{}: vertex {} is transformed to ({:g} {:g} {:g}); expected finite points",
              params.owner(), index, q.x, q.y, q.z);
     }
     return q;
@@ -128,7 +127,7 @@ std::optional<SurfaceTraits> traits_here(Reading& reading, Params& params) {
     if (!lamp) return std::nullopt;
     if (!reading.state.area_light->lamp) return traits;  // version 4's light that is not seen
     params.depart(params.place(), params.owner() + " is cut out (alpha 0) and shows a measured lamp",
-                  "it is shown with its light", "that rays pass through it");
+                  "it is shown with its light", "its transparency to rays");
     traits.alpha = nullptr;
     return traits;
 }
@@ -151,10 +150,9 @@ std::int32_t attach_light(Reading& reading, const SurfaceTraits& traits, AreaSpe
     for (const DraftLight& light : reading.draft.lights) {
         const auto* other = std::get_if<AreaSpec>(&light.spec);
         if (area.lamp && other && other->lamp == area.lamp) {
-            fail_always(
-                area.place,
-                "a measured lamp is seen on one shape, and this is given two; end its AttributeBegin after "
-                "the first");
+            fail_always(area.place,
+                        "a measured lamp is shown by one shape only, and this one has two; end its "
+                        "AttributeBegin after the first");
         }
     }
     reading.draft.lights.push_back(
@@ -174,8 +172,7 @@ std::vector<V3d> triples(const Param& param) {
 
 void require_count(const Param& param, std::size_t have, std::size_t want) {
     if (have == want) return;
-    fail(param.place, "\"{}\" has {} entries for {} vertices; one for each is accepted", param.name, have,
-         want);
+    fail(param.place, "\"{}\" has {} entries for {} vertices; expected one for each", param.name, have, want);
 }
 
 std::vector<V2f> read_uv(Params& params, std::size_t vertices) {
@@ -184,9 +181,9 @@ std::vector<V2f> read_uv(Params& params, std::size_t vertices) {
         if (!uv) continue;
         if (uv->numbers.size() != 2 * vertices) {
             params.depart(uv->place,
-                          fmt::format("\"{}\" has {} numbers for {} vertices; two for each are accepted",
+                          fmt::format("\"{}\" has {} numbers for {} vertices; expected two for each",
                                       uv->name, uv->numbers.size(), vertices),
-                          "it is left out", "the texture's place on the shape");
+                          "it is left out", "the texture coordinates");
             return {};
         }
         std::vector<V2f> result(vertices);
@@ -202,7 +199,8 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
     const Param* param = params.find("indices", {Type::integer});
     if (!param) {
         if (vertices != corners) {
-            fail(params.place(), "{} lacks \"integer indices\"; only a mesh of {} vertices may ({} here)",
+            fail(params.place(),
+                 "{} lacks \"integer indices\", which only a mesh of {} vertices may ({} here)",
                  params.owner(), corners, vertices);
         }
         std::vector<int> all(corners);
@@ -211,7 +209,7 @@ std::vector<int> read_indices(Params& params, std::size_t vertices, std::size_t 
     }
     std::size_t count = param->numbers.size();
     const auto what = [&] {
-        return fmt::format("\"indices\" has {} entries; a multiple of {} is accepted, at least {}", count,
+        return fmt::format("\"indices\" has {} entries; expected a multiple of {}, at least {}", count,
                            corners, corners);
     };
     if (count < corners) fail(param->place, "{}", what());

@@ -108,8 +108,8 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
         return named_illuminant(reading.colours(), std::string_view(name).substr(kIlluminant.size()), use);
     for (const Glass& glass : kGlasses) {
         if (name != glass.name) continue;
-        reading.depart(param.place, fmt::format("{}: there is no dispersion", name),
-                       fmt::format("{} at 587.6 nm is taken", glass.eta));
+        reading.depart(param.place, fmt::format("{}: dispersion is not supported", name),
+                       fmt::format("{} at 587.6 nm is used", glass.eta));
         return Rgb(glass.eta);
     }
     const auto metal = named_metal(name);
@@ -119,14 +119,14 @@ std::optional<Rgb> named_spectrum(Reading& reading, const Param& param, const st
 // A name that pbrt knows, or else a file.
 Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
     const std::string name = param.strings.size() == 1 ? param.strings.front() : std::string();
-    if (name.empty()) fail(param.place, "\"{}\": one name or file is accepted", shown(param.name));
+    if (name.empty()) fail(param.place, "\"{}\": expected one name or file", shown(param.name));
     if (const auto known = named_spectrum(reading, param, name, use)) return *known;
     const std::filesystem::path file = reading.resolve(name);
     std::error_code status;
     if (!std::filesystem::exists(file, status) && file.extension().empty()) {
         const std::vector<std::string> names = known_names();
         const std::vector<std::string_view> views(names.begin(), names.end());
-        fail(param.place, "spectrum \"{}\" is unknown; {}a file is accepted, and {}", shown(name),
+        fail(param.place, "spectrum \"{}\" is unknown; {}expected a file, or {}", shown(name),
              did_you_mean(name, views), fmt::join(names, ", "));
     }
     try {
@@ -134,8 +134,7 @@ Rgb spectrum_of_name(Reading& reading, const Param& param, ColorUse use) {
         for (const SpectralSample& sample : spectrum) {
             if (sample.weight < 0) {
                 throw InputError({file.string()},
-                                 fmt::format("{:g} at {:g} nm; values that are not negative are "
-                                             "accepted",
+                                 fmt::format("{:g} at {:g} nm; expected values that are not negative",
                                              sample.weight, sample.nanometres));
             }
         }
@@ -150,10 +149,10 @@ double held(const Params& params, const Param& param, std::size_t index, double 
     const double value = param.numbers[index];
     if (value >= least && value <= most) return value;
     const double taken = std::clamp(value, least, most);
-    params.depart(
-        param.place_of(index),
-        fmt::format("\"{}\": {:g} is not accepted; {:g} to {:g} is", shown(param.name), value, least, most),
-        fmt::format("{:g} is taken", taken));
+    params.depart(param.place_of(index),
+                  fmt::format("\"{}\": {:g} is not accepted; expected {:g} to {:g}", shown(param.name), value,
+                              least, most),
+                  fmt::format("{:g} is used", taken));
     return taken;
 }
 
@@ -167,7 +166,7 @@ std::optional<Rgb> color_of_count(Params& params, const Param& param, std::strin
 std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, const Param& param,
                                        ColorUse use) {
     const std::size_t count = param.numbers.size();
-    constexpr std::string_view accepted = "pairs of wavelength (nm) and value are accepted";
+    constexpr std::string_view accepted = "expected pairs of wavelength (nm) and value";
     if (count < 2 || !param.strings.empty()) return color_of_count(params, param, accepted);
     if (count % 2 != 0) {
         params.depart_once(param,
@@ -180,9 +179,9 @@ std::optional<Rgb> spectrum_of_samples(const Reading& reading, Params& params, c
         const double nm = param.numbers[i];
         if (rises && !spectrum.empty() && !(nm > spectrum.back().nanometres)) {
             params.depart(param.place_of(i),
-                          fmt::format("wavelength {:g} does not follow {:g}; rising ones are accepted", nm,
+                          fmt::format("wavelength {:g} follows {:g}; expected ascending wavelengths", nm,
                                       spectrum.back().nanometres),
-                          "they are put in order");
+                          "they are sorted");
             rises = false;
         }
         const double value = std::clamp(param.numbers[i + 1], 0.0, 1e30);
@@ -208,7 +207,8 @@ std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, co
                                       ColorUse use) {
     const std::size_t count = param.numbers.size();
     if (count < 1 || count > 2)
-        return color_of_count(params, param, "kelvins are accepted, or kelvins and a scale");
+        return color_of_count(params, param,
+                              "expected a temperature in kelvins, or a temperature and a scale");
     const WorkingSpace& colours = reading.colours();
     const Spectrum spectrum = blackbody_spectrum(held(params, param, 0, 300, 1e6));
     const Rgb color = color_of(colours, spectrum, use);
@@ -218,7 +218,7 @@ std::optional<Rgb> color_of_blackbody(const Reading& reading, Params& params, co
 }
 
 std::optional<Rgb> color_of_xyz(const Reading& reading, Params& params, const Param& param, ColorUse use) {
-    if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
+    if (param.numbers.size() != 3) return color_of_count(params, param, "expected 3");
     return color_of(reading.colours(),
                     V3d(held(params, param, 0, 0, 1e30), held(params, param, 1, 0, 1e30),
                         held(params, param, 2, 0, 1e30)),
@@ -226,7 +226,7 @@ std::optional<Rgb> color_of_xyz(const Reading& reading, Params& params, const Pa
 }
 
 std::optional<Rgb> color_of_rgb(const Reading& reading, Params& params, const Param& param, ColorUse use) {
-    if (param.numbers.size() != 3) return color_of_count(params, param, "3 are accepted");
+    if (param.numbers.size() != 3) return color_of_count(params, param, "expected 3");
     const double most = param.space ? 1e30 : 3.4e38;
     return rgb_of_numbers(reading, params, param,
                           V3d(held(params, param, 0, 0, most), held(params, param, 1, 0, most),
@@ -245,10 +245,11 @@ Rgb rgb_of_numbers(const Reading& reading, const Params& params, const Param& pa
     if (grey || space.name == colours.name()) return Rgb(numbers) * factor;
     const V3d xyz = space.to_xyz(numbers);
     if (!colours.holds(xyz)) {
-        params.depart(param.place,
-                      fmt::format("\"{}\": this {} colour is outside {}'s gamut, in which rendering is",
-                                  shown(param.name), space.name, colours.is_srgb() ? "sRGB" : colours.name()),
-                      "it is mixed with grey of its luminance", "saturation");
+        params.depart(
+            param.place,
+            fmt::format("\"{}\": this {} colour is outside the gamut of {}, the colour space of the render",
+                        shown(param.name), space.name, colours.is_srgb() ? "sRGB" : colours.name()),
+            "it is mixed with grey of the same luminance", "saturation");
     }
     return color_of(colours, xyz, use);
 }

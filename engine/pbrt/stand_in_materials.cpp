@@ -122,7 +122,7 @@ Volume read_volume_coefficients(Reading& reading, Params& params) {
         params.depart(
             params.place_of("name"),
             fmt::format("\"name\": \"{}\" is unknown; {}", shown(name), accepted_measured_media(name)),
-            "the coefficients given, or whole milk's, are taken");
+            "the coefficients given, or whole milk's, are used");
     }
     const auto coefficient = [&](std::string_view what, const Rgb& otherwise) {
         const auto texture = read_index_spectrum(reading, params, what, otherwise);
@@ -276,8 +276,8 @@ MaterialModel read_table(Reading& reading, const std::string& kind, Params& para
     std::error_code status;
     if (!name.empty() && std::filesystem::is_regular_file(file, status)) fit = fit_bsdf_table(file);
     params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind),
-                  fit ? "diffuse and gloss fitted to its table are taken"
-                      : fmt::format("diffuse and gloss by the name \"{}\" are taken",
+                  fit ? "a diffuse and a glossy lobe fitted to its table are used"
+                      : fmt::format("a diffuse and a glossy lobe chosen by the name \"{}\" are used",
                                     shown(std::filesystem::path(name).stem().string())),
                   "the table's detail");
     const WorkingSpace& colours = reading.colours();
@@ -315,7 +315,7 @@ std::optional<MaterialModel> read_paint(const Reading& reading, const std::strin
     }
     if (model) {
         params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind),
-                      "diffuse and gloss of about its look are taken", "its measured lobes");
+                      "a diffuse and a glossy lobe of similar appearance are used", "its measured lobes");
     }
     return model;
 }
@@ -327,17 +327,17 @@ std::optional<MaterialModel> read_stand_in(Reading& reading, const std::string& 
         params.depart(params.place(), fmt::format("material \"{}\" is not supported", kind), what, lost);
     };
     if (kind == "hair") {
-        instead("diffuse and gloss of its colour are taken, half of it shining through",
-                "the highlights' place along the fibre");
+        instead("a diffuse and a glossy lobe of its colour are used, half of it transmitted",
+                "the position of highlights along the fibre");
         return read_hair(reading, params);
     }
     if (kind == "subsurface" || kind == "kdsubsurface") {
-        instead("a coated diffuse surface of the same albedo is taken", "light that leaves elsewhere");
+        instead("a coated diffuse surface of the same albedo is used", "subsurface scattering");
         return read_subsurface(reading, params);
     }
     if (kind == "disney") {
-        instead("gloss over a diffuse base, metal and glass of its shares are taken",
-                "sheen, clear coat and scattering below");
+        instead("a mixture of coated diffuse, metal and glass in its proportions is used",
+                "sheen, clear coat and subsurface scattering");
         return read_disney(reading, params);
     }
     if (kind == "fourier" || kind == "measured") return read_table(reading, kind, params);

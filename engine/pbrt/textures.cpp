@@ -32,11 +32,10 @@ auto made_before(const Textures& textures, const Params& params, const Param& pa
     if (found != textures.end()) return &found->second;
     std::vector<std::string_view> names;
     for (const auto& [name, texture] : textures) names.push_back(name);
-    params.depart(
-        param.place,
-        fmt::format("\"{}\": no texture \"{}\" of {} was made before; {}there are {}", shown(param.name),
-                    shown(wanted), of, did_you_mean(wanted, names), names.size()),
-        "what holds where none is given is taken");
+    params.depart(param.place,
+                  fmt::format("\"{}\": there is no texture \"{}\" of {}; {}{} are defined", shown(param.name),
+                              shown(wanted), of, did_you_mean(wanted, names), names.size()),
+                  "the default is used");
     return nullptr;
 }
 
@@ -66,16 +65,16 @@ Value read_constant(Reading& reading, Params& params, std::string_view name, flo
     const auto value = read_value<Value>(reading, params, name, fallback).constant_value();
     if (value) return *value;
     params.depart(params.place_of(name),
-                  fmt::format("\"{}\" of {}: a constant is accepted", name, params.owner()),
-                  fmt::format("{:g} is taken", fallback));
+                  fmt::format("\"{}\" of {}: expected a constant", name, params.owner()),
+                  fmt::format("{:g} is used", fallback));
     return Value(fallback);
 }
 
 M44d texture_from_world(const Reading& reading, const Params& params) {
     const std::optional<M44d> result = inverse(reading.state.ctm);
     if (result) return *result;
-    params.depart(params.place(), params.owner() + ": its transformation cannot be undone",
-                  "the texture stands as the world does");
+    params.depart(params.place(), params.owner() + ": its transformation is not invertible",
+                  "the texture uses world coordinates");
     return M44d();
 }
 
@@ -83,7 +82,7 @@ V3d read_vector(Params& params, std::string_view name, const V3d& fallback) {
     const Param* param = params.find(name, {Type::vector3, Type::point3, Type::normal3});
     if (!param) return fallback;
     if (param->numbers.size() != 3) {
-        fail(param->place, "\"{}\" has {} numbers; 3 are accepted", name, param->numbers.size());
+        fail(param->place, "\"{}\" has {} numbers; expected 3", name, param->numbers.size());
     }
     return {param->numbers[0], param->numbers[1], param->numbers[2]};
 }
@@ -107,9 +106,9 @@ Mapping2 read_mapping(Reading& reading, Params& params) {
     }
     constexpr std::string_view known[] = {"uv", "spherical", "cylindrical", "planar"};
     params.depart(params.place_of("mapping"),
-                  fmt::format("mapping \"{}\" is unknown; {}accepted are uv, spherical, cylindrical, planar",
+                  fmt::format("mapping \"{}\" is unknown; {}expected uv, spherical, cylindrical or planar",
                               shown(mapping), did_you_mean(mapping, known)),
-                  "uv is taken");
+                  "uv is used");
     return UvMapping{V2f(1, 1), V2f(0, 0)};
 }
 
@@ -124,8 +123,8 @@ Octaves read_octaves(Params& params) {
     if (octaves.count < 0 || octaves.count > 64) {
         const int held = std::clamp(octaves.count, 0, 64);
         params.depart(params.place_of("octaves"),
-                      fmt::format("octaves {} is not accepted; 0 to 64 is", octaves.count),
-                      fmt::format("{} is taken", held));
+                      fmt::format("octaves {} is not accepted; expected 0 to 64", octaves.count),
+                      fmt::format("{} is used", held));
         octaves.count = held;
     }
     octaves.omega = params.real_within("roughness", octaves.omega, 0, 4);
@@ -136,7 +135,7 @@ template <typename Value>
 Texture<Value> read_checkerboard(Reading& reading, Params& params) {
     const int dimension = params.integer("dimension", 2);
     if (dimension != 2 && dimension != 3) {
-        fail(params.place_of("dimension"), "\"dimension\" {} is not accepted; 2 and 3 are", dimension);
+        fail(params.place_of("dimension"), "\"dimension\" {} is not accepted; expected 2 or 3", dimension);
     }
     params.accept({"aamode"});
     const auto even = read_value<Value>(reading, params, "tex1", 1);
@@ -208,9 +207,9 @@ Encoding read_encoding(Params& params) {
     }
     params.depart(
         params.place_of("encoding"),
-        fmt::format("encoding \"{}\" is unknown; sRGB, linear and \"gamma x\" (0.01 to 100) are accepted",
+        fmt::format("encoding \"{}\" is unknown; expected sRGB, linear or \"gamma x\" (0.01 to 100)",
                     shown(name)),
-        "sRGB is taken");
+        "sRGB is used");
     return {};
 }
 
@@ -220,14 +219,13 @@ Wrap read_wrap(Reading& reading, Params& params) {
     if (name == "clamp") return Wrap::clamp;
     if (name == "black") return Wrap::black;
     if (name == "octahedralsphere") {
-        reading.depart(params.place_of("wrap"), "wrap octahedralsphere is not supported", "clamp is taken");
+        reading.depart(params.place_of("wrap"), "wrap octahedralsphere is not supported", "clamp is used");
         return Wrap::clamp;
     }
     params.depart(
         params.place_of("wrap"),
-        fmt::format("wrap \"{}\" is unknown; repeat, clamp, black and octahedralsphere are accepted",
-                    shown(name)),
-        "repeat is taken");
+        fmt::format("wrap \"{}\" is unknown; expected repeat, clamp, black or octahedralsphere", shown(name)),
+        "repeat is used");
     return Wrap::repeat;
 }
 
@@ -246,7 +244,7 @@ Texture<Value> read_imagemap(Reading& reading, Params& params) {
     std::error_code status;
     if (reading.skip_missing && !std::filesystem::exists(file, status)) {
         reading.warn(params.place_of("filename"),
-                     fmt::format("{}: the file is missing, grey is taken", printable(file.string())));
+                     fmt::format("{}: the file is missing; grey is used", printable(file.string())));
         return Texture<Value>::constant(Value(0.5F));
     }
     try {
@@ -290,7 +288,7 @@ RgbTexture read_marble(Reading& reading, Params& params) {
 template <typename Value>
 Texture<Value> read_ptex(Params& params) {
     params.accept({"filename", "gamma", "encoding", "scale"});
-    params.depart(params.place(), params.owner() + " is not supported", "grey of 0.5 is taken",
+    params.depart(params.place(), params.owner() + " is not supported", "grey of 0.5 is used",
                   "the image on the surface");
     return Texture<Value>::constant(Value(0.5F));
 }

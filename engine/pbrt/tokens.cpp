@@ -157,7 +157,7 @@ Token Tokens::scan_string() {
     }
     const std::string_view text(first, static_cast<std::size_t>(at_ - first));
     if (at_ == end_ || *at_ == '\n') {
-        fail({source_, offset}, "the string \"{}\" has no closing quote in its line", shown(text));
+        fail({source_, offset}, "the string \"{}\" has no closing quote on its line", shown(text));
     }
     ++at_;
     return {Token::Kind::string, text, offset};
@@ -176,8 +176,8 @@ void Tokens::reserve_rest(std::vector<double>& out, std::size_t bytes) const {
         1.05 * static_cast<double>(kSample) / static_cast<double>(bytes) * static_cast<double>(rest);
     const std::size_t more = std::min(rest / 2 + 1, static_cast<std::size_t>(guess));
     require_memory(bytes_of(more, sizeof(double)),
-                   fmt::format("{}: a list of some {} numbers", to_string(place().location()), more),
-                   "a shorter one is accepted");
+                   fmt::format("{}: a list of about {} numbers", to_string(place().location()), more),
+                   "use a shorter one");
     out.reserve(out.size() + more);
 }
 
@@ -219,13 +219,13 @@ double odd_number_value(std::string_view text, const Place& at) {
         value = NAN;
     } else if (!behind.empty() && !std::isnan(value)) {
         at.source->note(at.offset, fmt::format("{} is not a number", shown(text)),
-                        fmt::format("{:g} is taken", value));
+                        fmt::format("{:g} is used", value));
         return std::clamp(value, -kLargest, kLargest);
     }
     if (std::isfinite(value)) return value;  // too small for a double, at most: the nearest one, be it 0
     const double taken = std::isnan(value) ? 0 : std::copysign(kLargest, value);
     at.source->note(at.offset, fmt::format("{} is not a finite number", shown(text)),
-                    fmt::format("{:.2g} is taken", taken));
+                    fmt::format("{:.2g} is used", taken));
     return taken;
 }
 
@@ -262,10 +262,11 @@ std::string string_value(const Token& token, const Place& at) {
             value += to[which];
             continue;
         }
-        at.source->note(at.offset + i,
-                        fmt::format("\\{} is no escape; known are \\\" \\\\ \\' \\n \\t \\r \\b \\f",
-                                    shown(token.text.substr(i, 1))),
-                        "it is taken as it stands");
+        at.source->note(
+            at.offset + i,
+            fmt::format("\\{} is not an escape sequence; expected \\\" \\\\ \\' \\n \\t \\r \\b \\f",
+                        shown(token.text.substr(i, 1))),
+            "it is read literally");
         value += token.text.substr(i - 1, 2);
     }
     return value;
@@ -315,10 +316,11 @@ void Leniency::warn(const Place& at, std::string_view message) {
 void Leniency::sum_up() {
     for (const Said& said : said_) {
         if (said.times < 2) continue;
-        monitor_.warn(fmt::format("{}: {}: and {} more like it", to_string(said.first.location()), said.text,
-                                  said.times - 1));
+        monitor_.warn(fmt::format("{}: {}: and {} more like this", to_string(said.first.location()),
+                                  said.text, said.times - 1));
     }
-    if (unsaid_ > 0) monitor_.warn(fmt::format("{} more warnings of the scene's text are not said", unsaid_));
+    if (unsaid_ > 0)
+        monitor_.warn(fmt::format("{} more warnings about the scene's text are not shown", unsaid_));
     unsaid_ = 0;
     said_.clear();
     index_.clear();

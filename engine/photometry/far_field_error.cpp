@@ -49,8 +49,8 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
 
 std::string far_field_text(const std::vector<FarFieldError>& errors) {
     std::string text =
-        "error of the far field: lamps as points with their own far-field intensities, against their near "
-        "field\n";
+        "error of the far field: lamps as point sources with their far-field intensities, compared with "
+        "their near field\n";
     for (const FarFieldError& error : errors) {
         text +=
             fmt::format("{}: mean {}, RMS over points {:.1f} %, from {} to {}\n", plain_text(error.surface),

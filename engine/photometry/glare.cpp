@@ -150,8 +150,9 @@ Reading95 rating(const std::vector<GlareSource>& sources, Reading95 GlareSource:
 
 void check(const Observer& observer) {
     if (!(observer.view.cross(observer.up).length() > 1e-3F)) {
-        throw InputError({observer.name},
-                         "looks up or down: a line of sight with an upright plane is accepted");
+        throw InputError(
+            {observer.name},
+            "looks straight up or down, where UGR is not defined; use a line of sight that is not vertical");
     }
 }
 
@@ -182,9 +183,8 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
                                   Monitor& monitor) {
     if (scene_unit(job.scene) != FluxUnit::lumen) {
         throw InputError(
-            "the lights of the scene do not count in lm, and glare is rated by luminance: a scene that "
-            "states "
-            "Option \"string unit\" \"photometric\", or --unit photometric, is accepted");
+            "the lights of the scene are not all in lm, and glare is computed from luminance; state Option "
+            "\"string unit\" \"photometric\" in the scene, or use --unit photometric");
     }
     std::vector<CalculationSurface> eyes;
     for (const Observer& observer : observers) {

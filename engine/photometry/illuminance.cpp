@@ -175,9 +175,8 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     const std::optional<FluxUnit> unit = scene_unit(job.scene);
     if (!unit) {
         throw InputError(
-            "some lights of the scene count in W and some in lm, and their illuminances cannot be added: a "
-            "scene that "
-            "states Option \"string unit\" \"photometric\", or --unit photometric, is accepted");
+            "some lights of the scene are in W and some in lm, and their illuminances cannot be added; state "
+            "Option \"string unit\" \"photometric\" in the scene, or use --unit photometric");
     }
     const Stopwatch clock;
     const auto* asked = std::get_if<PathSettings>(&job.integrator);

@@ -113,15 +113,16 @@ bool read_lines(std::string_view text, Checkpoint& to) {
 Head read_head(std::span<const std::byte> bytes, const Location& at) {
     Head head{};
     if (bytes.size() < sizeof head.magic || std::memcmp(bytes.data(), kMagic, sizeof kMagic) != 0) {
-        input_error(at, "is no checkpoint; what lucerna render --checkpoint wrote is accepted");
+        input_error(at, "is not a checkpoint; expected a file written by lucerna render --checkpoint");
     }
-    if (bytes.size() < sizeof head) input_error(at, "the checkpoint is cut off after {} bytes", bytes.size());
+    if (bytes.size() < sizeof head)
+        input_error(at, "the checkpoint is truncated after {} bytes", bytes.size());
     std::memcpy(&head, bytes.data(), sizeof head);
     if (head.byte_order != kByteOrder) {
-        input_error(at, "the checkpoint is of a machine of another byte order");
+        input_error(at, "the checkpoint was written on a machine with another byte order");
     }
     if (head.format != kFormat) {
-        input_error(at, "the checkpoint is of a {} lucerna: format {}; {} is accepted",
+        input_error(at, "the checkpoint is from a {} version of lucerna: format {}; expected {}",
                     head.format > kFormat ? "newer" : "older", head.format, kFormat);
     }
     // None of these may make the sum wrap around.
@@ -130,7 +131,7 @@ Head read_head(std::span<const std::byte> bytes, const Location& at) {
                       head.allocation <= left;
     const std::uint64_t told = head.text + head.tiles * sizeof(std::int32_t) + head.film + head.allocation;
     if (!fits || told > left) {
-        input_error(at, "the checkpoint is cut off or damaged: it holds {} bytes, its head tells of more",
+        input_error(at, "the checkpoint is truncated or damaged: it holds {} bytes, its header states more",
                     bytes.size());
     }
     if (told < left) input_error(at, "the checkpoint is damaged: {} bytes too long", left - told);
@@ -138,8 +139,7 @@ Head read_head(std::span<const std::byte> bytes, const Location& at) {
 }
 
 [[noreturn]] void damaged(const Location& at) {
-    throw InputError(at,
-                     "the checkpoint is damaged; only an earlier one, or a render from the start, will do");
+    throw InputError(at, "the checkpoint is damaged; use an earlier one, or render from the start");
 }
 
 }  // namespace
@@ -191,7 +191,7 @@ void require_same(const std::filesystem::path& file, const PictureFacts& made_wi
     const auto difference = first_difference(made_with, facts);
     if (!difference) return;
     input_error({file.string()},
-                "the checkpoint is of another render: its {} is {}, here it is {}; only the number of "
+                "the checkpoint is from a different render: its {} is {}, here it is {}; only the number of "
                 "threads, time, error and a higher number of samples may differ",
                 difference->name, difference->of_first, difference->of_second);
 }

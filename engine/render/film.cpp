@@ -361,7 +361,7 @@ FilterSampler::Axis FilterSampler::axis(float radius) const {
     result.steps = Cdf(weights);
     // Far from 0, so that the division below stays small.
     if (!(sum > 0.05 * result.steps.total())) {
-        throw InputError("this filter's negative lobes outweigh it; no picture can be made with it");
+        throw InputError("the integral of this filter is not positive, as its negative lobes are too large");
     }
     result.weight = static_cast<float>(result.steps.total() / sum);
     return result;

@@ -40,9 +40,9 @@ void restrict_to(const ImagePart& part, FilmSettings& film) {
     const PixelBox whole{film.crop_begin, film.crop_begin + film.rendered_size()};
     const std::optional<PixelBox> own = box_of(part, whole);
     if (!own) {
-        throw InputError(
-            fmt::format("{} x {} pixels make no {} parts of whole columns and rows; fewer are accepted",
-                        whole.size().x, whole.size().y, part.of));
+        throw InputError(fmt::format(
+            "{} x {} pixels cannot be divided into {} parts of whole columns and rows; use fewer parts",
+            whole.size().x, whole.size().y, part.of));
     }
     film.view_begin = whole.begin, film.view_end = whole.end;
     film.crop_begin = own->begin, film.crop_end = own->end;

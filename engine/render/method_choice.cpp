@@ -317,7 +317,7 @@ class Choosing {
         if (const Medium* medium = emitting_medium(job_.scene.media())) {
             return unquestioned(
                 methods.front().settings,
-                fmt::format("nothing, only path shows the light that medium \"{}\" emits", medium->name));
+                fmt::format("none: only path shows the light that medium \"{}\" emits", medium->name));
         }
         if (!by_error() && budget(limits_.seconds) < kLeastTrial) return in_a_second(methods);
         for (std::size_t m = 0; m < methods.size(); ++m) {
@@ -410,7 +410,7 @@ class Choosing {
         const auto passes = std::find_if(methods.begin(), methods.end(), [](const Method& method) {
             return std::holds_alternative<ProgressiveSettings>(method.settings);
         });
-        return unquestioned(passes->settings, "nothing, there is too little time for it");
+        return unquestioned(passes->settings, "none: too little time");
     }
 
     MethodChoice unquestioned(const IntegratorSettings& settings, const std::string& why) const {
@@ -432,7 +432,7 @@ class Choosing {
         for (std::size_t t = 0; t < trials_.size(); ++t) {
             const double figure = by_error() ? expected[t].seconds : 100 * expected[t].error;
             choice.tried += fmt::format("{}{} ", t > 0 ? ", " : "", short_text(trials_[t]->settings()));
-            choice.tried += !std::isfinite(figure) ? "not within reach"
+            choice.tried += !std::isfinite(figure) ? "not reached"
                             : by_error()           ? fmt::format("{:.2g} s", figure)
                                                    : fmt::format("{:.2g} %", figure);
         }

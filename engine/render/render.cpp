@@ -7,6 +7,7 @@
 
 #include "engine/base/memory.h"
 #include "engine/base/monitor.h"
+#include "engine/base/units.h"
 #include "engine/integrators/integrator.h"
 #include "engine/render/features.h"
 #include "engine/render/film.h"
@@ -225,10 +226,9 @@ class Run {
         }
         const int most = *std::max_element(from.tiles.begin(), from.tiles.end());
         if (most > job_.spp) {
-            throw InputError(
-                fmt::format("the checkpoint holds {} samples per pixel, more than the {} asked for; {} or "
-                            "more are accepted",
-                            most, job_.spp, most));
+            throw InputError(fmt::format(
+                "the checkpoint holds up to {} samples per pixel; --spp {} is too small, use {} or more",
+                most, job_.spp, most));
         }
         film_.restore(std::span(from.film).first(of_image));
         if (parts_) parts_->restore(std::span(from.film).subspan(of_image));
@@ -236,6 +236,8 @@ class Run {
         tiles_.take_up_bad({from.bad_samples, from.first_bad, {}});
         report_.samples_done = from.samples_done;
         report_.passes_done = from.passes_done;
+        monitor_.info(fmt::format("resumed: {} samples per pixel, rendered in {}", from.samples_done,
+                                  duration_text(from.seconds)));
     }
 
     void look_at_features() {
@@ -677,13 +679,13 @@ class Run {
                                       bad_samples().count, bad_samples().first));
         }
         if (invalid_rays() > 0) {
-            monitor_.warn(fmt::format("{} rays were not finite and met nothing", invalid_rays()));
+            monitor_.warn(fmt::format("{} rays were not finite and were ignored", invalid_rays()));
         }
         if (const std::size_t without = film_.without_sample();
             report_.samples_done == 0 && report_.complete && without > 0) {
             monitor_.warn(
-                fmt::format("there was no time for a sample of each pixel: {} of {} show the value of one "
-                            "beside them",
+                fmt::format("there was not enough time for one sample per pixel: {} of {} pixels show the "
+                            "value of a neighbour",
                             without, film_.width() * film_.height()));
         }
     }
@@ -715,11 +717,11 @@ class Run {
 
 RenderResult render(const Job& job, const RenderOptions& options, Monitor& monitor) {
     if (options.maps.any() && !std::holds_alternative<PhotonMapSettings>(job.integrator)) {
-        throw InputError(fmt::format("only photonmap keeps its maps in files; the integrator is {}",
+        throw InputError(fmt::format("only photonmap can save and load its maps; the integrator is {}",
                                      integrator_name(job.integrator)));
     }
     if (!job.receivers.empty() && !make_integrator(job.integrator)->takes_receivers()) {
-        throw InputError(fmt::format("{} does not work out the illuminance of points in space; path does",
+        throw InputError(fmt::format("{} cannot compute the illuminance at points in space; use path",
                                      integrator_name(job.integrator)));
     }
     require_image_memory(job, options);

@@ -28,10 +28,9 @@ std::uint64_t image_memory(const Job& job, const RenderOptions& options) {
 void require_image_memory(const Job& job, const RenderOptions& options) {
     const V2i size = job.film.rendered_size();
     const std::uint64_t ranks = options.workers.ranks ? options.workers.ranks->on_this_host() : 1;
-    require_memory(ranks * image_memory(job, options),
-                   fmt::format("an image of {} x {} pixels", size.x, size.y),
-                   "fewer pixels are accepted, or a part of the image at a time (Film \"pixelbounds\" or "
-                   "\"cropwindow\")");
+    require_memory(
+        ranks * image_memory(job, options), fmt::format("an image of {} x {} pixels", size.x, size.y),
+        "use fewer pixels, or render a part of the image at a time (Film \"pixelbounds\" or \"cropwindow\")");
 }
 
 namespace {
@@ -61,18 +60,18 @@ void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method,
         if (unseen++ == 0) kind = light->kind();
     }
     if (unseen == 0) return;
-    monitor.warn(fmt::format(
-        "{} of kind \"{}\" can be met by particles only: the {} missing from this "
-        "picture; photonmap with \"string direct\" \"map\" shows it, and every method does as a light "
-        "field (lucerna light import)",
-        unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
+    monitor.warn(
+        fmt::format("{} of type \"{}\" can only be found by particles, so the {} missing from this picture; "
+                    "use photonmap with \"string direct\" \"map\", or convert it with lucerna light import",
+                    unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
 }
 
 void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {
     if (std::holds_alternative<PathSettings>(method)) return;
     if (const Medium* medium = emitting_medium(scene.media())) {
         monitor.warn(fmt::format(
-            "medium \"{}\" emits light, which is missing from this picture; path shows it", medium->name));
+            "medium \"{}\" emits light, which is missing from this picture; use path to include it",
+            medium->name));
     }
 }
 

@@ -289,14 +289,14 @@ void Accelerator::Impl::open_device(int threads) {
     device.reset(rtcNewDevice(fmt::format("threads={},isa={}", std::max(1, threads), embree_isa()).c_str()));
     if (!device) {
         // Its threads' stacks are the first large pieces that it asks for.
-        throw InputError(fmt::format(
-            "Embree makes no device with {} threads (its error {}): memory or threads may be limited; more "
-            "memory or a smaller --threads is needed",
-            std::max(1, threads), static_cast<int>(rtcGetDeviceError(nullptr))));
+        throw InputError(
+            fmt::format("Embree cannot create a device with {} threads (Embree error {}): memory or threads "
+                        "may be limited; use more memory or fewer --threads",
+                        std::max(1, threads), static_cast<int>(rtcGetDeviceError(nullptr))));
     }
     rtcSetDeviceErrorFunction(device.get(), &EmbreeError::record, &error);
     if (rtcGetDeviceProperty(device.get(), RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) == 0) {
-        throw std::runtime_error("Embree: this build of the library knows no ray masks");
+        throw std::runtime_error("Embree: this build of the library does not support ray masks");
     }
     rtcSetDeviceMemoryMonitorFunction(
         device.get(),

@@ -30,18 +30,18 @@ void check_surface(const CalculationSurface& surface, const Location& at) {
     if (!std::isfinite(area) || !(area > 1e-9 * surface.u.length() * surface.v.length())) {
         input_error(at,
                     "calculation surface \"{}\": its sides ({:g} {:g} {:g}) and ({:g} {:g} {:g}) span no "
-                    "area; two sides that are not parallel are accepted",
+                    "area; expected two sides that are not parallel",
                     surface.name, surface.u.x, surface.u.y, surface.u.z, surface.v.x, surface.v.y,
                     surface.v.z);
     }
     if (surface.points.x < 1 || surface.points.y < 1 || surface.size() > kMostSurfacePoints) {
-        input_error(at, "calculation surface \"{}\": {} x {} points; 1 to {} are accepted", surface.name,
+        input_error(at, "calculation surface \"{}\": {} x {} points; expected 1 to {}", surface.name,
                     surface.points.x, surface.points.y, kMostSurfacePoints);
     }
     if (surface.kind == ReceiverKind::semicylindrical && std::fabs(surface.normal.dot(surface.up)) > 1e-3F) {
         input_error(at,
-                    "calculation surface \"{}\": a semicylinder faces a direction across its axis; "
-                    "({:g} {:g} {:g}) is not horizontal",
+                    "calculation surface \"{}\": a semicylinder must face a direction perpendicular to its "
+                    "axis; ({:g} {:g} {:g}) is not horizontal",
                     surface.name, surface.normal.x, surface.normal.y, surface.normal.z);
     }
 }

@@ -27,7 +27,7 @@ Window screen_window(const Camera::Settings& s) {
 }
 
 void require(bool good, const char* what, double value, const char* accepted) {
-    if (!good) throw InputError(fmt::format("camera: {} is {}; accepted: {}", what, value, accepted));
+    if (!good) throw InputError(fmt::format("camera: {} is {}; expected {}", what, value, accepted));
 }
 
 void check(const Camera::Settings& s) {

@@ -31,8 +31,8 @@ void refuse_no_surface(const std::vector<V3i>& triangles) {
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         const V3i& t = triangles[i];
         if (t.x == t.y || t.y == t.z || t.z == t.x) {
-            throw InputError(fmt::format("triangle {} is {} {} {}; three different vertices are accepted", i,
-                                         t.x, t.y, t.z));
+            throw InputError(
+                fmt::format("triangle {} is {} {} {}; expected three different vertices", i, t.x, t.y, t.z));
         }
     }
 }
@@ -50,14 +50,14 @@ Refiner make_refiner(std::size_t vertices, const std::vector<V3i>& triangles) {
     options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
     using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
     Refiner refiner(Factory::Create(description, Factory::Options(Sdc::SCHEME_LOOP, options)));
-    if (!refiner) throw InputError("these triangles make no surface that can be subdivided");
+    if (!refiner) throw InputError("these triangles do not form a surface that can be subdivided");
     const Far::TopologyLevel& base = refiner->GetLevel(0);
     for (int edge = 0; edge < base.GetNumEdges(); ++edge) {
         if (!base.IsEdgeNonManifold(edge)) continue;
         const auto ends = base.GetEdgeVertices(edge);
         throw InputError(
-            fmt::format("the edge from vertex {} to {} has {} triangles, or two that turn "
-                        "against each other; one or two that turn alike are accepted",
+            fmt::format("the edge from vertex {} to {} has {} triangles, or two of opposite orientation; "
+                        "expected one, or two of the same orientation",
                         ends[0], ends[1], base.GetEdgeFaces(edge).size()));
     }
     return refiner;

@@ -130,7 +130,7 @@ void read_vertices(PlyCursor& in, const PlyElement& vertex, PlyMesh& mesh) {
     // Positions are needed in double precision, too.
     require_memory(bytes_of(vertex.rows, sizeof(V3f) + sizeof(V3d) + (slots.n ? sizeof(V3f) : 0) +
                                              (slots.uv ? sizeof(V2f) : 0)),
-                   fmt::format("{}: {} vertices", in.file(), vertex.rows), "fewer are accepted");
+                   fmt::format("{}: {} vertices", in.file(), vertex.rows), "use fewer");
     mesh.p.reserve(vertex.rows);
     if (slots.n) mesh.n.reserve(vertex.rows);
     if (slots.uv) mesh.uv.reserve(vertex.rows);
@@ -189,7 +189,7 @@ void read_faces(PlyCursor& in, const PlyElement& face, PlyMesh& mesh) {
     }
     require_room(in, face);
     require_memory(bytes_of(face.rows, sizeof(V3i)), fmt::format("{}: {} faces", in.file(), face.rows),
-                   "fewer are accepted");
+                   "use fewer");
     mesh.triangles.reserve(face.rows);
     const std::uint64_t taken = read_plain_triangles(in, face, mesh);
     for (std::uint64_t row = taken; row < face.rows; ++row) {
@@ -200,7 +200,7 @@ void read_faces(PlyCursor& in, const PlyElement& face, PlyMesh& mesh) {
                 continue;
             }
             const std::uint64_t corners = list_length(in, property);
-            if (corners < 3) in.fail("face {} has {} corners; accepted: 3 or more", row, corners);
+            if (corners < 3) in.fail("face {} has {} corners; expected 3 or more", row, corners);
             const int first = read_index(in, property);
             int previous = read_index(in, property);
             for (std::uint64_t i = 2; i < corners; ++i) {
@@ -217,7 +217,7 @@ void check_indices(const PlyCursor& in, const PlyMesh& mesh) {
     for (const V3i& triangle : mesh.triangles) {
         for (int c = 0; c < 3; ++c) {
             if (static_cast<std::size_t>(triangle[c]) >= vertices) {
-                in.fail("a face asks for vertex {}, but there are only {}", triangle[c], vertices);
+                in.fail("a face refers to vertex {}, but there are only {}", triangle[c], vertices);
             }
         }
     }

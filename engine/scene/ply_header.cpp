@@ -31,7 +31,7 @@ std::vector<std::string_view> words_of(std::string_view line) {
 PlyScalar parse_type(const PlyCursor& in, std::string_view name) {
     const auto type = scalar_named(name);
     if (!type)
-        in.fail("unknown type '{}'; accepted: char uchar short ushort int uint float double",
+        in.fail("unknown type '{}'; expected char, uchar, short, ushort, int, uint, float or double",
                 PlyCursor::printable(name));
     return *type;
 }
@@ -41,11 +41,11 @@ PlyProperty parse_property(const PlyCursor& in, const std::vector<std::string_vi
     if (words.size() == 5 && words[1] == "list") {
         property.count = parse_type(in, words[2]);
         property.type = parse_type(in, words[3]);
-        if (!is_whole(*property.count)) in.fail("a list's length must be of a whole type");
+        if (!is_whole(*property.count)) in.fail("a list's length must have an integer type");
     } else if (words.size() == 3) {
         property.type = parse_type(in, words[1]);
     } else {
-        in.fail("accepted: property TYPE NAME, or property list TYPE TYPE NAME");
+        in.fail("expected property TYPE NAME, or property list TYPE TYPE NAME");
     }
     property.name = words.back();
     return property;
@@ -57,7 +57,7 @@ PlyEncoding parse_encoding(const PlyCursor& in, const std::vector<std::string_vi
         if (words[1] == "binary_little_endian") return PlyEncoding::little;
         if (words[1] == "binary_big_endian") return PlyEncoding::big;
     }
-    in.fail("accepted: format ascii|binary_little_endian|binary_big_endian 1.0");
+    in.fail("expected format ascii|binary_little_endian|binary_big_endian 1.0");
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ const char* name_of(Kind kind) {
 
 void require(bool good, Kind kind, const char* what, double value, const char* accepted) {
     if (!good)
-        throw InputError(fmt::format("{}: {} is {}; accepted: {}", name_of(kind), what, value, accepted));
+        throw InputError(fmt::format("{}: {} is {}; expected {}", name_of(kind), what, value, accepted));
 }
 
 M44d inverse_of(const M44d& m, Kind kind) {

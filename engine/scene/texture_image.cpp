@@ -37,7 +37,7 @@ struct Header {
 Header header_of(const std::filesystem::path& file, const PictureHeader& spec) {
     if (!is_credible(file, spec)) {
         throw InputError({file.string()},
-                         fmt::format("image size {} × {} is not credible", spec.width, spec.height));
+                         fmt::format("image size {} × {} is not plausible", spec.width, spec.height));
     }
     if (spec.channels < 1) throw InputError({file.string()}, "the image has no channels");
     return {spec.width,
@@ -75,7 +75,7 @@ std::vector<Stored> read_values(PictureReader& in, const Header& header, const s
     require_memory(
         header.values() * sizeof(Stored) + pixels * 3 * sizeof(float) * static_cast<unsigned>(copies),
         fmt::format("{}: an image of {} x {} pixels", file.string(), header.width, header.height),
-        "fewer pixels are accepted");
+        "use fewer pixels");
     std::vector<Stored> values(header.values());
     with_input_errors(file, [&] { in.read({0, header.channels}, std::span(values)); });
     return values;
@@ -93,7 +93,7 @@ class RangeFinder {
         if (!(value >= 0) || !std::isfinite(value)) {
             const std::size_t pixel = count_ / channels_;
             throw InputError({file_.string()},
-                             fmt::format("pixel ({}, {}) holds {}; accepted: finite values, not negative",
+                             fmt::format("pixel ({}, {}) holds {}; expected finite values, not negative",
                                          pixel % width_, pixel / width_, value));
         }
         range_.least = std::min(range_.least, value);
@@ -276,9 +276,9 @@ class Conversion {
         if (stated) {
             const std::optional<ColourSpace> space = colour_space_of(*stated);
             if (!space) {
-                throw InputError(
-                    {file.string()},
-                    fmt::format("its chromaticities ({:g}) span no colour space", fmt::join(*stated, " ")));
+                throw InputError({file.string()},
+                                 fmt::format("its chromaticities ({:g}) do not span a colour space",
+                                             fmt::join(*stated, " ")));
             }
             from = *space;
         }

@@ -45,7 +45,7 @@ void require_memory_for_vpls(const std::vector<ChunkVpls>& chunks, std::int64_t 
         expected_of(chunks, paths, all, [](const ChunkVpls& part) { return part.lights.size(); });
     require_memory(static_cast<std::uint64_t>(lights * (2 * sizeof(Vpl) + kOrdered)),
                    fmt::format("about {:.2g} virtual point lights from {} light paths", lights, all),
-                   "fewer sets, or light paths in a set, are accepted (nsets, nlights)");
+                   "use fewer sets, or fewer light paths per set (nsets, nlights)");
 }
 
 }  // namespace

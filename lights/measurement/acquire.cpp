@@ -235,7 +235,7 @@ LightField acquire_without_filter(const EmitterModel& emitter, const Rig& filter
     const bool coloured = bool(emitter.xyz);
     require_memory(bytes_of(rig.coefficients(), (coloured ? 6 : 2) * sizeof(float)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
-                   "fewer views or pixels are accepted");
+                   "use fewer views or pixels");
     std::array<std::vector<float>, 3> e;  // X, Y, Z
     for (const std::size_t c : {0U, 1U, 2U})
         if (coloured || c == 1) e[c].resize(rig.coefficients());
@@ -393,7 +393,7 @@ class ProjectedSlide {
 float let_through(float value, bool inverted, int x, int y) {
     if (!(value >= 0 && value <= 1.0001F)) {
         throw InputError(
-            fmt::format("slide: a value of {} in column {}, row {}; 0 to 1 are accepted", value, x, y));
+            fmt::format("slide: a value of {} in column {}, row {}; expected 0 to 1", value, x, y));
     }
     return inverted ? std::max(0.0F, 1 - value) : value;
 }
@@ -433,7 +433,7 @@ void check(const Projector& projector, const Image& picture) {
         throw InputError("projector: lengths and flux must be positive and finite");
     }
     if (!(projector.focus > projector.focal_length)) {
-        throw InputError(fmt::format("projector: sharp at {}; more than its focal length of {} is accepted",
+        throw InputError(fmt::format("projector: in focus at {}; expected more than its focal length of {}",
                                      length_text(projector.focus), length_text(projector.focal_length)));
     }
     if (picture.width < 1 || picture.height < 1) throw InputError("slide: it has no pixels");
@@ -473,7 +473,7 @@ EmitterModel projector_emitter(const Projector& projector, const Image& picture)
         }
     }
     flux /= per_metre.x * per_metre.y;
-    if (!(flux > 0) || !std::isfinite(flux)) throw InputError("slide: it lets no light through");
+    if (!(flux > 0) || !std::isfinite(flux)) throw InputError("slide: it transmits no light");
 
     EmitterModel emitter;
     emitter.outline = EmitterModel::Outline::disc;

@@ -46,7 +46,7 @@ void require_own_part(const std::filesystem::path& file) {
     const auto status = std::filesystem::symlink_status(file, none);
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
         throw InputError({file.string()},
-                         "is no unfinished acquisition but a link, folder, pipe or device; remove it, or "
+                         "is a link, folder, pipe or device, not an unfinished acquisition; remove it, or "
                          "choose another output");
 }
 
@@ -78,7 +78,7 @@ void AcquirePart::read_list(std::uint64_t key) {
     Head head{};
     if (!read_one(stream_, head) || head.magic != kMagic) {
         throw InputError({file_.string()},
-                         "is no unfinished acquisition; remove it, or choose another output");
+                         "is not an unfinished acquisition; remove it, or choose another output");
     }
     if (head.key != key && size < sizeof(Head) + sizeof(Record)) {
         stream_.close();
@@ -86,8 +86,8 @@ void AcquirePart::read_list(std::uint64_t key) {
     }
     if (head.key != key) {
         throw InputError({file_.string()},
-                         "is unfinished work on another description; finish that, remove the file, or choose "
-                         "another output");
+                         "is an unfinished acquisition with another description; finish that, remove the "
+                         "file, or choose another output");
     }
     std::uintmax_t good = sizeof(Head);
     std::vector<float> values;
@@ -111,7 +111,7 @@ bool AcquirePart::take(int column, std::span<float> values) {
     const auto place = places_.find(column);
     if (place == places_.end() || place->second.count != values.size()) return false;
     stream_.seekg(static_cast<std::streamoff>(place->second.offset));
-    if (!read_floats(stream_, values)) throw InputError({file_.string()}, "cannot be read any more");
+    if (!read_floats(stream_, values)) throw InputError({file_.string()}, "can no longer be read");
     return true;
 }
 

@@ -49,7 +49,7 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
         const V3d ray = V3d(on_m[i].x, on_m[i].y, rig.distance) - camera.place;
         const double depth = ray.dot(forward);
         if (!(depth > 1e-6 * ray.length()))
-            throw InputError("camera: it stands too near, or in the plane of the screen, to see all of it");
+            throw InputError("camera: it is too close to the screen, or in its plane, to see all of it");
         view.corners[i] = {ray.dot(side) / depth, -ray.dot(up) / depth};  // y runs down
         for (int axis = 0; axis < 2; ++axis) {
             low[axis] = std::min(low[axis], view.corners[i][axis]);
@@ -60,7 +60,7 @@ CameraView oblique_view(const Rig& rig, const CameraModel& camera) {
         const double room = view.size[axis] - 2.0 * camera.margin[axis];
         if (!(room >= 1)) {
             throw InputError(
-                fmt::format("camera: a photograph of {} x {} pixels has no room within margins of {} and {}",
+                fmt::format("camera: a photograph of {} x {} pixels is too small for margins of {} and {}",
                             view.size.x, view.size.y, camera.margin.x, camera.margin.y));
         }
         for (V2d& c : view.corners)  // corners span some width: they are projections of a rectangle seen
@@ -117,9 +117,8 @@ CameraView camera_view(const Rig& rig, const CameraModel& camera) {
     const CameraView view = oblique ? oblique_view(rig, camera) : straight_view(rig, camera);
     constexpr std::int64_t kMostPixels = std::int64_t{1} << 28;  // what read_photograph takes
     if (view.size.x > kMostPixels / view.size.y) {
-        throw InputError(
-            fmt::format("camera: photographs of {} x {} pixels; at most 2^28 pixels are accepted",
-                        view.size.x, view.size.y));
+        throw InputError(fmt::format("camera: photographs of {} x {} pixels; the limit is 2^28 pixels",
+                                     view.size.x, view.size.y));
     }
     return view;
 }
@@ -207,7 +206,7 @@ class Photographer {
     static CameraView checked_view(const Rig& rig, const CameraModel& camera) {
         if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
         if ((rig.shift.x > 0) != (rig.shift.y > 0))
-            throw InputError("rig: its sensor travels along one side only; photographs are of Setup A or B");
+            throw InputError("rig: its sensor moves along one axis only; photographs need Setup A or B");
         return camera_view(rig, camera);
     }
     double sensitivity_for_brightest() const {
@@ -250,7 +249,8 @@ class Photographer {
 void make_folder(const std::filesystem::path& folder) {
     std::error_code error;
     if (!std::filesystem::is_directory(folder, error)) std::filesystem::create_directory(folder, error);
-    if (error) throw InputError({folder.string()}, "the folder cannot be made: " + one_line(error.message()));
+    if (error)
+        throw InputError({folder.string()}, "the folder cannot be created: " + one_line(error.message()));
 }
 
 }  // namespace

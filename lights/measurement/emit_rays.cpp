@@ -130,10 +130,10 @@ RayFileInfo LampEmission::write(const std::filesystem::path& file, std::uint64_t
     info.rays = rays;
     info.flux = flux_;
     if (!keeps_colour(file, info)) {
-        monitor.warn(fmt::format(
-            "{}: the lamp's colour is not kept; of these formats only TM-25 can, in lumens or where "
-            "the efficacy of its watts is known",
-            file.string()));
+        monitor.warn(
+            fmt::format("{}: the lamp's colour is not saved; only TM-25 files can hold it, in lumens or with "
+                        "a known luminous efficacy",
+                        file.string()));
     }
     // Rays of unequal energy are drawn twice: once for the sum that the second time makes the lamp's flux.
     const bool unequal = mode_ == EmissionMode::weighted || coloured_;

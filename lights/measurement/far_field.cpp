@@ -25,7 +25,7 @@ constexpr int kPixelNodes = 3;       // and per pixel of M, over which a mean is
 int steps_of(double step, double whole) {
     const double count = std::round(whole / step);
     if (!(step >= kLeastStep && step <= whole) || std::fabs(count * step - whole) > 1e-6 * whole) {
-        throw InputError(fmt::format("a step of {:g} degrees; {:g} or more, dividing {:g}, is accepted", step,
+        throw InputError(fmt::format("a step of {:g} degrees; expected {:g} or more, a divisor of {:g}", step,
                                      kLeastStep, whole));
     }
     return static_cast<int>(count);
@@ -206,13 +206,13 @@ PhotometricWeb web_of(HatGrid grid, std::span<const Node> nodes, std::span<const
                       double measured, PhotometricInfo info) {
     for (std::size_t n = 0; n < nodes.size(); ++n) grid.add(nodes[n].theta, nodes[n].phi, flux[n]);
     const PhotometricWeb web(grid.finish(), std::move(info));
-    if (!(web.flux() > 0)) throw InputError("the lamp sends nothing into the far field");
+    if (!(web.flux() > 0)) throw InputError("the lamp emits nothing into the far field");
     return scaled(web, measured / web.flux());
 }
 
 void require_light(double flux) {
     if (!(flux > 0)) {
-        throw InputError(fmt::format("the lamp's flux is {:g}; a lamp that shines is needed", flux));
+        throw InputError(fmt::format("the lamp's flux is {:g}; expected a positive flux", flux));
     }
 }
 

@@ -106,14 +106,14 @@ SlabAxes parse_side(const char* option, std::string_view word) {
     for (int side = 0; side < SlabAxes::kSides; ++side) {
         if (SlabAxes::facing(side).name() == word) return SlabAxes::facing(side);
     }
-    input_error({option}, "\"{}\" is not accepted; +z, -z, +x, -x, +y and -y are", one_line(word));
+    input_error({option}, "\"{}\" is not accepted; expected +z, -z, +x, -x, +y or -y", one_line(word));
 }
 
 void require_different_sides(const char* option, std::span<const SlabAxes> sides) {
     for (std::size_t i = 0; i < sides.size(); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
             if (sides[k].n == sides[i].n)
-                input_error({option}, "the side {} twice; each side once is accepted", sides[i].name());
+                input_error({option}, "the side {} is given twice", sides[i].name());
         }
     }
 }

@@ -125,7 +125,7 @@ SideView side_view(const Slab& slab, const SlabAxes& side, double distance, bool
     const V3d& wide = view.deep == 0 ? side.v : side.u;
     if (!parallel(up, side.n) || !parallel(slab.axes.n, deep) || !parallel(other, wide)) {
         throw InputError(
-            fmt::format("plane: the slab towards {} does not look along its axes", slab.axes.name()));
+            fmt::format("plane: the slab towards {} is not aligned with its axes", slab.axes.name()));
     }
     view.normal_sign = std::copysign(1.0, along(up, side.n));
     view.at_up = view.normal_sign * distance - (view.up == 0 ? centre.x : centre.y);
@@ -144,8 +144,8 @@ PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const Plane
         for (int corner = 0; corner < 8; ++corner)
             front = std::max(front, side.n.dot(box_corner(lamp.box(), corner)));
         if (!(patch.distance >= front)) {
-            throw InputError(fmt::format("plane: it cuts the lamp's box; {:g} m or more along {} is accepted",
-                                         front, side.name()));
+            throw InputError(fmt::format(
+                "plane: it intersects the lamp's box; expected {:g} m or more along {}", front, side.name()));
         }
     }
     PlaneIrradiance all{patch, {}};
@@ -157,7 +157,7 @@ PlaneIrradiance project(const Lumigraph& lamp, const SlabAxes& side, const Plane
         if (cosine > 1 - kSameAxis) {
             if (!(along(slab.axes.u, side.u) > 1 - kSameAxis)) {
                 throw InputError(
-                    fmt::format("plane: the slab towards {} does not look along its axes", slab.axes.name()));
+                    fmt::format("plane: the slab towards {} is not aligned with its axes", slab.axes.name()));
             }
             PlanePatch moved = patch;
             moved.distance = std::max(0.0, patch.distance - centre.z);

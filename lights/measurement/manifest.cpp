@@ -26,12 +26,12 @@ std::size_t slot(FilterSign sign) {
 std::vector<double> read_times(const TomlTable& table, std::string_view key) {
     std::vector<double> times = table.numbers(key, kLeastTime, kMostTime);
     if (times.empty() || times.size() > kMostFilterExposures) {
-        input_error(table.place_of(key), "\"{}\" has {} values; 1 to {} are accepted", key, times.size(),
+        input_error(table.place_of(key), "\"{}\" has {} values; expected 1 to {}", key, times.size(),
                     kMostFilterExposures);
     }
     for (std::size_t i = 1; i < times.size(); ++i) {
         if (times[i] > times[i - 1]) continue;
-        input_error(table.place_of(key), "\"{}\" has {:g} s after {:g} s; times that rise are accepted", key,
+        input_error(table.place_of(key), "\"{}\" has {:g} s after {:g} s; expected ascending times", key,
                     times[i], times[i - 1]);
     }
     return times;
@@ -41,7 +41,7 @@ std::vector<double> read_times(const TomlTable& table, std::string_view key) {
 void require_field(const Manifest& manifest, const Location& place, std::string_view field, std::size_t count,
                    std::string_view what) {
     if (count < 2 || manifest.name.has(field)) return;
-    input_error(place, "\"name\" lacks {{{}}}, which tells {} {} apart", field, count, what);
+    input_error(place, "\"name\" lacks {{{}}}, which distinguishes {} {}", field, count, what);
 }
 
 void read_pattern(const TomlTable& table, Manifest& manifest) {
@@ -56,7 +56,7 @@ void read_pattern(const TomlTable& table, Manifest& manifest) {
         word = table.text(sign_name(sign), word);
     }
     if (manifest.sign_words[0] == manifest.sign_words[1]) {
-        input_error(table.place_of("negative"), "both films are called \"{}\"; two words are accepted",
+        input_error(table.place_of("negative"), "both films are called \"{}\"; expected different names",
                     one_line(manifest.sign_words[0]));
     }
     manifest.count_from = table.whole("count_from", 0, 1'000'000, 0);
@@ -70,15 +70,14 @@ void read_pattern(const TomlTable& table, Manifest& manifest) {
 V2d read_point(const TomlTable& table, std::string_view key) {
     const std::vector<double> xy = table.numbers(key, -kMostCoordinate, kMostCoordinate);
     if (xy.size() != 2)
-        input_error(table.place_of(key), "\"{}\" has {} values; x and y in pixels are accepted", key,
-                    xy.size());
+        input_error(table.place_of(key), "\"{}\" has {} values; expected x and y in pixels", key, xy.size());
     return {xy[0], xy[1]};
 }
 
 void read_place_of_m(const TomlTable& table, Manifest& manifest) {
     if (table.has("crop") && table.has("corners")) {
         throw InputError(table.place_of("corners"),
-                         "\"corners\" say again what \"crop\" says; one of them is accepted");
+                         "\"corners\" and \"crop\" exclude each other; use one of them");
     }
     manifest.corners_place = table.place_of(table.has("crop") ? "crop" : "corners");
     if (table.has("crop")) {
@@ -86,7 +85,7 @@ void read_place_of_m(const TomlTable& table, Manifest& manifest) {
         if (box.size() != 4 || !(box[2] > 0 && box[3] > 0)) {
             input_error(
                 manifest.corners_place,
-                "\"crop\" of {} values; left, top, width and height in pixels are accepted, the last two > 0",
+                "\"crop\" has {} values; expected left, top, width and height in pixels, the last two > 0",
                 box.size());
         }
         manifest.corners = corners_of_crop({box[0], box[1]}, {box[2], box[3]});
@@ -109,10 +108,10 @@ CameraCalibration read_calibration(const TomlTable& table) {
     if (table.has("transmission")) {
         const std::vector<double> films = table.numbers("transmission", 1e-6, 1);
         if (films.size() != 2) {
-            input_error(table.place_of("transmission"),
-                        "\"transmission\" has {} values; that of the positive and that of the negative film "
-                        "are accepted",
-                        films.size());
+            input_error(
+                table.place_of("transmission"),
+                "\"transmission\" has {} values; expected those of the positive and of the negative film",
+                films.size());
         }
         camera.transmission = {films[0], films[1]};
     }
@@ -126,14 +125,15 @@ CameraCalibration read_calibration(const TomlTable& table) {
         const std::vector<double> rows = table.numbers("to_xyz", -1e6, 1e6);
         if (rows.size() != 9) {
             input_error(table.place_of("to_xyz"),
-                        "\"to_xyz\" has {} values; the 9 of X, Y and Z by R, G and B are accepted",
+                        "\"to_xyz\" has {} values; expected a matrix of 9, the rows X, Y and Z, the columns "
+                        "R, G and B",
                         rows.size());
         }
         Imath::M33d m;
         for (std::size_t i = 0; i < 9; ++i) m[static_cast<int>(i / 3)][static_cast<int>(i % 3)] = rows[i];
         if (!(std::fabs(m.determinant()) > 1e-12))
             throw InputError(table.place_of("to_xyz"),
-                             "\"to_xyz\" makes no three colours of three; a regular matrix is accepted");
+                             "\"to_xyz\" is singular; expected an invertible matrix");
         camera.to_xyz = m;
     }
     if (camera.saturated && camera.black && !(*camera.saturated > *camera.black)) {
@@ -149,7 +149,7 @@ void add_listed(const TomlTable& table, Manifest& manifest) {
     const V2i& views = manifest.rig.views;
     if (view.x >= views.x || view.y >= views.y) {
         input_error(table.place_of("view"),
-                    "view [{}, {}] is none of the {} x {}; [0, 0] to [{}, {}] are accepted", view.x, view.y,
+                    "view [{}, {}] is outside the {} x {} views; expected [0, 0] to [{}, {}]", view.x, view.y,
                     views.x, views.y, views.x - 1, views.y - 1);
     }
     const FilterSign sign = table.choice("sign", {"positive", "negative"}) == "positive"
@@ -187,7 +187,7 @@ void require_all_listed(const Manifest& manifest) {
         }
     }
     input_error(manifest.place, "{} of {} views and films have no [[photograph]]: {}{}", missing, all,
-                fmt::join(named, ", "), missing > named.size() ? ", …" : "");
+                fmt::join(named, ", "), missing > named.size() ? ", ..." : "");
 }
 
 }  // namespace
@@ -199,7 +199,7 @@ std::string_view sign_name(FilterSign sign) {
 ShotName::ShotName(const Location& place, std::string name) : text_(std::move(name)) {
     std::string_view rest = text_;
     if (rest.empty())
-        throw InputError(place, "\"name\" is empty; a file's name with {m}, {n}, {sign} is accepted");
+        throw InputError(place, "\"name\" is empty; expected a file name with {m}, {n}, {sign}");
     while (true) {
         Piece piece;
         const std::size_t open = rest.find('{');
@@ -213,10 +213,10 @@ ShotName::ShotName(const Location& place, std::string name) : text_(std::move(na
         if (close == rest.npos) throw InputError(place, "\"name\" has a { without its }");
         const std::string_view field = rest.substr(0, close), word = field.substr(0, field.find(':'));
         if (std::find(kFields.begin(), kFields.end(), word) == kFields.end()) {
-            input_error(place,
-                        "\"name\" has {{{}}}, which is unknown; {}{{m}}, {{n}}, {{sign}} and {{exposure}} "
-                        "are accepted",
-                        one_line(field), did_you_mean(word, kFields));
+            input_error(
+                place,
+                "\"name\" has {{{}}}, which is unknown; {}expected {{m}}, {{n}}, {{sign}} or {{exposure}}",
+                one_line(field), did_you_mean(word, kFields));
         }
         piece.field = word;
         if (word.size() < field.size()) {
@@ -284,8 +284,9 @@ Manifest read_manifest(const TomlTable& table) {
     if (listed.empty()) {
         read_pattern(photographs, manifest);
     } else if (photographs.has("name")) {
-        throw InputError(listed.front().place(),
-                         "[[photograph]] and a \"name\" in [photographs] are two ways; one is accepted");
+        throw InputError(
+            listed.front().place(),
+            "[[photograph]] and a \"name\" in [photographs] exclude each other; use one of them");
     }
     for (const TomlTable& one : listed) add_listed(one, manifest);
     if (!listed.empty()) require_all_listed(manifest);
@@ -296,7 +297,7 @@ Manifest read_manifest(const TomlTable& table) {
     manifest.camera = read_calibration(camera);
     if (manifest.camera.to_xyz && manifest.channel != kColourChannels) {
         input_error(camera.place_of("to_xyz"),
-                    "\"to_xyz\" is of photographs in colour; channel = \"{}\" is not",
+                    "\"to_xyz\" is for photographs in colour; channel = \"{}\" is not",
                     one_line(manifest.channel));
     }
     for (const TomlTable& dark : table.tables("dark")) {

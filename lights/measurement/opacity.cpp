@@ -41,8 +41,7 @@ std::span<const int> FilterImages::channels() const {
 void FilterImages::allocate(bool several_colours) {
     const std::size_t count = rig.coefficients();
     require_memory(bytes_of(count, (several_colours ? 6 : 2) * sizeof(float)),
-                   fmt::format("filter images of {} coefficients", count),
-                   "fewer views or pixels are accepted");
+                   fmt::format("filter images of {} coefficients", count), "use fewer views or pixels");
     for (std::vector<float>* image : {&positive, &negative}) image->assign(count, 0.0F);
     for (std::vector<float>* image : {&x.positive, &x.negative, &z.positive, &z.negative})
         image->assign(several_colours ? count : 0, 0.0F);
@@ -54,7 +53,7 @@ std::vector<float> coefficients_of(const FilterImages& images, int channel) {
     const std::vector<float>& positive = images.of(FilterSign::positive, channel);
     const std::vector<float>& negative = images.of(FilterSign::negative, channel);
     if (positive.size() != rig.coefficients() || negative.size() != rig.coefficients()) {
-        throw InputError(fmt::format("filter images: {} and {} pixels where the rig has {}", positive.size(),
+        throw InputError(fmt::format("filter images: {} and {} pixels, but the rig has {}", positive.size(),
                                      negative.size(), rig.coefficients()));
     }
     const double plus = filter_scale(rig, FilterSign::positive);

@@ -57,7 +57,7 @@ void require_photographs(const Manifest& manifest) {
     if (missing == 0) return;
     input_error(manifest.place, "{}{} of {} photographs are missing: {}{}",
                 missing > 1'000'000 ? "over " : "", missing, manifest.shot_count() + manifest.darks.size(),
-                fmt::join(named, "; "), missing > named.size() ? "; …" : "");
+                fmt::join(named, "; "), missing > named.size() ? "; ..." : "");
 }
 
 // What all views share: the format of the photographs, the dark frames, the way to M.
@@ -90,10 +90,9 @@ class Bench {
             // Bounds what a manifest can make us allocate by what the photographs hold.
             const double there = area(corners), wanted = static_cast<double>(plane.x) * plane.y;
             if (there < kLeastDensity * wanted) {
-                throw InputError(
-                    fmt::format("M's {} x {} pixels come from {:.0f} of the photographs'; at least {:.0f} "
-                                "are accepted",
-                                plane.x, plane.y, there, std::ceil(kLeastDensity * wanted)));
+                throw InputError(fmt::format(
+                    "M's {} x {} pixels cover {:.0f} pixels of the photographs; expected at least {:.0f}",
+                    plane.x, plane.y, there, std::ceil(kLeastDensity * wanted)));
             }
             return photograph_to_plane(first_.size, plane, corners);
         } catch (const InputError& error) {
@@ -113,8 +112,7 @@ class Bench {
                                                    : "16 bits");
             };
             throw InputError({shot.file.string()},
-                             fmt::format("{}, where the others have {}; the same are accepted",
-                                         kind(photograph), kind(first_)));
+                             fmt::format("{}, but the others have {}", kind(photograph), kind(first_)));
         }
         return photograph;
     }
@@ -321,15 +319,15 @@ void join(const std::vector<Findings>& all, bool noise_known, Assembly& assembly
     assembly.signal = std::sqrt(squares / count);
     assembly.noise = noise_known ? std::sqrt(variance / count) : 0;
     if (assembly.saturated > 0) {
-        monitor.warn(fmt::format(
-            "{} pixels are full in every exposure, the first in {}: their light is a lower bound; "
-            "shorter exposures would see them",
-            assembly.saturated, first));
+        monitor.warn(
+            fmt::format("{} pixels are saturated in every exposure, the first in {}: their values are lower "
+                        "bounds; add shorter exposures",
+                        assembly.saturated, first));
     }
     if (assembly.noise > kMuchNoise * assembly.signal) {
         monitor.warn(
-            fmt::format("the coefficients' noise is {:.0f} % of their root mean square; longer exposures or "
-                        "larger pixels of M would lower it",
+            fmt::format("the noise of the coefficients is {:.0f} % of their root mean square; use longer "
+                        "exposures or larger pixels of M",
                         assembly.signal > 0 ? 100 * assembly.noise / assembly.signal : 100.0));
     }
 }
@@ -358,7 +356,7 @@ Assembly assemble(const Manifest& manifest, const PhotographReader& reader, cons
     const std::size_t arrays = (coloured ? 6U : 2U) + (options.deviations ? 1U : 0U);
     require_memory(bytes_of(rig.coefficients(), arrays * sizeof(float)),
                    fmt::format("filter images of {} coefficients", rig.coefficients()),
-                   "fewer views or pixels are accepted");
+                   "use fewer views or pixels");
     assembly.images.allocate(coloured);
     if (options.deviations) assembly.deviations.resize(rig.coefficients());
     assembly.size = bench.size();

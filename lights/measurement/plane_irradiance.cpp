@@ -238,7 +238,7 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
                         Monitor& monitor, Reconstruction reconstruction) {
     require(patch);
     if (!(patch.distance >= 0))
-        throw InputError(fmt::format("plane: {:g} m before S; 0 or more is accepted", patch.distance));
+        throw InputError(fmt::format("plane: {:g} m in front of S; expected 0 or more", patch.distance));
     if (reconstruction == Reconstruction::approximate)
         return project_approximately(field, patch, workers, monitor);
     const Rig& rig = field.rig();
@@ -268,7 +268,8 @@ PlaneIrradiance project(const LightField& field, const PlanePatch& patch, const 
 
 double irradiance(const LightField& field, const V3d& point, Reconstruction reconstruction) {
     if (!(point.z >= 0) || !std::isfinite(point.x + point.y + point.z))
-        throw InputError(fmt::format("a point {:g} m before S; 0 or more, and finite, is accepted", point.z));
+        throw InputError(
+            fmt::format("a point {:g} m in front of S; expected a finite value, 0 or more", point.z));
     if (reconstruction == Reconstruction::approximate) {
         const ApproximatePlane plane(field, {});
         return plane.at(plane.nodes(0, point.z, point.x), plane.nodes(1, point.z, point.y), point.z);

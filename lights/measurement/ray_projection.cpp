@@ -92,7 +92,7 @@ Projection project_rays(const RaySet& set, const Rig& rig, const Workers& worker
     const std::size_t channels = set.coloured() ? 3 : 1;
     require_memory(bytes_of(rig.coefficients(), 2 * channels * sizeof(double)),
                    fmt::format("a light field of {} coefficients", rig.coefficients()),
-                   "fewer views or pixels are accepted");
+                   "use fewer views or pixels");
     // X, Y and Z, or the one channel that there is.
     std::vector<std::vector<double>> sums(channels, std::vector<double>(rig.coefficients()));
     const double scale = 1 / rig.cell_volume();  // > 0: Rig::fault
@@ -218,8 +218,7 @@ double add_to_row(const LampRay& ray, const V3f& tint, int n, FilterSums& sums) 
 FilterSums::FilterSums(const Rig& of) : rig(of) {
     if (const std::string fault = rig.fault(); !fault.empty()) throw InputError("rig: " + fault);
     require_memory(bytes_of(rig.coefficients(), 2 * sizeof(double)),
-                   fmt::format("sums of {} coefficients", rig.coefficients()),
-                   "fewer views or pixels are accepted");
+                   fmt::format("sums of {} coefficients", rig.coefficients()), "use fewer views or pixels");
     positive.resize(rig.coefficients());
     negative.resize(rig.coefficients());
     rows = ItemStates(static_cast<std::size_t>(rig.views.y));
@@ -229,7 +228,7 @@ void FilterSums::separate_colours() {
     if (coloured()) return;
     require_memory(bytes_of(rig.coefficients(), 4 * sizeof(double)),
                    fmt::format("sums of {} coefficients in two more channels", rig.coefficients()),
-                   "fewer views or pixels are accepted");
+                   "use fewer views or pixels");
     const auto times = [](const std::vector<double>& of, float factor) {
         std::vector<double> to(of.size());
         std::transform(of.begin(), of.end(), to.begin(), [&](double y) { return y * double{factor}; });

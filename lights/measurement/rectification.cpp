@@ -77,9 +77,8 @@ bool convex(const std::array<V2d, 4>& q) {
 Homography Homography::of_rectangle(const V2d& size, const std::array<V2d, 4>& to) {
     if (!convex(to)) {
         throw InputError(
-            fmt::format("the corners ({:g}, {:g}), ({:g}, {:g}), ({:g}, {:g}), ({:g}, {:g}) make no convex "
-                        "quadrilateral; the four "
-                        "corners in their order around it are accepted",
+            fmt::format("the corners ({:g}, {:g}), ({:g}, {:g}), ({:g}, {:g}), ({:g}, {:g}) do not form a "
+                        "convex quadrilateral; expected the four corners in order around it",
                         to[0].x, to[0].y, to[1].x, to[1].y, to[2].x, to[2].y, to[3].x, to[3].y));
     }
     // [Heckbert 1989, 2.2.3].

@@ -23,9 +23,8 @@ struct Either {
 V2d one_of(const TomlTable& table, const Either& names, const V2d& parts) {
     const bool direct = table.has(names.direct), derived = table.has(names.derived);
     if (direct && derived) {
-        input_error(table.place_of(names.derived),
-                    "\"{}\" says again what \"{}\" says; one of them is accepted", names.derived,
-                    names.direct);
+        input_error(table.place_of(names.derived), "\"{}\" and \"{}\" exclude each other; use one of them",
+                    names.derived, names.direct);
     }
     if (!direct && !derived)
         input_error(table.place(), "[rig] lacks \"{}\" or \"{}\"", names.direct, names.derived);
@@ -47,12 +46,12 @@ void derive_shift(const TomlTable& table, Rig& rig) {
             continue;
         }
         const double below = std::max(1.0, std::floor(pixels));
-        input_error(
-            table.place_of(key),
-            "\"{}\" of {} is {:.6g} pixels of {} per view; in Setup A a whole number is accepted: the "
-            "nearest are {} and {}",
-            key, length_text(times * rig.spacing[axis]), pixels, length_text(rig.pixel[axis]),
-            length_text(times * below * rig.pixel[axis]), length_text(times * (below + 1) * rig.pixel[axis]));
+        input_error(table.place_of(key),
+                    "\"{}\" of {} is {:.6g} pixels of {} per view; Setup A needs a whole number: the nearest "
+                    "are {} and {}",
+                    key, length_text(times * rig.spacing[axis]), pixels, length_text(rig.pixel[axis]),
+                    length_text(times * below * rig.pixel[axis]),
+                    length_text(times * (below + 1) * rig.pixel[axis]));
     }
 }
 
@@ -80,7 +79,7 @@ void read_projector(const TomlTable& table, EmitterDescription& emitter) {
     emitter.focus = table.length("focus");
     if (!(emitter.focus > emitter.focal_length)) {
         input_error(table.place_of("focus"),
-                    "\"focus\" of {} is not beyond the focal length of {}; a greater distance is accepted",
+                    "\"focus\" of {} is not beyond the focal length of {}; expected a greater distance",
                     length_text(emitter.focus), length_text(emitter.focal_length));
     }
     emitter.slide = table.path("slide");
@@ -106,7 +105,7 @@ EmitterDescription read_emitter(const TomlTable& table) {
     emitter.setback = table.position("setback", 0.0);
     if (emitter.setback < 0 && emitter.kind != Kind::scene) {
         throw InputError(table.place_of("setback"),
-                         "the lamp cannot stand before the sampling plane; 0 or more is accepted");
+                         "the lamp cannot be in front of the sampling plane; expected 0 or more");
     }
     emitter.unit = table.choice("unit", {"lm", "W"}, "lm") == "lm" ? FluxUnit::lumen : FluxUnit::watt;
     if (emitter.kind == Kind::scene) {
@@ -153,13 +152,12 @@ Rgb read_colour(const TomlTable& table, std::string_view key) {
     if (!table.has(key)) return Rgb(1.0F);
     const std::vector<double> parts = table.numbers(key, 0, 1e6);
     if (parts.size() != 3) {
-        input_error(table.place_of(key), "\"{}\" has {} values; red, green and blue are accepted", key,
+        input_error(table.place_of(key), "\"{}\" has {} values; expected red, green and blue", key,
                     parts.size());
     }
     const Rgb colour(static_cast<float>(parts[0]), static_cast<float>(parts[1]),
                      static_cast<float>(parts[2]));
-    if (!(luminance(colour) > 1e-6F))
-        input_error(table.place_of(key), "\"{}\" is black; one with light in it is accepted", key);
+    if (!(luminance(colour) > 1e-6F)) input_error(table.place_of(key), "\"{}\" is black", key);
     return colour / luminance(colour);  // above 1e-6
 }
 
@@ -222,13 +220,13 @@ constexpr int kMostPhotograph = 32768;  // pixels on a side
 std::vector<double> read_exposures(const TomlTable& table) {
     std::vector<double> times = table.numbers("exposures", 1e-9, 1e6);
     if (times.empty() || times.size() > kMostExposures) {
-        input_error(table.place_of("exposures"), "\"exposures\" has {} values; 1 to {} are accepted",
+        input_error(table.place_of("exposures"), "\"exposures\" has {} values; expected 1 to {}",
                     times.size(), kMostExposures);
     }
     for (std::size_t i = 1; i < times.size(); ++i) {
         if (times[i] > times[i - 1]) continue;
         input_error(table.place_of("exposures"),
-                    "\"exposures\" has {:g} s after {:g} s; times that rise are accepted", times[i],
+                    "\"exposures\" has {:g} s after {:g} s; expected ascending times", times[i],
                     times[i - 1]);
     }
     return times;
@@ -237,8 +235,8 @@ std::vector<double> read_exposures(const TomlTable& table) {
 int read_bits(const TomlTable& table, int fallback) {
     const int bits = table.whole("bits", 8, 32, fallback);
     if (bits > 16 && bits != 32) {
-        input_error(table.place_of("bits"), "\"bits\" of {} is not accepted; 8 to 16, or 32 for floats, are",
-                    bits);
+        input_error(table.place_of("bits"),
+                    "\"bits\" of {} is not accepted; expected 8 to 16, or 32 for floats", bits);
     }
     return bits;
 }

@@ -41,7 +41,7 @@ inline std::string shape_text(const pybind11::array& array) {
 inline void require_rows(const pybind11::array& array, pybind11::ssize_t columns, const char* name) {
     if (array.ndim() == 2 && array.shape(1) == columns) return;
     throw InputError(
-        fmt::format("{}: shape {} is not accepted; (n, {}) is", name, shape_text(array), columns));
+        fmt::format("{}: shape {} is not accepted; expected (n, {})", name, shape_text(array), columns));
 }
 
 }  // namespace lucerna

@@ -41,7 +41,7 @@ py::array_t<float> channels_of(const Image& image, const std::vector<std::string
 Image image_of(const std::vector<std::string>& names, const InputArray<float>& values,
                std::map<std::string, std::string> attributes, const std::optional<std::string>& space) {
     if (values.ndim() != 3 || values.shape(2) != py::ssize_t(names.size()) || values.size() == 0) {
-        throw InputError(fmt::format("image: shape {} is not accepted; (height, width, {}) is",
+        throw InputError(fmt::format("image: shape {} is not accepted; expected (height, width, {})",
                                      shape_text(values), names.size()));
     }
     constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
@@ -53,7 +53,7 @@ Image image_of(const std::vector<std::string>& names, const InputArray<float>& v
     if (space) {
         const auto known = WorkingSpace::named(*space);
         if (!known) {
-            throw InputError({"colour_space"}, fmt::format("\"{}\" is unknown; {} are accepted", *space,
+            throw InputError({"colour_space"}, fmt::format("\"{}\" is unknown; expected {}", *space,
                                                            fmt::join(WorkingSpace::names(), ", ")));
         }
         if (!known->is_srgb()) image.space = &known->space();
@@ -65,12 +65,12 @@ PictureLook look_of(const Image& image, const std::optional<double>& stops, cons
                     const std::optional<double>& white) {
     const auto curve = tone_curve_named(tone);
     if (!curve) {
-        throw InputError({"tone"}, fmt::format("\"{}\" is unknown; {} are accepted", tone,
-                                               fmt::join(tone_curve_names(), " and ")));
+        throw InputError({"tone"}, fmt::format("\"{}\" is unknown; expected {}", tone,
+                                               fmt::join(tone_curve_names(), " or ")));
     }
     if (white && !(*white >= kLeastWhite && *white <= kMostWhite)) {
-        throw InputError({"white"}, fmt::format("{:g} is not accepted; {:g} to {:g} is, in kelvins", *white,
-                                                kLeastWhite, kMostWhite));
+        throw InputError({"white"}, fmt::format("{:g} is not accepted; expected {:g} to {:g}, in kelvins",
+                                                *white, kLeastWhite, kMostWhite));
     }
     return {stops ? static_cast<float>(std::exp2(*stops)) : auto_exposure(image), *curve, white};
 }

@@ -38,8 +38,7 @@ Lamp lamp_of(Lumigraph made) {
 const LightField& only_field(const Lumigraph& lamp, const char* what) {
     if (lamp.slabs().size() == 1) return lamp.slabs()[0].field;
     throw InputError({what},
-                     fmt::format("the lamp has {} slabs, and this is of one; those of .slabs are accepted",
-                                 lamp.slabs().size()));
+                     fmt::format("the lamp has {} slabs; use this on each of .slabs", lamp.slabs().size()));
 }
 
 std::vector<py::ssize_t> shape_of(const Rig& rig) {
@@ -75,10 +74,9 @@ LightField field_of(const Rig& rig, const InputArray<float>& array, LightFieldIn
     const std::span<const float> values = values_of(array);
     if (is(1)) return LightField(rig, std::vector<float>(values.begin(), values.end()), std::move(info));
     if (!is(3)) {
-        throw InputError({"array"},
-                         fmt::format("shape {} is not accepted; ({}, {}, {}, {}) is, or the same with 3 "
-                                     "channels, X, Y and Z, behind",
-                                     shape_text(array), one[0], one[1], one[2], one[3]));
+        throw InputError({"array"}, fmt::format("shape {} is not accepted; expected ({}, {}, {}, {}), or the "
+                                                "same followed by 3 channels, X, Y and Z",
+                                                shape_text(array), one[0], one[1], one[2], one[3]));
     }
     std::array<std::vector<float>, 3> xyz;
     for (std::vector<float>& channel : xyz) channel.reserve(values.size() / 3);
@@ -104,7 +102,7 @@ FluxUnit unit_of(const std::string& word) {
     for (const FluxUnit unit : {FluxUnit::watt, FluxUnit::lumen}) {
         if (flux_unit_name(unit) == word) return unit;
     }
-    throw InputError({"unit"}, fmt::format("\"{}\" is not accepted; \"W\" and \"lm\" are", word));
+    throw InputError({"unit"}, fmt::format("\"{}\" is not accepted; expected \"W\" or \"lm\"", word));
 }
 
 Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& pixel, double distance,
@@ -112,8 +110,8 @@ Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& 
                const std::string& basis) {
     if (array.ndim() != 4 && array.ndim() != 5) {
         throw InputError({"array"},
-                         fmt::format("shape {} is not accepted; (views u, views v, pixels s, pixels t) is, "
-                                     "or the same with 3 channels, X, Y and Z, behind",
+                         fmt::format("shape {} is not accepted; expected (views u, views v, pixels s, pixels "
+                                     "t), or the same followed by 3 channels, X, Y and Z",
                                      shape_text(array)));
     }
     constexpr py::ssize_t kMost = 1 << 20;
@@ -130,7 +128,8 @@ Lamp made_lamp(const InputArray<float>& array, const Pair& spacing, const Pair& 
     rig.distance = distance;
     rig.centre = {centre[0], centre[1], centre[2]};
     if (basis != "box" && basis != "hat")
-        throw InputError({"basis"}, fmt::format("\"{}\" is not accepted; \"box\" and \"hat\" are", basis));
+        throw InputError({"basis"},
+                         fmt::format("\"{}\" is not accepted; expected \"box\" or \"hat\"", basis));
     rig.basis = basis == "hat" ? PixelBasis::hat : PixelBasis::box;
     LightFieldInfo info;
     info.unit = unit_of(unit);
@@ -153,30 +152,30 @@ Lamp import_lamp(const std::vector<std::filesystem::path>& files, const std::vec
                  const std::optional<std::array<int, 2>>& pixels, const std::optional<double>& distance,
                  double capture, int slabs, const std::optional<double>& height,
                  const std::optional<int>& threads, const py::object& progress) {
-    if (files.empty()) throw InputError({"files"}, "there are none; one or more ray files are accepted");
+    if (files.empty()) throw InputError({"files"}, "is empty; expected one or more ray files");
     if (!drives.empty() && drives.size() != files.size()) {
-        throw InputError({"drive"}, fmt::format("{} of them for {} ray files; one for each is accepted",
+        throw InputError({"drive"}, fmt::format("{} values for {} ray files; expected one for each file",
                                                 drives.size(), files.size()));
     }
     if (slabs != 0 && slabs != 1 && slabs != 2 && slabs != 6)
-        throw InputError({"slabs"}, fmt::format("{} is not accepted; 1, 2 and 6 are", slabs));
-    if (height && slabs > 1)
-        throw InputError({"height"}, "is that of one slab; slabs=1 is accepted beside it");
+        throw InputError({"slabs"}, fmt::format("{} is not accepted; expected 1, 2 or 6", slabs));
+    if (height && slabs > 1) throw InputError({"height"}, "applies to one slab only; add slabs=1");
     if (!(capture > 0 && capture < 1))
         throw InputError({"capture"},
-                         fmt::format("{:g} is not accepted; a share between 0 and 1 is", capture));
+                         fmt::format("{:g} is not accepted; expected a share between 0 and 1", capture));
     const auto size = [](const char* name, const std::optional<std::array<int, 2>>& given) {
         if (!given) return V2i(0, 0);
         if ((*given)[0] < 1 || (*given)[1] < 1)
-            throw InputError(
-                {name}, fmt::format("({}, {}) is not accepted; 1 or more are", (*given)[0], (*given)[1]));
+            throw InputError({name}, fmt::format("({}, {}) is not accepted; expected 1 or more", (*given)[0],
+                                                 (*given)[1]));
         return V2i((*given)[0], (*given)[1]);
     };
     LumigraphOptions options;
     options.fit.views = size("views", views);
     options.fit.pixels = size("pixels", pixels);
     if (distance && !(*distance > 0))
-        throw InputError({"distance"}, fmt::format("{:g} is not accepted; metres above 0 are", *distance));
+        throw InputError({"distance"},
+                         fmt::format("{:g} is not accepted; expected metres above 0", *distance));
     options.fit.distance = distance.value_or(0);
     options.fit.capture = capture;
     options.fit.z = height;
@@ -240,7 +239,7 @@ py::array_t<double> project_lamp(const Lumigraph& lamp, double distance, const P
                                  const std::array<int, 2>& resolution, const Pair& centre,
                                  const std::string& side, bool xyz, const std::optional<int>& threads) {
     if (resolution[0] < 1 || resolution[1] < 1 || std::max(resolution[0], resolution[1]) > 65536) {
-        throw InputError({"resolution"}, fmt::format("({}, {}) is not accepted; 1 to 65536 pixels are",
+        throw InputError({"resolution"}, fmt::format("({}, {}) is not accepted; expected 1 to 65536 pixels",
                                                      resolution[0], resolution[1]));
     }
     const Screen screen{lamp, parse_side("side", side)};
@@ -290,13 +289,14 @@ Web far_field_of(const Lumigraph& lamp, double polar_step, double azimuth_step, 
                  const std::optional<int>& threads) {
     if (!(polar_step >= 0.05 && polar_step <= 45))
         throw InputError({"polar_step"},
-                         fmt::format("{:g} is not accepted; 0.05 to 45 degrees are", polar_step));
+                         fmt::format("{:g} is not accepted; expected 0.05 to 45 degrees", polar_step));
     if (!(azimuth_step >= 0.05 && azimuth_step <= 90))
         throw InputError({"azimuth_step"},
-                         fmt::format("{:g} is not accepted; 0.05 to 90 degrees are", azimuth_step));
+                         fmt::format("{:g} is not accepted; expected 0.05 to 90 degrees", azimuth_step));
     if (efficacy != 0 && !(efficacy > 0 && efficacy <= kMostLumensPerWatt))
-        throw InputError({"efficacy"}, fmt::format("{:g} is not accepted; lumens per watt up to {:g} are",
-                                                   efficacy, kMostLumensPerWatt));
+        throw InputError({"efficacy"},
+                         fmt::format("{:g} is not accepted; expected lumens per watt up to {:g}", efficacy,
+                                     kMostLumensPerWatt));
     const Workers workers = workers_of(threads);
     PythonMonitor monitor{py::none()};
     return monitor.run([&] {
@@ -319,7 +319,7 @@ Web made_web(const InputArray<double>& polar, const InputArray<double>& azimuth,
         candela.shape(0) != azimuth.size() || candela.shape(1) != polar.size()) {
         throw InputError({"candela"},
                          fmt::format("shapes {} of polar, {} of azimuth and {} of candela are not accepted; "
-                                     "(n,), (m,) and (m, n) are",
+                                     "expected (n,), (m,) and (m, n)",
                                      shape_text(polar), shape_text(azimuth), shape_text(candela)));
     }
     PhotometricGrid grid;
@@ -336,7 +336,7 @@ py::array_t<double> intensities(const Web& web, const InputArray<double>& direct
         const V3d d(directions.at(i, 0), directions.at(i, 1), directions.at(i, 2));
         const double length = d.length();
         if (!(length > 0) || !std::isfinite(length))
-            throw InputError({"directions"}, fmt::format("row {} is no direction", i));
+            throw InputError({"directions"}, fmt::format("row {} is not a direction", i));
         array.mutable_at(i) = web.web->intensity(d / length);
     }
     return array;
@@ -346,7 +346,7 @@ void write_web(const Web& web, const std::filesystem::path& file, const std::str
     if (web.unit != FluxUnit::lumen)
         throw InputError(
             {"write_ies"},
-            "the lamp is in W and IES files are in lm; far_field(efficacy=...) is needed to convert");
+            "the lamp is in W, but an .ies file is in lm; give the conversion with far_field(efficacy=...)");
     write_ies(file, *web.web, title);
 }
 

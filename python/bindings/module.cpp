@@ -8,7 +8,7 @@
 #include "python/bindings/bindings.h"
 
 PYBIND11_MODULE(_lucerna, module) {
-    module.doc() = "What the package lucerna is made of; use that.";
+    module.doc() = "Implementation of the package lucerna; use that package.";
     pybind11::register_exception<lucerna::InputError>(module, "InputError", PyExc_ValueError);
     module.attr("InputError").attr("__module__") = "lucerna";
     module.attr("__version__") = std::string(lucerna::program_version());

@@ -91,7 +91,7 @@ Workers workers_of(const std::optional<int>& threads) {
     Workers workers;
     if (!threads) return workers;
     if (*threads < 1 || *threads > 1024)
-        throw InputError({"threads"}, fmt::format("{} is not accepted; 1 to 1024 is", *threads));
+        throw InputError({"threads"}, fmt::format("{} is not accepted; expected 1 to 1024", *threads));
     workers.threads = *threads;
     return workers;
 }

@@ -36,7 +36,7 @@ std::shared_ptr<ObjectMesh> mesh_of(const InputArray<double>& vertices, const In
     require_rows(vertices, 3, "vertices");
     require_rows(triangles, 3, "triangles");
     if (vertices.shape(0) > std::numeric_limits<int>::max())
-        throw InputError({"vertices"}, "at most 2147483647 are accepted");
+        throw InputError({"vertices"}, "too many; the limit is 2147483647");
     auto mesh = std::make_shared<ObjectMesh>();
     const auto triples = [](const InputArray<double>& array) {
         std::vector<V3d> result;
@@ -141,15 +141,14 @@ std::shared_ptr<ReadScene> read(std::filesystem::path file, std::optional<std::s
     if (resolution) overrides.resolution = {resolution->first, resolution->second};
     if (resolution && (resolution->first < 1 || resolution->second < 1 ||
                        std::max(resolution->first, resolution->second) > 65536)) {
-        throw InputError({"resolution"}, fmt::format("({}, {}) is not accepted; 1 to 65536 pixels are",
+        throw InputError({"resolution"}, fmt::format("({}, {}) is not accepted; expected 1 to 65536 pixels",
                                                      resolution->first, resolution->second));
     }
     if (colour_space) {
         overrides.colours = WorkingSpace::named(*colour_space);
         if (!overrides.colours) {
-            throw InputError({"colour_space"},
-                             fmt::format("\"{}\" is unknown; {} are accepted", *colour_space,
-                                         fmt::join(WorkingSpace::names(), ", ")));
+            throw InputError({"colour_space"}, fmt::format("\"{}\" is unknown; expected {}", *colour_space,
+                                                           fmt::join(WorkingSpace::names(), ", ")));
         }
     }
     overrides.skip_missing = skip_missing;
@@ -216,10 +215,11 @@ std::optional<PixelBox> box_of(const std::optional<std::array<int, 4>>& crop) {
     if (!crop) return std::nullopt;
     const auto& [x0, y0, x1, y1] = *crop;
     if (x0 < 0 || y0 < 0 || x0 >= x1 || y0 >= y1) {
-        throw InputError({"crop"},
-                         fmt::format("({}, {}, {}, {}) is not accepted; (x0, y0, x1, y1) with x0 < x1 and "
-                                     "y0 < y1 is",
-                                     x0, y0, x1, y1));
+        throw InputError(
+            {"crop"},
+            fmt::format(
+                "({}, {}, {}, {}) is not accepted; expected (x0, y0, x1, y1) with x0 < x1 and y0 < y1", x0,
+                y0, x1, y1));
     }
     return PixelBox{{x0, y0}, {x1, y1}};
 }

@@ -149,7 +149,7 @@ def _image_of(
     if values.ndim == 2:
         values = values[..., np.newaxis]
     if values.ndim != 3:
-        raise _lucerna.InputError(f"image: shape {values.shape} is not accepted; (height, width, channels) is")
+        raise _lucerna.InputError(f"image: shape {values.shape} is not accepted; expected (height, width, channels)")
     if channels is None:
         usual = {1: ["Y"], 3: ["R", "G", "B"]}.get(values.shape[2])
         if usual is None:

@@ -23,7 +23,7 @@ def _setting(name: str, value: Any) -> Tuple[str, Setting]:
         return name, value
     if isinstance(value, (int, float)):
         return name, float(value)
-    raise _lucerna.InputError(f"{name}: {value!r} is not accepted; a number, a word, True and False are")
+    raise _lucerna.InputError(f"{name}: {value!r} is not accepted; expected a number, a string, True or False")
 
 
 class Result(Image):
@@ -77,13 +77,13 @@ def render(
     InputError: an unknown or ill-typed setting, or what the scene's text has wrong.
     """
     if stop not in ("raise", "return"):
-        raise _lucerna.InputError(f'stop: "{stop}" is not accepted; "raise" and "return" are')
+        raise _lucerna.InputError(f'stop: "{stop}" is not accepted; expected "raise" or "return"')
     for name, value, least in (("spp", spp, 1), ("passes", passes, 1), ("time", time, 0), ("error", error, 0)):
         if value is not None and not (value >= least and value > 0 and math.isfinite(value)):
-            raise _lucerna.InputError(f"{name}: {value} is not accepted; a number above 0 is")
+            raise _lucerna.InputError(f"{name}: {value} is not accepted; expected a number above 0")
     for name, count in (("spp", spp), ("passes", passes)):
         if count is not None and count > 1 << 24:
-            raise _lucerna.InputError(f"{name}: {count} is not accepted; at most {1 << 24} is")
+            raise _lucerna.InputError(f"{name}: {count} is not accepted; expected at most {1 << 24}")
     return Result(
         _lucerna.render(
             scene._held,

@@ -133,7 +133,7 @@ def _quoted(text: str) -> str:
 def _number(value: Any, what: str) -> str:
     number = float(value)
     if not math.isfinite(number):
-        raise _lucerna.InputError(f"{what}: {number} is not accepted; finite numbers are")
+        raise _lucerna.InputError(f"{what}: {number} is not accepted; expected finite numbers")
     return str(int(number)) if number.is_integer() and abs(number) < 2**53 else repr(number)
 
 
@@ -326,7 +326,7 @@ class SceneBuilder:
         """
         indices = np.asarray(triangles)
         if indices.dtype.kind not in "iu":
-            raise _lucerna.InputError(f"triangles: {indices.dtype} is not accepted; whole numbers are")
+            raise _lucerna.InputError(f"triangles: {indices.dtype} is not accepted; expected whole numbers")
         if indices.size and not (0 <= indices.min() and indices.max() < 2**31):
             raise _lucerna.InputError(f"triangles: indices are from {indices.min()} to {indices.max()}")
         name = f"mesh {len(self._meshes)}"

@@ -109,7 +109,7 @@ TEST(Gunzip, UpToItsBound_IsReadAndBeyondIsRefused) {
     const std::vector<std::byte> packed = read_bytes(folder / "a.gz");
     EXPECT_EQ(gunzip(packed, "a.gz", 10'000).size(), 10'000U);
     EXPECT_EQ(error_of([&] { gunzip(packed, "a.gz", 9'999); }),
-              "a.gz: unpacks to more than 9999 bytes; no more are accepted");
+              "a.gz: expands to more than 9999 bytes, the limit");
 }
 
 TEST(Gunzip, DamagedOrCutOff_SaysSo) {
@@ -172,10 +172,10 @@ TEST(Files, NoRegularFile_IsRefusedWithoutWaiting) {
         alarm(0);
         return text.substr(file.string().size());
     };
-    EXPECT_EQ(cause(folder / "pipe"), ": is no regular file but a pipe");
-    EXPECT_EQ(cause(folder / "link to pipe"), ": is no regular file but a pipe");
-    EXPECT_EQ(cause("/dev/zero"), ": is no regular file but a device");
-    EXPECT_EQ(cause(folder / "dangling"), ": no such file: the link leads nowhere");
+    EXPECT_EQ(cause(folder / "pipe"), ": is a pipe; expected a regular file");
+    EXPECT_EQ(cause(folder / "link to pipe"), ": is a pipe; expected a regular file");
+    EXPECT_EQ(cause("/dev/zero"), ": is a device; expected a regular file");
+    EXPECT_EQ(cause(folder / "dangling"), ": no such file: a broken link");
     EXPECT_EQ(cause(folder / "loop"), ": cannot be opened: Too many levels of symbolic links");
 }
 

@@ -56,7 +56,7 @@ TEST(Photograph, Colours_GiveTheirLuminanceOrOneChannel) {
     EXPECT_EQ(read_photograph(folder / "a.exr", "G").counts, (std::vector<float>{2, 5}));
     EXPECT_NEAR(read_photograph(folder / "a.exr").counts[0], luminance(Rgb(1, 2, 3)), 1e-6F);
     EXPECT_THAT(error_of([&] { read_photograph(folder / "a.exr", "Z"); }),
-                HasSubstr("no channel \"Z\"; accepted are luminance, rgb and R, G, B"));
+                HasSubstr("no channel \"Z\"; expected luminance, rgb or R, G, B"));
 }
 
 TEST(Photograph, WrongSuffixes_AreRefused) {

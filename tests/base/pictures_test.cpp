@@ -39,7 +39,7 @@ TEST(Pictures, Missing_NamesTheFileTheLibraryAndWhereItWasSought) {
     EXPECT_EQ(error_of([&] {
                   pictures("wall.png", {one.path(), other.path()});
               }),
-              fmt::format("wall.png: pictures need {}, which is in none of {}, {}", kLibrary,
+              fmt::format("wall.png: pictures need {}, which was not found in {}, {}", kLibrary,
                           one.path().string(), other.path().string()));
     EXPECT_THAT(error_of([] { pictures("wall.png", {}); }), StartsWith("wall.png: pictures need"));
 }

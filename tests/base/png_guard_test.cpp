@@ -114,8 +114,9 @@ TEST_F(PngGuard, ChunksThatAreMissingUnknownOrInTheWrongPlace_AreRefused) {
                 HasSubstr("chunk WHAT at byte 33 "));
     EXPECT_EQ(refusal_of(indices + palette + kPixels + kEnd), "no error");
     EXPECT_THAT(refusal_of(indices + kPixels + kEnd), HasSubstr("not preceded by a palette"));
-    EXPECT_THAT(refusal_of(indices + palette + palette + kPixels + kEnd), HasSubstr("wrong place"));
-    EXPECT_THAT(refusal_of(indices + chunk("PLTE", "rg") + kPixels + kEnd), HasSubstr("make no palette"));
+    EXPECT_THAT(refusal_of(indices + palette + palette + kPixels + kEnd), HasSubstr("out of order"));
+    EXPECT_THAT(refusal_of(indices + chunk("PLTE", "rg") + kPixels + kEnd),
+                HasSubstr("not a valid palette size"));
     EXPECT_EQ(refusal_of(colours + chunk("PLTE", "rg") + kPixels + kEnd), "no error") << "only a hint";
     EXPECT_THAT(refusal_of(colours + word(0x80000000) + "IDAT"), HasSubstr("claims 2147483648 bytes"));
     EXPECT_THAT(refusal_of(colours + word(0x7FFFFFFF) + "IDAT"), HasSubstr("is cut off"));

@@ -241,13 +241,13 @@ TEST(Spd, Text_MayHaveCommentsAndAnyLayout) {
         return message.substr(message.rfind('/') + 1);
     };
     EXPECT_EQ(refusal("400 1\n500 x\n"),
-              "b.spd:2:1: \"x\" is no number; wavelengths in nm and values are accepted");
+              "b.spd:2:1: \"x\" is not a number; expected wavelengths in nm and values");
     EXPECT_EQ(refusal("400 1 400 2"),
-              "b.spd:1:1: wavelength 400 does not follow 400; rising ones are accepted");
-    EXPECT_EQ(refusal("400 1 500"), "b.spd: holds 3 numbers; pairs of wavelength and value are accepted");
-    EXPECT_EQ(refusal("# nothing"), "b.spd: holds 0 numbers; pairs of wavelength and value are accepted");
+              "b.spd:1:1: wavelength 400 follows 400; expected ascending wavelengths");
+    EXPECT_EQ(refusal("400 1 500"), "b.spd: holds 3 numbers; expected pairs of wavelength and value");
+    EXPECT_EQ(refusal("# nothing"), "b.spd: holds 0 numbers; expected pairs of wavelength and value");
     EXPECT_EQ(refusal("400 nan"),
-              "b.spd:1:1: \"nan\" is no number; wavelengths in nm and values are accepted");
+              "b.spd:1:1: \"nan\" is not a number; expected wavelengths in nm and values");
 }
 
 }  // namespace spectrum_test

@@ -104,9 +104,9 @@ TEST(Units, Error_AnyKind_NamesOptionWordAndExample) {
         parse_length({"--distance"}, "40");
         FAIL() << "no error";
     } catch (const InputError& error) {
-        EXPECT_STREQ(
-            error.what(),
-            "--distance: \"40\" is not a length; a positive number with its unit is, as 40mm, 4cm, 1.2m");
+        EXPECT_STREQ(error.what(),
+                     "--distance: \"40\" is not a length; expected a positive number with a unit, for "
+                     "example 40mm, 4cm, 1.2m");
     }
 }
 

@@ -97,7 +97,7 @@ TEST_F(RunAcquire, PlantedPart_IsNeitherFollowedNorWritten) {
 
 TEST_F(RunAcquire, OptionsBesideARigFile_AreRefused) {
     expect_refused({"light", "acquire", "rig.toml", "-o", "lamp.exr", "--radius", "4mm"},
-                   {"--radius", "rig.toml", "only without it"});
+                   {"--radius", "rig.toml", "only without a rig file"});
     expect_refused({"light", "acquire", "none.toml", "-o", "lamp.exr"}, {"none.toml", "no such file"});
     write("bad.toml", std::string(kRig) + "focuss = '3m'\n");
     expect_refused({"light", "acquire", "bad.toml", "-o", "lamp.exr"}, {"bad.toml:15:", "focuss"});

@@ -72,7 +72,7 @@ TEST_F(RunAssemble, Mistakes_AreRefusedInOneLine) {
     expect_refused({"light", "assemble", "m.toml", "-o", "a.png"}, {"a.png"});
     write("rig.toml", kRigFile);
     expect_refused({"light", "acquire", "rig.toml", "-o", "a.exr", "--photographs", "none/shots", "--quiet"},
-                   {"none/shots", "cannot be made"});
+                   {"none/shots", "cannot be created"});
 }
 
 TEST_F(RunAssemble, MissingPhotograph_IsNamed) {

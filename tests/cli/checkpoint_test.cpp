@@ -33,8 +33,8 @@ class CheckpointCommand : public testing::RunTest {
 TEST_F(CheckpointCommand, MoreSamples_ImageOfOneRender) {
     render({"--spp", "3", "-o", "a.exr", "--checkpoint", "c"});
     const Outcome outcome = render({"--spp", "8", "-o", "a.exr", "--resume", "c", "--threads", "3"});
-    EXPECT_THAT(outcome.out, HasSubstr("resumed: 3 samples per pixel in "));
-    EXPECT_THAT(outcome.out, HasSubstr("go on    --resume c"));
+    EXPECT_THAT(outcome.out, HasSubstr("resumed: 3 samples per pixel, rendered in "));
+    EXPECT_THAT(outcome.out, HasSubstr("continue --resume c"));
     render({"--spp", "8", "-o", "b.exr"});
     EXPECT_EQ(read_exr("a.exr").data, read_exr("b.exr").data);
     // What was resumed has been kept up to date.
@@ -43,7 +43,7 @@ TEST_F(CheckpointCommand, MoreSamples_ImageOfOneRender) {
 
 TEST_F(CheckpointCommand, SameFileForBoth_BeginsWhereThereIsNone) {
     const std::vector<std::string> words{"--spp", "2", "-o", "a.exr", "--checkpoint", "c", "--resume", "c"};
-    EXPECT_THAT(render(words).out, HasSubstr("no checkpoint c yet: the render begins"));
+    EXPECT_THAT(render(words).out, HasSubstr("no checkpoint c yet: the render starts from the beginning"));
     EXPECT_THAT(render(words).out, HasSubstr("resumed: 2 samples"));
 }
 
@@ -60,7 +60,7 @@ TEST_F(CheckpointCommand, OfAnotherRender_IsRefusedByWhatDiffers) {
     const auto refused = [this](std::vector<std::string> more, std::vector<std::string> named) {
         std::vector<std::string> words{"render", "scene.pbrt", "-o", "a.exr", "--resume", "c"};
         words.insert(words.end(), more.begin(), more.end());
-        named.emplace_back("c: the checkpoint is of another render: its ");
+        named.emplace_back("c: the checkpoint is from a different render: its ");
         expect_refused(words, named);
     };
     refused({"--seed", "5"}, {"seed is 0, here it is 5"});
@@ -69,7 +69,7 @@ TEST_F(CheckpointCommand, OfAnotherRender_IsRefusedByWhatDiffers) {
     refused({"--unit", "photometric"}, {"unit of light is that of each light, here it is photometric"});
     refused({"--set", "maxdepth=2"}, {"parameter maxdepth is 4, here it is 2"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c", "--spp", "1"},
-                   {"holds 2 samples per pixel, more than the 1 asked for"});
+                   {"holds up to 2 samples per pixel; --spp 1 is too small"});
     write("scene.pbrt", std::string(testing::kScene) + "# a word more\n");
     refused({}, {"scene (hash of all its files)"});
 }
@@ -91,7 +91,7 @@ TEST_F(CheckpointCommand, UnusableFiles_AreRefusedBeforeTheSceneIsRead) {
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c"}, {"c: is no checkpoint"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "no/where"}, {"no folder no"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "./a.exr"},
-                   {"is an output already", "a file of its own"});
+                   {"is already the output of", "choose another file"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "c", "--checkpoint-every", "5"},
                    {"--checkpoint-every", "\"5\""});
 }

@@ -112,7 +112,7 @@ TEST_F(RunRender, Unit_IsThatOfTheCommandLineBeforeTheScenes_AndSaidEverywhere) 
     EXPECT_THAT(lucerna_run({"info", "scene.pbrt"}).out, HasSubstr("unit         W/(m^2 sr)\n"));
     std::filesystem::remove("lit.pbrt");
     expect_refused({"render", "scene.pbrt", "--unit", "lm"},
-                   {"--unit: \"lm\" is unknown; photometric and radiometric are accepted"});
+                   {"--unit: \"lm\" is unknown; expected photometric or radiometric"});
 }
 
 TEST_F(RunRender, EveryIntegrator_RendersTheScene) {
@@ -291,7 +291,7 @@ TEST_F(RunRender, WhoeverNamesTheMethodOrKeepsACheckpoint_HasNothingChosen) {
     ASSERT_NE(text.find(path), std::string::npos);
     std::ofstream("scene.pbrt") << text.replace(text.find(path), path.size(), "Integrator \"direct\"");
     EXPECT_THAT(lucerna_run({"render", "scene.pbrt", "-o", "a.exr", "--error", "20%"}).out,
-                HasSubstr("no other shows the same"));
+                HasSubstr("no other method computes the same"));
 }
 
 TEST_F(RunRender, WrongLimits_AreRefused) {
@@ -318,7 +318,7 @@ TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
     EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are of another scene"));
     const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});
     EXPECT_EQ(path.code, 1);
-    EXPECT_THAT(path.err, HasSubstr("only photonmap keeps its maps"));
+    EXPECT_THAT(path.err, HasSubstr("only photonmap can save and load its maps"));
     EXPECT_FALSE(std::filesystem::exists("no.exr") || std::filesystem::exists("path.photons"));
 }
 

@@ -96,19 +96,19 @@ TEST_F(RunFalsecolour, AMixtureOfUnits_IsRefusedWithAWayOut) {
                    {"mixed.exr", "no unit", "lights of one kind"});
     EXPECT_EQ(lucerna_run({"falsecolour", "mixed.exr", "-o", "a.svg", "--layer", "Z"}).code, 0);
     write_exr("bare.exr", slope(""));
-    EXPECT_THAT(lucerna_run({"falsecolour", "bare.exr", "-o", "a.svg"}).out, HasSubstr("no stated unit"));
+    EXPECT_THAT(lucerna_run({"falsecolour", "bare.exr", "-o", "a.svg"}).out, HasSubstr("without a unit"));
 }
 
 TEST_F(RunFalsecolour, BadWords_AreRefused) {
     write_exr("lux.exr", slope());
     const std::vector<std::pair<std::vector<std::string>, std::string>> lines = {
-        {{"--scale", "cubic"}, "linear and log"},
+        {{"--scale", "cubic"}, "linear or log"},
         {{"--range", "5"}, "LOW,HIGH"},
         {{"--range", "5,5"}, "LOW,HIGH"},
         {{"--range", "5,x"}, "\"x\""},
         {{"--range", "0,5", "--scale", "log"}, "above 0"},
         {{"--map", "jet"}, "known are viridis, magma, diverging"},
-        {{"--map", "diverging", "--scale", "log"}, "only one"},
+        {{"--map", "diverging", "--scale", "log"}, "cannot be combined"},
         {{"--levels", "1,,2"}, "--levels"},
         {{"--levels", ""}, "--levels"},
         {{"--size", "0"}, "--size"},

@@ -402,7 +402,7 @@ TEST_F(RunImport, WrongWords_AreRefused) {
     expect_refused({"import", "m.gltf"}, {"--output"});
     expect_refused({"import", "none.gltf", "-o", "n.pbrt"}, {"none.gltf", "no such file"});
     expect_refused({"import", "m.gltf", "-o", "n.exr"}, {"n.exr", ".pbrt"});
-    expect_refused({"import", "scene.pbrt", "-o", "n.pbrt"}, {"scene.pbrt", ".gltf and .glb"});
+    expect_refused({"import", "scene.pbrt", "-o", "n.pbrt"}, {"scene.pbrt", ".gltf or .glb"});
     expect_refused({"import", "m.gltf", "-o", "nowhere/n.pbrt"}, {"there is no folder nowhere"});
 }
 
@@ -421,18 +421,18 @@ TEST_F(RunImport, Lies_AreRefusedWithTheirPlace) {
         {"/accessors/3/componentType", 5126, "unsigned whole numbers"},
         {"/bufferViews/0/byteLength", 4000, "of a buffer of 140"},
         {"/bufferViews/3/byteOffset", 4'000'000, "of a buffer of 140"},
-        {"/bufferViews/0/buffer", 7, "buffer 7 is asked for; there are 1"},
+        {"/bufferViews/0/buffer", 7, "buffer 7 does not exist; there are 1"},
         {"/bufferViews/0/byteStride", 4, "stride"},
         {"/accessors/0/bufferView", 99, "buffer view 99"},
         {"/meshes/0/primitives/0/indices", 42, "out of bounds"},
-        {"/meshes/0/primitives/0/material", 3, "material 3 is asked for; there are 1"},
-        {"/nodes/0/mesh", 5, "mesh 5 is asked for; there are 1"},
+        {"/meshes/0/primitives/0/material", 3, "material 3 does not exist; there are 1"},
+        {"/nodes/0/mesh", 5, "mesh 5 does not exist; there are 1"},
         {"/nodes/0/children", Json::array({0}), "node 0 is reached twice"},
-        {"/nodes/0/rotation", Json::array({0, 0, 0, 0}), "no unit quaternion"},
+        {"/nodes/0/rotation", Json::array({0, 0, 0, 0}), "not a unit quaternion"},
         {"/nodes/0/scale", Json::array({1, 2}), "2 numbers"},
-        {"/scenes/0/nodes", Json::array({9}), "node 9 is asked for; there are 1"},
+        {"/scenes/0/nodes", Json::array({9}), "node 9 does not exist; there are 1"},
         {"/scenes/0/nodes", Json::array(), "no mesh"},
-        {"/scene", 4, "scene 4 is asked for; there are 1"},
+        {"/scene", 4, "scene 4 does not exist; there are 1"},
         {"/extensionsRequired", Json::array({"KHR_draco_mesh_compression"}), "KHR_draco_mesh_compression"},
         {"/asset", 7, "asset"},
     };

@@ -233,7 +233,7 @@ TEST_F(RunLayers, WhatRelightCannotDo_IsRefusedByName) {
     refused("stage=", {"--group", "NAME=CHANGE"});
     refused("stage=bright", {"--group", "bright"});
     refused("stage=-1", {"--group", "-1"});
-    refused("stage=0.5,#ffd08", {"--group", "#ffd08", "six digits"});
+    refused("stage=0.5,#ffd08", {"--group", "#ffd08", "six hexadecimal digits"});
     refused("stage=#gggggg", {"--group", "#gggggg"});
     refused("stage=0.5,red", {"--group", "red", "#rrggbb"});
     refused("stage=1:2", {"--group", "1:2"});

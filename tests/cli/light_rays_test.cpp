@@ -100,8 +100,8 @@ TEST_F(LightRays, SeveralFiles_AreOneLampOfTheirDrivenFluxes) {
     const LightFieldInfo whole = read_light_field("both.exr").info();
     EXPECT_NEAR((whole.captured + whole.missed) / (2 * flux_), 1, 1e-4);
 
-    expect_refused(with({"--drive", "1"}), {"--drive: 1 of them for 2 ray files"});
-    expect_refused(with({"--drive", "1,1,1"}), {"--drive: 3 of them for 2 ray files"});
+    expect_refused(with({"--drive", "1"}), {"--drive: 1 values for 2 ray files"});
+    expect_refused(with({"--drive", "1,1,1"}), {"--drive: 3 values for 2 ray files"});
     expect_refused(with({"--drive", "1,-1"}), {"--drive", "-1"});
     expect_refused(with({"--drive", "1,"}), {"--drive"});
     expect_refused(with({"--drive", "1,x"}), {"--drive", "x"});

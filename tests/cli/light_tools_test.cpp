@@ -127,7 +127,7 @@ TEST_F(LightTools, WrongInputs_AreRefusedInOneLineAndNothingIsWritten) {
     refused({"project", "garbage.exr", "--distance", "1m", "-o", "a.exr"}, "garbage.exr");
     refused({"project", "missing.exr", "--distance", "1m", "-o", "a.exr"}, "missing.exr");
     refused({"project", "lamp.exr", "--distance", "1m", "--reconstruction", "rough", "-o", "a.exr"},
-            "exact or approximate is");
+            "expected exact or approximate");
     refused({"view", "garbage.exr", "-o", "a.png"}, "garbage.exr");
     refused({"view", "lamp.exr", "-o", "a.jpg"}, "a.jpg");
     std::filesystem::remove("garbage.exr");

@@ -121,11 +121,11 @@ TEST_F(Parts, InAnyOrderAndByAnyThreads_AreTheSamePicture) {
 
 TEST_F(Parts, ThatAreNoneOrMissingOrThereTwice_AreNamed) {
     const Words parts = render_parts(4, {"--spp", "1"});
-    expect_refused({"merge", "part1.exr", "part4.exr", "-o", "m.exr"}, {"of 4 parts 2 are missing: 2, 3"});
+    expect_refused({"merge", "part1.exr", "part4.exr", "-o", "m.exr"}, {"2 of 4 parts are missing: 2, 3"});
     expect_refused({"merge", "part1.exr", "part2.exr", "part1.exr", "part3.exr", "part4.exr", "-o", "m.exr"},
-                   {"part1.exr", "part 1 of 4", "accepted once"});
+                   {"part1.exr", "part 1 of 4 is given twice: part1.exr and part1.exr"});
     render("whole.exr", {});
-    expect_refused({"merge", "whole.exr", "-o", "m.exr"}, {"whole.exr", "is no part", "--part"});
+    expect_refused({"merge", "whole.exr", "-o", "m.exr"}, {"whole.exr", "is not part", "--part"});
     render("other.exr", {"--spp", "1", "--seed", "7", "--part", "2/4"});
     expect_refused({"merge", "part1.exr", "other.exr", "-o", "m.exr"},
                    {"other.exr", "its seed is 7, in part1.exr it is 0"});
@@ -135,6 +135,36 @@ TEST_F(Parts, ThatAreNoneOrMissingOrThereTwice_AreNamed) {
     expect_refused({"merge", "part1.exr", "other.exr", "-o", "m.exr"},
                    {"one of 3 parts, part1.exr is one of 4"});
     expect_refused({"merge", "part1.exr", "-o", "part1.exr"}, {"part1.exr"});
+}
+
+TEST_F(Parts, OfDifferentLayers_AreRefusedByTheOptions) {
+    render("plain.exr", {"--spp", "2", "--part", "1/2"});
+    render("denoised.exr", {"--spp", "2", "--part", "2/2", "--denoise"});
+    render("layers.exr", {"--spp", "2", "--part", "1/2", "--layers"});
+    expect_refused({"merge", "plain.exr", "denoised.exr", "-o", "m.exr"},
+                   {"denoised.exr was rendered with --denoise or --layers, plain.exr was not"});
+    expect_refused({"merge", "denoised.exr", "plain.exr", "-o", "m.exr"},
+                   {"denoised.exr was rendered with --denoise or --layers, plain.exr was not"});
+    expect_refused({"merge", "layers.exr", "denoised.exr", "-o", "m.exr"},
+                   {"layers.exr was rendered with --layers, denoised.exr was not"});
+}
+
+TEST_F(Parts, WithoutAnOutput_HaveNamesOfTheirOwn) {
+    for (const char* part : {"1/2", "2/2"}) {
+        const auto outcome = lucerna_run({"render", "scene.pbrt", "--spp", "1", "--quiet", "--part", part});
+        ASSERT_EQ(outcome.code, 0) << outcome.err;
+    }
+    ASSERT_EQ(lucerna_run({"render", "scene.pbrt", "--spp", "1", "--quiet", "--no-adaptive"}).code, 0);
+    std::vector<std::filesystem::path> whole;
+    for (const auto& entry : std::filesystem::directory_iterator(".")) {
+        const std::string stem = entry.path().stem().string();
+        if (entry.path().extension() == ".exr" && stem.find("-part") == stem.npos)
+            whole.push_back(entry.path());
+    }
+    ASSERT_EQ(whole.size(), 1U);
+    const std::string stem = whole.front().stem().string();
+    merge({stem + "-part1of2.exr", stem + "-part2of2.exr"}, "merged.exr");
+    expect_same_bits("merged.exr", whole.front().string());
 }
 
 TEST_F(Parts, OfAHeaderThatLies_AreRefused) {
@@ -152,7 +182,7 @@ TEST_F(Parts, OfAHeaderThatLies_AreRefused) {
     refused_with("lucerna.view", "0 0 2000000000 2000000000", "damaged");
     refused_with("lucerna.view", "0 0", "damaged");
     refused_with("lucerna.stopped", "1 spp", "stopped");
-    refused_with("lucerna.picture", "", "another picture");
+    refused_with("lucerna.picture", "", "different picture");
     Image cut = part;
     cut.corner.x += 1;
     write_exr("lying.exr", cut);

@@ -180,9 +180,9 @@ TEST_F(StudyPage, Origin_IsTold) {
     for (const char* part : {"2026-01-01 to 2026-01-03", "Machine One",
                              "lucerna study a.toml -o &#39;x y&#39;", "plan &lt;text&gt;", "path, spp=64"})
         EXPECT_THAT(text, HasSubstr(part));
-    EXPECT_THAT(text, Not(HasSubstr("times do not compare")));
+    EXPECT_THAT(text, Not(HasSubstr("times cannot be compared")));
     origin_.machines.insert("Machine Two");
-    EXPECT_THAT(page(), HasSubstr("times do not compare"));
+    EXPECT_THAT(page(), HasSubstr("times cannot be compared"));
 }
 
 TEST_F(StudyPage, Nothing_IsAskedOfANetwork) {

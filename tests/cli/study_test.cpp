@@ -121,10 +121,10 @@ TEST_F(RunStudy, Page_IsWrittenAndQuietSaysNothing) {
 TEST_F(RunStudy, OtherThreads_AreToldOnThePage) {
     write_study(kStudy);
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "1"}).code, 0);
-    EXPECT_THAT(read_text("out/study.html"), Not(HasSubstr("times do not compare")));
+    EXPECT_THAT(read_text("out/study.html"), Not(HasSubstr("times cannot be compared")));
     write_study(with(kStudy, "spp = [2]", "spp = [2, 3]"));
     ASSERT_EQ(lucerna_run({"study", "study.toml", "-o", "out", "--threads", "2"}).code, 0);
-    EXPECT_THAT(read_text("out/study.html"), HasSubstr("times do not compare"));
+    EXPECT_THAT(read_text("out/study.html"), HasSubstr("times cannot be compared"));
 }
 
 // Stopped after some renders: the page shows what there is.
@@ -171,7 +171,7 @@ TEST_F(RunStudy, NotesOfAnotherKind_AreRefused) {
     }
     const Outcome outcome = lucerna_run({"study", "study.toml", "-o", "out"});
     EXPECT_EQ(outcome.code, 1);
-    EXPECT_THAT(outcome.err, HasSubstr("remove it, and it is made anew"));
+    EXPECT_THAT(outcome.err, HasSubstr("remove it to have it rendered again"));
 }
 
 // A half-written image, a render that is lost, another setting: what is missing is made, and nothing else.
@@ -248,8 +248,8 @@ TEST(StudyTrade, NoisyReference_IsDoubted) {
     EXPECT_TRUE(doubts(results).empty());
     for (StudyResult& result : results) result.reference_noise2 = 0.021 * 0.021;
     EXPECT_THAT(doubts(results),
-                ElementsAre("the reference of a has a noise of 2.1 %, which is in every error; the least is "
-                            "4 %. It wants more samples"));
+                ElementsAre("the reference of a has 2.1 % noise, which is included in every error; the "
+                            "lowest error is 4 %. Use more samples for the reference"));
 }
 
 TEST(StudyTrade, Csv_QuotesWhatHasCommas) {

@@ -248,7 +248,7 @@ TEST(Display, ViewerAbsent_IsOneWarning) {
     TevDisplay absent({"127.0.0.1", 1}, "p", monitor);
     absent.show(picture(10, 10));
     ASSERT_THAT(monitor.warnings, SizeIs(1));
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("127.0.0.1:1: Connection refused (no viewer there)"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("127.0.0.1:1: Connection refused (no viewer found)"));
     absent.show(picture(10, 10));
     EXPECT_THAT(monitor.warnings, SizeIs(1)) << "asked again only after a while";
     TevDisplay unknown({"no.such.host.invalid", 14158}, "p", monitor);
@@ -269,7 +269,7 @@ TEST(Display, ViewerThatHangsUp_IsAWarning) {
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     ASSERT_THAT(monitor.warnings, SizeIs(1));
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("(the viewer is lost); the render continues"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("(lost connection to the viewer); the render continues"));
 }
 
 TEST(Display, ViewerThatNoLongerReads_IsLeftAfterTwoSeconds) {
@@ -278,7 +278,7 @@ TEST(Display, ViewerThatNoLongerReads_IsLeftAfterTwoSeconds) {
     TevDisplay display(viewer.endpoint(), "p", monitor);
     display.show(picture(2000, 2000));  // more than any socket holds back
     ASSERT_THAT(monitor.warnings, SizeIs(1));
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("no answer for 2 s (the viewer is lost)"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("no answer for 2 s (lost connection to the viewer)"));
 }
 
 TEST(Display, Endpoints_AreReadStrictly) {

@@ -97,8 +97,9 @@ TEST(Compare, DifferentSizes_IsRefusedWithBoth) {
         compare(Image::rgb(2, 1), Image::rgb(1, 2), "a.exr", "b.exr");
         FAIL() << "no error";
     } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(),
-                     "a.exr: 2 x 1 pixels, but b.exr has 1 x 2; only images of one size compare");
+        EXPECT_STREQ(
+            error.what(),
+            "a.exr: 2 x 1 pixels, but b.exr has 1 x 2; only images of the same size can be compared");
     }
     EXPECT_THROW(compare(Image(1, 1, {"R"}), Image(1, 1, {"Y"})), InputError);
 }

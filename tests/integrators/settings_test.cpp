@@ -31,7 +31,7 @@ TEST(Settings, EveryField_TakesItsOwnTextBack) {
             EXPECT_FALSE(field.help.empty());
             const std::string text = field.text();
             if (std::holds_alternative<bool*>(field.target)) {
-                EXPECT_THAT(error_of([&] { field.set(1.0, kHere); }), HasSubstr("true or false is"));
+                EXPECT_THAT(error_of([&] { field.set(1.0, kHere); }), HasSubstr("expected true or false"));
                 field.set(text == "true", kHere);
             } else if (field.choices.empty()) {
                 field.set(std::stod(text), kHere);
@@ -65,7 +65,7 @@ TEST(Settings, WrongInputs_NamePlaceValueAndWhatIsAccepted) {
                 HasSubstr("\"many\" is not accepted"));
     EXPECT_THAT(error_of([&] { set_parameter(s, "direct", std::string("maps"), kHere); }),
                 HasSubstr("choose mc, map"));
-    EXPECT_THAT(error_of([&] { make_settings("bdpt", kHere); }), HasSubstr("known are path"));
+    EXPECT_THAT(error_of([&] { make_settings("bdpt", kHere); }), HasSubstr("expected path"));
 }
 
 }  // namespace settings_test

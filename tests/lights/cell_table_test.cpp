@@ -285,7 +285,7 @@ TEST(CellTableFile, FolderThatCannotBeWritten_IsAWarning) {
     const CellTable table = kept_table(folder / "nowhere" / "lamp.exr", field, monitor);
     EXPECT_GT(table.flux(), 0);
     ASSERT_EQ(monitor.warnings.size(), 1U);
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("not kept"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("is not saved"));
 }
 
 }  // namespace cell_table_test

@@ -133,7 +133,7 @@ TEST(Ies, BadFiles_NameTheirPlace) {
     EXPECT_THAT(refusal(""), HasSubstr("lamp.ies: no line begins with TILT="));
     EXPECT_THAT(refusal("IESNA91\n[A] b\n"), HasSubstr("TILT="));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 x5")),
-                HasSubstr("lamp.ies:7:4: a candela value is \"x5\"; a number is accepted"));
+                HasSubstr("lamp.ies:7:4: a candela value is \"x5\"; expected a number"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 -5")),
                 HasSubstr("lamp.ies:7:4: a candela value is -5"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 4 2 0 0 0 1 1 9\n0 90\n0\n10 5")),
@@ -141,7 +141,7 @@ TEST(Ies, BadFiles_NameTheirPlace) {
     EXPECT_THAT(refusal(lamp("1 -1 1 2.5 1 1 2 0 0 0")),
                 HasSubstr("lamp.ies:4:8: the number of vertical angles"));
     EXPECT_THAT(refusal(lamp("1 -1 1 99999 9999 1 2 0 0 0 1 1 9\n0 90")),
-                HasSubstr("the file ends after 15 numbers, where vertical angle should be"));
+                HasSubstr("the file ends after 15 numbers; expected vertical angle"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n90 0\n0\n10 5")),
                 HasSubstr("lamp.ies:5:4: vertical angle 0 follows 90"));
     EXPECT_THAT(refusal(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 190\n0\n10 5")), HasSubstr("0 to 180"));

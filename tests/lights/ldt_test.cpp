@@ -78,12 +78,12 @@ TEST(Ldt, Values_AreCandelaPerThousandLumens) {
 
 TEST(Ldt, BadFiles_NameTheirLine) {
     const auto refusal = [](std::string text) { return error_of([&] { parse(text); }); };
-    EXPECT_THAT(refusal("Works\n1\n"), HasSubstr("lamp.ldt: the file ends after line 2, where line 3"));
+    EXPECT_THAT(refusal("Works\n1\n"), HasSubstr("lamp.ldt: the file ends after line 2; expected line 3"));
     EXPECT_THAT(refusal("Works\n1\n7\n"), HasSubstr("lamp.ldt:3:1: line 3, the symmetry is 7; 0 to 4"));
     EXPECT_THAT(refusal("Works\n1\n0\nmany\n"),
                 HasSubstr("lamp.ldt:4:1: line 4, the number of C planes is \"many\"; a number"));
     EXPECT_THAT(refusal(File{4, 7, "1000", "1", "1", 3}.text()),
-                HasSubstr("lamp.ldt:3:1: 7 C planes with symmetry 4; a multiple of 4"));
+                HasSubstr("lamp.ldt:3:1: 7 C planes with symmetry 4; expected a multiple of 4"));
     std::string cut = File{}.text();
     cut.resize(cut.size() - 4);
     EXPECT_THAT(refusal(cut), HasSubstr("lamp.ldt: the file ends"));
@@ -104,8 +104,7 @@ TEST(Ldt, SeveralLampSets_TheFirstCounts) {
 
 TEST(Photometric, OtherEndings_AreRefused) {
     Monitor silent;
-    EXPECT_THAT(error_of([&] { read_photometric("lamp.txt", silent); }),
-                HasSubstr(".ies and .ldt are accepted"));
+    EXPECT_THAT(error_of([&] { read_photometric("lamp.txt", silent); }), HasSubstr("expected .ies or .ldt"));
 }
 
 }  // namespace ldt_test

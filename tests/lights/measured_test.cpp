@@ -457,9 +457,9 @@ TEST(MeasuredLight, Settings_OutOfRange_AreRefused) {
             EXPECT_THAT(error.what(), HasSubstr(word));
         }
     };
-    refused([](MeasuredSettings& s) { s.world_from_light.scale(V3d(1, 1, 1.01)); }, "unevenly");
+    refused([](MeasuredSettings& s) { s.world_from_light.scale(V3d(1, 1, 1.01)); }, "non-uniform scale");
     refused([](MeasuredSettings& s) { s.world_from_light.scale(V3d(0, 0, 0)); }, "singular");
-    refused([](MeasuredSettings& s) { s.world_from_light.shear(V3d(0.1, 0, 0)); }, "shears");
+    refused([](MeasuredSettings& s) { s.world_from_light.shear(V3d(0.1, 0, 0)); }, "has shear");
     refused([](MeasuredSettings& s) { s.world_from_light[0][0] = NAN; }, "finite");
     refused([](MeasuredSettings& s) { s.world_from_light[0][3] = 1; }, "projective");
     refused([](MeasuredSettings& s) { s.power_scale = -1; }, "power scale");

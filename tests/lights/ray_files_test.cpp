@@ -122,7 +122,7 @@ TEST_F(RayFiles, HeaderFlux_FiniteAndPositive_WinsWithAWarning) {
         EXPECT_FLOAT_EQ(rays.rays[1].flux, 6);
     }
     ASSERT_EQ(monitor_.warnings.size(), 2U);
-    EXPECT_THAT(monitor_.warnings[0], HasSubstr("the header is believed"));
+    EXPECT_THAT(monitor_.warnings[0], HasSubstr("the header's flux is used"));
 }
 
 TEST_F(RayFiles, Wavelengths_GiveTheColour) {
@@ -212,7 +212,7 @@ TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
     EXPECT_THAT(testing::error_of([&] { read("rubbish", "rays.tm25ray"); }),
                 HasSubstr("does not start with TM25"));
     EXPECT_THAT(testing::error_of([&] { read(std::string(300, 'x'), "rays.DAT"); }),
-                HasSubstr("no Zemax ray file"));
+                HasSubstr("not a Zemax ray file"));
     EXPECT_THAT(error_text("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
     EXPECT_THAT(error_text("r"), HasSubstr("no ray file"));
 }

@@ -407,7 +407,7 @@ TEST(Tm25Data, Cylinder_HeaderThatDisagrees_WinsWithAWarning) {
     const RaySet set = read_tm25(path, monitor);
     EXPECT_EQ(set.flux, 1);
     ASSERT_FALSE(monitor.warnings.empty());
-    EXPECT_THAT(monitor.warnings[0], HasSubstr("the header is believed"));
+    EXPECT_THAT(monitor.warnings[0], HasSubstr("the header's flux is used"));
 }
 
 }  // namespace tm25_test

@@ -85,7 +85,7 @@ TEST_F(AcquirePartTest, OtherWorkOrOtherFile_IsRefused) {
     EXPECT_THAT(error_of([&] { AcquirePart(file_, 6); }), HasSubstr("another description"));
     EXPECT_EQ(AcquirePart(file_, 5).columns(), 1U);
     std::ofstream(file_) << "my diary, long enough to be a header";
-    EXPECT_THAT(error_of([&] { AcquirePart(file_, 5); }), HasSubstr("no unfinished acquisition"));
+    EXPECT_THAT(error_of([&] { AcquirePart(file_, 5); }), HasSubstr("not an unfinished acquisition"));
     EXPECT_THAT(error_of([&] { AcquirePart(folder_.path() / "none" / "x.part", 5); }), HasSubstr("x.part"));
 }
 

@@ -182,7 +182,7 @@ TEST(FarField, WhatCannotBe_IsRefused) {
     EXPECT_THAT(error_of([&] {
                     far_field(dark, {5, 15}, Workers{1}, silent);
                 }),
-                HasSubstr("a lamp that shines"));
+                HasSubstr("a positive flux"));
     EXPECT_THAT(error_of([&] { far_field(RaySet{}, {5, 15}); }), HasSubstr("no flux"));
 }
 

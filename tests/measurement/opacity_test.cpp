@@ -43,7 +43,7 @@ TEST(Opacity, BothFilms_ScaledAndSubtracted_AreTheDual) {
 TEST(Opacity, ImagesOfAnotherRigOrNotFinite_AreRefused) {
     FilterImages images;
     images.rig = testing::rig_b();
-    EXPECT_THAT(error_of([&] { field_of(images); }), HasSubstr("where the rig has"));
+    EXPECT_THAT(error_of([&] { field_of(images); }), HasSubstr("but the rig has"));
     images.positive.assign(images.rig.coefficients(), 1.0F);
     images.negative.assign(images.rig.coefficients(), 0.0F);
     images.flux = 1;

@@ -326,7 +326,7 @@ TEST_F(PhotographFolder, GarbageAndMisfits_AreRefusedByName) {
     write_photograph(file, smaller);
     EXPECT_THAT(
         error(),
-        HasSubstr("view_001_001_negative_0.exr: 6 x 10 pixels of floats, where the others have 12 x 10"));
+        HasSubstr("view_001_001_negative_0.exr: 6 x 10 pixels of floats, but the others have 12 x 10"));
     Photograph nan = good;
     nan.counts[17] = NAN;
     write_photograph(file, nan);
@@ -336,7 +336,7 @@ TEST_F(PhotographFolder, GarbageAndMisfits_AreRefusedByName) {
     EXPECT_THAT(error(), HasSubstr("_1.exr: no dark frame of 1 s; there are those of 0.5 s"));
     manifest_.darks.clear();
     manifest_.channel = "X";
-    EXPECT_THAT(error(), HasSubstr("no channel \"X\"; accepted are luminance, rgb and Y"));
+    EXPECT_THAT(error(), HasSubstr("no channel \"X\"; expected luminance, rgb or Y"));
 }
 
 TEST_F(PhotographFolder, CornersOutsideOrPixelsTooMany_AreRefused) {
@@ -344,7 +344,7 @@ TEST_F(PhotographFolder, CornersOutsideOrPixelsTooMany_AreRefused) {
     EXPECT_THAT(error(), HasSubstr("outside the photographs of 12 x 10 pixels"));
     manifest_.corners = corners_of_crop({0, 0}, {12, 10});
     manifest_.rig.pixels = {1000, 1000};
-    EXPECT_THAT(error(), HasSubstr("at least 250000 are accepted"));
+    EXPECT_THAT(error(), HasSubstr("expected at least 250000"));
 }
 
 TEST_F(PhotographFolder, ListedPhotographs_GiveTheSameAsAPattern) {

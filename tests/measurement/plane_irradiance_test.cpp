@@ -159,7 +159,7 @@ TEST(PlaneIrradiance, BadPatches_AreRefused) {
     const auto error = [&](const PlanePatch& patch) {
         return error_of([&] { project(field, patch, Workers{1}, monitor); });
     };
-    EXPECT_THAT(error({-1, {0, 0}, {1, 1}, {4, 4}}), HasSubstr("before S"));
+    EXPECT_THAT(error({-1, {0, 0}, {1, 1}, {4, 4}}), HasSubstr("in front of S"));
     EXPECT_THAT(error({1, {0, 0}, {0, 1}, {4, 4}}), HasSubstr("size"));
     EXPECT_THAT(error({1, {0, 0}, {1, 1}, {0, 4}}), HasSubstr("pixels"));
     EXPECT_THAT(error({NAN, {0, 0}, {1, 1}, {4, 4}}), HasSubstr("finite"));

@@ -155,7 +155,7 @@ TEST(Frames, WhereOneIsWanted_TheOthersAreLeftOutWithAWarning) {
     const Read read = read_world("Shape \"sphere\" LightSource \"point\" WorldEnd\nWorldBegin WorldEnd");
     EXPECT_EQ(read.draft.quadrics.size(), 1U);
     EXPECT_THAT(read.warnings, ::testing::Contains(AllOf(HasSubstr("scene.pbrt:3:1: "),
-                                                         HasSubstr("only the first one is taken"))));
+                                                         HasSubstr("only the first one is used"))));
 }
 
 TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {
@@ -166,7 +166,7 @@ TEST(Frames, TextAfterTheLastWithoutAWorld_MakesNone) {
                        overrides, workers, monitor);
     EXPECT_TRUE(frames.next());
     EXPECT_FALSE(frames.next());
-    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("begins no world: it makes no picture")));
+    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("has no WorldBegin and is ignored")));
 }
 
 // ---- what no leniency mends
@@ -222,7 +222,7 @@ TEST(Leniency, FloodOfDifferentWarnings_IsCounted) {
     for (int i = 0; i < 1500; ++i) world += "NamedMaterial \"m" + std::to_string(i) + "\"\n";
     const Read read = read_world(world);
     ASSERT_EQ(read.warnings.size(), 1001U) << read.warnings.front();
-    EXPECT_EQ(read.warnings.back(), "500 more warnings of the scene's text are not said");
+    EXPECT_EQ(read.warnings.back(), "500 more warnings about the scene's text are not shown");
 }
 
 // ---- nurbs

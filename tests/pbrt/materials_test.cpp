@@ -91,7 +91,7 @@ TEST(Materials, Roughness_IsMappedAsEachVersionDoes) {
     EXPECT_THAT(refusal_of_world("Material \"metal\" \"float roughness\" -0.5"),
                 HasSubstr("-0.5 is not accepted"));
     EXPECT_THAT(read_world("Material \"metal\" \"float roughness\" 1.5").warnings.at(0),
-                HasSubstr("1 is taken"));
+                HasSubstr("1 is used"));
     EXPECT_THAT(refusal_of_world("Material \"metal\" \"texture roughness\" \"t\""),
                 HasSubstr("no texture \"t\""));
 }
@@ -202,7 +202,7 @@ TEST(Materials, Mix_CountsShares_AsEachVersionDoes) {
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\" \"string materials\" [\"a\" \"c\"]"),
                 HasSubstr("no material \"c\" was made before"));
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\" \"string materials\" [\"a\"]"),
-                HasSubstr("2 are accepted"));
+                HasSubstr("expected 2"));
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\""), HasSubstr("namedmaterial1"));
 }
 
@@ -213,7 +213,7 @@ TEST(Materials, Mix_OfTooManyLobes_IsRefused) {
         text += "MakeNamedMaterial \"" + std::string(name) +
                 "\" \"string type\" \"mix\" \"string materials\" [\"" + part + "\" \"" + part + "\"] ";
     }
-    EXPECT_THAT(refusal_of_world(text), HasSubstr("16 lobes in all; at most 8"));
+    EXPECT_THAT(refusal_of_world(text), HasSubstr("16 lobes in total; the limit is 8"));
 }
 
 TEST(Materials, Named_AreSharedByTheirUsers) {
@@ -226,14 +226,14 @@ TEST(Materials, Named_AreSharedByTheirUsers) {
     EXPECT_EQ(read.draft.quadrics[2].traits.material, 1U);
     EXPECT_EQ(read.draft.materials[1].name, "red");
     EXPECT_THAT(refusal_of_world("MakeNamedMaterial \"red\" \"string type\" \"matte\" NamedMaterial \"rad\""),
-                HasSubstr("no material \"rad\" was made before; did you mean \"red\"?"));
+                HasSubstr("no material \"rad\"; did you mean \"red\"?"));
     EXPECT_THAT(refusal_of_world("MakeNamedMaterial \"red\""), HasSubstr("lacks \"string type\""));
     EXPECT_THAT(
         read_world(
             "MakeNamedMaterial \"a\" \"string type\" \"matte\" MakeNamedMaterial \"a\" \"string type\" "
             "\"matte\"")
             .warnings.at(0),
-        HasSubstr("was made before"));
+        HasSubstr("is defined again"));
 }
 
 }  // namespace materials_test

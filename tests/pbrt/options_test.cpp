@@ -76,7 +76,7 @@ TEST(Options, Film_TakesSizeNameAndExposure) {
                 HasSubstr("leaves no pixel of 1280 x 720"));
     EXPECT_EQ(refused("Film \"rgb\" \"float cropwindow\" [0 1 0 1]"), "");
     EXPECT_THAT(refused("Film \"rgb\" \"integer xresolution\" 0"),
-                HasSubstr("xresolution: 0 is not accepted; 1 to 65536"));
+                HasSubstr("xresolution: 0 is not accepted; expected 1 to 65536"));
     EXPECT_THAT(refused("Film \"rgb\" \"string filename\" \"\""), HasSubstr("is empty"));
 }
 
@@ -100,7 +100,7 @@ TEST(Options, Filter_IsBoxUnlessTheSceneSays) {
     EXPECT_THAT(refused("PixelFilter \"mitchel\""), HasSubstr("did you mean \"mitchell\"?"));
     EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 0"), HasSubstr("0 is not accepted"));
     EXPECT_THAT(refused("PixelFilter \"box\" \"float xwidth\" 1 \"float xradius\" 1"),
-                HasSubstr("two names for one"));
+                HasSubstr("two names of the same parameter"));
 }
 
 TEST(Options, Sampler_GivesTheSamplesOfAPixel) {
@@ -254,7 +254,7 @@ TEST(Options, WhatIsMissing_IsWarnedOf) {
     EXPECT_THAT(read.warnings,
                 ::testing::ElementsAre(HasSubstr("no Camera"), HasSubstr("no Film: 640 x 480")));
     EXPECT_THAT(read_file_text("Film \"rgb\" Film \"rgb\" WorldBegin").warnings,
-                ::testing::Contains(HasSubstr("a second Film: it takes the place of the first")));
+                ::testing::Contains(HasSubstr("a second Film: it replaces the first")));
 }
 
 TEST(Options, OtherOptions_AreKnownOrRefused) {

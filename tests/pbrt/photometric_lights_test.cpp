@@ -85,7 +85,7 @@ TEST_F(PhotometricLights, BadFiles_NameSceneAndFile) {
     EXPECT_THAT(refusal_of_world(lamp("none.ies")), HasSubstr("no such file"));
     EXPECT_THAT(refusal_of_world("LightSource \"ies\""), HasSubstr("lacks \"string filename\""));
     EXPECT_THAT(refusal_of_world("Scale 1 2 1 " + lamp("odd.ies")), HasSubstr("stretched"));
-    EXPECT_THAT(read_world(lamp("tail.ies")).warnings, ElementsAre(HasSubstr("what follows the candela")));
+    EXPECT_THAT(read_world(lamp("tail.ies")).warnings, ElementsAre(HasSubstr("the text after the candela")));
 }
 
 std::vector<std::string> warnings_of(const std::string& world) {

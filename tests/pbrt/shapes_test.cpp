@@ -114,9 +114,10 @@ TEST(Shapes, BadMeshes_AreRefusedWithThePlaceOfTheValue) {
               "scene.pbrt:3:2: \"indices\": 3 is not accepted; the mesh has vertices 0 to 2");
     EXPECT_THAT(mesh(p + " \"integer indices\" [0 -1 2]"), HasSubstr("\"indices\": -1 is not accepted"));
     EXPECT_THAT(mesh(p + " \"integer indices\" [0 1.5 2]"), HasSubstr("\"indices\": 1.5 is not accepted"));
-    EXPECT_THAT(mesh(p + " \"integer indices\" [0 1 2 0]"), HasSubstr("has 4 entries; a multiple of 3"));
+    EXPECT_THAT(mesh(p + " \"integer indices\" [0 1 2 0]"),
+                HasSubstr("has 4 entries; expected a multiple of 3"));
     EXPECT_THAT(mesh(p + " \"integer indices\" []"), HasSubstr("has 0 entries"));
-    EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1]"), HasSubstr("has 4 numbers; a multiple of 3 is accepted"));
+    EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1]"), HasSubstr("has 4 numbers; expected a multiple of 3"));
     EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1 0 0 0 1 nan]"), HasSubstr("nan is not a finite number"));
     EXPECT_THAT(mesh("\"point3 P\" [0 0 0 1 0 0 0 1 1e999]"), HasSubstr("1e999 is not a finite number"));
     EXPECT_THAT(mesh("\"point3 P\" []"), HasSubstr("lacks \"point3 P\""));
@@ -257,7 +258,7 @@ TEST(Shapes, BadQuadrics_AreRefused) {
 }
 
 TEST(Shapes, OtherNames_AreToldFromUnknownOnes) {
-    EXPECT_THAT(refusal_of_world("Shape \"nurbs\""), HasSubstr("an order of 2 to 16 is accepted"));
+    EXPECT_THAT(refusal_of_world("Shape \"nurbs\""), HasSubstr("expected an order of 2 to 16"));
     EXPECT_THAT(refusal_of_world("Shape \"spere\""),
                 HasSubstr("unknown Shape \"spere\"; did you mean \"sphere\"? known are"));
 }

@@ -192,14 +192,14 @@ TEST(Textures, Imagemap_TakesWrapEncodingScaleAndInvert) {
         image.at("\"bool trilinear\" true \"float maxanisotropy\" 8 \"string filter\" \"ewa\"", 0.25F) > 0 &&
         image.warnings.empty());
     image.at("\"string wrap\" \"octahedralsphere\"", 0.25F);
-    EXPECT_THAT(image.warnings.at(0), HasSubstr("clamp is taken"));
+    EXPECT_THAT(image.warnings.at(0), HasSubstr("clamp is used"));
 }
 
 TEST(Textures, MissingImage_IsRefusedOrGrey) {
     OneImage image;
     EXPECT_THAT(error_of([&] { image.at("", 0, "no.png"); }), HasSubstr("no.png: no such file"));
     EXPECT_EQ(image.at("", 0, "no.png", true), 0.5F);
-    EXPECT_THAT(image.warnings.at(0), HasSubstr("no.png: the file is missing, grey is taken"));
+    EXPECT_THAT(image.warnings.at(0), HasSubstr("no.png: the file is missing; grey is used"));
 }
 
 TEST(Textures, WhatTheyCannotDo_IsRefused) {
@@ -214,13 +214,13 @@ TEST(Textures, WhatTheyCannotDo_IsRefused) {
     EXPECT_THAT(refused("\"imagemap\" \"string filename\" \"a\" \"string encoding\" \"gamma 0\""),
                 HasSubstr("encoding \"gamma 0\" is unknown"));
     EXPECT_THAT(refused("\"checkerboard\" \"integer dimension\" 4"),
-                HasSubstr("4 is not accepted; 2 and 3 are"));
+                HasSubstr("4 is not accepted; expected 2 or 3"));
     EXPECT_THAT(refused("\"checkerboard\" \"texture tex1\" \"no\""),
                 HasSubstr("no texture \"no\" of colours was made before"));
     EXPECT_THAT(refused("\"checkerboard\" Texture \"u\" \"float\" \"scale\" \"texture tex1\" \"t\""),
                 HasSubstr("no texture \"t\" of floats was made before"));
     EXPECT_THAT(refused("\"uv\" Texture \"u\" \"color\" \"bilerp\" \"texture v00\" \"t\""),
-                HasSubstr("\"v00\" of Texture \"bilerp\": a constant is accepted"));
+                HasSubstr("\"v00\" of Texture \"bilerp\": expected a constant"));
     EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""), HasSubstr("no texture \"t\""));
 }
 

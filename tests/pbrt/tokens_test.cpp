@@ -154,9 +154,9 @@ TEST(Tokens, Strings_ResolveEscapesAndRefuseOpenOnes) {
     const Source source("s", R"("a\"b\\c\n")");
     Tokens tokens(source);
     EXPECT_EQ(string_value(tokens.peek(), tokens.place()), "a\"b\\c\n");
-    EXPECT_EQ(refusal("x \"abc"), "s:1:3: the string \"abc\" has no closing quote in its line");
-    EXPECT_EQ(refusal("\"abc\ndef\""), "s:1:1: the string \"abc\" has no closing quote in its line");
-    EXPECT_EQ(refusal("\"abc\\"), "s:1:1: the string \"abc\\\" has no closing quote in its line");
+    EXPECT_EQ(refusal("x \"abc"), "s:1:3: the string \"abc\" has no closing quote on its line");
+    EXPECT_EQ(refusal("\"abc\ndef\""), "s:1:1: the string \"abc\" has no closing quote on its line");
+    EXPECT_EQ(refusal("\"abc\\"), "s:1:1: the string \"abc\\\" has no closing quote on its line");
     const Source odd("s", R"("a\qb")");
     EXPECT_EQ(string_value(Tokens(odd).peek(), {&odd, 0}), "a\\qb");
     EXPECT_THAT(odd.take_oddities().at(0).what, HasSubstr("\\q is no escape"));

@@ -254,14 +254,14 @@ TEST(StatedUnit, OfAnotherName_OrTooLate_IsRefused) {
     const std::string head(kHead);
     EXPECT_THAT(
         refusal_of_file("\nOption \"string unit\" \"lumen\" " + head),
-        AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("\"lumen\"; photometric and radiometric are accepted")));
+        AllOf(HasSubstr("scene.pbrt:2:"), HasSubstr("\"lumen\"; expected photometric or radiometric")));
     EXPECT_THAT(error_of([&] { read_file_text("Option \"string unit\" \"lumen\" " + head); }),
                 HasSubstr("lumen"))
         << "not only of a strict reader";
-    EXPECT_THAT(refusal_of_file("Option \"float unit\" 1 " + head), HasSubstr("photometric and radiometric"));
+    EXPECT_THAT(refusal_of_file("Option \"float unit\" 1 " + head), HasSubstr("photometric or radiometric"));
     EXPECT_THAT(refusal_of_file("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" " +
                                 std::string(kPhotometric) + head),
-                HasSubstr("before MakeNamedMedium it is accepted"));
+                HasSubstr("put it before MakeNamedMedium"));
     EXPECT_THAT(read_file_text(std::string(kPhotometric) + head).warnings, IsEmpty());
     // It holds for all frames of a file.
     RecordingMonitor monitor;
@@ -362,11 +362,11 @@ TEST_F(LampsOfAUnit, EfficacyThatNoLightHas_OrThatHasNoUseYet_IsRefused) {
     for (const char* bad : {"0", "-3", "683.5"}) {
         EXPECT_THAT(refusal(lamp("lightfield", "field-W.exr", fmt::format("\"float efficacy\" {}", bad)),
                             kPhotometric),
-                    AllOf(HasSubstr("scene.pbrt:3:"), HasSubstr("to 683.002 is accepted")))
+                    AllOf(HasSubstr("scene.pbrt:3:"), HasSubstr("at most 683.002")))
             << bad;
     }
     EXPECT_THAT(refusal(lamp("ies", "lamp.ies", "\"float efficacy\" 300"), ""),
-                AllOf(HasSubstr("none is stated"), HasSubstr("Option \"string unit\"")));
+                AllOf(HasSubstr("the scene states none"), HasSubstr("Option \"string unit\"")));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"float efficacy\" 300"), HasSubstr("efficacy"))
         << "no lamp that is measured";
 }

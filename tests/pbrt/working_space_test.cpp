@@ -284,7 +284,7 @@ TEST(WorkingSpaces, ColorSpaceBeforeFilm_ChoosesThatOfTheRender) {
     EXPECT_THAT(
         testing::refusal_of_file("MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_s\" "
                                  "[1 1 1] ColorSpace \"acescg\" Film \"rgb\" WorldBegin"),
-        HasSubstr("before MakeNamedMedium it is accepted"));
+        HasSubstr("put it before MakeNamedMedium"));
 }
 
 // A surface's numbers in the render's own space are taken as they stand.

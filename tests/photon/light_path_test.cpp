@@ -81,7 +81,7 @@ TEST(Maps, WithATargetOutOfReach_GiveItUpAndSaySo) {
     const PhotonMaps maps = build_photon_maps(make.build(), parameters, Workers{2}, monitor);
     EXPECT_EQ(maps.find(MapKind::global)->size(), 0U);
     ASSERT_EQ(monitor.warnings.size(), 1U);
-    EXPECT_NE(monitor.warnings.front().find("target of 1000000 is given up"), std::string::npos);
+    EXPECT_NE(monitor.warnings.front().find("target of 1000000 is abandoned"), std::string::npos);
 }
 
 // The Caustic map with chains holds L(S+D)*S+D: of the Global map what no two diffuse bounces in a row made.

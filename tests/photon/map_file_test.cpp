@@ -92,7 +92,7 @@ TEST_F(MapFile, Key_TellsScenesSeedsAndParametersApart) {
     other.wanted[0] = false;
     EXPECT_NE(map_key(scene, other), key);
     saved(scene);
-    EXPECT_THAT(error_of([&] { loaded(key + 1); }), HasSubstr("of another scene"));
+    EXPECT_THAT(error_of([&] { loaded(key + 1); }), HasSubstr("for a different scene"));
 }
 
 TEST_F(MapFile, Damaged_IsRefused) {
@@ -103,7 +103,7 @@ TEST_F(MapFile, Damaged_IsRefused) {
         std::ofstream(file_, std::ios::binary) << bytes;
         return error_of([&] { loaded(key); });
     };
-    EXPECT_THAT(with("no maps"), HasSubstr("no photon maps"));
+    EXPECT_THAT(with("no maps"), HasSubstr("not a file of photon maps"));
     EXPECT_THAT(with(whole.substr(0, whole.size() - 1)), HasSubstr("cut off"));
     EXPECT_THAT(with(whole + "x"), HasSubstr("1 bytes too long"));
     for (const std::size_t place : {std::size_t{250}, whole.size() / 2, whole.size() - 3}) {

@@ -174,7 +174,7 @@ TEST_F(StoppedLuminaire, AmongItsLightPaths_GoesOnToTheSameBytes) {
 
     const Finished resumed = run_command(words("lamp.exr"), {folder_.path(), kPatience});
     ASSERT_EQ(resumed.code, 0) << resumed.err;
-    EXPECT_THAT(resumed.out, HasSubstr("going on after "));
+    EXPECT_THAT(resumed.out, HasSubstr("continuing after "));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "lamp.exr.part"));
     for (const char* end : {".exr", ".cells"})
         EXPECT_TRUE(read_bytes(folder_ / (std::string("lamp") + end)) ==

@@ -297,7 +297,7 @@ TEST_F(Mpi, LightAcquire_IsTheLampOfOneProcess) {
                       "1",     LUCERNA_COMMAND, "light",    "acquire", "scene.toml", "-o", "no.exr"};
     const Finished apart = run_command(words, on(1));
     EXPECT_EQ(apart.code, 1) << apart.out << apart.err;
-    EXPECT_THAT(apart.err, HasSubstr("would measure another lamp"));
+    EXPECT_THAT(apart.err, HasSubstr("would measure a different lamp"));
 }
 
 TEST_F(Mpi, Study_HasTheErrorsOfOneProcess) {
@@ -341,8 +341,7 @@ TEST_F(Mpi, OtherCommands_AreDoneOnceByRank0) {
     EXPECT_EQ(many.code, 0) << many.err;
     EXPECT_EQ(many.out, once.out);
     EXPECT_EQ(many.err,
-              "lucerna: warning: rank 0 does this alone; render, light acquire and study share their work "
-              "among ranks\n");
+              "lucerna: warning: this command runs on rank 0 only; render, light acquire and study share their work among ranks\n");
     const Finished help = run_command({"study", "--help"}, on(3));
     EXPECT_EQ(help.code, 0);
     EXPECT_EQ(help.out, alone({"study", "--help"}).out);

@@ -216,7 +216,7 @@ class EveryOutput : public ::testing::Test {
         EXPECT_EQ(finished.code, 1);
         const std::string error = without_warnings(finished.err);
         EXPECT_EQ(std::count(error.begin(), error.end(), '\n'), 1);
-        EXPECT_THAT(error, AllOf(StartsWith("lucerna: "), HasSubstr("needs a file of its own")));
+        EXPECT_THAT(error, AllOf(StartsWith("lucerna: "), HasSubstr("choose another file for")));
         EXPECT_TRUE(before == contents(folder_->path())) << "something was lost or made";
     }
 

@@ -65,7 +65,7 @@ std::vector<Case> cases() {
             {"igi_tree",
              "igi",
              {"nlights=256", "nsets=16", "choice=tree"},
-             {"virtual point lights", "virtual point lights in order", "image"}},
+             {"virtual point lights", "sorted virtual point lights", "image"}},
             {"progressive", "progressive", {"photons=10000", "prepass=16384"}, {"pre-pass", "passes"}}};
 }
 

@@ -285,7 +285,7 @@ TEST(Resume, FewerSamplesOrAnotherSize_IsRefused) {
     const Case which = cases()[0];
     const Checkpoint kept = render_until(which, 4, kNeverStops, nullptr).checkpoint;
     EXPECT_THAT(error_of([&] { render_until(which, 3, kNeverStops, &kept); }),
-                HasSubstr("holds 4 samples per pixel, more than the 3 asked for; 4 or more are accepted"));
+                HasSubstr("holds up to 4 samples per pixel; --spp 3 is too small, use 4 or more"));
     // A film of another kind: by passes.
     EXPECT_THAT(error_of([&] { render_until(cases()[9], 4, kNeverStops, &kept); }),
                 HasSubstr("another kind or size"));
@@ -383,11 +383,11 @@ TEST_F(CheckpointFile, OtherKinds_AreToldApart) {
         write(changed);
         return refusal();
     };
-    EXPECT_THAT(with(0, 'X'), HasSubstr("is no checkpoint"));
-    EXPECT_THAT(with(8, 4), HasSubstr("of a newer lucerna: format 4; 3 is accepted"));
+    EXPECT_THAT(with(0, 'X'), HasSubstr("is not a checkpoint"));
+    EXPECT_THAT(with(8, 4), HasSubstr("from a newer version of lucerna: format 4; expected 3"));
     EXPECT_THAT(with(12, 1), HasSubstr("byte order"));
     // Lengths that only fit if they wrap around.
-    EXPECT_THAT(with(31, 0x80), HasSubstr("cut off or damaged"));
+    EXPECT_THAT(with(31, 0x80), HasSubstr("truncated or damaged"));
     std::vector<std::byte> longer = bytes_;
     longer.push_back(std::byte{0});
     write(longer);

@@ -39,6 +39,6 @@ render second || fail "without pictures nothing should be missing"
 rm "$folder/a.exr"
 if render second --png; then fail "a picture without its library"; fi
 [ "$(wc -l <"$folder/said")" -eq 1 ] || fail "the error is not one line"
-grep -q "a.png: pictures need liblucerna_pictures.so, which is in none of " "$folder/said" ||
+grep -q "a.png: pictures need liblucerna_pictures.so, which was not found in " "$folder/said" ||
     fail "the error does not say what is missing"
 [ ! -e "$folder/a.exr" ] || fail "the missing library was found out after the work"

@@ -113,11 +113,11 @@ constinit const InstructionSet kCompiledFor[] = {
 
 #ifdef LUCERNA_NATIVE
 constinit const char* const kUnfitAdvice =
-    "a native build is for machines like the one that built it: build it on this one "
+    "this native build only runs on machines like the one it was built on; build it on this machine "
     "(docs/explanation/portable.md)";
 #else
 constinit const char* const kUnfitAdvice =
-    "a portable build is for x86-64-v3: build one for this machine, with -DLUCERNA_NATIVE=ON "
+    "the portable build needs x86-64-v3; build for this machine with -DLUCERNA_NATIVE=ON "
     "(docs/explanation/portable.md)";
 #endif
 

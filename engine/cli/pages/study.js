@@ -165,10 +165,10 @@
                 }));
             }
             parts.make('p', section, { className: 'hint', textContent:
-                'Hovering a point tells its settings; a click shows its image on the left, with shift on the right.' });
+                'Hover over a point to see its settings; click to show its image on the left, shift-click on the right.' });
             if (this.study.seeds === 2) {
                 parts.make('p', section, { className: 'hint', textContent:
-                    'Of two seeds the bias has no standard error, and what is shown as bias may be noise; three tell them apart.' });
+                    'With two seeds the bias has no standard error and may be noise; use three or more seeds to separate them.' });
             }
             one.images = new parts.Images(parts.make('div', section, { className: 'images' }), scene, this);
             return one;

@@ -100,7 +100,7 @@
                 corners.push([next ? this.x(next.seconds) : width - MARGIN.right, this.y(value(p))]);
             });
             this.svg.append('path').attr('class', 'front').attr('d', d3.line()(corners))
-                .append('title').text('Pareto front: nothing measured was both faster and better');
+                .append('title').text('Pareto front: no other point was both faster and more accurate');
         }
 
         level(value, width, name, text) {
