@@ -17,6 +17,7 @@
 #include "engine/base/units.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
+#include "engine/cli/integrators_text.h"
 #include "engine/cli/lamp_text.h"
 #include "engine/integrators/integrator.h"
 #include "engine/pbrt/read_scene.h"
@@ -174,39 +175,6 @@ struct InfoOptions {
     std::optional<FluxUnit> unit;
 };
 
-// --- integrators ---
-
-std::string accepted(const Field& field) {
-    if (!field.choices.empty()) return fmt::format("{}", fmt::join(field.choices, " | "));
-    if (std::holds_alternative<bool*>(field.target)) return "true | false";
-    return fmt::format("{} >= {:g}", field.whole ? "whole" : "number", field.least);
-}
-
-void print_parameters(std::ostream& out, IntegratorSettings settings) {
-    for (const Field& field : fields(settings)) {
-        fmt::print(out, "  {:<17} {:<12} {}  [{}]\n", field.name, field.text(), field.help, accepted(field));
-    }
-}
-
-std::string_view purpose(std::string_view integrator) {
-    if (integrator == "path")
-        return "unbiased path tracing, the reference: slow, and noisy where light is focused";
-    if (integrator == "direct") return "direct light only, through mirrors and glass";
-    if (integrator == "photonmap") return "photon maps with projected density estimation and final gather";
-    if (integrator == "progressive") return "photon mapping in passes with a shrinking radius; consistent";
-    return "instant global illumination with virtual point lights: smooth images; caustics from photons; "
-           "complete with compensate=true";
-}
-
-void print_integrators(std::ostream& out) {
-    fmt::print(out, "Set by the scene's Integrator line, or by --integrator NAME and --set KEY=VALUE.\n");
-    fmt::print(out, "Each line: parameter, default, meaning, [accepted values].\n");
-    for (const std::string_view name : integrator_names()) {
-        fmt::print(out, "\n{}: {}\n", name, purpose(name));
-        print_parameters(out, make_settings(name, {}));
-    }
-}
-
 // --- scenes ---
 
 // Keeps what the reader warns of, to be said with the rest.
@@ -290,7 +258,7 @@ void print_image(std::ostream& out, const std::string& file) {
 }
 
 void act(const InfoOptions& options, const CommandContext& context) {
-    if (options.integrators) print_integrators(context.out);
+    if (options.integrators) context.out << integrators_text();
     if (options.file.empty()) {
         if (!options.integrators)
             throw InputError("info: a file or --integrators is needed; see lucerna info --help");

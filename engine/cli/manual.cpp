@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/version.h"
+#include "engine/cli/integrators_text.h"
 
 namespace lucerna {
 namespace {
@@ -169,16 +170,6 @@ std::string manual_page(const CLI::App& program) {
 
 namespace {
 
-// Text that Markdown prints as it is; in a table's cell, too.
-std::string markdown(std::string_view text) {
-    std::string escaped;
-    for (const char c : text) {
-        if (std::string_view("\\`*_[]<>|#~$").find(c) != std::string_view::npos) escaped += '\\';
-        escaped += c;
-    }
-    return escaped;
-}
-
 // As a page's headings are linked to: "lucerna light import" is "#lucerna-light-import".
 std::string anchor(std::string name) {
     std::replace(name.begin(), name.end(), ' ', '-');
@@ -268,6 +259,10 @@ std::string reference_page(const CLI::App& program) {
     page += "\n## General options\n\n| option | |\n| --- | --- |\n";
     append_rows(program, false, page);
     append_reference(program, "##", page);
+    page +=
+        "\n## Integrators\n\nSet by the scene's `Integrator` line, or by `--integrator NAME` and `--set "
+        "KEY=VALUE`.\n";
+    page += integrators_markdown("###");
     return page + kReferenceExit;
 }
 
