@@ -129,6 +129,10 @@ class Light {
     // bounds(). An estimate of 0 does not say that nothing arrives.
     virtual std::optional<float> arriving(const V3f& /*x*/) const { return std::nullopt; }
 
+    // Of a light that is a point here, though its file states a luminous opening: that opening's area as it
+    // is seen along w (unit, away from the light), m², > 0. None: no opening is stated.
+    virtual std::optional<double> projected_opening(const V3f& /*w*/) const { return std::nullopt; }
+
     // True if only sample_Li() can find this light (point, spot, distant).
     virtual bool is_delta() const { return false; }
     // True if neither sample_Li() nor Le() nor Le_on_surface() ever answers: only particles carry this light.

@@ -161,6 +161,18 @@ std::vector<double> even_angles(double step, double whole) {
 
 }  // namespace
 
+std::optional<double> PhotometricWeb::projected_opening(const V3d& w) const {
+    const V3d& size = info_.opening;  // along C0, along C90, height
+    const bool round = info_.round_opening;
+    const double face = (round ? kPiD / 4 : 1) * size.x * size.y;
+    const double side =
+        round ? size.x * std::hypot(w.x, w.y) : size.y * std::fabs(w.x) + size.x * std::fabs(w.y);
+    const double area = face * std::fabs(w.z) + size.z * side;
+    if (!(face > 0) && !(area > 0)) return std::nullopt;
+    // A flat opening has no area in its own plane, where files state a little light all the same.
+    return std::max(area, 0.01 * face);
+}
+
 PhotometricWeb resampled(const PhotometricWeb& web, double polar_step, double azimuth_step) {
     PhotometricGrid grid{
         PhotometricPlanes::c, even_angles(polar_step, 180), even_angles(azimuth_step, 360), {}};

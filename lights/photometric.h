@@ -75,6 +75,10 @@ class PhotometricWeb {
     double flux() const { return cells_.total(); }
     double peak() const { return peak_; }  // [cd]
 
+    // The area of the luminous opening as it is seen along w (unit, lamp's frame) [m²]: of a box or a
+    // cylinder of the stated sizes. None: none is stated.
+    std::optional<double> projected_opening(const V3d& w) const;
+
     // How a shape of a point light is asked (shaped_point.h); values in cd, grey.
     Rgb at(const V3f& w) const { return Rgb(static_cast<float>(intensity(V3d(w)))); }
     Rgb integral() const { return Rgb(static_cast<float>(flux())); }

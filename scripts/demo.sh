@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # From a fresh checkout to a picture: builds Lucerna, measures a lamp on the virtual bench, renders a room with it.
-# Three minutes on two cores, packages aside. Run it again to render again; what is there is not made anew.
+# Five minutes on two cores, packages aside. Run it again to render again; what is there is not made anew.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -14,6 +14,7 @@ case ${1:-} in
 esac
 
 bash scripts/deps.sh
+[ "$suite" != ci ] || bash scripts/deps.sh blender
 cmake --preset release -DLUCERNA_TESTS=ON --log-level=WARNING >/dev/null
 # What is quick needs neither the benchmarks nor the programs of the other runs.
 target=all

@@ -7,10 +7,12 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/plain_text.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
 #include "engine/cli/console.h"
 #include "engine/cli/photometry_options.h"
+#include "engine/cli/plan_files.h"
 #include "engine/cli/surface_options.h"
 #include "engine/photometry/glare.h"
 #include "engine/photometry/glare_text.h"
@@ -33,7 +35,10 @@ through the whole model instead, which look along each --view. Without either th
 Examples:
   lucerna glare room.pbrt
   lucerna glare room.pbrt --eye "desk=1,1.2,3:1,1.2,0" --eye "door=4,1.7,1:0,1.7,1"
-  lucerna glare room.pbrt --height 1.2 --margin 0.5 --spacing 1 --view 1,0,0 --view 0,0,1 -o glare.csv)";
+  lucerna glare room.pbrt --height 1.2 --margin 0.5 --spacing 1 --view 1,0,0 --view 0,0,1 -o glare.csv
+  lucerna glare room.pbrt --height 1.2 --plan ugr.svg)";
+
+constexpr std::size_t kDefaultViews = 4;  // the horizontal axes
 
 struct Eye {
     std::string name;
@@ -45,6 +50,7 @@ struct GlareCommand {
     std::vector<Eye> eyes;
     SurfaceOptions grid;
     std::vector<V3d> views;
+    std::string plan;
     GlareOptions options;
 };
 
@@ -93,6 +99,32 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     return observers;
 }
 
+// At each point of a grid the greatest rating of all its views; NaN where no luminaire is seen.
+std::vector<double> worst_ratings(std::span<const GlareReport> of_grid, std::size_t views) {
+    std::vector<double> worst;
+    for (std::size_t i = 0; i + views <= of_grid.size(); i += views) {
+        double most = -INFINITY;
+        for (const GlareReport& report : of_grid.subspan(i, views)) most = std::max(most, report.ugr.value);
+        worst.push_back(std::isfinite(most) ? most : NAN);
+    }
+    return worst;
+}
+
+void write_plans(const GlareCommand& command, std::span<const CalculationSurface> grids,
+                 std::span<const GlareReport> reports, std::span<const LuminairePlace> lamps) {
+    const std::size_t views = command.views.empty() ? kDefaultViews : command.views.size();
+    std::size_t first = command.eyes.size();
+    for (std::size_t i = 0; i < grids.size(); ++i) {
+        const std::size_t of_grid = static_cast<std::size_t>(grids[i].points.x * grids[i].points.y) * views;
+        PlanFigure plan =
+            plan_of(grids[i], worst_ratings(reports.subspan(first, of_grid), views), "UGR", lamps);
+        // From no glare that is noticed to glare that is not to be borne (CIE 117).
+        plan.scale.range = ScaleRange{10, 31};
+        write_plan(of_surface(command.plan, i), plan);
+        first += of_grid;
+    }
+}
+
 void act(const GlareCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     CommandFiles files;
@@ -100,11 +132,20 @@ void act(const GlareCommand& command, const CommandContext& context) {
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
     Job job = command.common.read(command.options.workers, files, monitor);
     const std::vector<Observer> observers = observers_of(command, job);
+    for (const Eye& eye : command.eyes)
+        warn_outside(job.scene, "observer \"" + plain_text(eye.name) + "\"", {{eye.from}}, monitor);
+    const std::vector<CalculationSurface> grids = command.grid.all(job);
+    if (!command.plan.empty() && grids.empty())
+        throw InputError({"--plan"}, "needs a grid of observers: --height");
+    for (std::size_t i = 0; !command.plan.empty() && i < grids.size(); ++i)
+        declare_plan(of_surface(command.plan, i), files);
+    const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);
     GlareOptions options = command.options;
     options.seconds -= clock.seconds();
     const Listening listening(context.around);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
+    if (!command.plan.empty()) write_plans(command, grids, reports, lamps);
     if (command.common.prints_json()) {
         context.out << glare_json(reports);
         return;
@@ -143,6 +184,11 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
         ->type_name("X,Y,Z")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    app.add_option(
+           "--plan", command->plan,
+           "draw a plan of the greatest UGR of all views at each point of the grid; FILE-2.svg and so on "
+           "for further grids")
+        ->type_name("FILE.svg|.png");
     add_word(app, "--blur", "LENGTH", "full width at half maximum of the filter (default 12mm)",
              [command](const std::string& word) {
                  command->options.blur = parse_place({"--blur"}, word);

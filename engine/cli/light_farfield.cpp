@@ -183,12 +183,12 @@ std::string polar_plot_svg(const PhotometricWeb& given, std::string_view title, 
 }
 
 constexpr const char* kLightFarfieldFooter =
-    R"(The far field is what is left of a lamp when it is so far away that only the direction counts: farther than
-some five times its size (measured in docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram
+    R"(The far field is a lamp's luminous intensity by direction, valid at distances of more than about five times its size
+(measured in docs/explanation/near-and-far.md). -o NAME.svg draws the polar diagram
 of the planes C0-C180 and C90-C270; -o NAME.ies writes IES LM-63-2002, absolute; -o NAME.csv writes the colour over the
 angle: chromaticity, its distance from that of the axis and of all light (delta u'v'), colour temperature and
-Duv, for each direction. Several may be given.
-A lamp in W needs --efficacy for a photometric file: how many lm each of its W is.
+Duv, for each direction. -o may be repeated.
+A photometric file is in lm: a lamp in W is converted by its spectrum, or by --efficacy where its file does not state one.
 
 Examples:
   lucerna light farfield lamp.exr -o lamp.svg
@@ -214,6 +214,7 @@ struct Lamp {
     PhotometricWeb web;
     FluxUnit unit;
     std::optional<AngularColours> colours;  // where they are several, or wanted in a file
+    double lumens_per_watt = 0;             // of a lamp in W, as its file says; 0: it does not
 };
 
 Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
@@ -230,11 +231,12 @@ Lamp read_lamp(const FarFieldOptions& options, Monitor& monitor) {
         const Lumigraph lamp = read_lumigraph(options.lamp);
         if (wanted || lamp.coloured())
             colours = colours_over_angle(lamp, options.grid, options.workers, monitor);
-        return {far_field(lamp, options.grid, options.workers, monitor), lamp.unit(), colours};
+        return {far_field(lamp, options.grid, options.workers, monitor), lamp.unit(), colours,
+                lamp.lumens_per_watt()};
     }
     const RaySet rays = read_rays(options.lamp, monitor);
     if (wanted || rays.coloured()) colours = colours_over_angle(rays, options.grid);
-    return {far_field(rays, options.grid), rays.unit, colours};
+    return {far_field(rays, options.grid), rays.unit, colours, rays.lumens_per_watt};
 }
 
 // Of rings of directions, every ten degrees as far as there is light to speak of.
@@ -288,13 +290,15 @@ void act(const FarFieldOptions& options, const CommandContext& context) {
     ConsoleMonitor monitor(context.out, context.err,
                            {context.around.terminal, options.quiet, context.around.stop, {}});
     Lamp lamp = naming(options.lamp, [&] { return read_lamp(options, monitor); });
-    if (lamp.unit == FluxUnit::watt && options.efficacy > 0)
-        lamp = in_lumens(std::move(lamp), options.efficacy);
-    const bool photometric = lamp.unit == FluxUnit::lumen;
     const auto is_file = [](const std::string& output) { return suffix_of(output) == ".ies"; };
-    if (!photometric && std::any_of(options.outputs.begin(), options.outputs.end(), is_file)) {
-        throw InputError({options.lamp},
-                         "the lamp is in W, an .ies file in lm; --efficacy LM_PER_W says how they go");
+    const bool to_file = std::any_of(options.outputs.begin(), options.outputs.end(), is_file);
+    const double efficacy = options.efficacy > 0 ? options.efficacy : to_file ? lamp.lumens_per_watt : 0;
+    if (lamp.unit == FluxUnit::watt && efficacy > 0) lamp = in_lumens(std::move(lamp), efficacy);
+    const bool photometric = lamp.unit == FluxUnit::lumen;
+    if (!photometric && to_file) {
+        throw InputError(
+            {options.lamp},
+            "the lamp is in W, an .ies file in lm; --efficacy LM_PER_W, lumens per watt, is needed");
     }
     const std::string title = std::filesystem::path(options.lamp).stem().string();
     for (const std::string& output : options.outputs) {
@@ -335,7 +339,7 @@ void add_light_farfield(CLI::App& light, const CommandContext& context) {
              [options](const std::string& word) {
                  options->grid.azimuth_step = parse_number({"--plane-step"}, word, 0.05, 90);
              });
-    add_word(app, "--efficacy", "LM_PER_W", "lumens that each W of a lamp in W is",
+    add_word(app, "--efficacy", "LM_PER_W", "luminous efficacy of a lamp in W (default: as its file states)",
              [options](const std::string& word) {
                  options->efficacy = parse_number({"--efficacy"}, word, 1e-6, 683);
              });

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/base/files.h"
 #include "engine/base/image.h"
+#include "engine/base/plain_text.h"
 #include "engine/base/tone.h"
 #include "engine/cli/checkpointing.h"
 #include "engine/cli/command_files.h"
@@ -18,6 +19,7 @@
 #include "engine/cli/light_commands.h"
 #include "engine/cli/lux_page.h"
 #include "engine/cli/photometry_options.h"
+#include "engine/cli/plan_files.h"
 #include "engine/cli/surface_options.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
@@ -70,7 +72,12 @@ struct LuxCommand {
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
     std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
-    if (surfaces.empty()) surfaces = job.surfaces;
+    if (surfaces.empty()) {
+        if (const std::string& option = command.surfaces.shaped_by; !option.empty() && !job.surfaces.empty())
+            throw InputError({option},
+                             "applies to --height and --surface only, and not to the scene's surfaces");
+        surfaces = job.surfaces;
+    }
     if (surfaces.empty()) {
         throw InputError({command.common.scene},
                          "names no CalculationSurface; --height 0.75, or --surface "
@@ -79,39 +86,15 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     return surfaces;
 }
 
-// "lux.exr" -> "lux-2.exr" of the second of several surfaces.
-std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface) {
-    if (surface == 0) return file;
-    return file.parent_path() /
-           fmt::format("{}-{}{}", file.stem().string(), surface + 1, file.extension().string());
-}
-
 // "lux.svg" -> "lux-error.svg"
 std::filesystem::path of_error(const std::filesystem::path& file) {
     return file.parent_path() / fmt::format("{}-error{}", file.stem().string(), file.extension().string());
 }
 
-bool is_png(const std::filesystem::path& file) {
-    return suffix_of(file) == ".png";
-}
-
-void declare_plan(const std::filesystem::path& file, CommandFiles& files) {
-    if (!is_png(file) && suffix_of(file) != ".svg")
-        input_error({file.string()}, "a plan's name must end in .svg or .png");
-    files.writes(file, "", "--plan");
-}
-
-void write_plan(const std::filesystem::path& file, const PlanFigure& plan) {
-    const std::string svg = plan_svg(plan);
-    if (is_png(file)) {
-        write_png_display(file, drawn(svg, file));
-    } else {
-        write_text(file, svg);
-    }
-}
-
 std::string end_text(const IlluminanceReport& report) {
-    const std::string reached = fmt::format("± {:.2g} % at the worst point", 100 * report.precision);
+    const double percent = 100 * report.precision;
+    const std::string reached = percent < 10 ? fmt::format("± {:.2g} % at the worst point", percent)
+                                             : fmt::format("± {:.0f} % at the worst point", percent);
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));
@@ -163,6 +146,16 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
     return plan;
 }
 
+// An image that holds itself denoised, too, is shown so.
+void show_denoised(Image& image) {
+    for (const std::string name : {"R", "G", "B"}) {
+        const auto measured = find_channel(image, name), denoised = find_channel(image, "denoised." + name);
+        if (!measured || !denoised) return;
+        for (std::size_t at = 0; at < image.data.size(); at += image.channels.size())
+            image.data[at + *measured] = image.data[at + *denoised];
+    }
+}
+
 void act(const LuxCommand& command, const CommandContext& context) {
     const Stopwatch clock;
     CommandFiles files;
@@ -174,6 +167,7 @@ void act(const LuxCommand& command, const CommandContext& context) {
             throw InputError({"--picture"}, "is for the report; --html is accepted beside it");
         files.reads(command.picture);
         Image image = read_exr(command.picture);
+        show_denoised(image);
         const PictureLook look = PictureOptions().look(image);
         picture = displayed(image, look);
     }
@@ -185,6 +179,13 @@ void act(const LuxCommand& command, const CommandContext& context) {
         if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
         if (!command.plan.empty() && command.far_field_error)
             declare_plan(of_error(of_surface(command.plan, i)), files);
+    }
+    for (const CalculationSurface& surface : surfaces) {
+        std::vector<V3d> points;
+        for (int y = 0; y < surface.points.y; ++y) {
+            for (int x = 0; x < surface.points.x; ++x) points.push_back(surface.position(x, y));
+        }
+        warn_outside(job.scene, "surface \"" + plain_text(surface.name) + "\"", points, monitor);
     }
     LuxPage page{command.common.scene, {}, std::move(picture), command.options.seed};
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);

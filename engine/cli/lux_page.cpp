@@ -6,6 +6,7 @@
 #include "engine/base/units.h"
 #include "engine/base/version.h"
 #include "engine/cli/page_parts.h"
+#include "engine/cli/plan_files.h"
 #include "engine/figures/markup.h"
 #include "engine/photometry/illuminance_text.h"
 
@@ -72,6 +73,17 @@ std::string settings(const IlluminanceReport& report, const LuxPage& page) {
                  2);
 }
 
+// Where the axes of a surface's plan lie in the scene.
+std::string place_text(const CalculationSurface& surface) {
+    const auto point = [](const V3d& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p.x, p.y, p.z); };
+    const V3d& corner = surface.corner;
+    return fmt::format(
+        "Positions in the scene, in metres: x from {0} to {1}, y from {0} to {2}; points {3:.3g} by "
+        "{4:.3g} m apart.",
+        point(corner), point(corner + surface.u), point(corner + surface.v),
+        surface.u.length() / surface.points.x, surface.v.length() / surface.points.y);
+}
+
 std::string facts(const PictureFacts& facts) {
     std::vector<std::vector<std::string>> rows{{"name", "content"}};
     for (const auto& [name, value] : facts) rows.push_back({plain_line(name), plain_line(value)});
@@ -81,32 +93,17 @@ std::string facts(const PictureFacts& facts) {
 }  // namespace
 
 PlanFigure plan_of(const SurfaceIlluminance& surface, const IlluminanceReport& report) {
-    const CalculationSurface& grid = surface.surface;
-    const double width = grid.u.length(), height = grid.v.length();
-    PlanFigure plan;
-    plan.title = plain_text(grid.name);
-    plan.unit = report.unit;
-    plan.values.columns = grid.points.x;
-    plan.values.rows = grid.points.y;
-    for (int y = grid.points.y - 1; y >= 0; --y) {
-        for (int x = 0; x < grid.points.x; ++x) plan.values.values.push_back(surface.at(x, y).all.value);
-    }
-    plan.spacing = {width / grid.points.x, height / grid.points.y};
-    plan.first = {plan.spacing.x / 2, height - plan.spacing.y / 2};
-    plan.outlines.push_back({{{0, 0}, {width, 0}, {width, height}, {0, height}}, true});
-    for (const LuminairePlace& lamp : report.lamps) {
-        const V3d from = lamp.place - grid.corner;
-        const Imath::V2d at(from.dot(grid.u) / width, from.dot(grid.v) / height);
-        if (at.x >= 0 && at.x <= width && at.y >= 0 && at.y <= height) plan.lamps.push_back({at, {}});
-    }
-    return plan;
+    std::vector<double> values;
+    for (const PointParts& point : surface.points) values.push_back(point.all.value);
+    return plan_of(surface.surface, values, report.unit, report.lamps);
 }
 
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
     std::string plans;
     for (const SurfaceIlluminance& surface : report.surfaces) {
-        plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n",
-                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)));
+        plans += fmt::format("<h2>{}</h2>\n<figure>{}<figcaption>{}</figcaption></figure>\n",
+                             html_text(plain_text(surface.surface.name)), plan_svg(plan_of(surface, report)),
+                             html_text(place_text(surface.surface)));
     }
     for (const PlanFigure& plan : page.more_plans)
         plans += fmt::format("<h2>{}</h2>\n<figure>{}</figure>\n", html_text(plan.title), plan_svg(plan));
@@ -114,7 +111,8 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
         kLuxPage,
         {{"title", html_text("Illuminance: " + plain_text(page.scene))},
          {"style", std::string(kPageStyle)},
-         {"verdict", html_text(fmt::format("In {}; ± is half a 95 % confidence interval.",
+         {"verdict", html_text(fmt::format("Illuminance in {}; ± is the half-width of the 95 % confidence "
+                                           "interval. Initial values: no maintenance factor is applied.",
                                            unit_as_written(report.unit)))},
          {"summary", summary(report)},
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <sstream>
 #include <string_view>
@@ -162,6 +163,112 @@ std::string manual_page(const CLI::App& program) {
     page += ".SH COMMANDS\n";
     append_commands(program, page);
     return page + kExitStatus;
+}
+
+// ---- The reference page.
+
+namespace {
+
+// Text that Markdown prints as it is; in a table's cell, too.
+std::string markdown(std::string_view text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (std::string_view("\\`*_[]<>|#~$").find(c) != std::string_view::npos) escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
+// As a page's headings are linked to: "lucerna light import" is "#lucerna-light-import".
+std::string anchor(std::string name) {
+    std::replace(name.begin(), name.end(), ' ', '-');
+    return name;
+}
+
+// "`-o`, `--output` FILE.exr"
+std::string option_cell(const CLI::Option& option) {
+    std::string cell;
+    if (option.get_positional()) {
+        cell = "`" + option.get_name(true) + "`";
+    } else {
+        for (const std::string& name : names_of(option)) cell += (cell.empty() ? "`" : ", `") + name + "`";
+        if (takes_value(option)) cell += " " + markdown(option.get_type_name());
+    }
+    return cell;
+}
+
+void append_rows(const CLI::App& app, bool positional, std::string& page) {
+    for (const CLI::Option* option : app.get_options()) {
+        if (option->get_positional() != positional) continue;
+        page += fmt::format("| {} | {}{}", option_cell(*option), option->get_required() ? "(required) " : "",
+                            markdown(option->get_description()));
+        std::string others;
+        for (const CLI::Option* other : option->get_excludes())
+            others += (others.empty() ? "`" : ", `") + other->get_name() + "`";
+        page += others.empty() ? " |\n" : fmt::format(" (not together with {}) |\n", others);
+    }
+}
+
+// A command's text below its options: what is indented stays line by line, as code; all else is filled.
+void append_paragraphs(const std::string& text, std::string& page) {
+    std::istringstream lines(text);
+    bool code = false;
+    for (std::string line; std::getline(lines, line);) {
+        const bool indented = line.starts_with(' ');
+        if (indented && !code) page += '\n';
+        if (!indented && code && !line.empty()) page += '\n';
+        code = indented;
+        page += (indented ? "  " + line : markdown(line)) + '\n';
+    }
+}
+
+void append_reference(const CLI::App& app, std::string_view level, std::string& page) {
+    for (const CLI::App* command : commands_of(app)) {
+        const std::string name = full_name(*command);
+        page += fmt::format(
+            "\n{} {}\n\n{}.\n\n    {} {}{}\n\n", level, name, markdown(command->get_description()), name,
+            commands_of(*command).empty() ? "[OPTIONS]" : "COMMAND", positionals_text(*command));
+        page += "| argument or option | |\n| --- | --- |\n";
+        append_rows(*command, true, page);
+        append_rows(*command, false, page);
+        page += '\n';
+        append_paragraphs(command->get_footer(), page);
+        append_reference(*command, "###", page);
+    }
+}
+
+void append_index(const CLI::App& app, std::string& page) {
+    for (const CLI::App* command : commands_of(app)) {
+        const std::string name = full_name(*command);
+        page +=
+            fmt::format("| [`{}`](#{}) | {} |\n", name, anchor(name), markdown(command->get_description()));
+        append_index(*command, page);
+    }
+}
+
+constexpr const char* kReferenceExit = R"(
+## Exit status
+
+| code | |
+| --- | --- |
+| 0 | done |
+| 1 | an input or the environment is wrong; one line on standard error states place, cause and what is expected |
+| 2 | an internal error |
+| 128 + N | signal N ended the work early, and the result so far was written: 130 after Ctrl-C |
+)";
+
+}  // namespace
+
+std::string reference_page(const CLI::App& program) {
+    std::string page =
+        "# Commands\n\nAll commands and options of `lucerna`, from the same tables as `--help`. This page is "
+        "the "
+        "output of `lucerna --reference`.\n\n| command | |\n| --- | --- |\n";
+    append_index(program, page);
+    page += "\n## General options\n\n| option | |\n| --- | --- |\n";
+    append_rows(program, false, page);
+    append_reference(program, "##", page);
+    return page + kReferenceExit;
 }
 
 // ---- Completion.

@@ -117,6 +117,8 @@ int run(int argc, const char* const* argv, std::ostream& all_out, std::ostream& 
         program.footer(kRunFooter);
         program.set_version_flag("--version", fmt::format("lucerna {}\n{}", program_version(), arithmetic()));
         add_text_flag(program, "--manual", "Print the manual page, for man -l -, and exit", manual_page, out);
+        add_text_flag(program, "--reference", "Print the reference of all commands, in Markdown, and exit",
+                      reference_page, out);
         add_text_flag(program, "--bash-completion", "Print the completion script for bash, and exit",
                       bash_completion, out);
         program.require_subcommand(0, 1);

@@ -71,7 +71,7 @@ CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& jo
     V3d least = V3d(bounds.min) + job.scene.origin(), most = V3d(bounds.max) + job.scene.origin();
     least[up] += height;
     for (const int side : {a, b}) least[side] += options.margin, most[side] -= options.margin;
-    if (!(least[a] < most[a]) || !(least[b] < most[b]) || !(least[up] <= most[up])) {
+    if (!(least[a] < most[a]) || !(least[b] < most[b]) || !(height >= 0) || !(least[up] <= most[up])) {
         input_error(
             at,
             "a plane at {:g} with a margin of {:g} does not lie within the scene, which is {:g} x {:g} "
@@ -119,6 +119,23 @@ int up_axis_of(const Camera& camera) {
     return axis;
 }
 
+void warn_outside(const Scene& scene, const std::string& what, std::span<const V3d> points,
+                  Monitor& monitor) {
+    const Box3f bounds = scene.bounds();
+    const V3d slack(1e-3 * double{diagonal(scene)});  // a point on the floor is inside
+    const V3d least = V3d(bounds.min) + scene.origin() - slack,
+              most = V3d(bounds.max) + scene.origin() + slack;
+    const auto outside = std::count_if(points.begin(), points.end(), [&](const V3d& p) {
+        return bounds.isEmpty() || !Imath::Box<V3d>(least, most).intersects(p);
+    });
+    if (outside > 0) {
+        monitor.warn(
+            fmt::format("{}: {} of {} points lie outside the scene, which reaches from {:g}, {:g}, {:g} to "
+                        "{:g}, {:g}, {:g}",
+                        what, outside, points.size(), least.x, least.y, least.z, most.x, most.y, most.z));
+    }
+}
+
 std::vector<CalculationSurface> SurfaceOptions::all(const Job& job) const {
     std::vector<CalculationSurface> all;
     for (const Named& named : surfaces)
@@ -138,13 +155,16 @@ void add_height_options(CLI::App& app, SurfaceOptions& options) {
         ->type_name("M")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(
-        app, "--margin", "M", "of such a plane, from the model's sides (default 0)",
-        [&options](const std::string& word) { options.margin = parse_number({"--margin"}, word, 0, 1e9); });
+    add_word(app, "--margin", "M", "of such a plane, from the model's sides (default 0)",
+             [&options](const std::string& word) {
+                 options.shaped_by = "--margin";
+                 options.margin = parse_number({"--margin"}, word, 0, 1e9);
+             });
     add_word(app, "--up", "AXIS", "of such a plane: x, y or z (default: the one nearest to the camera's)",
              [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
     add_word(app, "--spacing", "M", "of points, at the most (default: as EN 12464-1 has it)",
              [&options](const std::string& word) {
+                 options.shaped_by = "--spacing";
                  options.spacing = parse_number({"--spacing"}, word, 1e-6, 1e9);
              });
 }
@@ -164,11 +184,15 @@ void add_surface_options(CLI::App& app, SurfaceOptions& options) {
     add_height_options(app, options);
     add_word(app, "--kind", "KIND",
              fmt::format("of illuminance: {} (default planar)", fmt::join(kReceiverKinds, ", ")),
-             [&options](const std::string& word) { options.kind = parse_kind({"--kind"}, word); });
+             [&options](const std::string& word) {
+                 options.shaped_by = "--kind";
+                 options.kind = parse_kind({"--kind"}, word);
+             });
     add_word(app, "--facing", "X,Y,Z", "where heads look (default: across the surface)",
              [&options](const std::string& word) {
                  const V3d w = parse_point({"--facing"}, word);
                  if (!(w.length() > 0)) input_error({"--facing"}, "0,0,0 is no direction");
+                 options.shaped_by = "--facing";
                  options.facing = w.normalized();
              });
 }

@@ -33,6 +33,7 @@ struct SurfaceOptions {
     std::optional<double> spacing;
     ReceiverKind kind = ReceiverKind::planar;
     std::optional<V3d> facing;  // unit
+    std::string shaped_by;      // an option that was given and shapes only these surfaces; or empty
 
     // Throws InputError.
     std::vector<CalculationSurface> all(const Job& job) const;
@@ -41,6 +42,10 @@ struct SurfaceOptions {
 void add_height_options(CLI::App& app, SurfaceOptions& options);
 // These, and --surface, --kind, --facing.
 void add_surface_options(CLI::App& app, SurfaceOptions& options);
+
+// Warns where some of the points lie outside the bounds of the scene, of which nothing is seen from there but
+// the outside. `what`: "surface desk".
+void warn_outside(const Scene& scene, const std::string& what, std::span<const V3d> points, Monitor& monitor);
 
 // The axis of the world that is most nearly upward in the picture.
 int up_axis_of(const Camera& camera);

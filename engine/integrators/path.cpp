@@ -211,9 +211,10 @@ Rgb MediaPathEstimator::Li_of(const CameraRay& camera, Sampler& sampler) const {
     path.parts = meter ? parts.times(meter_reading(Rgb(1))) : parts;
     for (int bounce = 0; bounce < kMaxBounces; ++bounce) {
         const bool metered = meter && bounce == 0;
-        const Segment segment = camera.receiver ? Segment{*camera.receiver, {}}
-                                : metered       ? metered_segment(path)
-                                                : propagate(path, sampler);
+        const bool received = camera.receiver && bounce == 0;
+        const Segment segment = received  ? Segment{*camera.receiver, {}}
+                                : metered ? metered_segment(path)
+                                          : propagate(path, sampler);
         if (!segment.hit && !segment.scattered) break;
         if (settings_.max_depth > 0 && bounce >= settings_.max_depth) break;
         if (!scatter(path, segment, metered, sampler)) break;

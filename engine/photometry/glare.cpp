@@ -25,6 +25,8 @@ double lamps_seen(const Scene& scene, const V3f& eye, const V3f& w) {
 
 // Batches of one luminaire's samples, whose means are nearly normal.
 constexpr int kBatches = 32;
+// Where their random numbers begin, beyond those of all heads that measure the background.
+constexpr std::uint64_t kLuminaires = std::uint64_t{1} << 62;
 // Sums over the samples of one, of what directions towards the luminaire bring, each over its density.
 struct LuminaireSums {
     double solid_angle = 0;
@@ -43,7 +45,8 @@ class Eye {
         for (std::uint32_t light = 0; light < scene_.lights().size(); ++light) {
             const Light& lamp = *scene_.lights()[light];
             if (!(lamp.power() > 0) || !lamp.bounds()) continue;  // the sky is no luminaire
-            if (const auto source = look_at(light, lamp)) all.push_back(*source);
+            const auto source = lamp.is_delta() ? look_at_point(light, lamp) : look_at(light, lamp);
+            if (source) all.push_back(*source);
         }
         return all;
     }
@@ -54,9 +57,9 @@ class Eye {
         const int in_a_batch = std::max(1, options_.samples / kBatches);
         parallel_each(options_.workers, kBatches, 1, [&](std::size_t batch) {
             for (int i = 0; i < in_a_batch; ++i) {
-                Sampler sampler =
-                    Sampler::stratified(options_.seed, Purpose::receiver, (std::uint64_t{light} << 8) + batch,
-                                        static_cast<std::uint32_t>(i));
+                Sampler sampler = Sampler::stratified(options_.seed, Purpose::receiver,
+                                                      kLuminaires + (std::uint64_t{light} << 8) + batch,
+                                                      static_cast<std::uint32_t>(i));
                 add(lamp, sampler, sums[batch]);
             }
         });
@@ -76,6 +79,26 @@ class Eye {
         const Reading95 even = per_sample(&LuminaireSums::flux_over_p2);
         source.even = {source.luminance * even.value, source.luminance * even.half_width};
         source.seen = per_sample(&LuminaireSums::square);
+        return source;
+    }
+
+    // A far field with the luminous opening that its file states, evenly bright: as CIE 117 has all
+    // luminaires.
+    std::optional<GlareSource> look_at_point(std::uint32_t light, const Light& lamp) const {
+        const auto towards = lamp.sample_Li(at_, {0.5F, 0.5F});
+        if (!towards) return std::nullopt;
+        const double flux = double{luminance(towards->weight)};  // I / d²
+        const double p = position_index(observer_, towards->w);
+        const auto area = lamp.projected_opening(-towards->w);
+        if (!(flux > 0) || !area || !std::isfinite(p)) return std::nullopt;
+        if (scene_.closest_hit(Ray{at_, towards->w, towards->distance})) return std::nullopt;
+        GlareSource source;
+        source.light = light;
+        source.kind = std::string(lamp.kind());
+        source.solid_angle = *area / sqr(double{towards->distance});  // both > 0
+        source.luminance = flux / source.solid_angle;
+        source.position = p;
+        source.even = source.seen = {source.luminance * flux / (p * p), 0};
         return source;
     }
 
@@ -175,6 +198,16 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         eye.corner = observer.eye - 0.5 * (eye.u + eye.v);
         eye.normal = eye.up = observer.view;
         eye.points = {1, 1};
+    }
+    std::size_t without_extent = 0;
+    for (const auto& light : job.scene.lights())
+        without_extent += light->power() > 0 && light->bounds() && light->is_delta() &&
+                          !light->projected_opening({0, 0, 1});
+    if (without_extent > 0) {
+        monitor.warn(
+            fmt::format("{} of the scene's lights {} no extent, and so no luminance; not rated, though part "
+                        "of E_v and of the light that the room reflects",
+                        without_extent, without_extent == 1 ? "has" : "have"));
     }
     std::vector<GlareReport> reports;
     for (const Observer& observer : observers) {

@@ -65,8 +65,9 @@ struct GlareOptions {
     double blur = 0.012;      // m: full width at half maximum, on the luminaire; 0: none
 };
 
-// Throws InputError: lights that do not count in lm, a line of sight without an upward direction, lights that
-// have an intensity but no extent, and so no luminance.
+// Throws InputError: lights that do not count in lm, a line of sight without an upward direction. Warns of
+// lights that have an intensity but no extent, and so no luminance: they are not rated. Far fields of files
+// are taken as evenly bright over the luminous opening that the file states.
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
                                   Monitor& monitor);
 

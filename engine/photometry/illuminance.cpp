@@ -74,7 +74,11 @@ class PointImage {
         Receivers& receivers = job.receivers;
         for (const CalculationSurface& surface : surfaces) {
             for (int y = 0; y < surface.points.y; ++y) {
-                for (int x = 0; x < surface.points.x; ++x) receivers.points.push_back(surface.receiver(x, y));
+                for (int x = 0; x < surface.points.x; ++x) {
+                    Receiver receiver = surface.receiver(x, y);
+                    receiver.clearance = clearance_of(receiver, job.scene);
+                    receivers.points.push_back(receiver);
+                }
             }
         }
         const auto points = static_cast<std::int64_t>(receivers.points.size());
@@ -140,6 +144,17 @@ double worst_of(const std::vector<SurfaceIlluminance>& surfaces) {
 
 }  // namespace
 
+std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
+    std::vector<LuminairePlace> all;
+    for (const auto& light : scene.lights()) {
+        const auto bounds = light->bounds();
+        if (!bounds || !(light->power() > 0)) continue;
+        all.push_back(
+            {std::string(light->kind()), V3d(bounds->box.center()) + scene.origin(), light->power()});
+    }
+    return all;
+}
+
 // Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
 double student_95(std::uint64_t n) {
     constexpr double z = 1.959963984540054;
@@ -176,12 +191,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     report.unit = unit_text(Quantity::illuminance, unit);
     report.flux_unit = flux_unit_text(unit);
     report.heads = points.heads();
-    for (const auto& light : job.scene.lights()) {
-        const auto bounds = light->bounds();
-        if (!bounds || !(light->power() > 0)) continue;
-        report.lamps.push_back(
-            {std::string(light->kind()), V3d(bounds->box.center()) + job.scene.origin(), light->power()});
-    }
+    report.lamps = luminaires_of(job.scene);
     RenderOptions round;
     round.seed = options.seed;
     round.workers = options.workers;

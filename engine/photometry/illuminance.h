@@ -64,6 +64,7 @@ struct LuminairePlace {
     V3d place;        // world, scene units: the middle of its bounds
     double flux = 0;  // in the scene's unit
 };
+std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 
 struct IlluminanceReport {
     std::vector<SurfaceIlluminance> surfaces;

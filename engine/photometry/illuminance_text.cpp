@@ -57,7 +57,7 @@ std::string illuminance_text(const IlluminanceReport& report) {
     for (const auto& row : rows) {
         for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], columns_of(row[c]));
     }
-    std::string text = fmt::format("illuminance in {}, ± half a 95 % confidence interval\n", report.unit);
+    std::string text = fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n", report.unit);
     for (const auto& row : rows) {
         std::string line;
         for (std::size_t c = 0; c < row.size(); ++c) {

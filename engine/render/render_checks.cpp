@@ -61,10 +61,11 @@ void warn_of_unseen_lights(const Scene& scene, const IntegratorSettings& method,
         if (unseen++ == 0) kind = light->kind();
     }
     if (unseen == 0) return;
-    monitor.warn(
-        fmt::format("{} of kind \"{}\" can be met by particles only: the {} missing from this "
-                    "picture; photonmap with \"string direct\" \"map\" shows it",
-                    unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
+    monitor.warn(fmt::format(
+        "{} of kind \"{}\" can be met by particles only: the {} missing from this "
+        "picture; photonmap with \"string direct\" \"map\" shows it, and every method does as a light "
+        "field (lucerna light import)",
+        unseen == 1 ? "a light" : fmt::format("{} lights", unseen), kind, missing));
 }
 
 void warn_of_glowing_media(const Scene& scene, const IntegratorSettings& method, Monitor& monitor) {

@@ -47,7 +47,13 @@ struct Receiver {
     V3f normal;    // unit: of the head; horizontal for a semicylinder; the axis of a cylinder
     V3f up;        // unit: a semicylinder's axis, normal to `normal`; else not looked at
     ReceiverKind kind = ReceiverKind::planar;
+    float clearance = 0;  // scene units: how far above the position rays begin (clearance_of)
 };
+
+// What keeps rays clear of the surface that the receiver lies on: the error of that surface's own points,
+// which grows with its size, and no more than that of its position where there is none within reach. So a
+// floor of a few metres is measured to micrometres, though the ground around it may be kilometres wide.
+float clearance_of(const Receiver& receiver, const Scene& scene);
 
 // The normal of one head of the receiver. `u` uniform in [0,1)².
 inline V3f head_normal(const Receiver& receiver, const V2f& u) {
@@ -74,8 +80,8 @@ inline V3f head_normal(const Receiver& receiver, const V2f& u) {
 }
 
 // That head as the first surface of a path from the eye: white, seen from its front (quantity.h). It is not
-// in the scene, and nothing there knows of it. Rays leave from a little above the point, so that one on a
-// floor is not below it by rounding.
+// in the scene, and nothing there knows of it. Rays leave from a little above the point (`clearance`), so
+// that one on a floor is not below it by rounding.
 Hit receiver_hit(const Receiver& receiver, const V2f& u, const Scene& scene);
 
 }  // namespace lucerna

@@ -344,8 +344,9 @@ py::array_t<double> intensities(const Web& web, const InputArray<double>& direct
 
 void write_web(const Web& web, const std::filesystem::path& file, const std::string& title) {
     if (web.unit != FluxUnit::lumen)
-        throw InputError({"write_ies"},
-                         "the lamp is in W, an .ies file in lm; far_field(efficacy=...) says how they go");
+        throw InputError(
+            {"write_ies"},
+            "the lamp is in W and IES files are in lm; far_field(efficacy=...) is needed to convert");
     write_ies(file, *web.web, title);
 }
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The files that the scenes of this folder read, which git keeps: a Lambertian luminaire of 1000 cd as LM-63, and CIE standard
-general skies (ISO 15469:2004 / CIE S 011:2003) as environment maps in the equal-area octahedral mapping, z up, the sun in the
-south (-y), 60 degrees high.
+general skies (ISO 15469:2004 / CIE S 011:2003) as environment maps in the equal-area octahedral mapping, z up, the sun
+60 degrees high towards +y: 5.9's measured wall, y = 0, is the northern one and faces it.
 
 Skies have 1 lx on the horizontal plane (of the sky alone, no sun). The lower half mirrors the upper one, so that no pixel
 straddles a step at the horizon; scenes cover it with a ground.
@@ -23,7 +23,7 @@ def luminance(kind, x, y, z):
         return (1 + 2 * z) / 3
     a, b, c, d, e = SKIES[kind]
     gradation = 1 + a * math.exp(b / max(z, 1e-6))
-    chi = math.acos(max(-1, min(1, -y * math.cos(SUN) + z * math.sin(SUN))))
+    chi = math.acos(max(-1, min(1, y * math.cos(SUN) + z * math.sin(SUN))))
     return gradation * (1 + c * (math.exp(d * chi) - math.exp(d * math.pi / 2)) + e * math.cos(chi) ** 2)
 
 

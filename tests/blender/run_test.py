@@ -1,4 +1,7 @@
-"""Runs blender_test.py in Blender, with the add-on of this tree. usage: run_test.py LUCERNA [TEST...]; 77: skipped."""
+"""Runs blender_test.py in Blender, with the add-on of this tree and the program as it is installed.
+
+Usage: run_test.py CMAKE BUILD_FOLDER [TEST...]; 77: skipped.
+"""
 
 import os
 import pathlib
@@ -22,6 +25,8 @@ with tempfile.TemporaryDirectory(prefix="lucerna-blender-") as work:
     addons.mkdir(parents=True)
     shutil.copy(root / "blender" / "lucerna_render.py", addons)
     environment = dict(os.environ, BLENDER_USER_SCRIPTS=str(addons.parent), BLENDER_USER_CONFIG=os.path.join(work, "config"))
+    installed = pathlib.Path(work, "installed")
+    subprocess.run([sys.argv[1], "--install", sys.argv[2], "--prefix", str(installed)], check=True, stdout=subprocess.DEVNULL)
     data = root.parent / "shared" / "data"
-    command = [blender, "-b", "--factory-startup", "-P", str(here / "blender_test.py"), "--", sys.argv[1], str(data), work, *sys.argv[2:]]
+    command = [blender, "-b", "--factory-startup", "-P", str(here / "blender_test.py"), "--", str(installed / "bin" / "lucerna"), str(data), work, *sys.argv[3:]]
     sys.exit(subprocess.run(command, env=environment).returncode)

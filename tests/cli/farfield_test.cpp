@@ -154,6 +154,12 @@ TEST_F(FarFieldCommand, FieldInWattsOfKnownEfficacy_IsEmittedInItsColours) {
         EXPECT_EQ(rays.unit, FluxUnit::watt);
         EXPECT_NEAR(rays.lumens_per_watt / expected, 1, 1e-3);
         EXPECT_EQ(rays.coloured(), both);
+        for (const std::string lamp : {"watts-of-chips.exr", "watts.tm25ray"}) {
+            const Outcome far = lucerna_run({"light", "farfield", lamp, "-o", "far.ies", "--step", "5"});
+            ASSERT_EQ(far.code, 0) << far.err;
+            const double watts = lamp.ends_with(".exr") ? field.flux() : rays.flux;
+            EXPECT_NEAR(read_ies("far.ies", silent).flux() / (expected * watts), 1, 2e-3) << lamp;
+        }
     }
 }
 

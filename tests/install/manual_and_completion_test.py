@@ -67,6 +67,13 @@ class Manual(unittest.TestCase):
         self.assertNotIn("\\", result.stdout.replace("\\xNN", ""))
 
 
+class Reference(unittest.TestCase):
+    def test_PageOfTheDocs_IsTheProgramsOutput(self):
+        docs = Path(__file__).resolve().parents[2] / "docs" / "reference" / "commands.md"
+        self.assertEqual(docs.read_text(encoding="utf-8"), lucerna("--reference"),
+                         "docs/reference/commands.md is made anew by: lucerna --reference > docs/reference/commands.md")
+
+
 class Completion(unittest.TestCase):
     """Calls the function as bash does, without a terminal."""
 

@@ -135,6 +135,10 @@ class Page:
         picture = self._call("Page.captureScreenshot", format="png")["data"]
         pathlib.Path(file).write_bytes(base64.b64decode(picture))
 
+    def prefer(self, scheme):
+        """light or dark: what prefers-color-scheme says from now on."""
+        self._call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+
     def mouse(self, kind, x, y, **more):
         """kind: mousePressed, mouseMoved, mouseReleased or mouseWheel, at a place of the window."""
         self._call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)

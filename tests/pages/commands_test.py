@@ -39,9 +39,10 @@ def commands_of(page):
     """(line, words after the program's name) of each command; one line may hold several, by &&, |, ; and $( )."""
     for number, line in blocks_of(page):
         try:
+            line = re.sub(r"(^|\s)#.*$", "", line)  # a comment; the # of a colour stays
             lexer = shlex.shlex(line.replace("$lucerna", "lucerna"), posix=True, punctuation_chars="|&;<>()")
             lexer.whitespace_split = True
-            lexer.commenters = "#"
+            lexer.commenters = ""
             words = list(lexer)
         except ValueError:  # no line of a shell
             continue
@@ -97,6 +98,15 @@ def faults_of(helps, words):
     return [f"lucerna {' '.join(command)} has no {name}" for name in named if name not in options]
 
 
+def pages_of(root):
+    """README.md and those of docs/ and scenes/, relative to the repository."""
+    pages = ["README.md"]
+    for top in ("docs", "scenes"):
+        pages += [os.path.relpath(os.path.join(folder, name), root) for folder, _, names in os.walk(os.path.join(root, top))
+                  for name in sorted(names) if name.endswith(".md")]
+    return pages
+
+
 def main():
     helps = Helps(sys.argv[1])
     root = sys.argv[2]
@@ -104,11 +114,7 @@ def main():
                                "| `lucerna lux a --hight 1` |\n"))
     assert len(example) == 3 and all(len(faults_of(helps, words)) == 1 for _, words in example), example
     faults, commands = [], 0
-    pages = ["README.md"]
-    for top in ("docs", "scenes"):
-        pages += [os.path.join(folder, name) for folder, _, names in os.walk(os.path.join(root, top))
-                  for name in sorted(names) if name.endswith(".md")]
-    for page in pages:
+    for page in pages_of(root):
         page = os.path.join(root, page)
         with open(page, encoding="utf-8") as file:
             for number, words in commands_of(file.read()):

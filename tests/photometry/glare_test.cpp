@@ -5,9 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "engine/base/error.h"
 #include "engine/pbrt/read_scene.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lucerna {
 namespace glare_test {
@@ -118,6 +120,41 @@ TEST(Glare, OfWhatIsHiddenOrBehind_IsNone) {
     GlareOptions options;
     options.workers = {2};
     EXPECT_TRUE(glare_at(std::vector{observer}, job_of(hidden), options, silent)[0].sources.empty());
+}
+
+// A far field of I = 400 cd in all directions, 3 m away, with an opening of 0.6 m x 0.3 m, 0.1 m high, seen
+// from below at 30 degrees from its nadir: L = I / A, ω = A / d².
+TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
+    const testing::TemporaryFolder folder;
+    const auto rating = [&](const std::string& opening) {
+        std::ofstream(folder / "lamp.ies")
+            << "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 2 " << opening << "\n1 1 9\n0 180\n0\n400 400\n";
+        // From the middle along z: the lamp is 60 degrees above the line of sight, its nadir straight down
+        // (-y).
+        const std::string lamp = fmt::format(
+            "AttributeBegin Translate 0 {} {} Rotate 90 1 0 0\nLightSource \"ies\" \"string filename\" "
+            "\"{}\"\nAttributeEnd\n",
+            3 * std::sin(60 * kDegree), 3 * std::cos(60 * kDegree), (folder / "lamp.ies").string());
+        Monitor silent;
+        GlareOptions options;
+        options.workers = {2};
+        options.precision = 0.01;
+        const Observer observer{"middle", {0, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+        return glare_at(std::vector{observer}, job_of(sphere_with({}) + lamp), options, silent)[0];
+    };
+    const GlareReport report = rating("0.3 0.6 0.1");
+    ASSERT_EQ(report.sources.size(), 1U);
+    // The file states the width, along C90 and here along z, before the length.
+    const double area = 0.6 * 0.3 * std::cos(30 * kDegree) + 0.1 * 0.6 * std::sin(30 * kDegree);
+    const double p = position_index(0, 60);
+    const double background = 4 * kPiD * 400 * kRho / (1 - kRho) / (4 * kPiD * kRadius * kRadius) / kPiD;
+    EXPECT_NEAR(report.sources[0].solid_angle, area / 9, 1e-5 * area);
+    EXPECT_NEAR(report.sources[0].luminance, 400 / area, 1e-3 * 400 / area);
+    EXPECT_NEAR(report.background.value, background, 2 * report.background.half_width);
+    const double expected = 8 * std::log10(0.25 / background * (400 / area) * (400.0 / 9) / (p * p));
+    EXPECT_NEAR(report.ugr.value, expected, 2 * report.ugr.half_width + 1e-3);
+    EXPECT_EQ(report.ugr.value, report.ugr_even.value);
+    EXPECT_TRUE(rating("0 0 0").sources.empty());
 }
 
 TEST(Glare, InWatts_IsRefused) {

@@ -152,15 +152,22 @@ TEST(Illuminance, UnderAnEvenSky_IsPiL) {
 
 // In a sphere that emits L and reflects rho, E = pi L / (1 - rho), of which pi L is direct.
 TEST(Illuminance, InAGlowingSphere_IsASeriesOfReflections) {
-    const auto sphere =
+    const std::string sphere =
         "Material \"diffuse\" \"rgb reflectance\" [0.6 0.6 0.6]\n"
         "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] ReverseOrientation\n"
         "Shape \"sphere\" \"float radius\" 2\n";
-    const SurfaceIlluminance found = measure(sphere, plane(0.2, 1, {8, 8}), 64).surfaces[0];
-    expect_as_stated(found, [](const V3d&) { return kPiD * kL / 0.4; });
-    EXPECT_NEAR(found.direct, kPiD * kL, 0.02 * kPiD * kL);
-    for (const PointParts& point : found.points)
-        EXPECT_NEAR(point.direct + point.indirect.value, point.all.value, 1e-4 * point.all.value);
+    // Outside, where it is not seen: a medium anywhere makes paths of another kind.
+    const std::string medium =
+        "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [1 1 1]\n"
+        "AttributeBegin Material \"interface\" MediumInterface \"fog\" \"\" Translate 0 0 9\n"
+        "Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n";
+    for (const std::string& world : {sphere, medium + sphere}) {
+        const SurfaceIlluminance found = measure(world, plane(0.2, 1, {8, 8}), 64).surfaces[0];
+        expect_as_stated(found, [](const V3d&) { return kPiD * kL / 0.4; });
+        EXPECT_NEAR(found.direct, kPiD * kL, 0.02 * kPiD * kL);
+        for (const PointParts& point : found.points)
+            EXPECT_NEAR(point.direct + point.indirect.value, point.all.value, 1e-4 * point.all.value);
+    }
 }
 
 // On a floor that is a surface of the scene, not below it by rounding; far from the origin, too.
@@ -176,6 +183,22 @@ TEST(Illuminance, OnASurfaceOfTheScene_SeesWhatIsAbove) {
             return under_disc(std::hypot(p.x - far, p.y - far), 2, 0.7);
         });
     }
+}
+
+// A floor of a few metres on a ground of kilometres: by the ground's error rays would begin centimetres up.
+TEST(Illuminance, OnAFloorInAWideLandscape_IsAsExactAsOfTheFloorAlone) {
+    const std::string floor =
+        "Shape \"bilinearmesh\" \"point3 P\" [-1 -1 0  1 -1 0  -1 1 0  1 1 0]\n"
+        "Shape \"bilinearmesh\" \"point3 P\" [-9000 -9000 -1  9000 -9000 -1  -9000 9000 -1  9000 9000 -1]\n";
+    const std::string near_disc =
+        "Material \"diffuse\" \"rgb reflectance\" [0 0 0]\nAttributeBegin\n"
+        "AreaLightSource \"diffuse\" \"rgb L\" [3 3 3] Translate 0 0 0.2 Rotate 180 1 0 0\n"
+        "Shape \"disk\" \"float radius\" 0.1\nAttributeEnd\n";
+    const IlluminanceReport report = measure(near_disc + floor, plane(0, 0.5, {6, 6}), 64);
+    expect_as_stated(report.surfaces[0],
+                     [](const V3d& p) { return under_disc(std::hypot(p.x, p.y), 0.2, 0.1); });
+    // The precision without which the above says little: of a centimetre's rise the mean grows by a tenth.
+    EXPECT_LT(report.surfaces[0].mean.half_width, 0.02 * report.surfaces[0].mean.value);
 }
 
 TEST(Illuminance, GroupsAddUp) {

@@ -1,0 +1,110 @@
+#!/usr/bin/env python3
+"""The report of `lucerna lux` in a browser: its numbers are those of the CSV, its plan shows them where they belong, all of
+it is legible in light and dark, and nothing is asked of the network.  Usage: lux_page_test.py LUCERNA"""
+import csv
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import chromium
+
+# Under an isotropic point: E = I h / d³. The name of the surface is one that a page must not take for markup.
+SCENE = """
+Option "string unit" "photometric"
+LookAt 0 -4 3  0 0 0  0 0 1
+Camera "perspective" "float fov" 60
+Film "rgb" "integer xresolution" 120 "integer yresolution" 80
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
+Shape "bilinearmesh" "point3 P" [ -2 -1 0  2 -1 0  -2 1 0  2 1 0 ]
+LightSource "point" "rgb I" [ 300 300 300 ] "point3 from" [ 1 0.5 2 ]
+CalculationSurface "<b>desk</b> & chair" "point3 P" [ -2 -1 0  2 -1 0  -2 1 0 ] "integer points" [ 8 4 ]
+"""
+
+LUCERNA = None
+
+
+class LuxPage(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        folder = pathlib.Path(cls.folder.name)
+        (folder / "scene.pbrt").write_text(SCENE)
+        subprocess.run([LUCERNA, "render", "scene.pbrt", "--spp", "2", "-o", "seen.exr", "--quiet"], cwd=folder, check=True)
+        subprocess.run([LUCERNA, "lux", "scene.pbrt", "--samples", "4", "-o", "lux.csv", "--html", "lux.html",
+                        "--picture", "seen.exr"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        with open(folder / "lux.csv", encoding="utf-8") as file:
+            cls.points = list(csv.DictReader(file))
+        cls.page = chromium.Page(folder / "lux.html").__enter__()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.page.__exit__()
+        cls.folder.cleanup()
+
+    def tearDown(self):
+        self.assertEqual(self.page.troubles, [])
+        self.assertEqual(self.page.requests, [])
+
+    def test_the_table_has_the_numbers_of_the_points(self):
+        rows = self.page.evaluate("[...document.querySelector('table').rows].map(r => [...r.cells].map(c => c.textContent))")
+        self.assertEqual(rows[1][0], "<b>desk</b> & chair")
+        values = [float(point["E [lx]"]) for point in self.points]
+        self.assertEqual(len(values), 32)
+        for point, value in zip(self.points, values):
+            x, y = float(point["x"]) - 1, float(point["y"]) - 0.5
+            self.assertAlmostEqual(value, 300 * 2 / (x * x + y * y + 4) ** 1.5, delta=1e-3 * value)
+        for text, value in zip(rows[1][3:7], (sum(values) / 32, min(values), max(values), min(values) / (sum(values) / 32))):
+            self.assertAlmostEqual(float(text.split()[0]), value, delta=0.01 * value)
+
+    def test_the_plan_has_a_cell_for_each_point_and_its_number_in_it(self):
+        # The brightest number stands in the plan's right upper part, where the lamp is.
+        numbers = self.page.evaluate(
+            "(() => { const svg = document.querySelector('figure svg').getBoundingClientRect();"
+            "return [...document.querySelectorAll('figure svg text')].map(t => { const b = t.getBoundingClientRect();"
+            "return [t.textContent, (b.left + b.right) / 2 - svg.left, (b.top + b.bottom) / 2 - svg.top]; }); })()")
+        brightest = max(float(point["E [lx]"]) for point in self.points)
+        at = [n for n in numbers if n[0].strip() == f"{brightest:.0f}" or n[0].strip() == f"{brightest:.1f}"]
+        self.assertTrue(at, numbers)
+        darkest = min(float(point["E [lx]"]) for point in self.points)
+        low = [n for n in numbers if n[0].strip() == f"{darkest:.0f}" or n[0].strip() == f"{darkest:.1f}"]
+        self.assertTrue(low, numbers)
+        self.assertTrue(any(b[1] > d[1] and b[2] < d[2] for b in at for d in low), (at, low))
+
+    def test_drawings_and_texts_stay_inside_the_page(self):
+        self.assertTrue(self.page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"))
+        self.assertTrue(self.page.evaluate(
+            "[...document.querySelectorAll('figure svg')].every(svg => { const all = svg.getBoundingClientRect();"
+            "return [...svg.querySelectorAll('text')].every(t => { const b = t.getBoundingClientRect();"
+            "return b.left >= all.left - 1 && b.right <= all.right + 1 && b.top >= all.top - 1 && b.bottom <= all.bottom + 1;"
+            "}); })"))
+
+    def test_the_picture_is_there(self):
+        self.assertEqual(self.page.evaluate("[...document.images].map(i => [i.complete, i.naturalWidth])"), [[True, 120]])
+
+    def test_all_text_has_contrast_in_light_and_in_dark(self):
+        # WCAG's ratio of luminances, against the nearest ancestor's background that is not transparent.
+        script = """(() => {
+            const linear = v => (v /= 255) <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+            const numbers = c => (c.match(/[\\d.]+/g) || []).map(Number);
+            const luminance = ([r, g, b]) => 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+            const behind = e => { for (; e; e = e.parentElement) { const c = numbers(getComputedStyle(e).backgroundColor);
+                if (c.length === 3 || c[3] > 0) return c; } return [255, 255, 255]; };
+            return Math.min(...[...document.querySelectorAll('h1, h2, td, th, p')].filter(e => e.textContent.trim()).map(e => {
+                const a = luminance(numbers(getComputedStyle(e).color)), b = luminance(behind(e));
+                return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); })); })()"""
+        for scheme in ("light", "dark"):
+            self.page.prefer(scheme)
+            self.assertGreater(self.page.evaluate(script), 4.5, scheme)
+        self.page.prefer("light")
+
+
+if __name__ == "__main__":
+    if not chromium.browser():
+        print("skipped: no Chromium here (scripts/deps.sh installs it)")
+        sys.exit(chromium.SKIPPED)
+    LUCERNA = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()

@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""Pages: every command line of the program runs, page by page, each page's commands in its order in one folder.
+
+What a page does not make itself is there under the name it gives: a small room, its lamp, rays, images. Long work is made
+short (times, samples, photons, resolution, the rig that is measured); nothing else of a command line is changed. Not run are
+mentions without a file, and usage lines (STUDY.toml, DIR, $scene); they are counted.
+
+Usage: run_commands_test.py LUCERNA REPOSITORY [PAGE...]
+"""
+import glob
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+from commands_test import commands_of, pages_of
+
+# The values that work is cut to; of a number, at most that.
+SHORT = {"--time": "1s", "--error": "60%", "--spp": "2", "--passes": "2", "--resolution": "32x24", "--rays": "2000",
+         "--samples": "4", "--precision": "50%"}
+SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
+            "nlights": 16}
+ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
+OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
+           "--photographs", "--csv")
+FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|photons)$")
+
+ROOM = """Option "string unit" "photometric"
+LookAt 2 1.5 0.5  2 1.2 4  0 1 0
+Camera "perspective" "float fov" 70
+Film "rgb" "integer xresolution" 32 "integer yresolution" 24
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 0  0 0 5  4 0 0  4 0 5 ]
+Shape "bilinearmesh" "point3 P" [ 0 3 0  4 3 0  0 3 5  4 3 5 ]
+Shape "bilinearmesh" "point3 P" [ 0 0 5  4 0 5  0 3 5  4 3 5 ]
+AttributeBegin
+    Translate 2 2.9 2.5
+    Rotate 90 1 0 0
+    LightSource "lightfield" "string filename" "LAMP" "float power" 2000 "string lightgroup" "stage"
+AttributeEnd
+"""
+RIG = """[rig]
+setup = "A"
+views = [5, 5]
+filter = "20mm"
+pixels = [12, 12]
+sensor = ["60mm", "60mm"]
+distance = "40mm"
+
+[emitter]
+kind = "disc"
+radius = "10mm"
+setback = "5mm"
+exponent = 1
+flux = 100
+unit = "lm"
+"""
+STUDY = """title = "A small study"
+seeds = 2
+[[scene]]
+file = "room.pbrt"
+resolution = "16x12"
+[reference]
+integrator = "path"
+spp = [16]
+[[method]]
+name = "path"
+integrator = "path"
+spp = [1, 2]
+"""
+TRIANGLE = {
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1]}],
+    "nodes": [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 3]}],
+    "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,"
+                                          "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+}
+
+
+class Stage:
+    """What pages take for given: made once, by the program itself."""
+
+    def __init__(self, lucerna, folder):
+        self.folder = folder
+        (folder / "rig.toml").write_text(RIG)
+
+        def run(*words):
+            subprocess.run([lucerna, *map(str, words), "--quiet"], check=True, cwd=folder, stdout=subprocess.DEVNULL)
+
+        run("light", "acquire", "rig.toml", "-o", "lamp.exr", "--photographs", "shots")
+        # Of one colour each, with the lamp's flux: as ray files are.
+        for name in ("rays.tm25ray", "rays.dat"):
+            run("light", "emit", "lamp.exr", "--rays", 20000, "-o", name)
+        run("light", "farfield", "lamp.exr", "-o", "lamp.ies")
+        (folder / "room.pbrt").write_text(ROOM.replace("LAMP", str(folder / "lamp.exr")))
+        run("render", "room.pbrt", "--spp", 4, "--layers", "-o", "image.exr")
+        (folder / "study.toml").write_text(STUDY)
+        (folder / "model.gltf").write_text(json.dumps(TRIANGLE))
+        data = json.dumps(TRIANGLE).encode()
+        data += b" " * (-len(data) % 4)
+        (folder / "model.glb").write_bytes(b"glTF" + (2).to_bytes(4, "little") + (20 + len(data)).to_bytes(4, "little") +
+                                           len(data).to_bytes(4, "little") + b"JSON" + data)
+
+    def source_of(self, command, name):
+        """What stands in for a file of that name, as an input of that command."""
+        kind = pathlib.Path(name).suffix
+        if kind == ".exr":
+            return self.folder / ("lamp.exr" if command[0] == "light" else "image.exr")
+        if kind == ".toml":
+            return self.folder / {"acquire": "rig.toml", "assemble": "shots/manifest.toml", "study": "study.toml"}[command[-1]]
+        return self.folder / {".pbrt": "room.pbrt", ".tm25ray": "rays.tm25ray", ".dat": "rays.dat", ".ray": "rays.tm25ray",
+                              ".ies": "lamp.ies", ".glb": "model.glb", ".gltf": "model.gltf"}[kind]
+
+
+def command_of(words):
+    """render; light info: the words before the first file or option, two at most."""
+    return words[:2] if words[0] == "light" else words[:1]
+
+
+def shortened(words):
+    command, words = command_of(words), list(words)
+    words = [word for word in words]
+    if "--display" in words:  # there is no viewer
+        at = words.index("--display")
+        del words[at:at + 2]
+    for i, word in enumerate(words):
+        before = words[i - 1] if i else ""
+        if before in SHORT:
+            words[i] = SHORT[before]
+        setting = re.fullmatch(r"(\w+)=(\d+)", word)
+        if setting and setting[1] in SETTINGS:
+            words[i] = f"{setting[1]}={min(int(setting[2]), SETTINGS[setting[1]])}"
+    if command[0] == "render" and "--resolution" not in words:
+        words += ["--resolution", SHORT["--resolution"]]
+    if command[0] in ("render", "lux", "glare") and not any(end in words for end in ENDS):
+        words += ["--spp", "2"] if command[0] == "render" else ["--time", "1s"]
+    return words
+
+
+def is_to_be_run(words):
+    """Not a mention, and not a usage line: with a file, or an option that ends the program by itself."""
+    text = " ".join(words)
+    if re.search(r"\$|…|\.\.\.|\b[A-Z]{3,}\b|\b[NK]\b|\bWxH\b", text):
+        return False
+    return (any(FILE.search(word) for word in words) or words[0] in ("--version", "--manual") or
+            words[-1] in ("--help", "--integrators"))
+
+
+def provide(stage, root, work, words):
+    """Puts what the command reads where it looks for it. What a page names of the repository has to be there."""
+    command = command_of(words)
+    for i, word in enumerate(words):
+        if words[i - 1] in OUTPUTS or word.split("=")[0] in OUTPUTS:
+            continue
+        name = FILE.search(word.split("=")[-1].split(",")[0])
+        if not name or (work / name[0]).exists():
+            continue
+        target = work / name[0]
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if name[0].startswith(("scenes/", "bench/")) and not (root / name[0]).exists():
+            raise FileNotFoundError(name[0])
+        source = stage.source_of(command, name[0])
+        if command[-1] == "assemble":
+            shutil.copytree(source.parent, target.parent, dirs_exist_ok=True)
+        else:
+            shutil.copy(source, target)
+    for i, word in enumerate(words):  # programs make no folders
+        if words[i - 1] in OUTPUTS:
+            (work / word).parent.mkdir(parents=True, exist_ok=True)
+
+
+def parts_of(words):
+    """The command, or where it makes one part of several: the commands of all, of three."""
+    if "--part" not in words:
+        return [words]
+    at = words.index("--part") + 1
+    number = words[at].split("/")[0]
+    return [[f"{part}/3" if i == at else word.replace(f"part{number}", f"part{part}") for i, word in enumerate(words)]
+            for part in (1, 2, 3)]
+
+
+def copy_of_scenes(root, work):
+    """Links to all files, so that what is written replaces a link and not a file of the repository."""
+    shutil.copytree(root / "scenes", work / "scenes", copy_function=os.symlink,
+                    ignore=shutil.ignore_patterns("*.part", "__pycache__"))
+
+
+def run_page(lucerna, root, stage, page, commands, work):
+    """(number of commands run, of those left out, faults)"""
+    ran, left, faults = 0, 0, []
+    if any("scenes/" in word for _, words in commands for word in words):
+        copy_of_scenes(root, work)
+    for line, words in commands:
+        if not is_to_be_run(words):
+            left += 1
+            continue
+        ran += 1
+        try:
+            if words[:2] == ["light", "acquire"] and any(word.startswith("scenes/") for word in words):
+                rig = next(word for word in words if word.endswith(".toml"))
+                if not (root / rig).exists():
+                    raise FileNotFoundError(rig)
+                words = ["rig.toml" if word == rig else word for word in words]  # measured in a moment
+            for each in parts_of(shortened(words)):
+                provide(stage, root, work, each)
+                each = [file for word in each for file in (sorted(glob.glob(word, root_dir=work)) if "*" in word else [word])]
+                said = subprocess.run([lucerna, *each], cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                                      stdin=subprocess.DEVNULL, timeout=120)
+                if said.returncode != 0:
+                    raise RuntimeError(said.stdout[-1500:])
+        except (FileNotFoundError, RuntimeError, subprocess.TimeoutExpired, KeyError) as error:
+            faults.append(f"{page}:{line}: lucerna {' '.join(words)}\n    {error}")
+    return ran, left, faults
+
+
+def main():
+    lucerna, root = os.path.abspath(sys.argv[1]), pathlib.Path(sys.argv[2]).resolve()
+    ran, left, faults = 0, 0, []
+    with tempfile.TemporaryDirectory(prefix="lucerna-pages-") as folder:
+        folder = pathlib.Path(folder)
+        (folder / "stage").mkdir()
+        stage = Stage(lucerna, folder / "stage")
+        # What would pass though it must not: a command that the program refuses.
+        (folder / "wrong").mkdir()
+        wrong = run_page(lucerna, root, stage, "wrong", [(1, ["render", "room.pbrt", "--spp", "2", "--tone", "no-such-curve"])],
+                         folder / "wrong")
+        assert wrong[0] == 1 and len(wrong[2]) == 1, wrong
+        for number, page in enumerate(sys.argv[3:] or pages_of(root)):
+            work = folder / str(number)
+            work.mkdir()
+            begun = time.monotonic()
+            of_page = run_page(lucerna, root, stage, page, list(commands_of((root / page).read_text(encoding="utf-8"))), work)
+            shutil.rmtree(work)
+            ran, left, faults = ran + of_page[0], left + of_page[1], faults + of_page[2]
+            if of_page[0]:
+                print(f"{page}: {of_page[0]} run, {of_page[1]} mentions, {time.monotonic() - begun:.1f} s", flush=True)
+    print("\n".join(faults) or f"{ran} command lines run, {left} mentions and usage lines not")
+    sys.exit(bool(faults))
+
+
+if __name__ == "__main__":
+    main()
