@@ -281,7 +281,8 @@ LightField read_field(In& in, const Imf::Header& header, int version, std::uintm
     const std::vector<const char*> names = channel_names(header);
     // The images, their coefficients in their order, and the field's own.
     require_memory(bytes_of(rig.coefficients(), (2 * names.size() + 2) * sizeof(float)),
-                   fmt::format("a light field of {} coefficients", rig.coefficients()), "use fewer");
+                   fmt::format("a light field of {} coefficients", rig.coefficients()),
+                   "use fewer coefficients");
 
     const Atlas atlas{rig};
     const Imath::V2i origin = header.dataWindow().min;

@@ -154,7 +154,7 @@ RaySet join_rays(std::vector<DrivenRays> parts) {
     std::size_t rays = 0;
     for (const DrivenRays& part : parts) rays += part.set.rays.size();
     require_memory(bytes_of(rays, sizeof(LampRay) + (coloured ? sizeof(V3f) : 0)),
-                   fmt::format("{} rays of {} files", rays, parts.size()), "use fewer");
+                   fmt::format("{} rays of {} files", rays, parts.size()), "use fewer rays");
     joined.rays.reserve(rays);
     if (coloured) joined.tristimulus.reserve(rays);
     joined.header_lumens = stated(parts, &RaySet::header_lumens);

@@ -50,7 +50,8 @@ void RaySource::require_rows(std::uint64_t rays, std::size_t floats, bool colour
                     left_);
     }
     const std::size_t ray_bytes = sizeof(LampRay) + (coloured ? sizeof(V3f) : 0);
-    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays), "use fewer");
+    require_memory(bytes_of(rays, ray_bytes), fmt::format("{}: {} rays", to_string(at_), rays),
+                   "use fewer rays");
 }
 
 std::string ascii_text(std::span<const std::byte> bytes) {

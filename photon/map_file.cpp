@@ -92,7 +92,8 @@ Head read_head(std::ifstream& in, const std::filesystem::path& file, std::uint64
     }
     if (left != 0) input_error(at, "the file is damaged: {} bytes too long", left);
     // Read, then put into the index's order.
-    require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons", "use fewer");
+    require_memory(2 * std::filesystem::file_size(file), file.string() + ": its photons",
+                   "use fewer photons");
     return head;
 }
 

@@ -137,7 +137,7 @@ MergedParts merge_parts(const std::vector<std::filesystem::path>& files) {
             const V2i size = part.view.size();
             require_memory(bytes_of(static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y),
                                     part.image.channels.size() * sizeof(float)),
-                           fmt::format("a picture of {} x {} pixels", size.x, size.y), "use fewer");
+                           fmt::format("a picture of {} x {} pixels", size.x, size.y), "use fewer pixels");
             to = Image(size.x, size.y, part.image.channels);
             to.space = part.image.space;
             to.attributes = part.image.attributes;

@@ -186,7 +186,8 @@ Placements place_objects(const Draft& draft) {
     std::uint64_t shown = 0;  // the reader made sure that this is a number
     for (const DraftInstance& instance : draft.instances) shown += draft.objects[instance.object]->shown;
     require_memory(bytes_of(shown, kBytesOfInstance),
-                   fmt::format("{}: {} instances", draft.sources.front()->name(), shown), "use fewer");
+                   fmt::format("{}: {} instances", draft.sources.front()->name(), shown),
+                   "use fewer instances");
     Placer placer(draft);
     placer.result.instances.reserve(shown);
     for (const DraftInstance& instance : draft.instances) placer.place(instance, M44d());

@@ -164,7 +164,7 @@ void add_curve(Reading& reading, Params& params) {
         require_memory(bytes_of(segments.size(), kBytesOfTube),
                        fmt::format("{}: the triangles of {} segments", to_string(params.place().location()),
                                    segments.size()),
-                       "use fewer");
+                       "use fewer segments");
         return add_mesh(reading, params, *traits, tube(segments, radii));
     }
     curves.traits = *traits;

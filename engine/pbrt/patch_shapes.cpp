@@ -71,7 +71,7 @@ void add_patches(Reading& reading, Params& params) {
         require_memory(bytes_of(mesh.patches.size(), kBytesOfTessellated),
                        fmt::format("{}: the triangles of {} patches", to_string(params.place().location()),
                                    mesh.patches.size()),
-                       "use fewer");
+                       "use fewer patches");
         BilinearMesh object;
         object.p.assign(points.begin(), points.end());
         object.patches = mesh.patches;

@@ -130,7 +130,7 @@ void read_vertices(PlyCursor& in, const PlyElement& vertex, PlyMesh& mesh) {
     // Positions are needed in double precision, too.
     require_memory(bytes_of(vertex.rows, sizeof(V3f) + sizeof(V3d) + (slots.n ? sizeof(V3f) : 0) +
                                              (slots.uv ? sizeof(V2f) : 0)),
-                   fmt::format("{}: {} vertices", in.file(), vertex.rows), "use fewer");
+                   fmt::format("{}: {} vertices", in.file(), vertex.rows), "use fewer vertices");
     mesh.p.reserve(vertex.rows);
     if (slots.n) mesh.n.reserve(vertex.rows);
     if (slots.uv) mesh.uv.reserve(vertex.rows);
@@ -189,7 +189,7 @@ void read_faces(PlyCursor& in, const PlyElement& face, PlyMesh& mesh) {
     }
     require_room(in, face);
     require_memory(bytes_of(face.rows, sizeof(V3i)), fmt::format("{}: {} faces", in.file(), face.rows),
-                   "use fewer");
+                   "use fewer faces");
     mesh.triangles.reserve(face.rows);
     const std::uint64_t taken = read_plain_triangles(in, face, mesh);
     for (std::uint64_t row = taken; row < face.rows; ++row) {
