@@ -14,7 +14,12 @@ int main(int argc, char** argv) try {
         std::fputs("usage: render SCENE.pbrt FACTOR IMAGE.exr\n", stderr);
         return EXIT_FAILURE;
     }
-    const float factor = std::strtof(argv[2], nullptr);
+    char* end = nullptr;
+    const float factor = std::strtof(argv[2], &end);
+    if (end == argv[2] || *end != '\0' || !(factor >= 0 && factor < 1e6F)) {
+        std::fputs("render: FACTOR must be a number from 0 to 1000000\n", stderr);
+        return EXIT_FAILURE;
+    }
     lucerna::Monitor monitor;        // prints nothing; a class of yours shows progress and warnings
     const lucerna::Workers workers;  // as many threads as there are processors
 

@@ -54,7 +54,7 @@ void act(const DenoiseCommand& command, const CommandContext& context) {
     denoised.image.attributes["lucerna.denoised"] = fmt::format("{:.3g}", denoised.relative_error);
     command.output.write(
         denoised.image,
-        fmt::format("error {:.2g} %, {}", 100 * denoised.relative_error, duration_text(seconds)),
+        fmt::format("error {}, {}", percent_text(denoised.relative_error), duration_text(seconds)),
         denoised.image, denoised.image, context);
 }
 

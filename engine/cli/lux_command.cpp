@@ -93,9 +93,8 @@ std::filesystem::path of_error(const std::filesystem::path& file) {
 }
 
 std::string end_text(const IlluminanceReport& report) {
-    const double percent = 100 * report.precision;
-    const std::string reached = percent < 10 ? fmt::format("± {:.2g} % at the least accurate point", percent)
-                                             : fmt::format("± {:.0f} % at the least accurate point", percent);
+    const std::string reached =
+        fmt::format("± {} at the least accurate point", percent_text(report.precision));
     return fmt::format("{}; {} samples for each point, {}", reached,
                        static_cast<std::int64_t>(report.heads) * report.samples,
                        duration_text(report.seconds));

@@ -305,12 +305,13 @@ class Pictures {
     static std::string error_text(const RunFacts& facts, const RenderReport& report) {
         if (!report.relative_error) return "";
         const double shared = facts.choice ? facts.choice->beyond_noise : 0;
-        std::string text = fmt::format("noise {:.2g} %, ", 100 * *report.relative_error);
+        std::string text = fmt::format("noise {}, ", percent_text(*report.relative_error));
         if (report.denoised_error) {
-            text += fmt::format("denoised {:.2g} %, ", 100 * *picture_error(facts, report));
-            if (shared > 0) text += fmt::format("up to {:.2g} % of it common to all samples, ", 100 * shared);
+            text += fmt::format("denoised {}, ", percent_text(*picture_error(facts, report)));
+            if (shared > 0)
+                text += fmt::format("up to {} of it common to all samples, ", percent_text(shared));
         } else if (shared > 0) {
-            text += fmt::format("up to {:.2g} % in addition, ", 100 * shared);
+            text += fmt::format("up to {} in addition, ", percent_text(shared));
         }
         return text;
     }

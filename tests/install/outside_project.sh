@@ -55,6 +55,10 @@ for flags in "" "-O1 -fno-inline -march=x86-64-v3"; do
     "$folder/build$n/render" "$folder/scene.pbrt" 2 "$folder/outside.exr" >"$folder/said" 2>&1 ||
         fail "\"$flags\": the example renders no image"
     pixels "$folder/outside.exr" | cmp -s "$folder/command" - || fail "\"$flags\": not the command's image"
+    for wrong in -1 abc 2x; do
+        ! "$folder/build$n/render" "$folder/scene.pbrt" "$wrong" "$folder/wrong.exr" >"$folder/said" 2>&1 ||
+            fail "a factor of $wrong is accepted"
+    done
     "$folder/build$n/render" "$folder/scene.pbrt" 1 "$folder/outside.exr" >"$folder/said" 2>&1
     ! pixels "$folder/outside.exr" | cmp -s "$folder/command" - || fail "\"$flags\": the lamp's flux makes no difference"
 done
