@@ -5,6 +5,8 @@ What a page does not make itself is there under the name it gives: a small room,
 short (times, samples, photons, resolution, the rig that is measured); nothing else of a command line is changed. Not run are
 mentions without a file, and usage lines (STUDY.toml, DIR, $scene); they are counted.
 
+docs/tutorial/lamp-to-lux.md is left to tutorial_test.py, which runs it as it stands.
+
 Usage: run_commands_test.py LUCERNA REPOSITORY [PAGE...]
 """
 import glob
@@ -23,6 +25,7 @@ from commands_test import commands_of, pages_of
 # The values that work is cut to; of a number, at most that.
 SHORT = {"--time": "1s", "--error": "60%", "--spp": "2", "--passes": "2", "--resolution": "32x24", "--rays": "2000",
          "--samples": "4", "--precision": "50%"}
+REFERENCE = "docs/reference/commands.md"
 SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
             "nlights": 16}
 ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
@@ -39,12 +42,18 @@ Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
 Shape "bilinearmesh" "point3 P" [ 0 0 0  0 0 5  4 0 0  4 0 5 ]
 Shape "bilinearmesh" "point3 P" [ 0 3 0  4 3 0  0 3 5  4 3 5 ]
 Shape "bilinearmesh" "point3 P" [ 0 0 5  4 0 5  0 3 5  4 3 5 ]
-AttributeBegin
+CalculationSurface "work plane" "point3 P" [ 0.5 0.75 0.5  0.5 0.75 4.5  3.5 0.75 0.5 ] "integer points" [ 4 3 ]
+"""
+LAMP = """AttributeBegin
     Translate 2 2.9 2.5
     Rotate 90 1 0 0
-    LightSource "lightfield" "string filename" "LAMP" "float power" 2000 "string lightgroup" "stage"
+    LightSource "lightfield" "string filename" "FILE" "float power" 2000 GROUP
 AttributeEnd
 """
+# EULUMDAT of a luminaire whose intensity is the same all around: 100 cd per 1000 lm down to nothing at the side.
+LDT = "\n".join(["maker", "1", "1", "1", "0", "3", "45", "report", "street", "1", "street.ldt", "today", "500", "0", "100", "400", "0",
+                 "0", "0", "0", "0", "100", "100", "1", "0", "1", "1", "LED", "1000", "3000", "80", "20", *10 * ["0.5"], "0",
+                 "0", "45", "90", "100", "70", "0"]) + "\n"
 RIG = """[rig]
 setup = "A"
 views = [5, 5]
@@ -64,7 +73,7 @@ unit = "lm"
 STUDY = """title = "A small study"
 seeds = 2
 [[scene]]
-file = "room.pbrt"
+file = "ROOM"
 resolution = "16x12"
 [reference]
 integrator = "path"
@@ -93,6 +102,8 @@ class Stage:
         self.folder = folder
         (folder / "rig.toml").write_text(RIG)
 
+        self.lucerna = lucerna
+
         def run(*words):
             subprocess.run([lucerna, *map(str, words), "--quiet"], check=True, cwd=folder, stdout=subprocess.DEVNULL)
 
@@ -101,24 +112,35 @@ class Stage:
         for name in ("rays.tm25ray", "rays.dat"):
             run("light", "emit", "lamp.exr", "--rays", 20000, "-o", name)
         run("light", "farfield", "lamp.exr", "-o", "lamp.ies")
-        (folder / "room.pbrt").write_text(ROOM.replace("LAMP", str(folder / "lamp.exr")))
-        run("render", "room.pbrt", "--spp", 4, "--layers", "-o", "image.exr")
-        (folder / "study.toml").write_text(STUDY)
+        run("light", "assemble", "shots/manifest.toml", "--side=-x=shots/manifest.toml", "-o", "bulb.exr")
+        (folder / "lamp.ldt").write_text(LDT)
+        self.with_groups([])
+        (folder / "study.toml").write_text(STUDY.replace("ROOM", str(folder / "room.pbrt")))
         (folder / "model.gltf").write_text(json.dumps(TRIANGLE))
         data = json.dumps(TRIANGLE).encode()
         data += b" " * (-len(data) % 4)
         (folder / "model.glb").write_bytes(b"glTF" + (2).to_bytes(4, "little") + (20 + len(data)).to_bytes(4, "little") +
                                            len(data).to_bytes(4, "little") + b"JSON" + data)
 
+    def with_groups(self, groups):
+        """The room with a lamp in each of these light groups, or with one in none; and its image."""
+        lamp = LAMP.replace("FILE", str(self.folder / "lamp.exr"))
+        lamps = [lamp.replace("GROUP", f'"string lightgroup" "{group}"') for group in groups] or [lamp.replace("GROUP", "")]
+        (self.folder / "room.pbrt").write_text(ROOM + "".join(lamps))
+        subprocess.run([self.lucerna, "render", "room.pbrt", "--integrator", "path", "--spp", "4", "--layers", "-o", "image.exr",
+                        "--quiet"], check=True, cwd=self.folder, stdout=subprocess.DEVNULL)
+
     def source_of(self, command, name):
         """What stands in for a file of that name, as an input of that command."""
         kind = pathlib.Path(name).suffix
         if kind == ".exr":
+            if pathlib.Path(name).name == "bulb.exr":  # shines to more than one side
+                return self.folder / "bulb.exr"
             return self.folder / ("lamp.exr" if command[0] == "light" else "image.exr")
         if kind == ".toml":
             return self.folder / {"acquire": "rig.toml", "assemble": "shots/manifest.toml", "study": "study.toml"}[command[-1]]
         return self.folder / {".pbrt": "room.pbrt", ".tm25ray": "rays.tm25ray", ".dat": "rays.dat", ".ray": "rays.tm25ray",
-                              ".ies": "lamp.ies", ".glb": "model.glb", ".gltf": "model.gltf"}[kind]
+                              ".ies": "lamp.ies", ".ldt": "lamp.ldt", ".glb": "model.glb", ".gltf": "model.gltf"}[kind]
 
 
 def command_of(words):
@@ -162,14 +184,19 @@ def provide(stage, root, work, words):
         if words[i - 1] in OUTPUTS or word.split("=")[0] in OUTPUTS:
             continue
         name = FILE.search(word.split("=")[-1].split(",")[0])
-        if not name or (work / name[0]).exists():
+        if not name or (work / name[0]).exists() or name[0].startswith("scenes/"):
             continue
         target = work / name[0]
         target.parent.mkdir(parents=True, exist_ok=True)
-        if name[0].startswith(("scenes/", "bench/")) and not (root / name[0]).exists():
+        if name[0].startswith("bench/") and not (root / name[0]).exists():
             raise FileNotFoundError(name[0])
         source = stage.source_of(command, name[0])
-        if command[-1] == "assemble":
+        if command[0] == "merge" and word.startswith("part"):
+            parts = [word for word in words if word.startswith("part")]
+            shared = ["--resolution", "32x24", "--spp", "2", "--denoise", "--quiet"]
+            subprocess.run([stage.lucerna, "render", stage.folder / "room.pbrt", "--part", f"{parts.index(word) + 1}/{len(parts)}",
+                            "-o", target, *shared], check=True, stdout=subprocess.DEVNULL)
+        elif command[-1] == "assemble":
             shutil.copytree(source.parent, target.parent, dirs_exist_ok=True)
         else:
             shutil.copy(source, target)
@@ -188,22 +215,68 @@ def parts_of(words):
             for part in (1, 2, 3)]
 
 
-def copy_of_scenes(root, work):
-    """Links to all files, so that what is written replaces a link and not a file of the repository."""
-    shutil.copytree(root / "scenes", work / "scenes", copy_function=os.symlink,
-                    ignore=shutil.ignore_patterns("*.part", "__pycache__"))
+class Scenes:
+    """The repository's scenes as links, so that what is written replaces a link; what has to be made is made when it is
+    missed, a lamp by a stand-in."""
+
+    def __init__(self, root, folder, stage):
+        self.root, self.folder, self.stage = root, folder, stage
+
+    def beside(self, work):
+        if not self.folder.exists():
+            shutil.copytree(self.root / "scenes", self.folder, copy_function=os.symlink,
+                            ignore=shutil.ignore_patterns("*.part", "__pycache__"))
+            build = self.folder.parent / "build" / "release"
+            build.mkdir(parents=True)
+            (build / "lucerna").symlink_to(self.stage.lucerna)
+        (work / "scenes").symlink_to(self.folder)
+
+    def make(self, said):
+        """Whether something was made of what a message misses."""
+        missed = re.search(r"(\S*scenes/\S+?): no such file", said)
+        if not missed:
+            return False
+        file = self.folder / missed[1].split("scenes/", 1)[1]
+        if file.suffix == ".exr":
+            shutil.copy(self.stage.folder / "lamp.exr", file)
+            return True
+        scene = file.parent.relative_to(self.folder)
+        while not (self.folder / scene / "make.py").exists():
+            if scene == scene.parent:
+                return False
+            scene = scene.parent
+        subprocess.run(["bash", self.folder / "make.sh", scene], check=True, stdout=subprocess.DEVNULL)
+        return file.exists()
 
 
-def run_page(lucerna, root, stage, page, commands, work):
+def run_one(lucerna, scenes, words, work):
+    words = [file for word in words for file in (sorted(glob.glob(word, root_dir=work)) if "*" in word else [word])]
+    for _ in range(8):
+        said = subprocess.run([lucerna, *words], cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              stdin=subprocess.DEVNULL, timeout=120)
+        if said.returncode == 0:
+            return
+        if not scenes.make(said.stdout):
+            break
+    raise RuntimeError(said.stdout[-1500:])
+
+
+def run_page(lucerna, root, stage, scenes, page, commands, work):
     """(number of commands run, of those left out, faults)"""
     ran, left, faults = 0, 0, []
     if any("scenes/" in word for _, words in commands for word in words):
-        copy_of_scenes(root, work)
+        scenes.beside(work)
+    groups = {words[i + 1].split("=")[0] for _, words in commands for i, word in enumerate(words[:-1]) if word == "--group"}
+    stage.with_groups(sorted(groups))
     for line, words in commands:
         if not is_to_be_run(words):
             left += 1
             continue
         ran += 1
+        if page == REFERENCE:  # whose examples stand each for itself
+            shutil.rmtree(work)
+            work.mkdir()
+            scenes.beside(work)
         try:
             if words[:2] == ["light", "acquire"] and any(word.startswith("scenes/") for word in words):
                 rig = next(word for word in words if word.endswith(".toml"))
@@ -212,12 +285,8 @@ def run_page(lucerna, root, stage, page, commands, work):
                 words = ["rig.toml" if word == rig else word for word in words]  # measured in a moment
             for each in parts_of(shortened(words)):
                 provide(stage, root, work, each)
-                each = [file for word in each for file in (sorted(glob.glob(word, root_dir=work)) if "*" in word else [word])]
-                said = subprocess.run([lucerna, *each], cwd=work, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                                      stdin=subprocess.DEVNULL, timeout=120)
-                if said.returncode != 0:
-                    raise RuntimeError(said.stdout[-1500:])
-        except (FileNotFoundError, RuntimeError, subprocess.TimeoutExpired, KeyError) as error:
+                run_one(lucerna, scenes, each, work)
+        except (FileNotFoundError, RuntimeError, subprocess.TimeoutExpired, subprocess.CalledProcessError, KeyError) as error:
             faults.append(f"{page}:{line}: lucerna {' '.join(words)}\n    {error}")
     return ran, left, faults
 
@@ -229,16 +298,18 @@ def main():
         folder = pathlib.Path(folder)
         (folder / "stage").mkdir()
         stage = Stage(lucerna, folder / "stage")
+        scenes = Scenes(root, folder / "repository" / "scenes", stage)
         # What would pass though it must not: a command that the program refuses.
         (folder / "wrong").mkdir()
-        wrong = run_page(lucerna, root, stage, "wrong", [(1, ["render", "room.pbrt", "--spp", "2", "--tone", "no-such-curve"])],
+        wrong = run_page(lucerna, root, stage, scenes, "wrong", [(1, ["render", "room.pbrt", "--spp", "2", "--tone", "no-such-curve"])],
                          folder / "wrong")
         assert wrong[0] == 1 and len(wrong[2]) == 1, wrong
-        for number, page in enumerate(sys.argv[3:] or pages_of(root)):
+        pages = sys.argv[3:] or [page for page in pages_of(root) if page != "docs/tutorial/lamp-to-lux.md"]
+        for number, page in enumerate(pages):
             work = folder / str(number)
             work.mkdir()
             begun = time.monotonic()
-            of_page = run_page(lucerna, root, stage, page, list(commands_of((root / page).read_text(encoding="utf-8"))), work)
+            of_page = run_page(lucerna, root, stage, scenes, page, list(commands_of((root / page).read_text(encoding="utf-8"))), work)
             shutil.rmtree(work)
             ran, left, faults = ran + of_page[0], left + of_page[1], faults + of_page[2]
             if of_page[0]:
