@@ -216,9 +216,9 @@ void append_paragraphs(const std::string& text, std::string& page) {
 void append_reference(const CLI::App& app, std::string_view level, std::string& page) {
     for (const CLI::App* command : commands_of(app)) {
         const std::string name = full_name(*command);
-        page += fmt::format(
-            "\n{} {}\n\n{}.\n\n    {} {}{}\n\n", level, name, markdown(command->get_description()), name,
-            commands_of(*command).empty() ? "[OPTIONS]" : "COMMAND", positionals_text(*command));
+        page += fmt::format("\n{} {}\n\n{}.\n\n", level, name, markdown(command->get_description()));
+        if (commands_of(*command).empty())
+            page += fmt::format("    {} [OPTIONS]{}\n\n", name, positionals_text(*command));
         page += "| argument or option | |\n| --- | --- |\n";
         append_rows(*command, true, page);
         append_rows(*command, false, page);

@@ -15,6 +15,7 @@ SCENE = """
 Option "string unit" "photometric"
 LookAt 0 -4 3  0 0 0  0 0 1
 Camera "perspective"
+Film "rgb"
 WorldBegin
 LightSource "point" "rgb I" [ 300 300 300 ] "point3 from" [ 1 0.5 2 ] "string lightgroup" "spot"
 LightSource "point" "rgb I" [ 100 100 100 ] "point3 from" [ -1 0 2 ]
@@ -41,10 +42,12 @@ class Illuminance(Folder):
         np.testing.assert_allclose(grid.positions[1, 2], (-0.75, -0.25, 0), atol=1e-12)
         spot = from_point(300, (1, 0.5, 2), grid.positions)
         other = from_point(100, (-1, 0, 2), grid.positions)
-        np.testing.assert_allclose(grid.values, spot + other, rtol=1e-4)
+        # Of several lights each sample chooses one; 4 standard errors.
+        self.assertTrue((abs(grid.values - spot - other) <= 2 * grid.half_width + 1e-5 * grid.values).all())
+        self.assertLess(grid.half_width.max(), 0.01 * grid.values.min())
         np.testing.assert_allclose(grid.direct, grid.values, rtol=1e-6)
-        np.testing.assert_allclose(grid.groups["spot"], spot, rtol=1e-4)
-        np.testing.assert_allclose(grid.dimmed(spot=0.25), 0.25 * spot + other, rtol=1e-4)
+        np.testing.assert_allclose(grid.groups["spot"], spot, rtol=0.02)
+        np.testing.assert_allclose(grid.dimmed(spot=0.25), 0.25 * spot + other, rtol=0.02)
         self.assertAlmostEqual(grid.uniformity[0], grid.values.min() / grid.values.mean(), places=5)
 
     def test_OfASurfaceOfOnesOwn_IsTheCommandsBits(self):

@@ -63,7 +63,8 @@ TEST(Photograph, WrongSuffixes_AreRefused) {
     const TemporaryFolder folder;
     EXPECT_THAT(error_of([&] { write_photograph(folder / "a.exr", ramp(255)); }),
                 HasSubstr(".png, .tif or .tiff"));
-    EXPECT_THAT(error_of([&] { write_photograph(folder / "a.png", ramp(0)); }), HasSubstr("ends in .exr"));
+    EXPECT_THAT(error_of([&] { write_photograph(folder / "a.png", ramp(0)); }),
+                HasSubstr("must end in .exr"));
     EXPECT_THAT(error_of([&] { write_photograph(folder / "none" / "a.png", ramp(255)); }),
                 HasSubstr("a.png"));
 }

@@ -193,8 +193,8 @@ TEST(Cie171, Case59_RoofOpening) {
                 roof({0.46, 1.64, 2.34, 2.26, 1.88, 1.47}, {2.33, 3.11, 3.84, 4.29, 4.29, 3.84, 3.11, 2.33}));
     expect_case("5.9, 1 x 1", "5.9-roof-1x1.pbrt", 12, kRoof1, false, kSamples, 0.04, 0.005,
                 roof({1.74, 3.76, 4.55, 4.61, 4.24, 3.63}, {5.72, 6.01, 5.12, 3.97, 2.90, 2.03, 1.40, 0.96}));
-    // Tables B.3, B.4 but for A: 46.74, 39.28, 37.84, 66.34 there, 3.6 to 5.6 % more than the integral, and B up to
-    // 0.6 % more; 5.6's table, of the same geometry, has at B what the integral has.
+    // Tables B.3, B.4 but for A: 46.74, 39.28, 37.84, 66.34 there, 3.6 to 5.6 % more than the integral, and B
+    // up to 0.6 % more; 5.6's table, of the same geometry, has at B what the integral has.
     expect_case("5.9, 4 x 4", "5.9-roof-4x4.pbrt", 5, kRoof4, false, kSamples / 8, 0.02, 0.006,
                 roof({kNone, 36.05, 28.05, 21.67, 16.73, 12.98},
                      {26.80, 30.95, 33.99, 35.58, 35.58, 33.99, 30.95, 26.80}));

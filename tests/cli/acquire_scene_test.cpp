@@ -105,9 +105,9 @@ TEST(AcquireScene, UnitOfTheScene_IsThatOfTheLamp_UnlessItsFluxIsStated) {
     unit_is("photometric");
     EXPECT_NEAR(flux(), 5, 1e-3);
     unit_is("radiometric");
-    EXPECT_THAT(testing::error_of(flux),
-                ::testing::AllOf(::testing::HasSubstr("lamp.pbrt"), ::testing::HasSubstr("counts in W"),
-                                 ::testing::HasSubstr("in lm; the same unit")));
+    EXPECT_THAT(testing::error_of(flux), ::testing::AllOf(::testing::HasSubstr("lamp.pbrt"),
+                                                          ::testing::HasSubstr("states its light in W"),
+                                                          ::testing::HasSubstr("is lm; use the same unit")));
     emitter.flux = 3;
     EXPECT_NEAR(flux(), 3, 1e-3);
 }

@@ -55,7 +55,7 @@ TEST_F(RunAssemble, VirtualPhotographs_GiveTheLampBack) {
     ASSERT_EQ(taken.code, 0) << taken.err;
     const Outcome made = lucerna_run({"light", "assemble", "shots/manifest.toml", "-o", "back.exr"});
     ASSERT_EQ(made.code, 0) << made.err;
-    EXPECT_THAT(made.out, AllOf(HasSubstr("photographs          100 of 18 x 18 pixels, 4 to a pixel of M"),
+    EXPECT_THAT(made.out, AllOf(HasSubstr("photographs          100 of 18 x 18 pixels, 4 per pixel of M"),
                                 HasSubstr("saturated pixels     0")));
     const LightField bare_field = read_light_field("bare.exr"), seen = read_light_field("seen.exr"),
                      back = read_light_field("back.exr");

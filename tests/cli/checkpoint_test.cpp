@@ -88,8 +88,9 @@ TEST_F(CheckpointCommand, UnusableFiles_AreRefusedBeforeTheSceneIsRead) {
     write("scene.pbrt", "this is no scene");
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "none"}, {"none: no such file"});
     write("c", "something else entirely, that is no checkpoint");
-    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c"}, {"c: is no checkpoint"});
-    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "no/where"}, {"no folder no"});
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--resume", "c"}, {"c: is not a checkpoint"});
+    expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "no/where"},
+                   {"the folder no does not exist"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "./a.exr"},
                    {"is already the output of", "choose another file"});
     expect_refused({"render", "scene.pbrt", "-o", "a.exr", "--checkpoint", "c", "--checkpoint-every", "5"},

@@ -315,7 +315,7 @@ TEST_F(RunRender, KeptMaps_GiveTheSameImageAsNewOnes) {
 
     const Outcome other = render("no.exr", {"--load-maps", "room.photons", "--seed", "1"});
     EXPECT_EQ(other.code, 1);
-    EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are of another scene"));
+    EXPECT_THAT(other.err, HasSubstr("room.photons: these maps are for a different scene"));
     const Outcome path = lucerna_run({"render", "scene.pbrt", "--save-maps", "path.photons"});
     EXPECT_EQ(path.code, 1);
     EXPECT_THAT(path.err, HasSubstr("only photonmap can save and load its maps"));

@@ -43,7 +43,7 @@ TEST_F(LightRays, EmitThenImport_KeepsTheLumensInEveryFormat) {
         const Outcome imported = lucerna_run({"light", "import", name, "-o", "again.exr"});
         ASSERT_EQ(imported.code, 0) << imported.err;
         EXPECT_THAT(imported.out,
-                    AllOf(HasSubstr("where the rays' light went"), HasSubstr("error of irradiance")));
+                    AllOf(HasSubstr("distribution of the rays' flux"), HasSubstr("error of irradiance")));
         const LightField again = read_light_field("again.exr");
         EXPECT_EQ(again.info().unit, FluxUnit::lumen);
         EXPECT_NEAR((again.info().captured + again.info().missed) / flux_, 1, 1e-4);

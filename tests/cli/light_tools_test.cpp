@@ -121,8 +121,8 @@ TEST_F(LightTools, WrongInputs_AreRefusedInOneLineAndNothingIsWritten) {
         EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     };
     refused({"project", "lamp.exr", "-o", "a.exr"}, "--distance");
-    refused({"project", "lamp.exr", "--distance", "5", "-o", "a.exr"}, "\"5\" is not a place");
-    refused({"project", "lamp.exr", "--distance", "1m,", "-o", "a.exr"}, "\"\" is not a place");
+    refused({"project", "lamp.exr", "--distance", "5", "-o", "a.exr"}, "\"5\" is not a position");
+    refused({"project", "lamp.exr", "--distance", "1m,", "-o", "a.exr"}, "\"\" is not a position");
     refused({"project", "lamp.exr", "--distance", "-1m", "-o", "a.exr"}, "behind the lamp's sampling plane");
     refused({"project", "garbage.exr", "--distance", "1m", "-o", "a.exr"}, "garbage.exr");
     refused({"project", "missing.exr", "--distance", "1m", "-o", "a.exr"}, "missing.exr");

@@ -183,7 +183,8 @@ TEST_F(RunErrors, InputFiles_MissingFolderEmptyOrGarbage_AreNamed) {
 TEST_F(RunErrors, Outputs_ThatCannotBeWritten_AreRefusedBeforeWork) {
     std::filesystem::create_directory("folder.exr");
     write("file", "x");
-    expect_refused({"render", "scene.pbrt", "-o", "none/a.exr"}, {"none/a.exr", "no folder none"});
+    expect_refused({"render", "scene.pbrt", "-o", "none/a.exr"},
+                   {"none/a.exr", "the folder none does not exist"});
     expect_refused({"render", "scene.pbrt", "-o", "file/a.exr"}, {"file/a.exr", "not a folder"});
     expect_refused({"render", "scene.pbrt", "-o", "folder.exr"}, {"folder.exr", "is a folder"});
     expect_refused({"render", "scene.pbrt", "-o", "a.png"}, {"a.png", "must end in .exr"});

@@ -201,7 +201,8 @@ TEST_F(RunStudy, WrongDescriptions_AreRefusedBeforeTheWorkByPlace) {
     EXPECT_THAT(refusal(with(kStudy, "photons=500", "photons=many")), HasSubstr("study.toml:17"));
     EXPECT_THAT(refusal(with(kStudy, "integrator = \"photonmap\"", "integrator = \"fotonmap\"")),
                 HasSubstr("photonmap"));
-    EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = [16, 32]")), HasSubstr("2 choices"));
+    EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = [16, 32]")),
+                HasSubstr("2 combinations of settings"));
     EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = [1.5]")), HasSubstr("1.5"));
     EXPECT_THAT(refusal(with(kStudy, "spp = [16]", "spp = []")), HasSubstr("one or more"));
     EXPECT_THAT(refusal(with(kStudy, "seeds = 2", "seeds = 0")), HasSubstr("study.toml:2"));

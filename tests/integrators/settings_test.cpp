@@ -64,7 +64,7 @@ TEST(Settings, WrongInputs_NamePlaceValueAndWhatIsAccepted) {
     EXPECT_THAT(error_of([&] { set_parameter(s, "photons", std::string("many"), kHere); }),
                 HasSubstr("\"many\" is not accepted"));
     EXPECT_THAT(error_of([&] { set_parameter(s, "direct", std::string("maps"), kHere); }),
-                HasSubstr("choose mc, map"));
+                HasSubstr("expected mc, map"));
     EXPECT_THAT(error_of([&] { make_settings("bdpt", kHere); }), HasSubstr("expected path"));
 }
 

@@ -151,7 +151,7 @@ TEST(Ies, BadFiles_NameTheirPlace) {
 TEST(Ies, MoreThanIsNeeded_IsAWarning) {
     ListeningMonitor monitor;
     parse_ies(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 5 77"), "lamp.ies", monitor);
-    EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr("lamp.ies:7:6: what follows")));
+    EXPECT_THAT(monitor.warnings, ElementsAre(HasSubstr("lamp.ies:7:6: the text after")));
     ListeningMonitor quiet;
     parse_ies(lamp("1 -1 1 2 1 1 2 0 0 0 1 1 9\n0 90\n0\n10 5\n\x1a"), "lamp.ies", quiet);
     EXPECT_THAT(quiet.warnings, IsEmpty());

@@ -79,9 +79,10 @@ TEST(Ldt, Values_AreCandelaPerThousandLumens) {
 TEST(Ldt, BadFiles_NameTheirLine) {
     const auto refusal = [](std::string text) { return error_of([&] { parse(text); }); };
     EXPECT_THAT(refusal("Works\n1\n"), HasSubstr("lamp.ldt: the file ends after line 2; expected line 3"));
-    EXPECT_THAT(refusal("Works\n1\n7\n"), HasSubstr("lamp.ldt:3:1: line 3, the symmetry is 7; 0 to 4"));
+    EXPECT_THAT(refusal("Works\n1\n7\n"),
+                HasSubstr("lamp.ldt:3:1: line 3, the symmetry is 7; expected 0 to 4"));
     EXPECT_THAT(refusal("Works\n1\n0\nmany\n"),
-                HasSubstr("lamp.ldt:4:1: line 4, the number of C planes is \"many\"; a number"));
+                HasSubstr("lamp.ldt:4:1: line 4, the number of C planes is \"many\"; expected a number"));
     EXPECT_THAT(refusal(File{4, 7, "1000", "1", "1", 3}.text()),
                 HasSubstr("lamp.ldt:3:1: 7 C planes with symmetry 4; expected a multiple of 4"));
     std::string cut = File{}.text();

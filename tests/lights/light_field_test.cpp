@@ -171,7 +171,8 @@ TEST(LightFieldFile, WrongFiles_AreNamedWithTheirCause) {
     const testing::TemporaryFolder folder;
     EXPECT_THAT(message_of([&] { read_light_field(folder / "none.exr"); }), HasSubstr("no such file"));
     write_exr(folder / "picture.exr", Image::rgb(4, 4));
-    EXPECT_THAT(message_of([&] { read_light_field(folder / "picture.exr"); }), HasSubstr("no light field"));
+    EXPECT_THAT(message_of([&] { read_light_field(folder / "picture.exr"); }),
+                HasSubstr("not a light field"));
     std::ofstream(folder / "text.exr") << "not an image\nat all";
     const std::string text = message_of([&] { read_light_field(folder / "text.exr"); });
     EXPECT_THAT(text, HasSubstr("text.exr"));

@@ -189,7 +189,7 @@ TEST_F(RayFiles, LyingHeaders_AreRefusedBeforeAnythingIsAllocated) {
     EXPECT_THAT(error_text(with(zemax(), 4, 2147483647)), HasSubstr("truncated in the rays"));
     EXPECT_THAT(error_text(with(zemax(), 4, 3)), HasSubstr("truncated in the rays"));
     EXPECT_THAT(error_text(with(zemax(), 4, -1)), HasSubstr("-1 rays"));
-    EXPECT_THAT(error_text(with(zemax(), 136, 5)), HasSubstr("length unit 5; 0 (m)"));
+    EXPECT_THAT(error_text(with(zemax(), 136, 5)), HasSubstr("length unit 5; expected 0 (m)"));
     EXPECT_THAT(error_text(with(zemax(), 192, 1)), HasSubstr("ray format 1"));
     EXPECT_THAT(error_text(with(zemax(), 196, 2)), HasSubstr("flux type 2"));
     EXPECT_THAT(error_text(zemax().substr(0, 100)), HasSubstr("truncated in the header"));
@@ -214,7 +214,7 @@ TEST_F(RayFiles, ContentSpeaksBeforeTheName) {
     EXPECT_THAT(testing::error_of([&] { read(std::string(300, 'x'), "rays.DAT"); }),
                 HasSubstr("not a Zemax ray file"));
     EXPECT_THAT(error_text("rubbish"), AllOf(HasSubstr(".tm25ray"), HasSubstr(".dat"), HasSubstr(".ray")));
-    EXPECT_THAT(error_text("r"), HasSubstr("no ray file"));
+    EXPECT_THAT(error_text("r"), HasSubstr("not a ray file"));
 }
 
 TEST(RayFilesData, ThreeRays_OfBothVendors_AreTheSame) {

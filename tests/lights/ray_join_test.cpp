@@ -147,8 +147,9 @@ TEST(JoinRays, WhatDoesNotJoin_IsRefusedByName) {
     EXPECT_THAT(refusal([](Parts& p) { p[1].set.unit = FluxUnit::lumen, p[0].set.lumens_per_watt = 0; }),
                 AllOf(HasSubstr("red.ray: its flux is in W"), HasSubstr("--efficacy")));
     EXPECT_THAT(refusal([](Parts& p) { p[2].set.lumens_per_watt = 0; }),
-                HasSubstr("blue.ray: nothing in it"));
-    EXPECT_THAT(refusal([](Parts& p) { p[0].set.lumens_per_watt = 0; }), HasSubstr("red.ray: nothing in it"));
+                HasSubstr("blue.ray: the file has no data"));
+    EXPECT_THAT(refusal([](Parts& p) { p[0].set.lumens_per_watt = 0; }),
+                HasSubstr("red.ray: the file has no data"));
     EXPECT_THAT(refusal([](Parts& p) { p[1].drive = -1; }), HasSubstr("green.ray: drive -1"));
     EXPECT_THAT(refusal([](Parts& p) { p[1].drive = NAN; }), HasSubstr("green.ray: drive nan"));
     EXPECT_THAT(refusal([](Parts& p) {

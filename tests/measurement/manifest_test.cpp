@@ -105,7 +105,7 @@ TEST(Manifest, MissingViews_AreCountedAndNamed) {
         kHead + kRig + "[photographs]\n" + kCamera + listed(0, 0, "positive", 1, "a.png");
     EXPECT_THAT(fault(some),
                 HasSubstr("11 of 12 views and films have no [[photograph]]: view [0, 0] negative, view "
-                          "[0, 1] positive, view [0, 1] negative, …"));
+                          "[0, 1] positive, view [0, 1] negative, ..."));
     EXPECT_THAT(fault(some + listed(3, 0, "positive", 1, "b.png")),
                 HasSubstr("view [3, 0] is outside the 3 x 2 views; expected [0, 0] to [2, 1]"));
 }
@@ -129,7 +129,7 @@ TEST(Manifest, Mistakes_OfEveryKind_NamePlaceValueAndWhatIsAccepted) {
     EXPECT_THAT(shots("exposures = [1]\n"),
                 AllOf(StartsWith("folder/manifest.toml:9:"), HasSubstr("lacks \"name\"")));
     EXPECT_THAT(shots("name = \"{m}{n}.png\"\nexposures = [1]\n"),
-                HasSubstr("lacks {sign}, which tells 2 films apart"));
+                HasSubstr("lacks {sign}, which distinguishes 2 films"));
     EXPECT_THAT(shots("name = \"{n}{sign}.png\"\nexposures = [1]\n"), HasSubstr("lacks {m}"));
     EXPECT_THAT(shots("name = \"{m}{n}{sign}.png\"\nexposures = [1, 2]\n"), HasSubstr("lacks {exposure}"));
     EXPECT_THAT(shots("name = \"{m}{n}{sing}.png\"\nexposures = [1]\n"), HasSubstr("did you mean \"sign\""));
@@ -137,7 +137,7 @@ TEST(Manifest, Mistakes_OfEveryKind_NamePlaceValueAndWhatIsAccepted) {
     EXPECT_THAT(shots("name = \"{m:x}{n}{sign}\"\nexposures = [1]\n"), HasSubstr("\"x\" is not"));
     const std::string name = "name = \"{m}{n}{sign}{exposure}\"\n";
     EXPECT_THAT(shots(name + "exposures = []\n"), HasSubstr("0 values; expected 1 to 32"));
-    EXPECT_THAT(shots(name + "exposures = [2, 1]\n"), HasSubstr("1 s after 2 s; times that rise"));
+    EXPECT_THAT(shots(name + "exposures = [2, 1]\n"), HasSubstr("1 s after 2 s; expected ascending times"));
     EXPECT_THAT(shots(name + "exposures = [-1]\n"), StartsWith("folder/manifest.toml:11:14:"));
     EXPECT_THAT(shots(name + "exposures = [1]\npositive = \"negative\"\n"),
                 HasSubstr("both films are called"));

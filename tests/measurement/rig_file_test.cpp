@@ -88,7 +88,7 @@ TEST(RigFile, Mistakes_NameTheirPlaceAndWhatIsAccepted) {
     EXPECT_THAT(fault(kPlanesB + kDisc + "setback = '-1mm'\n"), HasSubstr("0 or more"));
     EXPECT_THAT(fault(kPlanesB + kDisc + "focus = '1m'\n"), HasSubstr("\"focus\" is unknown"));
     EXPECT_THAT(fault(kPlanesB + kDisc + "colour = [0, 0, 0]\n"), HasSubstr("black"));
-    EXPECT_THAT(fault(kPlanesB + kDisc + "[camera]\nexposures = [1, 1]\n"), HasSubstr("rise"));
+    EXPECT_THAT(fault(kPlanesB + kDisc + "[camera]\nexposures = [1, 1]\n"), HasSubstr("ascending"));
     EXPECT_THAT(fault(kPlanesB + kDisc + "[camera]\nbits = 20\n"), HasSubstr("32 for floats"));
     EXPECT_THAT(fault(kPlanesB + kDisc + "[quality]\ns_nodes = 9\n"), HasSubstr("1 to 5"));
     const std::string projector =

@@ -148,7 +148,7 @@ TEST(Frames, BeginWithTheOptionsOfTheOneBeforeAndAnEmptyWorld) {
     EXPECT_EQ(second->camera.settings().fov_degrees, 33);
     EXPECT_EQ(second->film.width, 30);
     EXPECT_EQ(second->film.filename, "b.exr");
-    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("no material \"m\" was made before")));
+    EXPECT_THAT(monitor.warnings, ::testing::ElementsAre(HasSubstr("there is no material \"m\"")));
 }
 
 TEST(Frames, WhereOneIsWanted_TheOthersAreLeftOutWithAWarning) {

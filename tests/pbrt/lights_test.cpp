@@ -323,7 +323,7 @@ TEST(Lights, ColourSpace_IsThatOfTheNumbersUntilTheBlockEnds) {
     EXPECT_THAT(warnings, Not(Contains(HasSubstr("gamut"))));
 
     const auto [green, said] = lights("ColorSpace \"rec2020\" LightSource \"point\" \"rgb I\" [ 0 1 0 ]\n");
-    EXPECT_THAT(said, Contains(HasSubstr("\"I\": this rec2020 colour is outside sRGB's gamut")));
+    EXPECT_THAT(said, Contains(HasSubstr("\"I\": this rec2020 colour is outside the gamut of sRGB")));
     EXPECT_EQ(green[0].x, 0);
     EXPECT_NEAR(luminance(green[0]), 0.678, 1e-3);
 }
@@ -389,7 +389,7 @@ TEST(ImageLights, InfiniteFilename_IsEqualArea) {
     images.assembled("LightSource \"infinite\" \"string filename\" \"wide.exr\"", monitor);
     EXPECT_THAT(monitor.warnings.at(0), HasSubstr("8 × 4 is not square: read as latitude-longitude"));
     EXPECT_THAT(images.refusal("LightSource \"infinite\" \"string filename\" \"odd.exr\""),
-                HasSubstr("the image is 7 × 4; a square"));
+                HasSubstr("the image is 7 × 4; expected a square"));
 }
 
 TEST(ImageLights, Illuminance_IsWhatAPlaneThatFacesZReceives) {
@@ -465,7 +465,7 @@ TEST(Lights, BadColours_AreRefused) {
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"blackbody I\" 0"),
                 HasSubstr("\"I\": 0 is not accepted; expected 300 to 1e+06"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 700]"),
-                HasSubstr("\"I\" has 3 numbers; pairs"));
+                HasSubstr("\"I\" has 3 numbers; expected pairs"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 1 300 1]"),
                 HasSubstr("scene.pbrt:2:41: wavelength 300 follows 400"));
     EXPECT_THAT(refusal_of_world("LightSource \"point\" \"spectrum I\" [400 -1 500 1]"),

@@ -200,7 +200,7 @@ TEST(Materials, Mix_CountsShares_AsEachVersionDoes) {
         << "of the first";
     EXPECT_FLOAT_EQ(albedo("\"string materials\" [\"a\" \"b\"]"), 0.5F);
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\" \"string materials\" [\"a\" \"c\"]"),
-                HasSubstr("no material \"c\" was made before"));
+                HasSubstr("there is no material \"c\""));
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\" \"string materials\" [\"a\"]"),
                 HasSubstr("expected 2"));
     EXPECT_THAT(refusal_of_world(parts + "Material \"mix\""), HasSubstr("namedmaterial1"));

@@ -48,7 +48,7 @@ TEST(Options, ScreenWindow_IsGivenOrFollowsFromTheFrame) {
     EXPECT_THAT(tall.screen, ::testing::ElementsAre(-1, 1, -2, 2));
     EXPECT_THAT(built("Camera \"perspective\" Film \"rgb\"").screen, ::testing::ElementsAre(0, 0, 0, 0));
     EXPECT_THAT(refused("Camera \"perspective\" \"float screenwindow\" [1 2 3]"),
-                HasSubstr("has 3 numbers; 4 are"));
+                HasSubstr("has 3 numbers; expected 4"));
     EXPECT_THAT(refused("Camera \"perspective\" \"float screenwindow\" [1 1 0 2]"), HasSubstr("x0 < x1"));
 }
 
@@ -261,8 +261,9 @@ TEST(Options, OtherOptions_AreKnownOrRefused) {
     EXPECT_THAT(read_file_text("Option \"bool disablepixeljitter\" true WorldBegin").warnings,
                 ::testing::Contains(HasSubstr("Option \"disablepixeljitter\" has no effect")));
     EXPECT_THAT(refused("Option \"integer nonsense\" 1"), HasSubstr("unknown Option \"nonsense\""));
-    EXPECT_THAT(refused("ColorSpace \"rec1\""),
-                HasSubstr("ColorSpace \"rec1\" is unknown; srgb, rec2020, dci-p3, acescg, aces2065-1 are"));
+    EXPECT_THAT(
+        refused("ColorSpace \"rec1\""),
+        HasSubstr("ColorSpace \"rec1\" is unknown; expected srgb, rec2020, dci-p3, acescg, aces2065-1"));
     EXPECT_EQ(refused("ColorSpace \"rec2020\""), "");
     EXPECT_EQ(refused("ColorSpace \"acescg\" Film \"rgb\""), "");
     EXPECT_THAT(refused("ColorSpace \"dci-p3\" Film \"rgb\""),

@@ -150,7 +150,7 @@ TEST(Shapes, Ply_IsReadFromTheScenesFolder) {
         std::string(kHead) + "Shape \"plymesh\" \"string filename\" \"missing.ply\" Shape \"sphere\"", skip);
     EXPECT_TRUE(skipped.draft.meshes.empty());
     EXPECT_EQ(skipped.draft.quadrics.size(), 1U);
-    EXPECT_THAT(skipped.warnings.at(0), HasSubstr("there is no file \"missing.ply\""));
+    EXPECT_THAT(skipped.warnings.at(0), HasSubstr("no such file \"missing.ply\""));
 }
 
 TEST(Shapes, EveryShape_IsReadWithPbrtsParameters) {

@@ -216,12 +216,13 @@ TEST(Textures, WhatTheyCannotDo_IsRefused) {
     EXPECT_THAT(refused("\"checkerboard\" \"integer dimension\" 4"),
                 HasSubstr("4 is not accepted; expected 2 or 3"));
     EXPECT_THAT(refused("\"checkerboard\" \"texture tex1\" \"no\""),
-                HasSubstr("no texture \"no\" of colours was made before"));
+                HasSubstr("there is no texture \"no\" of colours"));
     EXPECT_THAT(refused("\"checkerboard\" Texture \"u\" \"float\" \"scale\" \"texture tex1\" \"t\""),
-                HasSubstr("no texture \"t\" of floats was made before"));
+                HasSubstr("there is no texture \"t\" of floats"));
     EXPECT_THAT(refused("\"uv\" Texture \"u\" \"color\" \"bilerp\" \"texture v00\" \"t\""),
                 HasSubstr("\"v00\" of Texture \"bilerp\": expected a constant"));
-    EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""), HasSubstr("no texture \"t\""));
+    EXPECT_THAT(refusal_of_world("Material \"matte\" \"texture Kd\" \"t\""),
+                HasSubstr("there is no colour texture \"t\""));
 }
 
 }  // namespace textures_test

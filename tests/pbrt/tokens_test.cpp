@@ -159,7 +159,7 @@ TEST(Tokens, Strings_ResolveEscapesAndRefuseOpenOnes) {
     EXPECT_EQ(refusal("\"abc\\"), "s:1:1: the string \"abc\\\" has no closing quote on its line");
     const Source odd("s", R"("a\qb")");
     EXPECT_EQ(string_value(Tokens(odd).peek(), {&odd, 0}), "a\\qb");
-    EXPECT_THAT(odd.take_oddities().at(0).what, HasSubstr("\\q is no escape"));
+    EXPECT_THAT(odd.take_oddities().at(0).what, HasSubstr("\\q is not an escape"));
 }
 
 TEST(Tokens, OtherCharacters_AreLeftOutWithANoteInPrint) {

@@ -150,9 +150,11 @@ TEST(Glare, OfAPhotometricFile_IsByItsLuminousOpening) {
     const double background = 4 * kPiD * 400 * kRho / (1 - kRho) / (4 * kPiD * kRadius * kRadius) / kPiD;
     EXPECT_NEAR(report.sources[0].solid_angle, area / 9, 1e-5 * area);
     EXPECT_NEAR(report.sources[0].luminance, 400 / area, 1e-3 * 400 / area);
-    EXPECT_NEAR(report.background.value, background, 2 * report.background.half_width);
-    const double expected = 8 * std::log10(0.25 / background * (400 / area) * (400.0 / 9) / (p * p));
-    EXPECT_NEAR(report.ugr.value, expected, 2 * report.ugr.half_width + 1e-3);
+    // The lamp is off the middle: the first of twenty reflections is not even.
+    EXPECT_NEAR(report.background.value, background, 0.03 * background);
+    const double expected =
+        8 * std::log10(0.25 / report.background.value * (400 / area) * (400.0 / 9) / (p * p));
+    EXPECT_NEAR(report.ugr.value, expected, 1e-3);
     EXPECT_EQ(report.ugr.value, report.ugr_even.value);
     EXPECT_TRUE(rating("0 0 0").sources.empty());
 }

@@ -224,7 +224,7 @@ TEST(Luminaire, ThatCannotBeTraced_IsRefusedWithTheCause) {
     EXPECT_THAT(refusal(dark.build(), parameters(10)), HasSubstr("no light with any power"));
     SceneMaker sun;
     sun.light(make_distant_light({0, 0, -1}, Rgb(1.0F), {}));
-    EXPECT_THAT(refusal(sun.build(), parameters(10)), HasSubstr("of kind distant"));
+    EXPECT_THAT(refusal(sun.build(), parameters(10)), HasSubstr("of type distant"));
     SceneMaker fog;
     fog.light(make_point_light(V3f(0.0F), Rgb(1.0F)));
     fog.region(testing::homogeneous(Rgb(1.0F), Rgb(1.0F)));

@@ -104,7 +104,7 @@ TEST_F(MapFile, Damaged_IsRefused) {
         return error_of([&] { loaded(key); });
     };
     EXPECT_THAT(with("no maps"), HasSubstr("not a file of photon maps"));
-    EXPECT_THAT(with(whole.substr(0, whole.size() - 1)), HasSubstr("cut off"));
+    EXPECT_THAT(with(whole.substr(0, whole.size() - 1)), HasSubstr("truncated"));
     EXPECT_THAT(with(whole + "x"), HasSubstr("1 bytes too long"));
     for (const std::size_t place : {std::size_t{250}, whole.size() / 2, whole.size() - 3}) {
         std::string flipped = whole;

@@ -341,7 +341,8 @@ TEST_F(Mpi, OtherCommands_AreDoneOnceByRank0) {
     EXPECT_EQ(many.code, 0) << many.err;
     EXPECT_EQ(many.out, once.out);
     EXPECT_EQ(many.err,
-              "lucerna: warning: this command runs on rank 0 only; render, light acquire and study share their work among ranks\n");
+              "lucerna: warning: this command runs on rank 0 only; render, light acquire and study share "
+              "their work among ranks\n");
     const Finished help = run_command({"study", "--help"}, on(3));
     EXPECT_EQ(help.code, 0);
     EXPECT_EQ(help.out, alone({"study", "--help"}).out);
@@ -356,7 +357,7 @@ TEST_F(Mpi, ManyProcessesWithoutMpi_AreRefusedUnlessTheyRenderParts) {
     start.in_child = [] { setenv("SLURM_STEP_NUM_TASKS", "4", 1); };
     const Finished refused = run_command({"render", "scene.pbrt", "-o", "a.exr", "--spp", "1"}, start);
     EXPECT_EQ(refused.code, 1);
-    EXPECT_THAT(refused.err, HasSubstr("has started 4 processes"));
+    EXPECT_THAT(refused.err, HasSubstr("has started 4 independent processes"));
     EXPECT_THAT(refused.err, HasSubstr("--mpi=pmix"));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.exr"));
     EXPECT_EQ(run_command({"render", "scene.pbrt", "-o", "a.exr", "--spp", "1", "--part", "1/4"}, start).code,

@@ -362,7 +362,7 @@ TEST_F(CheckpointFile, CutOffAnywhere_IsRefusedInOneLine) {
         ASSERT_THAT(cause, HasSubstr(file_.string())) << length;
         ASSERT_EQ(cause.find('\n'), cause.npos);
         if (length >= 48) {
-            ASSERT_THAT(cause, HasSubstr("cut off")) << length;
+            ASSERT_THAT(cause, HasSubstr("truncated")) << length;
         }
     }
 }

@@ -270,7 +270,7 @@ TEST(Quadric, ImpossibleShape_IsRefusedInOneLine) {
             ADD_FAILURE() << "accepted";
         } catch (const InputError& error) {
             EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-            EXPECT_NE(std::string(error.what()).find("accepted:"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("expected "), std::string::npos) << error.what();
         }
     }
 }
