@@ -36,7 +36,7 @@ class Illuminance(Folder):
         self.scene = lucerna.read_text(SCENE)
 
     def test_OfPoints_IsTheClosedFormByGroup(self):
-        (grid,) = lucerna.illuminance(self.scene, samples=4)
+        (grid,) = lucerna.illuminance(self.scene, samples=64)
         self.assertEqual((grid.name, grid.kind, grid.unit), ("floor", "planar", "lx"))
         self.assertEqual(grid.values.shape, (4, 8))
         np.testing.assert_allclose(grid.positions[1, 2], (-0.75, -0.25, 0), atol=1e-12)
