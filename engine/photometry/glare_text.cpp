@@ -22,13 +22,15 @@ std::string rating_text(const Reading95& rating) {
 }  // namespace
 
 std::string glare_text(std::span<const GlareReport> reports) {
-    std::string text = fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", "observer", "at",
-                                   "UGR", "UGR of means", "L_b cd/m²", "E_v lx", "luminaires");
+    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>12} {:>12} {:>10} {:>10} {:>10}\n";
+    const auto triple = [](const auto& v) { return fmt::format("{:.4g} {:.4g} {:.4g}", v.x, v.y, v.z); };
+    std::string text = fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR of means",
+                                   "L_b cd/m²", "E_v lx", "luminaires");
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
+        const V3f view = by.view + V3f(0);  // no -0
         text +=
-            fmt::format("{:<16} {:<28} {:>12} {:>12} {:>10} {:>10} {:>10}\n", plain_text(by.name),
-                        fmt::format("{:.4g} {:.4g} {:.4g}", by.eye.x, by.eye.y, by.eye.z),
+            fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
                         rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),
                         short_text(report.vertical), report.sources.size());
     }
