@@ -313,7 +313,7 @@ TEST_F(EveryOutput, CellTable_NeverReplacesWhatIsNone) {
         std::ofstream(*folder_ / "lamp.cells") << "notes about the lamp";
         const Finished finished = run_command(words, {folder_->path()});
         EXPECT_EQ(finished.code, 0) << finished.err;
-        EXPECT_THAT(finished.err, HasSubstr("lamp.cells: is no cell table; it stays"));
+        EXPECT_THAT(finished.err, HasSubstr("lamp.cells: is not a cell table; it is left as it is"));
         EXPECT_EQ(read_text(*folder_ / "lamp.cells"), "notes about the lamp");
     }
     // Which does not keep a damaged or an old one of ours from being replaced.
