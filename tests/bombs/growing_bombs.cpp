@@ -182,7 +182,7 @@ std::vector<Bomb> growing_bombs() {
                        roots, nodes, primitives));
          },
          {"import", "model.gltf", "-o", "model.pbrt", "--quiet"},
-         {"model.gltf", "25000000 placements", "memory"}},
+         {"model.gltf", "25000000 mesh instances", "memory"}},
         {"VerticesOfEveryPrimitive",
          [](const std::filesystem::path& folder) {
              write(folder / "model.gltf", shared_accessor(20'000, 60'000));
