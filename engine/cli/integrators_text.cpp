@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/figures/markup.h"
 #include "engine/integrators/integrator.h"
 
 namespace lucerna {
@@ -53,15 +54,6 @@ std::string integrators_markdown(std::string_view level) {
         }
     }
     return text;
-}
-
-std::string markdown(std::string_view text) {
-    std::string escaped;
-    for (const char c : text) {
-        if (std::string_view("\\`*_[]<>|#~$").find(c) != std::string_view::npos) escaped += '\\';
-        escaped += c;
-    }
-    return escaped;
 }
 
 }  // namespace lucerna

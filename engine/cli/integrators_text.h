@@ -10,7 +10,4 @@ std::string integrators_text();
 // The same in Markdown: a heading of that level ("###") and a table for each.
 std::string integrators_markdown(std::string_view level);
 
-// Text that Markdown prints as it is; in a table's cell, too.
-std::string markdown(std::string_view text);
-
 }  // namespace lucerna

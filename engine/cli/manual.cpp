@@ -10,6 +10,7 @@
 
 #include "engine/base/version.h"
 #include "engine/cli/integrators_text.h"
+#include "engine/figures/markup.h"
 
 namespace lucerna {
 namespace {

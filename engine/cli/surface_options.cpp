@@ -45,7 +45,8 @@ ReceiverKind parse_kind(const Location& at, std::string_view word) {
     return *kind;
 }
 
-// What all surfaces of the command line have in common.
+}  // namespace
+
 CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
                               const std::array<V3d, 3>& corners, const Location& at) {
     CalculationSurface surface;
@@ -62,6 +63,8 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
     check_surface(surface, at);
     return surface;
 }
+
+namespace {
 
 CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& job, double height) {
     const Location at{"--height"};

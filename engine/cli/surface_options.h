@@ -38,6 +38,10 @@ struct SurfaceOptions {
     // Throws InputError.
     std::vector<CalculationSurface> all(const Job& job) const;
 };
+// A surface by a corner and the ends of the two sides from there, with the options' kind, facing and spacing.
+// Throws InputError, placed at `at`.
+CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
+                              const std::array<V3d, 3>& corners, const Location& at);
 // --height, --margin, --up, --spacing; where such planes are wanted.
 void add_height_options(CLI::App& app, SurfaceOptions& options);
 // These, and --surface, --kind, --facing.

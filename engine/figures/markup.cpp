@@ -23,6 +23,15 @@ std::string base64(const std::vector<unsigned char>& bytes) {
 
 }  // namespace
 
+std::string markdown(std::string_view text) {
+    std::string escaped;
+    for (const char c : text) {
+        if (std::string_view("\\`*_[]<>|#~$").find(c) != std::string_view::npos) escaped += '\\';
+        escaped += c;
+    }
+    return escaped;
+}
+
 std::string html_text(std::string_view text) {
     std::string result;
     for (const char c : text) {

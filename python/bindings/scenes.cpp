@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "engine/base/error.h"
 #include "engine/cli/render_request.h"
 #include "engine/cli/run_report.h"
+#include "engine/cli/surface_options.h"
 #include "engine/denoise/denoise.h"
 #include "engine/integrators/settings.h"
 #include "engine/pbrt/read_scene.h"
@@ -266,22 +268,24 @@ CalculationSurface surface_of(const std::string& name, const Triple& corner, con
                               const std::string& kind, const std::optional<std::array<int, 2>>& points,
                               const std::optional<Triple>& facing) {
     const Location at{name};
-    CalculationSurface surface;
-    surface.name = name;
-    surface.corner = point_of(corner);
-    surface.u = point_of(u);
-    surface.v = point_of(v);
+    SurfaceOptions options;
     const auto known = receiver_kind(kind);
     if (!known) {
         throw InputError(
             at, fmt::format("kind \"{}\" is unknown; expected {}", kind, fmt::join(kReceiverKinds, ", ")));
     }
-    surface.kind = *known;
-    const V3d above = surface.u.cross(surface.v).normalized();  // zero of a surface that is refused below
-    surface.up = V3f(above);
-    surface.normal = V3f(facing ? point_of(*facing).normalized() : above);
-    surface.points =
-        points ? V2i((*points)[0], (*points)[1]) : default_points(surface.u.length(), surface.v.length());
+    options.kind = *known;
+    if (facing) {
+        const V3d towards = point_of(*facing);
+        if (!(towards.length() > 0) || !std::isfinite(towards.length()))
+            throw InputError(at, "facing is not a direction");
+        options.facing = towards.normalized();
+    }
+    const V3d from = point_of(corner);
+    CalculationSurface surface =
+        surface_at(options, name, {from, from + point_of(u), from + point_of(v)}, at);
+    if (!points) return surface;
+    surface.points = {(*points)[0], (*points)[1]};
     check_surface(surface, at);
     return surface;
 }

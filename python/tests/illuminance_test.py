@@ -75,6 +75,8 @@ class Illuminance(Folder):
             lucerna.CalculationSurface("a", (0, 0, 0), (1, 0, 0), (0, 1, 0), kind="sphere")
         with self.assertRaises(lucerna.InputError):
             lucerna.CalculationSurface("a", (0, 0, 0), (1, 0, 0), (2, 0, 0))
+        with self.assertRaisesRegex(lucerna.InputError, "facing"):
+            lucerna.CalculationSurface("a", (0, 0, 0), (1, 0, 0), (0, 1, 0), facing=(0, 0, 0))
         with self.assertRaisesRegex(lucerna.InputError, "precision"):
             lucerna.illuminance(self.scene, precision=0)
         (grid,) = lucerna.illuminance(self.scene, samples=1)
