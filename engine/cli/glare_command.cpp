@@ -1,4 +1,4 @@
-// lucerna glare: the unified glare rating at observers' eyes.
+// lucerna glare: ratings of glare at observers' eyes.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
+#include "engine/base/image.h"
 #include "engine/base/plain_text.h"
 #include "engine/cli/command_files.h"
 #include "engine/cli/commands.h"
@@ -30,15 +31,21 @@ by the observer, with the near field of the lamp: a few bright points cause more
 intensity. The luminance is filtered with a Gaussian of 12 mm on the luminaire, as CIE 232 specifies for non-uniform
 luminaires; --blur 0mm turns the filter off.
 
+Where the scene has a sky or a sun (an infinite or distant light), the daylight glare probability is computed, too:
+DGP = 5.87e-5 E_v + 9.18e-2 log10(1 + sum L^2 w / (E_v^1.87 P^2)) + 0.16 (Wienold and Christoffersen 2006), below 0.35
+imperceptible, above 0.45 intolerable. What glares is all that is brighter than 5 times the mean luminance of what the
+observer sees, or than --threshold. --image writes that view, an angular fisheye of 180 degrees, for lucerna falsecolour.
+
 An observer is the position of an eye and the point it looks at: --eye "desk=1,1.2,3:1,1.2,0". --height 1.2 places observers
-on a horizontal grid across the whole model, which look in each direction of --view. Without either, the observer is the
+on a horizontal grid across the whole model, --floors 1.2 above each of its floors; they look in each direction of --view. Without either, the observer is the
 scene's camera.
 
 Examples:
   lucerna glare room.pbrt
   lucerna glare room.pbrt --eye "desk=1,1.2,3:1,1.2,0" --eye "door=4,1.7,1:0,1.7,1"
   lucerna glare room.pbrt --height 1.2 --margin 0.5 --spacing 1 --view 1,0,0 --view 0,0,1 -o glare.csv
-  lucerna glare room.pbrt --height 1.2 --plan ugr.svg)";
+  lucerna glare room.pbrt --height 1.2 --plan ugr.svg
+  lucerna glare office.pbrt --eye "desk=1,1.2,3:1,1.2,0" --image view.exr)";
 
 constexpr std::size_t kDefaultViews = 4;  // the horizontal axes
 
@@ -52,7 +59,7 @@ struct GlareCommand {
     std::vector<Eye> eyes;
     SurfaceOptions grid;
     std::vector<V3d> views;
-    std::string plan;
+    std::string plan, image;
     GlareOptions options;
 };
 
@@ -75,9 +82,10 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     const int axis = command.grid.up_axis.value_or(up_axis_of(job.camera));
     V3f up(0);
     up[axis] = 1;
+    const bool right_handed = job.camera.settings().world_from_camera.determinant() < 0;
     std::vector<Observer> observers;
     for (const Eye& eye : command.eyes)
-        observers.push_back({eye.name, eye.from, V3f((eye.to - eye.from).normalized()), up});
+        observers.push_back({eye.name, eye.from, V3f((eye.to - eye.from).normalized()), up, right_handed});
     std::vector<V3d> views = command.views;
     if (views.empty()) {
         for (const int across : {(axis + 1) % 3, (axis + 2) % 3}) {
@@ -92,14 +100,15 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
         for (int y = 0; y < grid.points.y; ++y) {
             for (int x = 0; x < grid.points.x; ++x) {
                 for (const V3d& view : views)
-                    observers.push_back({grid.name, grid.position(x, y), V3f(view), up});
+                    observers.push_back({grid.name, grid.position(x, y), V3f(view), up, right_handed});
             }
         }
     }
     if (observers.empty()) {
         const M44d& m = job.camera.settings().world_from_camera;
         const auto row = [&m](int i) { return V3d(m[i][0], m[i][1], m[i][2]); };
-        observers.push_back({"camera", row(3) + job.scene.origin(), V3f(row(2).normalized()), up});
+        observers.push_back(
+            {"camera", row(3) + job.scene.origin(), V3f(row(2).normalized()), up, right_handed});
     }
     return observers;
 }
@@ -141,12 +150,19 @@ void act(const GlareCommand& command, const CommandContext& context) {
         warn_outside(job.scene, "observer \"" + plain_text(eye.name) + "\"", {{eye.from}}, monitor);
     const std::vector<CalculationSurface> grids = command.grid.all(job);
     if (!command.plan.empty() && grids.empty())
-        throw InputError({"--plan"}, "needs a grid of observers: --height");
+        throw InputError({"--plan"}, "needs a grid of observers: --height or --floors");
     for (std::size_t i = 0; !command.plan.empty() && i < grids.size(); ++i)
         declare_plan(of_surface(command.plan, i), files);
+    for (std::size_t i = 0; !command.image.empty() && i < observers.size(); ++i)
+        files.writes(of_surface(command.image, i), ".exr", "--image");
     const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);
     GlareOptions options = command.options;
     options.seconds -= clock.seconds();
+    if (!command.image.empty()) {
+        options.view = [&command](std::size_t observer, const LuminanceView& view) {
+            write_exr(of_surface(command.image, observer), view_image(view));
+        };
+    }
     const Listening listening(context.around);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
@@ -163,7 +179,8 @@ void act(const GlareCommand& command, const CommandContext& context) {
 
 void add_glare_command(CLI::App& program, const CommandContext& context) {
     const auto command = std::make_shared<GlareCommand>();
-    CLI::App& app = *program.add_subcommand("glare", "Rate the discomfort glare of luminaires (UGR)");
+    CLI::App& app =
+        *program.add_subcommand("glare", "Rate discomfort glare, of luminaires (UGR) and of daylight (DGP)");
     app.footer(kGlareFooter);
     add_photometry_files(app, command->common, "observer",
                          "all results, including the term of each luminaire,");
@@ -186,7 +203,8 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
                    command->views.push_back(view.normalized());
                }
            },
-           "viewing direction at the --height points; may be repeated (default: the four horizontal axes)")
+           "viewing direction at the --height and --floors points; may be repeated (default: the four "
+           "horizontal axes)")
         ->type_name("X,Y,Z")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -195,6 +213,16 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
            "draw a plan of the greatest UGR of all views at each point of the grid; FILE-2.svg and so on "
            "for further grids")
         ->type_name("FILE.svg|.png");
+    app.add_option("--image", command->image,
+                   "write what the observer sees as an OpenEXR image in cd/m^2, an angular fisheye of 180 "
+                   "degrees; FILE-2.exr and so on for further observers")
+        ->type_name("FILE.exr");
+    add_word(app, "--threshold", "NUMBER",
+             "DGP: luminance above which a part of the view glares, in cd/m^2; up to 100: in multiples of "
+             "the mean luminance of the view (default 5)",
+             [command](const std::string& word) {
+                 command->options.threshold = parse_number({"--threshold"}, word, 0, 1e9);
+             });
     add_word(app, "--blur", "LENGTH",
              "full width at half maximum of the Gaussian filter on the luminaire (default 12mm)",
              [command](const std::string& word) {

@@ -37,8 +37,9 @@ defines them,
 
 by a corner and the other ends of the two sides from it; the surface receives light on the side from which the turn from
 the first to the second side is counterclockwise. They can also be given on the command line:
---surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", or --height 0.75 for a horizontal plane across the whole model, 0.75 m
-above its lowest point. Lengths are in the units of the scene, which are metres. Without --spacing the points are placed
+--surface "work plane=0,0.75,0:0,0.75,5:4,0.75,0", --height 0.75 for a horizontal plane across the whole model, 0.75 m
+above its lowest point, or --floors 0.75 for one above each floor, which is found as a level surface with 2 m of clear height
+above it. Lengths are in the units of the scene, which are metres. Without --spacing the points are placed
 according to EN 12464-1.
 
 Results for each surface: mean, minimum and maximum illuminance, the uniformity U_0 = minimum / mean, and the share of direct
@@ -76,13 +77,15 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     std::vector<CalculationSurface> surfaces = command.surfaces.all(job);
     if (surfaces.empty()) {
         if (const std::string& option = command.surfaces.shaped_by; !option.empty() && !job.surfaces.empty())
-            throw InputError({option},
-                             "applies to --height and --surface only, and not to the scene's surfaces");
+            throw InputError(
+                {option},
+                "applies to --height, --floors and --surface only, and not to the scene's surfaces");
         surfaces = job.surfaces;
     }
     if (surfaces.empty()) {
         throw InputError({command.common.scene},
-                         "has no CalculationSurface; use --height 0.75 or --surface NAME=X,Y,Z:X,Y,Z:X,Y,Z");
+                         "has no CalculationSurface; use --height 0.75, --floors 0.75 or --surface "
+                         "NAME=X,Y,Z:X,Y,Z:X,Y,Z");
     }
     return surfaces;
 }

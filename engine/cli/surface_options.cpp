@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/base/plain_text.h"
 #include "engine/base/units.h"
+#include "engine/photometry/floors.h"
 
 namespace lucerna {
 namespace {
@@ -66,25 +67,56 @@ CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
 
 namespace {
 
-CalculationSurface horizontal_plane(const SurfaceOptions& options, const Job& job, double height) {
+// Across a box, at its lower end.
+CalculationSurface horizontal_plane(const SurfaceOptions& options, const Imath::Box<V3d>& box, int up,
+                                    const std::string& name, const Location& at) {
+    std::array<V3d, 3> corners{box.min, box.min, box.min};
+    for (int side = 1; side <= 2; ++side) {  // up is the first x the second
+        const int axis = (up + side) % 3;
+        const double width = box.max[axis] - box.min[axis];
+        if (!(width > 2 * options.margin)) {
+            input_error(at, "there is nothing left of a plane {:g} wide with a margin of {:g}", width,
+                        options.margin);
+        }
+        for (V3d& corner : corners) corner[axis] += options.margin;
+        corners[static_cast<std::size_t>(side)][axis] = box.max[axis] - options.margin;
+    }
+    return surface_at(options, name, corners, at);
+}
+
+CalculationSurface plane_above_lowest(const SurfaceOptions& options, const Job& job, int up, double height) {
     const Location at{"--height"};
     const Box3f bounds = job.scene.bounds();
     if (bounds.isEmpty()) input_error(at, "the scene has no surfaces");
-    const int up = options.up_axis.value_or(up_axis_of(job.camera)), a = (up + 1) % 3, b = (up + 2) % 3;
-    V3d least = V3d(bounds.min) + job.scene.origin(), most = V3d(bounds.max) + job.scene.origin();
-    least[up] += height;
-    for (const int side : {a, b}) least[side] += options.margin, most[side] -= options.margin;
-    if (!(least[a] < most[a]) || !(least[b] < most[b]) || !(height >= 0) || !(least[up] <= most[up])) {
+    Imath::Box<V3d> box(V3d(bounds.min) + job.scene.origin(), V3d(bounds.max) + job.scene.origin());
+    const double high = box.max[up] - box.min[up];
+    if (!(height >= 0 && height <= high))
+        input_error(at, "a plane at {:g} is not within the scene, which is {:g} high", height, high);
+    box.min[up] += height;
+    return horizontal_plane(options, box, up, fmt::format("height {:g}", height), at);
+}
+
+std::vector<CalculationSurface> planes_above_floors(const SurfaceOptions& options, const Job& job, int up) {
+    const Location at{"--floors"};
+    const std::vector<Floor> floors = floors_of(job.scene, up);
+    if (floors.empty()) {
         input_error(at,
-                    "a plane at {:g} with a margin of {:g} is not within the scene, which is {:g} x {:g} "
-                    "wide and {:g} high",
-                    height, options.margin, most[a] - least[a] + 2 * options.margin,
-                    most[b] - least[b] + 2 * options.margin, most[up] - least[up] + height);
+                    "the scene has no level surface with 2 m of clear height above it; use --height or "
+                    "--surface");
     }
-    std::array<V3d, 3> corners{least, least, least};
-    corners[1][a] = most[a];  // up is a x b
-    corners[2][b] = most[b];
-    return surface_at(options, fmt::format("height {:g}", height), corners, at);
+    std::vector<CalculationSurface> planes;
+    for (const double height : options.floors) {
+        for (std::size_t i = 0; i < floors.size(); ++i) {
+            Imath::Box<V3d> box(floors[i].least, floors[i].most);
+            box.min[up] += height;
+            planes.push_back(
+                horizontal_plane(options, box, up,
+                                 fmt::format("floor {} at {:g}, height {:g}", i + 1,
+                                             std::round(100 * floors[i].height) / 100 + 0.0, height),
+                                 at));
+        }
+    }
+    return planes;
 }
 
 }  // namespace
@@ -142,7 +174,11 @@ std::vector<CalculationSurface> SurfaceOptions::all(const Job& job) const {
     std::vector<CalculationSurface> all;
     for (const Named& named : surfaces)
         all.push_back(surface_at(*this, named.name, named.corners, {"--surface"}));
-    for (const double height : heights) all.push_back(horizontal_plane(*this, job, height));
+    const int up = up_axis.value_or(up_axis_of(job.camera));
+    for (const double height : heights) all.push_back(plane_above_lowest(*this, job, up, height));
+    if (!floors.empty()) {
+        for (CalculationSurface& plane : planes_above_floors(*this, job, up)) all.push_back(std::move(plane));
+    }
     return all;
 }
 
@@ -157,15 +193,26 @@ void add_height_options(CLI::App& app, SurfaceOptions& options) {
         ->type_name("M")
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    add_word(app, "--margin", "M", "margin between a --height plane and the model's sides (default 0)",
+    app.add_option_function<std::vector<std::string>>(
+           "--floors",
+           [&options](const std::vector<std::string>& words) {
+               for (const std::string& word : words)
+                   options.floors.push_back(parse_number({"--floors"}, word, 0, 1e9));
+           },
+           "a horizontal plane across each floor of the model, M metres above it; may be repeated")
+        ->type_name("M")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    add_word(app, "--margin", "M",
+             "margin between a --height or --floors plane and the model's or floor's sides (default 0)",
              [&options](const std::string& word) {
                  options.shaped_by = "--margin";
                  options.margin = parse_number({"--margin"}, word, 0, 1e9);
              });
-    add_word(
-        app, "--up", "AXIS",
-        "vertical axis of --height planes: x, y or z (default: the axis closest to the camera's up vector)",
-        [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
+    add_word(app, "--up", "AXIS",
+             "vertical axis of --height and --floors planes: x, y or z (default: the axis closest to the "
+             "camera's up vector)",
+             [&options](const std::string& word) { options.up_axis = parse_axis({"--up"}, word); });
     add_word(app, "--spacing", "M", "largest spacing of points (default: according to EN 12464-1)",
              [&options](const std::string& word) {
                  options.shaped_by = "--spacing";

@@ -27,7 +27,8 @@ struct SurfaceOptions {
         std::array<V3d, 3> corners;  // a corner, and the ends of the two sides from there
     };
     std::vector<Named> surfaces;
-    std::vector<double> heights;
+    std::vector<double> heights;  // of planes above the model's lowest point
+    std::vector<double> floors;   // of planes above each floor
     double margin = 0;
     std::optional<int> up_axis;  // 0 to 2: x, y, z
     std::optional<double> spacing;
@@ -42,7 +43,7 @@ struct SurfaceOptions {
 // Throws InputError, placed at `at`.
 CalculationSurface surface_at(const SurfaceOptions& options, std::string name,
                               const std::array<V3d, 3>& corners, const Location& at);
-// --height, --margin, --up, --spacing; where such planes are wanted.
+// --height, --floors, --margin, --up, --spacing; where such planes are wanted.
 void add_height_options(CLI::App& app, SurfaceOptions& options);
 // These, and --surface, --kind, --facing.
 void add_surface_options(CLI::App& app, SurfaceOptions& options);

@@ -14,7 +14,6 @@
 namespace lucerna {
 namespace {
 
-constexpr double kDegree = kPiD / 180;
 constexpr double kFwhmOverSigma = 2.3548200450309493;
 
 // What an eye sees of all lamps along a direction, luminance.
@@ -158,29 +157,9 @@ void check(const Observer& observer) {
 
 }  // namespace
 
-double position_index(double from_vertical, double from_view) {
-    const double t = from_vertical, s = from_view;
-    // Below the line of sight: [Iwata and Tokura 1997].
-    if (t > 90) {
-        const double offset = std::tan(s * kDegree);  // from the line of sight, over the distance along it
-        return offset < 0.6 ? 1 + 0.8 * offset : 1 + 1.2 * offset;
-    }
-    return std::exp((35.2 - 0.31889 * t - 1.22 * std::exp(-2 * t / 9)) * 1e-3 * s +
-                    (21 + 0.26667 * t - 0.002963 * t * t) * 1e-5 * s * s);
-}
-
-double position_index(const Observer& observer, const V3f& w) {
-    const V3d view(observer.view), d(w);
-    const double along = view.dot(d);
-    if (!(along > 0)) return INFINITY;
-    const V3d side = view.cross(V3d(observer.up)).normalized(), up = side.cross(view);
-    const double s = std::atan2(view.cross(d).length(), along) / kDegree;
-    const double t = std::atan2(std::fabs(side.dot(d)), up.dot(d)) / kDegree;
-    return position_index(t, s);
-}
-
 std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, const GlareOptions& options,
                                   Monitor& monitor) {
+    const Stopwatch clock;
     if (scene_unit(job.scene) != FluxUnit::lumen) {
         throw InputError(
             "the lights of the scene are not all in lm, and glare is computed from luminance; state Option "
@@ -215,10 +194,25 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         report.observer = observer;
         report.sources = Eye(job.scene, observer, options).sources();
     }
+    const bool daylight = has_daylight(job.scene);
+    const IntegratorSettings integrator = job.integrator;
+    for (std::size_t i = 0; (daylight || options.view) && i < observers.size(); ++i) {
+        DaylightOptions how;
+        how.seed = options.seed;
+        how.workers = options.workers;
+        how.threshold = options.threshold;
+        // Half of the time for all views, as much for each of those left; the other half for illuminance.
+        how.seconds = (0.5 * options.seconds - clock.seconds()) / static_cast<double>(observers.size() - i);
+        job.integrator = integrator;
+        const LuminanceView view = luminance_view(observers[i], job, how, monitor);
+        if (options.view) options.view(i, view);
+        if (daylight) reports[i].daylight = daylight_glare(view, observers[i], job.scene, options.threshold);
+    }
+    job.integrator = integrator;
     IlluminanceOptions how;
     how.seed = options.seed;
     how.workers = options.workers;
-    how.seconds = options.seconds;
+    how.seconds = options.seconds - clock.seconds();
     how.precision = options.precision;
     const IlluminanceReport illuminance = illuminance_on(eyes, std::move(job), how, monitor);
     for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -228,6 +222,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         report.background = {at_eye.indirect.value / kPiD, at_eye.indirect.half_width / kPiD};
         report.ugr_even = rating(report.sources, &GlareSource::even, report.background);
         report.ugr = rating(report.sources, &GlareSource::seen, report.background);
+        if (report.daylight) report.daylight->dgp = daylight_rating(*report.daylight, report.vertical);
     }
     return reports;
 }

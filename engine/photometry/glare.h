@@ -1,6 +1,6 @@
 // Discomfort glare at an observer's eye: the unified glare rating, UGR = 8 log10(0.25 / L_b Σ L_s² ω / p²)
 // [CIE 117:1995], L_b the luminance of the background, L_s that of the luminaires and ω their solid angles,
-// p Guth's position index.
+// p Guth's position index. Where there is daylight, also the daylight glare probability (daylight_glare.h).
 //
 // Luminaires are taken as they are seen: the sum is the integral of L² / p² over all directions, with the
 // luminance that the lamp's light field has for this very eye. For an even luminaire that is CIE 117's own
@@ -13,27 +13,17 @@
 // changes for sources that are small, large or many; `small`, `large` tell where those would apply.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/photometry/daylight_glare.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/observer.h"
 
 namespace lucerna {
-
-struct Observer {
-    std::string name;
-    V3d eye;   // world, scene units (metres)
-    V3f view;  // unit: the line of sight
-    V3f up;    // unit, not along `view`
-};
-
-// Guth's position index of a direction, >= 1: above the line of sight by the fit of [Levin 1975], below it by
-// that of [Iwata and Tokura 1997]. `from_vertical`: the angle between the upright plane through the line of
-// sight and the plane of both directions; `from_view`: between the two; both degrees.
-double position_index(double from_vertical, double from_view);
-// The same of a direction `w` in front of the observer (unit). Behind: infinite, nothing of it is seen.
-double position_index(const Observer& observer, const V3f& w);
 
 // One luminaire, as a term of the sum.
 struct GlareSource {
@@ -54,6 +44,8 @@ struct GlareReport {
     // -infinite where no luminaire is seen.
     Reading95 ugr_even;  // by mean luminances
     Reading95 ugr;       // as luminaires are seen
+    // Where there is a sky or a sun.
+    std::optional<DaylightGlare> daylight;
 };
 
 struct GlareOptions {
@@ -63,6 +55,9 @@ struct GlareOptions {
     double precision = 0.02;  // of the background
     int samples = 1 << 16;    // of each luminaire
     double blur = 0.012;      // m: full width at half maximum, on the luminaire; 0: none
+    double threshold = 5;     // DaylightOptions::threshold
+    // Gets what each observer sees; then it is also rendered where there is no daylight.
+    std::function<void(std::size_t observer, const LuminanceView&)> view = {};
 };
 
 // Throws InputError: lights that do not count in lm, a line of sight without an upward direction. Warns of

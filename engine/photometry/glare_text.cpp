@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -19,20 +20,27 @@ std::string rating_text(const Reading95& rating) {
                                        : "none";
 }
 
+std::string dgp_text(const Reading95& dgp) {
+    return fmt::format("{:.3f} ± {:.3f}", dgp.value, dgp.half_width);
+}
+
 }  // namespace
 
 std::string glare_text(std::span<const GlareReport> reports) {
-    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>12} {:>12} {:>10} {:>10} {:>10}\n";
+    const bool daylight = std::any_of(reports.begin(), reports.end(),
+                                      [](const GlareReport& report) { return report.daylight.has_value(); });
+    constexpr const char* kRow = "{:<16} {:<24} {:<20} {:>12} {:>12} {:>10} {:>10} {:>10}{}\n";
     const auto triple = [](const auto& v) { return fmt::format("{:.4g} {:.4g} {:.4g}", v.x, v.y, v.z); };
-    std::string text = fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR of means",
-                                   "L_b cd/m²", "E_v lx", "luminaires");
+    std::string text =
+        fmt::format(fmt::runtime(kRow), "observer", "at", "looks along", "UGR", "UGR of means", "L_b cd/m²",
+                    "E_v lx", "luminaires", daylight ? fmt::format(" {:>14}", "DGP") : "");
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         const V3f view = by.view + V3f(0);  // no -0
-        text +=
-            fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
-                        rating_text(report.ugr), rating_text(report.ugr_even), short_text(report.background),
-                        short_text(report.vertical), report.sources.size());
+        text += fmt::format(fmt::runtime(kRow), plain_text(by.name), triple(by.eye), triple(view),
+                            rating_text(report.ugr), rating_text(report.ugr_even),
+                            short_text(report.background), short_text(report.vertical), report.sources.size(),
+                            report.daylight ? fmt::format(" {:>14}", dgp_text(report.daylight->dgp)) : "");
     }
     return text;
 }
@@ -40,14 +48,17 @@ std::string glare_text(std::span<const GlareReport> reports) {
 std::string glare_csv(std::span<const GlareReport> reports) {
     std::string text =
         "observer,x,y,z,view x,view y,view z,UGR,half-width of 95 %,UGR of means,L_b [cd/m^2],E_v "
-        "[lx],luminaires\n";
+        "[lx],luminaires,DGP,half-width of 95 % of DGP\n";
     for (const GlareReport& report : reports) {
         const Observer& by = report.observer;
         text += fmt::format(
-            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g},{:.4g},{:.5g},{:.5g},{}\n",
+            "{},{:.7g},{:.7g},{:.7g},{:.4g},{:.4g},{:.4g},{:.4g},{:.2g},{:.4g},{:.5g},{:.5g},{},{}\n",
             csv_field(plain_text(by.name)), by.eye.x, by.eye.y, by.eye.z, by.view.x, by.view.y, by.view.z,
             report.ugr.value, report.ugr.half_width, report.ugr_even.value, report.background.value,
-            report.vertical.value, report.sources.size());
+            report.vertical.value, report.sources.size(),
+            report.daylight
+                ? fmt::format("{:.4g},{:.2g}", report.daylight->dgp.value, report.daylight->dgp.half_width)
+                : ",");
     }
     return text;
 }
@@ -77,6 +88,20 @@ std::string glare_json(std::span<const GlareReport> reports) {
                                      {"position_index", source.position},
                                      {"term_of_mean", number(source.even)},
                                      {"term", number(source.seen)}});
+        }
+        if (report.daylight) {
+            const DaylightGlare& glare = *report.daylight;
+            nlohmann::json& to = of["daylight"];
+            to = {{"dgp", number(glare.dgp)},
+                  {"mean_luminance", glare.mean_luminance},
+                  {"sources", nlohmann::json::array()}};
+            for (const DaylightSource& source : glare.sources) {
+                const V3f& w = source.towards;
+                to["sources"].push_back({{"towards", {w.x, w.y, w.z}},
+                                         {"solid_angle", source.solid_angle},
+                                         {"luminance", number(source.luminance)},
+                                         {"position_index", source.position}});
+            }
         }
         json.push_back(std::move(of));
     }

@@ -12,7 +12,7 @@ namespace lucerna {
 std::string glare_text(std::span<const GlareReport> reports);
 // The same under a line of column names (RFC 4180).
 std::string glare_csv(std::span<const GlareReport> reports);
-// With each luminaire's term.
+// With each luminaire's term, and each source of daylight.
 std::string glare_json(std::span<const GlareReport> reports);
 
 }  // namespace lucerna

@@ -51,6 +51,14 @@ V3f direction(const M44d& m, const V3d& d) {
     return V3f(out);
 }
 
+// Of a place in [0,1]², y down; in camera space, unit.
+V3f fisheye_direction(const V2f& at) {
+    const V2f p(2 * at.x - 1, 1 - 2 * at.y);
+    const float r = p.length(), theta = 0.5F * kPi * r;
+    const float across = r > 0 ? std::sin(theta) / r : 0.5F * kPi;  // its limit in the middle
+    return {across * p.x, across * p.y, std::cos(theta)};
+}
+
 }  // namespace
 
 Camera::Camera(const Settings& settings) : settings_(settings) {
@@ -81,6 +89,8 @@ Camera::Camera(const Settings& settings) : settings_(settings) {
 
 Ray Camera::spherical_ray(const V2f& film) const {
     const V2f at(film.x / static_cast<float>(settings_.width), film.y / static_cast<float>(settings_.height));
+    if (settings_.mapping == Settings::Mapping::fisheye)
+        return {origin_, (fisheye_direction(at) * directions_).normalized()};
     V3f d;
     if (settings_.mapping == Settings::Mapping::equal_area) {
         d = octahedral_square_to_sphere(at);

@@ -14,8 +14,14 @@ class Camera {
   public:
     struct Settings {
         enum class Kind : std::uint8_t { perspective, orthographic, spherical } kind = Kind::perspective;
-        // How a spherical picture spreads the directions: pbrt's, the film's vertical is camera y.
-        enum class Mapping : std::uint8_t { equal_area, equirectangular } mapping = Mapping::equal_area;
+        // How a spherical picture spreads the directions: two of pbrt's, the film's vertical is camera y; or
+        // an angular fisheye, the angle from the viewing direction in proportion to the distance from the
+        // film's middle, 90 degrees at the middle of each side.
+        enum class Mapping : std::uint8_t {
+            equal_area,
+            equirectangular,
+            fisheye
+        } mapping = Mapping::equal_area;
         M44d world_from_camera;  // Imath convention; camera looks along +z, y up; relative to the scene's
                                  // origin
         float fov_degrees = 90;  // of the shorter image side, as pbrt has it

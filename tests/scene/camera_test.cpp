@@ -119,6 +119,20 @@ TEST(Camera, ImpossibleSettings_AreRefused) {
     for (const Camera::Settings& s : bad) EXPECT_THROW(Camera{s}, InputError);
 }
 
+TEST(Camera, Fisheye_SpreadsAnglesEvenly) {
+    Camera::Settings s = wide();
+    s.kind = Camera::Settings::Kind::spherical;
+    s.mapping = Camera::Settings::Mapping::fisheye;
+    s.width = s.height = 512;
+    const Camera fisheye(s);
+    expect_near(fisheye.ray({256, 256}, {}).d, {0, 0, 1});
+    expect_near(fisheye.ray({512, 256}, {}).d, {1, 0, 0}, 1e-5F);
+    expect_near(fisheye.ray({256, 0}, {}).d, {0, 1, 0}, 1e-5F);
+    const float half = std::sqrt(0.5F);  // half way from the middle is 45 degrees, a third 30
+    expect_near(fisheye.ray({256 + 128 * half, 256 - 128 * half}, {}).d, {0.5F, 0.5F, half}, 1e-5F);
+    expect_near(fisheye.ray({256, 256 + 256.F / 3}, {}).d, {0, -0.5F, std::sqrt(0.75F)}, 1e-5F);
+}
+
 TEST(Camera, Spherical_SeesEveryDirectionOnce) {
     Camera::Settings s = wide();
     s.kind = Camera::Settings::Kind::spherical;

@@ -1,0 +1,253 @@
+#include "engine/photometry/daylight_glare.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/error.h"
+#include "engine/render/render.h"
+
+namespace lucerna {
+namespace {
+
+// Luminance above which pixels are a source of their own, cd/m², and the angle within which pixels are one
+// source, radians: evalglare's.
+constexpr double kPeak = 50000, kSearchRadius = 0.2;
+// A threshold above this is a luminance, below it a multiple of the mean.
+constexpr double kLargestFactor = 100;
+constexpr double kSunRadius = 0.26656 * kPiD / 180;  // radians, as seen at the mean distance
+constexpr double kCoverage = 1.959963984540054;      // standard errors of a 95 % interval
+
+// Of a picture's samples: at first, and the most.
+constexpr int kFirstViewSamples = 8, kMostViewSamples = 4096;
+constexpr double kLeastViewGrowth = 1.25, kMostViewGrowth = 4;
+
+struct Cluster {
+    V3d middle{0};  // Σ ω w: without luminances, so that their noise does not choose a pixel's source
+    V3d moment{0};  // Σ L ω w
+    double flux = 0, solid_angle = 0;
+    double variance = 0;  // of flux
+};
+
+// The one nearest to `w` within the search radius, or a new one.
+Cluster& cluster_near(std::vector<Cluster>& clusters, const V3d& w) {
+    double nearest = std::cos(kSearchRadius);
+    Cluster* found = nullptr;
+    for (Cluster& cluster : clusters) {
+        const double cosine = cluster.middle.normalized().dot(w);
+        if (cosine > nearest) nearest = cosine, found = &cluster;
+    }
+    return found ? *found : clusters.emplace_back();
+}
+
+// Across the line of sight, unit.
+V3d up_of(const Observer& observer) {
+    const V3d z(observer.view), up(observer.up);
+    return (up - up.dot(z) * z).normalized();
+}
+
+std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer& observer,
+                                       double threshold) {
+    std::vector<Cluster> bright, peaks;
+    std::size_t pixel = 0;
+    for (int y = 0; y < view.pixels; ++y) {
+        for (int x = 0; x < view.pixels; ++x, ++pixel) {
+            const double seen = double{view.denoised[pixel]};
+            if (!(seen > threshold)) continue;
+            const ViewDirection to = view_direction(view.pixels, x, y);
+            if (!(to.solid_angle > 0)) continue;
+            Cluster& cluster = cluster_near(seen > kPeak ? peaks : bright, to.w);
+            const double flux = view.luminance(pixel) * to.solid_angle;
+            cluster.middle += to.solid_angle * to.w;
+            cluster.moment += flux * to.w;
+            cluster.flux += flux;
+            cluster.solid_angle += to.solid_angle;
+            const double apart = double{view.halves[0][pixel]} - double{view.halves[1][pixel]};
+            cluster.variance += sqr(0.5 * apart * to.solid_angle);
+        }
+    }
+    bright.insert(bright.end(), peaks.begin(), peaks.end());
+    const V3d x(observer.right()), z(observer.view), y = up_of(observer);
+    std::vector<DaylightSource> sources;
+    for (const Cluster& cluster : bright) {
+        const V3d w = cluster.moment.normalized();
+        DaylightSource& source = sources.emplace_back();
+        source.towards = V3f(w.x * x + w.y * y + w.z * z);
+        source.solid_angle = cluster.solid_angle;  // > 0, as each cluster has a pixel
+        source.luminance = {cluster.flux / cluster.solid_angle,
+                            kCoverage * std::sqrt(cluster.variance) / cluster.solid_angle};
+        source.position = position_index(observer, source.towards);
+    }
+    return sources;
+}
+
+// Where nothing hides them; evenly bright over the solid angle of the sun.
+void add_distant_lights(const Observer& observer, const Scene& scene, std::vector<DaylightSource>& sources) {
+    const double disc = 4 * kPiD * sqr(std::sin(0.5 * kSunRadius));
+    const V3f at(observer.eye - scene.origin());
+    for (const auto& light : scene.lights()) {
+        if (light->bounds() || !light->is_delta() || !(light->power() > 0)) continue;
+        const auto towards = light->sample_Li(at, {0.5F, 0.5F});
+        if (!towards || scene.closest_hit(Ray{at, towards->w, towards->distance})) continue;
+        const double position = position_index(observer, towards->w);
+        const double illuminance = double{luminance(towards->weight)};  // across its direction
+        if (!std::isfinite(position) || !(illuminance > 0)) continue;
+        sources.push_back({towards->w, disc, {illuminance / disc, 0}, position});
+    }
+}
+
+double threshold_of(double threshold, double mean) {
+    return threshold > kLargestFactor ? threshold : threshold * mean;
+}
+
+// Σ L² ω / P² and its half-width.
+Reading95 sum_of(const std::vector<DaylightSource>& sources) {
+    double sum = 0, square = 0;
+    for (const DaylightSource& source : sources) {
+        if (!std::isfinite(source.position)) continue;  // at the hemisphere's edge: not seen
+        const double share = source.solid_angle / sqr(source.position);
+        sum += sqr(source.luminance.value) * share;
+        square += sqr(2 * source.luminance.value * source.luminance.half_width * share);
+    }
+    return {sum, std::sqrt(square)};
+}
+
+Reading95 dgp_reading(const Reading95& vertical, const Reading95& sum) {
+    const double dgp = dgp_of(vertical.value, sum.value);
+    // To first order, by differences, as DGP is smooth in both.
+    const double by_vertical = std::fabs(dgp_of(vertical.value + vertical.half_width, sum.value) - dgp);
+    const double by_sum = std::fabs(dgp_of(vertical.value, sum.value + sum.half_width) - dgp);
+    return {dgp, std::hypot(by_vertical, by_sum)};
+}
+
+struct ViewSums {
+    double vertical = 0, mean = 0;  // illuminance, mean luminance
+};
+ViewSums sums_of(const LuminanceView& view) {
+    ViewSums sums;
+    std::size_t pixel = 0;
+    for (int y = 0; y < view.pixels; ++y) {
+        for (int x = 0; x < view.pixels; ++x, ++pixel) {
+            const ViewDirection to = view_direction(view.pixels, x, y);
+            const double flux = view.luminance(pixel) * to.solid_angle;
+            sums.vertical += flux * to.w.z;
+            sums.mean += flux / (2 * kPiD);
+        }
+    }
+    return sums;
+}
+
+Camera fisheye(const Observer& observer, const Scene& scene, int pixels) {
+    Camera::Settings settings;
+    settings.kind = Camera::Settings::Kind::spherical;
+    settings.mapping = Camera::Settings::Mapping::fisheye;
+    settings.width = settings.height = pixels;
+    const V3d x(observer.right()), y = up_of(observer), z(observer.view), at = observer.eye - scene.origin();
+    settings.world_from_camera =
+        M44d(x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0, at.x, at.y, at.z, 1);
+    return Camera(settings);
+}
+
+std::vector<float> luminances(const Image& image, int pixels) {
+    std::vector<float> all;
+    for (int y = 0; y < pixels; ++y) {
+        for (int x = 0; x < pixels; ++x) {
+            const bool seen = view_direction(pixels, x, y).solid_angle > 0;
+            all.push_back(seen ? luminance(image.rgb_at(x, y)) : 0);
+        }
+    }
+    return all;
+}
+
+LuminanceView view_of(const RenderResult& result, int pixels) {
+    const auto& halves = result.layers.value().halves;
+    return {pixels,
+            {luminances(halves[0], pixels), luminances(halves[1], pixels)},
+            luminances(result.denoised.value(), pixels)};
+}
+
+}  // namespace
+
+ViewDirection view_direction(int pixels, int x, int y) {
+    const double px = (2 * x + 1.0) / pixels - 1, py = 1 - (2 * y + 1.0) / pixels;
+    const double r = std::hypot(px, py);
+    if (r >= 1) return {};
+    const double theta = 0.5 * kPiD * r;
+    const double across = r > 0 ? std::sin(theta) / r : 0.5 * kPiD;  // its limit in the middle
+    const double area = sqr(2.0 / pixels);
+    return {{across * px, across * py, std::cos(theta)}, across * 0.5 * kPiD * area};
+}
+
+bool has_daylight(const Scene& scene) {
+    return std::any_of(scene.lights().begin(), scene.lights().end(),
+                       [](const auto& light) { return !light->bounds() && light->power() > 0; });
+}
+
+double dgp_of(double vertical, double sum) {
+    if (!(vertical > 0)) return 0;
+    const double dgp = 5.87e-5 * vertical + 9.18e-2 * std::log10(1 + sum / std::pow(vertical, 1.87)) + 0.16;
+    if (vertical >= 1000) return dgp;
+    return dgp / (1 + std::exp(4 - 0.024 * vertical));
+}
+
+LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightOptions& options,
+                             Monitor& monitor) {
+    job.camera = fisheye(observer, job.scene, options.pixels);
+    job.film = FilmSettings();
+    job.film.width = job.film.height = options.pixels;
+    job.film.two_halves = true;
+    const auto* asked = std::get_if<PathSettings>(&job.integrator);
+    PathSettings path = asked ? *asked : PathSettings();
+    path.quantity = Quantity::radiance;
+    job.integrator = path;
+    job.spp = kFirstViewSamples;
+    RenderOptions round;
+    round.seed = options.seed;
+    round.workers = options.workers;
+    round.limits.seconds = options.seconds;
+    Checkpoint kept;
+    round.keep = [&kept](Checkpoint now) { kept = std::move(now); };
+    for (;;) {
+        const RenderResult result = render(job, round, monitor);
+        if (result.report.samples_done == 0) throw Stopped("ended before every observer's view had a sample");
+        const LuminanceView view = view_of(result, options.pixels);
+        if (!result.report.complete || result.report.samples_done < job.spp || job.spp >= kMostViewSamples)
+            return view;
+        const ViewSums sums = sums_of(view);
+        const std::vector<DaylightSource> sources =
+            sources_of(view, observer, threshold_of(options.threshold, sums.mean));
+        const double reached = dgp_reading({sums.vertical, 0}, sum_of(sources)).half_width;
+        if (reached <= options.precision) return view;
+        const double growth = std::clamp(sqr(reached / options.precision), kLeastViewGrowth, kMostViewGrowth);
+        job.spp = std::min(kMostViewSamples, static_cast<int>(std::ceil(job.spp * growth)));
+        round.resume = &kept;
+    }
+}
+
+Image view_image(const LuminanceView& view) {
+    Image image = Image::rgb(view.pixels, view.pixels), denoised = image;
+    for (int y = 0; y < view.pixels; ++y) {
+        for (int x = 0; x < view.pixels; ++x) {
+            const auto pixel = static_cast<std::size_t>(y * view.pixels + x);
+            image.set_rgb(x, y, Rgb(static_cast<float>(view.luminance(pixel))));
+            denoised.set_rgb(x, y, Rgb(view.denoised[pixel]));
+        }
+    }
+    add_channels(image, denoised, "denoised.");
+    image.attributes["lucerna.unit"] = "cd/m^2";
+    return image;
+}
+
+DaylightGlare daylight_glare(const LuminanceView& view, const Observer& observer, const Scene& scene,
+                             double threshold) {
+    DaylightGlare glare;
+    glare.mean_luminance = sums_of(view).mean;
+    glare.sources = sources_of(view, observer, threshold_of(threshold, glare.mean_luminance));
+    add_distant_lights(observer, scene, glare.sources);
+    return glare;
+}
+
+Reading95 daylight_rating(const DaylightGlare& glare, const Reading95& vertical) {
+    return dgp_reading(vertical, sum_of(glare.sources));
+}
+
+}  // namespace lucerna

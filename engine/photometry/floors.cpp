@@ -1,0 +1,111 @@
+#include "engine/photometry/floors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <span>
+
+namespace lucerna {
+namespace {
+
+constexpr int kLines = 128;           // along each side of the model
+constexpr double kHeadroom = 2;       // m
+constexpr double kSameHeight = 0.05;  // m
+constexpr double kLeastShare = 0.05;  // of the plan
+const double kLevel = std::cos(3 * kPiD / 180);
+
+struct Place {
+    double height;
+    V3d at;
+    bool under_sky;
+};
+
+// Level surfaces with room above them, along the vertical line through `top`, from above.
+void add_places(const Scene& scene, int up, const V3f& top, float depth, std::vector<Place>& places) {
+    V3f down(0);
+    down[up] = -1;
+    Ray ray{top, down, depth};
+    const float step = surface_error(V3f(diagonal(scene)), diagonal(scene));
+    float above = INFINITY;  // height of the surface met before
+    while (ray.t_max > 0) {
+        const auto hit = scene.intersect(ray);
+        if (!hit) return;
+        const float height = hit->at.p[up];
+        if (double{above - height} >= kHeadroom && std::fabs(double{hit->at.n[up]}) >= kLevel)
+            places.push_back({double{height}, V3d(hit->at.p), std::isinf(above)});
+        above = height;
+        ray.o[up] = height - step;
+        ray.t_max = depth - (top[up] - ray.o[up]);
+    }
+}
+
+// Whether a place is the roof over a floor: under the sky, and within the floor's bounds in plan.
+bool is_roof(const Place& place, std::span<const Floor> floors, const Scene& scene, int up) {
+    if (!place.under_sky) return false;
+    const V3d at = place.at + scene.origin();
+    const int a = (up + 1) % 3, b = (up + 2) % 3;
+    return std::any_of(floors.begin(), floors.end(), [&](const Floor& floor) {
+        return at[a] >= floor.least[a] && at[a] <= floor.most[a] && at[b] >= floor.least[b] &&
+               at[b] <= floor.most[b];
+    });
+}
+
+}  // namespace
+
+std::vector<Floor> floors_of(const Scene& scene, int up_axis) {
+    const Box3f bounds = scene.bounds();
+    if (bounds.isEmpty()) return {};
+    const int a = (up_axis + 1) % 3, b = (up_axis + 2) % 3;
+    const V3f size = bounds.size();
+    const float depth = 1.01F * size[up_axis] + 1;
+    std::vector<Place> places;
+    for (int i = 0; i < kLines; ++i) {
+        for (int j = 0; j < kLines; ++j) {
+            // Off the middle of a cell, as models have their edges at round numbers.
+            V3f top = bounds.min;
+            top[a] += size[a] * (static_cast<float>(i) + 0.5123F) / kLines;
+            top[b] += size[b] * (static_cast<float>(j) + 0.4871F) / kLines;
+            top[up_axis] = bounds.max[up_axis] + 0.005F * size[up_axis] + 0.5F;
+            add_places(scene, up_axis, top, depth, places);
+        }
+    }
+    std::sort(places.begin(), places.end(),
+              [](const Place& p, const Place& q) { return p.height < q.height; });
+    const double cell = double{size[a]} * double{size[b]} / (kLines * kLines);
+    std::vector<Floor> floors;
+    for (std::size_t first = 0, end = 0; first < places.size();) {
+        while (end < places.size() && places[end].height < places[first].height + kSameHeight) ++end;
+        const double lowest = places[first].height + scene.origin()[up_axis];
+        if (!floors.empty() && lowest < floors.back().height + kHeadroom) {
+            ++first;
+            continue;
+        }
+        std::vector<Place> level;
+        std::copy_if(places.begin() + static_cast<std::ptrdiff_t>(first),
+                     places.begin() + static_cast<std::ptrdiff_t>(end), std::back_inserter(level),
+                     [&](const Place& place) { return !is_roof(place, floors, scene, up_axis); });
+        const auto count = static_cast<double>(level.size());
+        if (count < kLeastShare * kLines * kLines) {
+            ++first;
+            continue;
+        }
+        Floor& floor = floors.emplace_back();
+        floor.area = count * cell;
+        Imath::Box<V3d> box;
+        for (const Place& place : level) box.extendBy(place.at);
+        // To the sides of the outer cells.
+        for (const int side : {a, b}) {
+            const double half = 0.5 * double{size[side]} / kLines;
+            box.min[side] = std::max(double{bounds.min[side]}, box.min[side] - half);
+            box.max[side] = std::min(double{bounds.max[side]}, box.max[side] + half);
+        }
+        box.min[up_axis] = box.max[up_axis] = level[level.size() / 2].height;  // the median
+        floor.least = box.min + scene.origin();
+        floor.most = box.max + scene.origin();
+        floor.height = floor.least[up_axis];
+        first = end;
+    }
+    return floors;
+}
+
+}  // namespace lucerna

@@ -1,0 +1,97 @@
+// lucerna lux and lucerna glare: what they write, say and refuse.
+#include "engine/base/image.h"
+#include "tests/cli/run_support.h"
+
+namespace lucerna {
+namespace photometry_commands_test {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using RunPhotometry = testing::RunTest;
+using testing::lucerna_run;
+using testing::Outcome;
+
+std::string level(double z) {
+    return fmt::format("Shape \"bilinearmesh\" \"point3 P\" [0 0 {0} 4 0 {0} 0 5 {0} 4 5 {0}]\n", z);
+}
+
+// Three slabs one above the other, under a sky that is seen from the sides.
+void write_house() {
+    std::ofstream("house.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 2 -3 1.6 2 5 1.6 0 0 1\n"
+                                   "Camera \"perspective\" Film \"rgb\" WorldBegin\n"
+                                   "LightSource \"infinite\" \"rgb L\" [5000 5000 5000]\n"
+                                   "Material \"diffuse\" \"rgb reflectance\" [0.5 0.5 0.5]\n"
+                                << level(0) << level(3) << level(6);
+}
+
+std::string text_of(const std::string& file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+}
+
+TEST_F(RunPhotometry, Floors_AreSurfacesOfTheirOwn) {
+    write_house();
+    const Outcome lux = lucerna_run({"lux", "house.pbrt", "--floors", "0.75", "--spacing", "2", "--samples",
+                                     "4", "-o", "lux.csv", "--quiet"});
+    EXPECT_EQ(lux.code, 0) << lux.err;
+    EXPECT_THAT(lux.out, HasSubstr("floor 1 at 0, height 0.75"));
+    EXPECT_THAT(lux.out, HasSubstr("floor 2 at 3, height 0.75"));
+    EXPECT_THAT(lux.out, Not(HasSubstr("floor 3")));
+    EXPECT_THAT(text_of("lux.csv"), HasSubstr(",3.75,"));
+}
+
+TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
+    write_house();
+    const Outcome glare = lucerna_run({"glare", "house.pbrt", "--image", "view.exr", "-o", "glare.csv",
+                                       "--json", "glare.json", "--precision", "10%", "--quiet"});
+    EXPECT_EQ(glare.code, 0) << glare.err;
+    EXPECT_THAT(glare.out, HasSubstr("DGP"));
+    EXPECT_THAT(text_of("glare.csv"), HasSubstr("DGP,half-width of 95 % of DGP\n"));
+    EXPECT_THAT(text_of("glare.json"), HasSubstr("\"dgp\""));
+    const Image view = read_exr("view.exr");
+    EXPECT_EQ(view.width, view.height);
+    EXPECT_EQ(view.attributes.at("lucerna.unit"), "cd/m^2");
+    EXPECT_EQ(view.rgb_at(0, 0), Rgb(0));
+    // Straight ahead the sky between two slabs, above it a slab that is darker.
+    EXPECT_NEAR(view.rgb_at(view.width / 2, view.height / 2).y, 5000, 10);
+    EXPECT_LT(view.rgb_at(view.width / 2, view.height / 4).y, 4500);
+    EXPECT_EQ(lucerna_run({"falsecolour", "view.exr", "-o", "view.svg", "--layer", "denoised"}).code, 0);
+}
+
+TEST_F(RunPhotometry, Glare_WithoutASky_HasNoDgp) {
+    std::ofstream("room.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 2 1 1.6 2 5 1.6 0 0 "
+                                  "1\nCamera \"perspective\" Film "
+                                  "\"rgb\" WorldBegin\n"
+                                  "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [5000 5000 "
+                                  "5000]\nTranslate 0 0 2.9 Scale 1 1 -1\n"
+                               << level(0) << "AttributeEnd\n"
+                               << level(0);
+    const Outcome glare = lucerna_run({"glare", "room.pbrt", "--precision", "10%", "--quiet"});
+    EXPECT_EQ(glare.code, 0) << glare.err;
+    EXPECT_THAT(glare.out, Not(HasSubstr("DGP")));
+}
+
+TEST_F(RunPhotometry, WhatCannotBe_IsRefusedInALine) {
+    write_house();
+    std::ofstream("slope.pbrt")
+        << "Option \"string unit\" \"photometric\"\nCamera \"perspective\" Film \"rgb\" "
+           "WorldBegin\nLightSource \"infinite\" Rotate 30 1 0 0\n"
+        << level(0);
+    const auto refused = [](std::vector<std::string> line, const std::string& why) {
+        const Outcome outcome = lucerna_run(line);
+        EXPECT_EQ(outcome.code, 1);
+        EXPECT_THAT(outcome.err, HasSubstr(why));
+    };
+    refused({"lux", "slope.pbrt", "--floors", "0.75", "--up", "z"},
+            "--floors: the scene has no level surface");
+    refused({"lux", "house.pbrt", "--floors", "0.75", "--margin", "3"},
+            "--floors: there is nothing left of a plane");
+    refused({"lux", "house.pbrt", "--floors", "-1"}, "--floors: \"-1\"");
+    refused({"glare", "house.pbrt", "--threshold", "bright"}, "--threshold: \"bright\"");
+    refused({"glare", "house.pbrt", "--plan", "ugr.svg"}, "--plan: needs a grid of observers");
+    refused({"glare", "house.pbrt", "--image", "view.png"}, "view.png: the output's name must end in .exr");
+}
+
+}  // namespace photometry_commands_test
+}  // namespace lucerna
