@@ -56,6 +56,7 @@ struct GlareOptions {
     int samples = 1 << 16;    // of each luminaire
     double blur = 0.012;      // m: full width at half maximum, on the luminaire; 0: none
     double threshold = 5;     // DaylightOptions::threshold
+    int view_pixels = 400;    // of a view, along each side
     // Gets what each observer sees; then it is also rendered where there is no daylight.
     std::function<void(std::size_t observer, const LuminanceView&)> view = {};
 };

@@ -20,8 +20,9 @@ namespace {
 constexpr int kLeastHeads = 16;
 constexpr std::int64_t kLeastPixels = 16384;
 constexpr int kWidth = 256;
-// Samples of a head after the first round, and the least and most that a round makes of those before it.
-constexpr int kFirstSamples = 16;
+// Samples of all of a point's heads after the first round, so that its interval tells something, of a head at
+// least, and the least and most that a round makes of those before it.
+constexpr int kFirstOfPoint = 256, kFirstOfHead = 4;
 constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
 // An interval is as wide as its heads happen to scatter: aiming a little lower spares a round.
 constexpr double kAim = 0.95;
@@ -198,7 +199,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     Checkpoint kept;
     round.keep = [&kept](Checkpoint now) { kept = std::move(now); };
     const bool counts = options.most_samples > 0;
-    job.spp = counts ? options.most_samples : kFirstSamples;
+    job.spp = counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads);
     for (;;) {
         const RenderResult result = render(job, round, monitor);
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");

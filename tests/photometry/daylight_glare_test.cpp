@@ -30,6 +30,7 @@ GlareReport rate(const std::string& world, double threshold = 5) {
     options.workers = {2};
     options.precision = 0.02;
     options.threshold = threshold;
+    options.view_pixels = 200;
     return glare_at(std::vector{kObserver}, job_of(world), options, silent)[0];
 }
 
@@ -63,8 +64,8 @@ TEST(DaylightGlare, OfTheSkyThroughAHole_IsTheFormula) {
             EXPECT_NEAR(source.position, position_index(0, above), 0.15 * position_index(0, above));
         }
         // Pixels on the edge count whole.
-        EXPECT_NEAR(seen, solid_angle, 0.05 * solid_angle);
-        EXPECT_NEAR(flux, kL * solid_angle, 0.005 * kL * solid_angle);
+        EXPECT_NEAR(seen, solid_angle, 0.08 * solid_angle);
+        EXPECT_NEAR(flux, kL * solid_angle, 0.01 * kL * solid_angle);
         if (above > 0) {
             EXPECT_GT(ahead.at(0).towards.y, 0.5F);
             continue;
