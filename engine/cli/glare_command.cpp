@@ -230,7 +230,8 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
                  if (!(command->options.blur >= 0)) input_error({"--blur"}, "{} is negative", word);
              });
     add_word(app, "--precision", "SHARE",
-             "half-width of the background luminance's confidence interval at which to stop (default 2%)",
+             "half-width of the background luminance's confidence interval at which to stop, and four times "
+             "that of DGP (default 2%)",
              [command](const std::string& word) {
                  command->options.precision = parse_share({"--precision"}, word);
              });

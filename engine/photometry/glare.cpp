@@ -202,6 +202,7 @@ std::vector<GlareReport> glare_at(std::span<const Observer> observers, Job job, 
         how.workers = options.workers;
         how.threshold = options.threshold;
         how.pixels = options.view_pixels;
+        how.precision = 0.25 * options.precision;
         // Half of the time for all views, as much for each of those left; the other half for illuminance.
         how.seconds = (0.5 * options.seconds - clock.seconds()) / static_cast<double>(observers.size() - i);
         job.integrator = integrator;

@@ -29,6 +29,8 @@ REFERENCE = "docs/reference/commands.md"
 SETTINGS = {"photons": 2000, "indirectphotons": 2000, "causticphotons": 2000, "guidepaths": 2000, "prepass": 256, "nsets": 4,
             "nlights": 16}
 ENDS = ("--time", "--error", "--spp", "--passes", "--samples", "--precision")
+# What ends a command that says no end itself.
+ENDED_BY = {"render": ["--spp", "2"], "lux": ["--samples", "4"], "glare": ["--precision", "50%"]}
 OUTPUTS = ("-o", "--output", "--html", "--json", "--plan", "--signed", "--save-maps", "--checkpoint", "--resume",
            "--photographs", "--csv")
 FILE = re.compile(r"(?:[\w./-]*/)?[\w.-]+\.(?:pbrt|toml|exr|tm25ray|dat|ray|ies|ldt|glb|gltf|photons)$")
@@ -163,8 +165,12 @@ def shortened(words):
             words[i] = f"{setting[1]}={min(int(setting[2]), SETTINGS[setting[1]])}"
     if command[0] == "render" and "--resolution" not in words:
         words += ["--resolution", SHORT["--resolution"]]
-    if command[0] in ("render", "lux", "glare") and not any(end in words for end in ENDS):
-        words += ["--spp", "2"] if command[0] == "render" else ["--time", "1s"]
+    if command == ["light", "acquire"] and not any(word.endswith(".toml") or word == "--pixels" for word in words):
+        words += ["--pixels", "12x12"]
+    if command[0] in ("lux", "glare") and "--height" in words and "--spacing" not in words:
+        words += ["--spacing", "2"]
+    if command[0] in ENDED_BY and not any(end in words for end in ENDS):
+        words += ENDED_BY[command[0]]
     return words
 
 

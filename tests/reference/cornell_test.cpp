@@ -237,7 +237,7 @@ TEST(References, Cornell_AgreesPixelByPixel) {
     LUCERNA_NEED_DATA(scene, "references/cornell.pbrt");
     LUCERNA_NEED_DATA(first, "references/cornell-seed1.exr");
     LUCERNA_NEED_DATA(second, "references/cornell-seed2.exr");
-    constexpr int kSpp = 256;
+    constexpr int kSpp = 128;
     const Image one = render_reference_scene(scene, kSpp, 7), two = render_reference_scene(scene, kSpp, 8);
     const Image a = read_exr(first), b = read_exr(second);
     Image ours = mean_of(one, two);
@@ -259,7 +259,7 @@ TEST(References, Cornell_AgreesPixelByPixel) {
 TEST(References, CornellWithGlass_AgreesPixelByPixel) {
     LUCERNA_NEED_DATA(scene, "references/cornellglass.pbrt");
     LUCERNA_NEED_DATA(file, "references/cornellglass-4096.exr");
-    constexpr int kSpp = 1024;
+    constexpr int kSpp = 512;
     const Image ours = with_shared_variance(render_reference_scene(scene, kSpp));
     expect_within_noise(ours, with_variance(read_exr(file), ours, kSpp, 4096));
 }

@@ -52,7 +52,7 @@ Compared compare_blocks(const Image& image, const Image& reference) {
 Image rendered(const std::filesystem::path& scene, const IntegratorSettings& settings) {
     Monitor silent;
     SceneOverrides overrides;
-    overrides.spp = 64;
+    overrides.spp = 24;
     Job job = read_scene(scene, overrides, Workers{}, silent);
     job.integrator = settings;
     return render(job, {7, Workers{}}, silent).image;
