@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cmath>
 #include <iterator>
+#include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/float_traps.h"
@@ -159,10 +160,23 @@ struct LabelPlace {
     double degrees;
 };
 
+// An upright box: half its sides.
+struct LabelBox {
+    V2d at, half;
+    bool meets(const LabelBox& other) const {
+        const V2d apart = at - other.at;
+        return std::fabs(apart.x) < half.x + other.half.x && std::fabs(apart.y) < half.y + other.half.y;
+    }
+};
+
 class LabelPlaces {
   public:
-    // The first of a few places along the line where the label fits and no other is near.
-    std::optional<LabelPlace> find(const std::vector<V2d>& line, double width) {
+    // `numbers`: what stands there, too, and had better not be covered.
+    explicit LabelPlaces(const std::vector<LabelBox>& numbers) : numbers_(numbers) {}
+
+    // The first of a few places along the line where the label fits and no other is near, nor, unless they
+    // may be `covered`, a number.
+    std::optional<LabelPlace> find(const std::vector<V2d>& line, double width, bool covered) {
         std::vector<double> along{0};
         for (std::size_t i = 1; i < line.size(); ++i)
             along.push_back(along.back() + (line[i] - line[i - 1]).length());
@@ -175,15 +189,23 @@ class LabelPlaces {
             const double part = along[i] - along[i - 1];
             return line[i - 1] + (line[i] - line[i - 1]) * (part > 0 ? (s - along[i - 1]) / part : 0);
         };
-        for (const double share : {0.5, 0.35, 0.65, 0.2, 0.8}) {
+        for (const double share : {0.5, 0.42, 0.58, 0.35, 0.65, 0.27, 0.73, 0.2, 0.8, 0.12, 0.88}) {
             const double s = share * length;
+            if (s < width / 2 || s > length - width / 2) continue;
             const V2d from = at(s - width / 2), to = at(s + width / 2), middle = at(s);
             // Where the line bends away from the label, that would be beside it.
             if ((to - from).length() < 0.85 * width) continue;
-            const bool taken = std::any_of(taken_.begin(), taken_.end(), [&](const Taken& other) {
+            const auto is_near = [&](const Taken& other) {
                 return (other.at - middle).length() < (other.width + width) / 2 + 6;
-            });
-            if (taken) continue;
+            };
+            if (std::any_of(taken_.begin(), taken_.end(), is_near)) continue;
+            const V2d way = (to - from) / (to - from).length();
+            constexpr double kHigh = 0.8 * kSmallFont;
+            const LabelBox box{middle,
+                               {(std::fabs(way.x) * width + std::fabs(way.y) * kHigh) / 2,
+                                (std::fabs(way.y) * width + std::fabs(way.x) * kHigh) / 2}};
+            const auto is_covered = [&box](const LabelBox& number) { return box.meets(number); };
+            if (!covered && std::any_of(numbers_.begin(), numbers_.end(), is_covered)) continue;
             taken_.push_back({middle, width});
             double degrees = std::atan2(to.y - from.y, to.x - from.x) * 180 / kPiD;
             if (degrees > 90) degrees -= 180;
@@ -198,12 +220,14 @@ class LabelPlaces {
         V2d at;
         double width;
     };
+    const std::vector<LabelBox>& numbers_;
     std::vector<Taken> taken_;
 };
 
-// `place` brings points of the grid, in columns and rows, into the drawing.
+// `place` brings points of the grid, in columns and rows, into the drawing; `numbers` are written there.
 template <typename Place>
-void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& place) {
+void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& place,
+                   const std::vector<LabelBox>& numbers = {}) {
     std::vector<std::vector<V2d>> all;
     for (const Isoline& line : lines) {
         std::vector<V2d> points;
@@ -220,19 +244,26 @@ void draw_isolines(Drawing& drawing, const std::vector<Isoline>& lines, Place&& 
             path, line.level);
         all.push_back(std::move(points));
     }
-    LabelPlaces places;
+    LabelPlaces places(numbers);
     // Long lines choose first.
     std::vector<std::size_t> order(all.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(),
                      [&](std::size_t a, std::size_t b) { return all[a].size() > all[b].size(); });
-    for (const std::size_t i : order) {
+    std::set<double> labelled;
+    const auto label = [&](std::size_t i, bool covered) {
         const std::string text = fmt::format("{:g}", lines[i].level);
-        const auto found = places.find(all[i], text_width(text, kSmallFont) + 4);
-        if (!found) continue;
+        const auto found = places.find(all[i], text_width(text, kSmallFont) + 4, covered);
+        if (!found) return;
+        labelled.insert(lines[i].level);
         const double turn = found->degrees * kPiD / 180;
         drawing.label(found->at + V2d(-std::sin(turn), std::cos(turn)) * 3.5, text, "middle", kSmallFont,
                       found->degrees);
+    };
+    for (const std::size_t i : order) label(i, false);
+    // A level without any label is worse than a number that is covered.
+    for (const std::size_t i : order) {
+        if (!labelled.contains(lines[i].level)) label(i, true);
     }
 }
 
@@ -317,18 +348,40 @@ class Plan {
         constexpr double kPiece = 6;  // pixels
         const double cell = std::max(figure_.spacing.x, figure_.spacing.y) * scale_;
         const int parts = std::max(1, static_cast<int>(std::ceil(cell / kPiece)));
-        draw_isolines(drawing_, isolines(refined(figure_.values, parts), shown_.levels),
-                      [&](const V2d& p) { return on_paper(place_of(p.x / parts, p.y / parts)); });
+        draw_isolines(
+            drawing_, isolines(refined(figure_.values, parts), shown_.levels),
+            [&](const V2d& p) { return on_paper(place_of(p.x / parts, p.y / parts)); },
+            figure_.numbers ? number_boxes() : std::vector<LabelBox>());
     }
 
-    void write_numbers() {
+    // Size of the font that all values fit into their cells with; 0: they do not.
+    double number_size() const {
         const V2d cell = figure_.spacing * scale_;
         double widest = 1e-9;
         for (const double v : figure_.values.values) {
             if (!std::isnan(v)) widest = std::max(widest, text_width(value_text(v), 1));
         }
         const double size = std::min({kSmallFont, 0.9 * cell.x / widest, 0.8 * cell.y});
-        if (size < kLeastFont) return;
+        return size < kLeastFont ? 0 : size;
+    }
+
+    std::vector<LabelBox> number_boxes() const {
+        const double size = number_size();
+        std::vector<LabelBox> boxes;
+        for (int row = 0; size > 0 && row < figure_.values.rows; ++row) {
+            for (int column = 0; column < figure_.values.columns; ++column) {
+                const double v = figure_.values.at(column, row);
+                if (std::isnan(v)) continue;
+                boxes.push_back(
+                    {on_paper(place_of(column, row)), {text_width(value_text(v), size) / 2, 0.4 * size}});
+            }
+        }
+        return boxes;
+    }
+
+    void write_numbers() {
+        const double size = number_size();
+        if (size == 0) return;
         for (int row = 0; row < figure_.values.rows; ++row) {
             for (int column = 0; column < figure_.values.columns; ++column) {
                 const double v = figure_.values.at(column, row);
