@@ -51,7 +51,7 @@ def compared(scene, pictures, truth, exposure):
         error = lucerna.compare(result, truth)
         seconds = result.report["seconds"]
         ratios = " ".join(f"{error['channels'][c]['ratio']:.3f}" for c in "RGB")
-        print(f"| {name} | {seconds['total'] - seconds.get('read', 0):.1f} | {error['relative_mse']:.2e} | {ratios} |", flush=True)
+        print(f"| {name} | {seconds['total'] - seconds.get('read', 0):.1f} | {100 * error['error']:.3g} % | {ratios} |", flush=True)
         files.append(OUT / f"{name}.png")
     truth.save(OUT / "path.png", exposure=exposure)
     return [*files, OUT / "path.png"]
@@ -83,7 +83,7 @@ def main():
         subprocess.run([REPOSITORY / "scenes/make.sh", "cathedral"], check=True)
     size = tuple(int(n) for n in words.size.split("x"))
     cathedral = lucerna.read_scene(REPOSITORY / "scenes/cathedral/cathedral.pbrt", resolution=size)
-    print("| picture | seconds | relative MSE | mean R, G, B over the reference's |\n| --- | --- | --- | --- |")
+    print("| picture | seconds | relative error | mean R, G, B over the reference's |\n| --- | --- | --- | --- |")
     files = compared(cathedral, PICTURES, reference(f"cathedral-{words.size}", cathedral, words.reference), -10.4)  # of cd/m²
     sheet(files, REPOSITORY / "docs/images/igi-sets.jpg")
     if words.room:
