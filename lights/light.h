@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -82,6 +83,10 @@ class Light {
     // "point", "spot", "distant", "area", "infinite", "lightfield", "rayfile", "ies", "ldt" …
     virtual std::string_view kind() const = 0;
 
+    // The file that its light comes from: a light field, rays, a web of candela; empty: none. For reports.
+    const std::filesystem::path& file() const { return file_; }
+    void set_file(const std::filesystem::path& file) { file_ = file; }
+
     // What its numbers count: with lm, intensity is in cd, radiance in cd/m² (luminance), irradiance in lx.
     FluxUnit unit() const { return unit_; }
 
@@ -145,6 +150,7 @@ class Light {
 
   private:
     FluxUnit unit_;
+    std::filesystem::path file_;
 };
 
 // The shape on which a lamp is seen to shine: its glass, its bulb, its front.

@@ -182,6 +182,8 @@ std::unique_ptr<Light> build_light(const DraftLight& draft, LightMaker maker) {
         maker.monitor.warn(
             fmt::format("{}: this {} light has no power", to_string(draft.place.location()), light->kind()));
     }
+    const auto* area = std::get_if<AreaSpec>(&draft.spec);
+    light->set_file(area && area->lamp ? area->lamp->file : draft.file);
     return light;
 }
 

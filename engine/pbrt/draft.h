@@ -145,8 +145,9 @@ struct DraftLight {
     std::variant<PointSpec, SpotSpec, DistantSpec, InfiniteSpec, ImageInfiniteSpec, GoniometricSpec,
                  ProjectionSpec, PhotometricSpec, MeasuredSpec, RayFileSpec, AreaSpec>
         spec;
-    double power = 0;        // if > 0 the light is scaled to this luminous power, in its unit
-    std::string group = {};  // "lightgroup"; empty: none
+    double power = 0;                 // if > 0 the light is scaled to this luminous power, in its unit
+    std::string group = {};           // "lightgroup"; empty: none
+    std::filesystem::path file = {};  // of its light; empty: none
 };
 
 // A medium; none yet while only its name has been said.

@@ -286,12 +286,12 @@ void read_light_field(Reading& reading, Params& params) {
              "reconstruction \"approximate\" works with emission \"exact\" only");
     }
     reading.draft.caches.push_back(cell_table_file(lamp.file));
-    reading.draft.lights.push_back({params.place(), MeasuredSpec{lamp}});
+    reading.draft.lights.push_back({.place = params.place(), .spec = MeasuredSpec{lamp}, .file = lamp.file});
 }
 
 void read_ray_file(Reading& reading, Params& params) {
-    reading.draft.lights.push_back(
-        {params.place(), RayFileSpec{read_lamp<RayLightSettings>(reading, params)}});
+    const auto lamp = read_lamp<RayLightSettings>(reading, params);
+    reading.draft.lights.push_back({.place = params.place(), .spec = RayFileSpec{lamp}, .file = lamp.file});
 }
 
 // Lamps from photometric files: LightSource "ies" and "ldt", far-field lights at a point, in lumens.
@@ -346,7 +346,7 @@ void read_photometric_light(Reading& reading, const std::string& kind, Params& p
     const double power = positive_or_none(params, "power");
     const LampUnit unit = read_lamp_unit(reading, params);
     if (!(power > 0)) spec.scale *= static_cast<float>(factor_of_file(unit, file, place));
-    reading.draft.lights.push_back({params.place(), spec, power});
+    reading.draft.lights.push_back({.place = params.place(), .spec = spec, .power = power, .file = file});
 }
 
 }  // namespace lucerna
