@@ -59,9 +59,9 @@ Rig planes() {
     Rig rig;
     rig.views = {5, 5};
     rig.spacing = {kRadius, kRadius};
-    rig.pixels = {8, 8};
+    rig.pixels = {20, 20};
     rig.distance = 0.05;
-    rig.pixel = {0.04, 0.04};
+    rig.pixel = {0.016, 0.016};
     rig.basis = PixelBasis::hat;
     return rig;
 }
@@ -99,7 +99,7 @@ double bootstrap_variance(int sets, int count, int rays, Resample&& resample) {
 }
 
 TEST(RayBootstrap, Scatter_IsThatOfRepeatedMeasurements) {
-    constexpr int kRays = 600, kMeasurements = 400, kSets = 30, kReplicates = 20;
+    constexpr int kRays = 600, kMeasurements = 400, kSets = 20, kReplicates = 20;
     RunningStats measured;
     for (std::uint32_t m = 0; m < kMeasurements; ++m) measured.add(irradiance_under(disc_rays(kRays, m)));
     // Of a Lambertian disc at 0.5 m, 0.1 m beside its axis: I cos⁴γ / h².
