@@ -6,10 +6,10 @@
 //
 //     Var_lamp = max(0, s²(E_b) - mean of the runs' Monte Carlo variances),   U = 2 √Var_lamp
 //
-// with the sample variance s², so that U is the expanded uncertainty for the coverage factor k = 2 [GUM 2008,
-// 6.2]. If the lamps added nothing, (B - 1) s² over the Monte Carlo variance would follow chi-square with
-// B - 1 degrees of freedom: what is not above its 95 % quantile is not told from noise, and U is then an
-// upper bound of 95 % confidence instead.
+// with the sample variance s², so that U is the expanded uncertainty for the coverage factor k = 2 [JCGM
+// 100:2008, 6.2]. If the lamps added nothing, (B - 1) s² over the Monte Carlo variance would follow
+// chi-square with B - 1 degrees of freedom: what is not above its 95 % quantile is not told from noise, and U
+// is then an upper bound of 95 % confidence instead.
 #pragma once
 
 #include <span>

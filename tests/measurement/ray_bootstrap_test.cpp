@@ -99,7 +99,7 @@ double bootstrap_variance(int sets, int count, int rays, Resample&& resample) {
 }
 
 TEST(RayBootstrap, Scatter_IsThatOfRepeatedMeasurements) {
-    constexpr int kRays = 600, kMeasurements = 400, kSets = 20, kReplicates = 20;
+    constexpr int kRays = 300, kMeasurements = 300, kSets = 20, kReplicates = 20;
     RunningStats measured;
     for (std::uint32_t m = 0; m < kMeasurements; ++m) measured.add(irradiance_under(disc_rays(kRays, m)));
     // Of a Lambertian disc at 0.5 m, 0.1 m beside its axis: I cos⁴γ / h².
@@ -174,7 +174,7 @@ TEST(RayBootstrap, Flux_IsWhatTheFileStatesOrWhatTheRaysHave) {
 TEST(RayBootstrap, Refit_HasTheLampsPlanesOnEverySide) {
     Monitor silent;
     for (const bool sphere : {false, true}) {
-        const RaySet set = sphere ? sphere_rays(6000) : disc_rays(3000, 0);
+        const RaySet set = sphere ? sphere_rays(2000) : disc_rays(1500, 0);
         const LumigraphFit made = fit_lumigraph(set, {}, {}, silent);
         const Lumigraph replicate = refit_lumigraph(resampled(set, {0, 1, 0}, {}), made, {}, silent);
         ASSERT_EQ(replicate.slabs().size(), made.lamp.slabs().size());
