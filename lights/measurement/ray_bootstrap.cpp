@@ -63,8 +63,7 @@ RaySet resampled(const RaySet& set, const BootstrapKey& key, const Workers& work
     drawn.header_watts = set.header_watts;
     drawn.xyz = set.xyz;
     drawn.lumens_per_watt = set.lumens_per_watt;
-    drawn.provenance =
-        fmt::format("bootstrap replicate {} of {}", key.replicate, set.provenance);
+    drawn.provenance = fmt::format("bootstrap replicate {} of {}", key.replicate, set.provenance);
     drawn.rays.resize(count);
     if (set.coloured()) drawn.tristimulus.resize(count);
     parallel_ranges(

@@ -44,7 +44,7 @@ TEST(MeasurementUncertainty, MonteCarloNoise_IsTakenOff) {
     constexpr int kTrials = 500;
     std::mt19937 random(1);
     const double lamps = 3, noise = 1.2;
-    RunningStats variances, whole;
+    RunningStats variances;
     for (int t = 0; t < kTrials; ++t) {
         const LampUncertainty found = lamp_uncertainty(values(lamps, noise, random), kHeads);
         EXPECT_FALSE(found.upper_bound);  // a scatter of 1.58 times the noise's: here it is 7 times
