@@ -240,13 +240,13 @@ void act(const LuxCommand& command, const CommandContext& context) {
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
 
     IlluminanceOptions options = command.options;
-    RunTimes times(clock, command.options.seconds, 1 + int{command.far_field_error} + replicates);
-    options.seconds = times.next();
+    RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
+    options.seconds = times.by_lamps();
     const Listening listening(context.around);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     std::vector<FarFieldError> errors;
     if (command.far_field_error)
-        errors = far_field_errors(report, by_far_field(command, surfaces, times.next(), monitor));
+        errors = far_field_errors(report, by_far_field(command, surfaces, times.by_lamps(), monitor));
     if (replicates > 0 && report.ended_by != "user") {
         page.uncertainty = uncertainty_of(
             report,

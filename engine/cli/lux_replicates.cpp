@@ -64,11 +64,11 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
                                              int count, RunTimes& times, Monitor& monitor) {
     const std::uint64_t seed = options.seed;
     options.most_samples = whole.samples;
+    constexpr int kLeastSamples = 2;  // of a replicate that is worth its reading
+    const double least = kLeastSamples * whole.seconds / whole.samples;
     std::vector<IlluminanceReport> reports;
     for (int b = 1; b <= count && !monitor.stopped(); ++b) {
-        options.seconds = times.next();
-        if (!(options.seconds > 0)) break;
-        const Stopwatch reading;
+        if (!(times.left() > 0)) break;
         ReplicateMonitor of_replicate(monitor, b, count);
         PhotometryOptions by_replicate = common;
         by_replicate.overrides.lamp_file = [b](const std::filesystem::path& lamp) {
@@ -76,7 +76,7 @@ std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
         };
         CommandFiles same;  // as those of the first reading
         Job job = by_replicate.read(options.workers, same, of_replicate);
-        options.seconds -= reading.seconds();
+        options.seconds = times.by_replicate(least);
         options.seed = seed ^ (0x9e3779b97f4a7c15U * static_cast<std::uint64_t>(b + 1));
         try {
             IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, of_replicate);

@@ -1,6 +1,7 @@
 // lucerna lux --replicates: illuminance by each bootstrap replicate of a scene's lamps.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <span>
@@ -13,18 +14,35 @@
 
 namespace lucerna {
 
-// The time of a command, shared out among runs of the same length: what one leaves is the others'.
+// The time of a command, shared out among its runs: what one leaves is the others'.
 class RunTimes {
   public:
-    RunTimes(const Stopwatch& clock, double seconds, int runs)
-        : clock_(clock), seconds_(seconds), runs_(runs) {}
+    // A run by the lamps themselves, one by their far fields if wanted, and one by each replicate. Each of
+    // the first two gets a third of what all replicates get: the Monte Carlo noise of the numbers themselves
+    // counts in full, that of the replicates is taken off.
+    RunTimes(const Stopwatch& clock, double seconds, bool far_field, int replicates)
+        : clock_(clock),
+          seconds_(seconds),
+          of_lamps_(std::max(1.0, replicates / 3.0)),
+          shares_(of_lamps_ * (far_field ? 2 : 1) + replicates) {}
+
+    double left() const { return seconds_ - clock_.seconds(); }
     // Of the next run; may be 0 or less.
-    double next() { return (seconds_ - clock_.seconds()) / runs_--; }
+    double by_lamps() { return next(of_lamps_); }
+    // At least `least`, if that is left: with little time there are fewer replicates.
+    double by_replicate(double least) { return std::min(left(), std::max(next(1), least)); }
 
   private:
+    double next(double shares) {
+        const double time = left() * shares / shares_;
+        shares_ -= shares;
+        return time;
+    }
+
     const Stopwatch& clock_;
     double seconds_;
-    int runs_;
+    double of_lamps_;
+    double shares_;  // that are left
 };
 
 // How many replicates there are of each of these light fields; of some more than of others: of the fewest,
@@ -34,8 +52,8 @@ int replicates_of(const std::set<std::filesystem::path>& lamps, const std::strin
                   Monitor& monitor);
 
 // The points of `whole` once more by each of the replicates 1 to `count`, each of all lamps at once, with as
-// many samples and random numbers of its own. Those that were completed before the time ended or the user
-// stopped.
+// many samples, or those that there is time for, and random numbers of its own. Those that were completed
+// before the time ended or the user stopped.
 std::vector<IlluminanceReport> by_replicates(const PhotometryOptions& common,
                                              std::span<const CalculationSurface> surfaces,
                                              const IlluminanceReport& whole, IlluminanceOptions options,

@@ -133,25 +133,26 @@ std::vector<std::vector<std::string>> uncertainty_rows(const IlluminanceReport& 
 
 std::string uncertainty_heading(const MeasurementUncertainty& lamps) {
     return fmt::format(
-        "uncertainty of the lamps' measurement (k = 2), from {} bootstrap replicates, which tell it to ± "
-        "{:.0f} "
-        "%; < is an upper bound (95 %), where it is not distinguishable from Monte Carlo noise",
+        "U (k = 2) from {} bootstrap replicates, known to ± {:.0f} %; < is an upper bound (95 %), where it "
+        "is "
+        "not distinguishable from Monte Carlo noise",
         lamps.replicates, 100 / std::sqrt(2.0 * (lamps.replicates - 1)));
 }
 
 std::vector<std::string> uncertainty_of_points(const MeasurementUncertainty& lamps) {
     std::vector<std::string> lines;
     for (const SurfaceUncertainty& of : lamps.surfaces) {
-        lines.push_back(fmt::format(
-            "{}: lamps ± {:.2g} % of illuminance, RMS over points; at {} of {} points no more than an upper "
-            "bound",
-            plain_text(of.surface), 100 * of.rms, of.upper_bounds, of.points.size()));
+        lines.push_back(
+            fmt::format("{}: U ± {:.2g} % of illuminance, RMS over points; at {} of {} points no more than "
+                        "an upper bound",
+                        plain_text(of.surface), 100 * of.rms, of.upper_bounds, of.points.size()));
     }
     return lines;
 }
 
 std::string uncertainty_text(const IlluminanceReport& whole, const MeasurementUncertainty& lamps) {
-    std::string text = uncertainty_heading(lamps) + '\n' + table_text(uncertainty_rows(whole, lamps));
+    std::string text = "uncertainty of the lamps' measurement: " + uncertainty_heading(lamps) + '\n' +
+                       table_text(uncertainty_rows(whole, lamps));
     for (const std::string& line : uncertainty_of_points(lamps)) text += line + '\n';
     return text;
 }

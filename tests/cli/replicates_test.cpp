@@ -200,6 +200,21 @@ TEST_F(Replicates, LampsWithDifferentNumbers_UseTheSmallest) {
     EXPECT_THAT(outcome.out, HasSubstr("from 5 bootstrap replicates"));
 }
 
+TEST(RunTimes, ShareOutWhatIsLeft) {
+    const Stopwatch clock;
+    RunTimes alone(clock, 1e6, false, 0);
+    EXPECT_NEAR(alone.by_lamps(), 1e6, 100);
+    RunTimes times(clock, 1e6, false, 30);
+    EXPECT_NEAR(times.by_lamps(), 0.25e6, 100);
+    // No time went by: the whole is shared out among those that are left.
+    EXPECT_NEAR(times.by_replicate(0), 1e6 / 30, 100);
+    EXPECT_NEAR(times.by_replicate(0.5e6), 0.5e6, 100);
+    EXPECT_NEAR(times.by_replicate(2e6), 1e6, 100);
+    RunTimes with_far_field(clock, 1e6, true, 30);
+    EXPECT_NEAR(with_far_field.by_lamps(), 0.2e6, 100);
+    EXPECT_NEAR(with_far_field.by_lamps(), 0.25e6, 100);
+}
+
 class StopsAtTheThird : public Monitor {
   public:
     void begin(std::string_view phase, std::uint64_t /*total*/) override {
@@ -223,7 +238,7 @@ TEST_F(Replicates, RunsEndWithTheTimeAndTheUser) {
     options.most_samples = 1;
     const IlluminanceReport whole = illuminance_on(surfaces, std::move(job), options, silent);
     const Stopwatch clock;
-    RunTimes none(clock, 0, 5), endless(clock, INFINITY, 10);
+    RunTimes none(clock, 0, false, 5), endless(clock, INFINITY, false, 10);
     EXPECT_EQ(by_replicates(common, surfaces, whole, options, 5, none, silent).size(), 0U);
     EXPECT_EQ(by_replicates(common, surfaces, whole, options, 5, endless, silent).size(), 5U);
     StopsAtTheThird impatient;
