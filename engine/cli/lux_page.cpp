@@ -44,9 +44,9 @@ std::string summary(const IlluminanceReport& report) {
 
 std::string uncertainty(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
     if (lamps.replicates == 0) return {};
-    std::string html =
-        fmt::format("<h2>Uncertainty of the lamps' measurement</h2>\n<p>{}.</p>\n{}",
-                    html_text(uncertainty_heading(lamps)), table(uncertainty_rows(report, lamps), 2));
+    std::string html = fmt::format(
+        "<h2>Uncertainty of the lamps' measurement</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
+        html_text(uncertainty_heading(lamps)), table(uncertainty_rows(report, lamps), 2));
     for (const std::string& line : uncertainty_of_points(lamps))
         html += fmt::format("<p>{}.</p>\n", html_text(line));
     return html;
