@@ -191,6 +191,9 @@ struct LightFieldInfo {
     double captured = 0;         // flux that the field holds, in its unit: flux() when it was made
     double missed = 0;           // flux of the lamp that it does not hold
     double lumens_per_watt = 0;  // luminous efficacy of the radiation of a field in watts; 0: not known
+    // content_hash() of the lamp that this is a bootstrap replicate of (measurement/ray_bootstrap.h); 0: of
+    // none.
+    std::uint64_t replicate_of = 0;
 };
 
 class LightField {

@@ -25,6 +25,7 @@
 #include <OpenEXR/ImfVecAttribute.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -41,6 +42,7 @@ namespace lucerna {
 namespace {
 
 constexpr const char* kVersionName = "lightfieldVersion";
+constexpr const char* kReplicateName = "lightfieldReplicateOf";
 // Version 1 has even boxes alone; whatever it can say is written in it, for programs that know no other.
 // A slab of a lumigraph has version 3, which is 2 and the slab's orientation.
 constexpr int kEvenBoxes = 1, kVersion = 2, kOfSlab = 3;
@@ -135,6 +137,9 @@ Imf::Header make_header(const LightField& field, const V3d& scale) {
     header.insert("lightfieldMissedFlux", Imf::DoubleAttribute(info.missed));
     if (info.lumens_per_watt > 0)
         header.insert("lightfieldLumensPerWatt", Imf::DoubleAttribute(info.lumens_per_watt));
+    if (info.replicate_of != 0) {
+        header.insert(kReplicateName, Imf::StringAttribute(fmt::format("{:016x}", info.replicate_of)));
+    }
     return header;
 }
 
@@ -209,6 +214,15 @@ LightFieldInfo read_info(const Imf::Header& header) {
         if (!(info.lumens_per_watt > 0 && info.lumens_per_watt <= kMostLumensPerWatt)) {
             throw InputError(fmt::format("{} lumens per watt; expected more than 0 and at most {}",
                                          info.lumens_per_watt, kMostLumensPerWatt));
+        }
+    }
+    if (const auto* lamp = header.findTypedAttribute<Imf::StringAttribute>(kReplicateName)) {
+        const std::string& hash = lamp->value();
+        const auto [end, error] =
+            std::from_chars(hash.data(), hash.data() + hash.size(), info.replicate_of, 16);
+        if (error != std::errc() || end != hash.data() + hash.size()) {
+            throw InputError(
+                fmt::format("{} \"{}\"; expected a hash of 16 digits", kReplicateName, one_line(hash)));
         }
     }
     return info;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "engine/base/monitor.h"
@@ -30,6 +31,9 @@ struct MeasuredSettings {
     Reconstruction reconstruction = Reconstruction::exact;  // approximate: with EmissionMode::exact alone
     WorkingSpace colours = {};
 };
+
+// The file to read in the place of a lamp's.
+using LampFileOf = std::function<std::filesystem::path(const std::filesystem::path& lamp)>;
 
 // Loads the light field, and its cell table from beside it (built and saved there if it is missing or stale;
 // a folder that cannot be written is a warning). Throws InputError naming file and cause. With a shape, which

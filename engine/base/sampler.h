@@ -37,7 +37,8 @@ enum class Purpose : std::uint32_t {
     importance,
     splitting,
     camera_of_second_half,
-    receiver
+    receiver,
+    bootstrap
 };
 
 class Sampler {

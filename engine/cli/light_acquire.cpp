@@ -295,7 +295,7 @@ void declare_files(const AcquireCommand& command, const RigDescription& descript
          {std::filesystem::path(command.rig), description.emitter.slide, description.emitter.scene}) {
         if (!file.empty()) files.reads(file);
     }
-    declare_lamp(command.lamp, files);
+    declare_lamp(command.lamp.file, "-o", files);
     if (!command.photographs.empty())
         files.writes_into(command.photographs, "--photographs", is_photographs_name);
     if (command.filter)

@@ -58,7 +58,7 @@ void act_assemble(const AssembleCommand& command, const CommandContext& context)
         require_readable(session.manifest);
         files.reads(session.manifest);
     }
-    declare_lamp(command.lamp, files);
+    declare_lamp(command.lamp.file, "-o", files);
     ConsoleMonitor monitor(context.out, context.err, console_settings(command.lamp, context));
     std::vector<Manifest> manifests;
     for (const auto& session : sessions) {

@@ -32,9 +32,9 @@ void add_lamp_output(CLI::App& app, LampOutput& output) {
     app.add_flag("--quiet", output.quiet, "print warnings and errors only");
 }
 
-void declare_lamp(const LampOutput& output, CommandFiles& files) {
-    files.writes(output.file, ".exr", "-o");
-    files.writes_beside(cell_table_file(output.file), "-o");
+void declare_lamp(const std::filesystem::path& file, std::string_view by, CommandFiles& files) {
+    files.writes(file, ".exr", by);
+    files.writes_beside(cell_table_file(file), by);
 }
 
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context) {
@@ -50,17 +50,24 @@ void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance) {
              [&distance](const std::string& word) { distance = parse_length({"--distance"}, word); });
 }
 
-void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
-                 const CommandContext& context) {
-    write_lumigraph(output.file, made);
-    const Lumigraph lamp = read_lumigraph(output.file);
-    load_or_build_cell_tables(output.file, fields_of(lamp), output.workers, monitor);
-    if (output.quiet) return;
+Lumigraph write_lamp(const Lumigraph& made, const std::filesystem::path& file, const Workers& workers,
+                     Monitor& monitor) {
+    write_lumigraph(file, made);
+    Lumigraph lamp = read_lumigraph(file);
+    load_or_build_cell_tables(file, fields_of(lamp), workers, monitor);
+    return lamp;
+}
+
+Lumigraph finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
+                      const CommandContext& context) {
+    Lumigraph lamp = write_lamp(made, output.file, output.workers, monitor);
+    if (output.quiet) return lamp;
     print_lumigraph(context.out, lamp, output.workers);
     std::error_code unknown;
     const auto size = std::filesystem::file_size(output.file, unknown);
     fmt::print(context.out, "light field          {} ({})\n", output.file,
                unknown ? std::string("size unknown") : bytes_text(static_cast<double>(size)));
+    return lamp;
 }
 
 void add_light_command(CLI::App& program, const CommandContext& context) {

@@ -29,16 +29,19 @@ struct LampOutput {
 
 void add_lamp_output(CLI::App& app, LampOutput& output);
 // The light field and the table beside it.
-void declare_lamp(const LampOutput& output, CommandFiles& files);
+void declare_lamp(const std::filesystem::path& file, std::string_view by, CommandFiles& files);
 ConsoleSettings console_settings(const LampOutput& output, const CommandContext& context);
 
 // The three options that say how the planes are laid: --views, --pixels, --distance.
 void add_planes(CLI::App& app, V2i& views, V2i& pixels, double& distance);
 
 // Writes the field, or the slabs, and, as it belongs to the lamp, the table from which its particles are
-// drawn. What is said and tabulated is the field as a reader of the file will find it, rounded to halves.
-void finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
-                 const CommandContext& context);
+// drawn. Returned and tabulated is the field as a reader of the file will find it, rounded to halves.
+Lumigraph write_lamp(const Lumigraph& made, const std::filesystem::path& file, const Workers& workers,
+                     Monitor& monitor);
+// The same, and prints what was written, unless the output is quiet.
+Lumigraph finish_lamp(const Lumigraph& made, const LampOutput& output, ConsoleMonitor& monitor,
+                      const CommandContext& context);
 
 // Runs `work`; errors about what is in the file, but not about its format, do not know its name: they get it.
 template <typename Work>

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "engine/base/error.h"
 #include "engine/base/files.h"
@@ -18,13 +19,16 @@
 #include "engine/cli/console.h"
 #include "engine/cli/light_commands.h"
 #include "engine/cli/lux_page.h"
+#include "engine/cli/lux_replicates.h"
 #include "engine/cli/photometry_options.h"
 #include "engine/cli/plan_files.h"
 #include "engine/cli/surface_options.h"
 #include "engine/photometry/far_field_error.h"
 #include "engine/photometry/illuminance.h"
 #include "engine/photometry/illuminance_text.h"
+#include "engine/photometry/measurement_uncertainty.h"
 #include "lights/measurement/plane_irradiance.h"
+#include "lights/measurement/ray_bootstrap.h"
 
 namespace lucerna {
 namespace {
@@ -55,6 +59,14 @@ scalar illuminance is four times the spherical). --facing turns planar sensors t
 measured lamp as a point source with its far-field intensities, and reports the relative error of the illuminance; with
 --plan and --html also as a map.
 
+--replicates computes how uncertain the numbers are because the lamps were measured with a finite number of rays: it computes
+everything again with each of the lamps' bootstrap replicates, which lucerna light import --replicates 20 writes beside a lamp,
+and reports the expanded uncertainty (k = 2) of mean, minimum, U_0 and points, beside the Monte Carlo interval and combined
+with it. It takes about as many times as long as there are replicates. If the scatter of the replicates is not
+distinguishable from Monte Carlo noise, an upper bound is given; a smaller --precision lowers it. Not included are the bias
+of the light fields' resolution and systematic errors of the measurement. With --plan and --html also as a map. --time is
+for all runs together.
+
 -o writes a line for each point, with direct and indirect light, and the contribution of each light group of the scene, so
 that groups can be dimmed there without another run. --image writes a pixel for each point.
 
@@ -62,6 +74,7 @@ Examples:
   lucerna lux room.pbrt -o lux.csv --plan lux.svg
   lucerna lux room.pbrt --height 0.75 --html report.html --picture room.exr
   lucerna lux room.pbrt --height 0.75 --margin 0.5 --spacing 0.25
+  lucerna lux room.pbrt --height 0.75 --replicates --precision 0.5%
   lucerna lux room.pbrt --height 1.2 --kind cylindrical --precision 5% --json lux.json
   lucerna lux room.pbrt --surface "desk=1,0.75,1:2.6,0.75,1:1,0.75,1.8" --time 30s)";
 
@@ -70,7 +83,7 @@ struct LuxCommand {
     std::string image, html, plan, picture;
     SurfaceOptions surfaces;
     IlluminanceOptions options;
-    bool far_field_error = false;
+    bool far_field_error = false, replicates = false;
 };
 
 std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job& job) {
@@ -91,9 +104,10 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
 }
 
 // "lux.svg" -> "lux-error.svg"
-std::filesystem::path of_error(const std::filesystem::path& file) {
-    return file.parent_path() / fmt::format("{}-error{}", file.stem().string(), file.extension().string());
+std::filesystem::path of_map(const std::filesystem::path& file, std::string_view of) {
+    return file.parent_path() / fmt::format("{}-{}{}", file.stem().string(), of, file.extension().string());
 }
+constexpr std::string_view kErrorMap = "error", kUncertaintyMap = "uncertainty";
 
 std::string end_text(const IlluminanceReport& report) {
     const std::string reached =
@@ -105,7 +119,7 @@ std::string end_text(const IlluminanceReport& report) {
 
 // The same points by the lamps' far fields.
 IlluminanceReport by_far_field(const LuxCommand& command, std::span<const CalculationSurface> surfaces,
-                               Monitor& monitor) {
+                               double seconds, Monitor& monitor) {
     PhotometryOptions common = command.common;
     const Workers& workers = command.options.workers;
     std::size_t lamps = 0;
@@ -129,6 +143,7 @@ IlluminanceReport by_far_field(const LuxCommand& command, std::span<const Calcul
     }
     IlluminanceOptions options = command.options;
     options.seed ^= 0x9e3779b97f4a7c15U;  // independent of the first
+    options.seconds = seconds;
     return illuminance_on(surfaces, std::move(job), options, monitor);
 }
 
@@ -146,6 +161,31 @@ PlanFigure error_plan(PlanFigure plan, const FarFieldError& error) {
                 100 * error.points[static_cast<std::size_t>((rows - 1 - row) * columns + x)].value;
         }
     }
+    return plan;
+}
+
+// None, with a warning, of too few.
+MeasurementUncertainty uncertainty_of(const IlluminanceReport& report,
+                                      const std::vector<IlluminanceReport>& by_replicate, int asked,
+                                      Monitor& monitor) {
+    const int done = static_cast<int>(by_replicate.size());
+    if (done < kLeastReplicates) {
+        monitor.warn(fmt::format("{} of {} replicates were computed; an uncertainty needs at least {}", done,
+                                 asked, kLeastReplicates));
+        return {};
+    }
+    if (done < asked) monitor.warn(fmt::format("{} of {} replicates were computed", done, asked));
+    return measurement_uncertainty(report, by_replicate);
+}
+
+PlanFigure uncertainty_plan(const IlluminanceReport& report, const MeasurementUncertainty& uncertainty,
+                            std::size_t surface) {
+    std::vector<double> values;
+    for (const LampUncertainty& point : uncertainty.surfaces[surface].points)
+        values.push_back(point.expanded);
+    PlanFigure plan = plan_of(report.surfaces[surface].surface, values, report.unit, report.lamps);
+    plan.title = "uncertainty by the lamps' measurement (k = 2): " + plan.title;
+    plan.isolines.shown = false;
     return plan;
 }
 
@@ -174,13 +214,23 @@ void act(const LuxCommand& command, const CommandContext& context) {
         picture = displayed(image, look);
     }
     ConsoleMonitor monitor(context.err, context.err, command.common.console(context));
-    Job job = command.common.read(command.options.workers, files, monitor);
+    std::set<std::filesystem::path> lamps;
+    PhotometryOptions common = command.common;
+    common.overrides.lamp_file = [&lamps](const std::filesystem::path& file) {
+        lamps.insert(file);
+        return file;
+    };
+    Job job = common.read(command.options.workers, files, monitor);
     const std::vector<CalculationSurface> surfaces = surfaces_of(command, job);
+    const int replicates =
+        command.replicates ? replicates_of(lamps, command.common.scene, files, monitor) : 0;
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty()) files.writes(of_surface(command.image, i), ".exr", "--image");
         if (!command.plan.empty()) declare_plan(of_surface(command.plan, i), files);
         if (!command.plan.empty() && command.far_field_error)
-            declare_plan(of_error(of_surface(command.plan, i)), files);
+            declare_plan(of_map(of_surface(command.plan, i), kErrorMap), files);
+        if (!command.plan.empty() && command.replicates)
+            declare_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), files);
     }
     for (const CalculationSurface& surface : surfaces) {
         std::vector<V3d> points;
@@ -193,12 +243,21 @@ void act(const LuxCommand& command, const CommandContext& context) {
     if (!command.html.empty()) page.facts = picture_facts(job, command.options.seed);
 
     IlluminanceOptions options = command.options;
-    options.seconds -= clock.seconds();  // of the whole command
+    RunTimes times(clock, command.options.seconds, command.far_field_error, replicates);
+    options.seconds = times.by_lamps();
     const Listening listening(context.around);
     const IlluminanceReport report = illuminance_on(surfaces, std::move(job), options, monitor);
     std::vector<FarFieldError> errors;
-    if (command.far_field_error) errors = far_field_errors(report, by_far_field(command, surfaces, monitor));
-    if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report));
+    if (command.far_field_error)
+        errors = far_field_errors(report, by_far_field(command, surfaces, times.by_lamps(), monitor));
+    if (replicates > 0 && report.ended_by != "user") {
+        page.uncertainty = uncertainty_of(
+            report,
+            by_replicates(command.common, surfaces, report, command.options, replicates, times, monitor),
+            replicates, monitor);
+    }
+    const MeasurementUncertainty& uncertainty = page.uncertainty;
+    if (!command.common.csv.empty()) write_text(command.common.csv, illuminance_csv(report, uncertainty));
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
         if (!command.image.empty())
             write_exr(of_surface(command.image, i), illuminance_image(report.surfaces[i], report));
@@ -208,18 +267,29 @@ void act(const LuxCommand& command, const CommandContext& context) {
     for (std::size_t i = 0; i < errors.size(); ++i) {
         const PlanFigure plan = error_plan(plan_of(report.surfaces[i], report), errors[i]);
         page.more_plans.push_back(plan);
-        if (!command.plan.empty()) write_plan(of_error(of_surface(command.plan, i)), plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kErrorMap), plan);
+    }
+    for (std::size_t i = 0; i < uncertainty.surfaces.size(); ++i) {
+        const PlanFigure plan = uncertainty_plan(report, uncertainty, i);
+        page.more_plans.push_back(plan);
+        if (!command.plan.empty()) write_plan(of_map(of_surface(command.plan, i), kUncertaintyMap), plan);
     }
     if (!command.html.empty()) write_text(command.html, lux_page(report, page));
     if (command.common.prints_json()) {
-        context.out << illuminance_json(report);
+        context.out << illuminance_json(report, uncertainty);
     } else {
-        if (!command.common.json.empty()) write_text(command.common.json, illuminance_json(report));
+        if (!command.common.json.empty())
+            write_text(command.common.json, illuminance_json(report, uncertainty));
         context.out << illuminance_text(report) << end_text(report) << '\n';
         if (!errors.empty()) context.out << far_field_text(errors);
+        if (uncertainty.replicates > 0) context.out << uncertainty_text(report, uncertainty);
     }
     if (report.ended_by == "user")
         throw Stopped("interrupted: the confidence intervals are wider than --precision");
+    if (uncertainty.replicates < replicates && monitor.stopped()) {
+        throw Stopped(fmt::format("interrupted: {} of {} replicates are in the uncertainty",
+                                  uncertainty.replicates, replicates));
+    }
 }
 
 }  // namespace
@@ -247,6 +317,10 @@ void add_lux_command(CLI::App& program, const CommandContext& context) {
     app.add_flag("--far-field-error", command->far_field_error,
                  "also compute everything with each measured lamp as a point source with its far-field "
                  "intensities, and report the error");
+    app.add_flag(
+        "--replicates", command->replicates,
+        "also compute everything with each bootstrap replicate of the measured lamps, and report the "
+        "uncertainty of their measurement");
     add_word(app, "--precision", "SHARE",
              "stop when each point's confidence interval is no wider than ± this share of its illuminance, "
              "or of the surface's mean if that is more (default 2%)",

@@ -42,6 +42,16 @@ std::string summary(const IlluminanceReport& report) {
     return table(rows, 2);
 }
 
+std::string uncertainty(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
+    if (lamps.replicates == 0) return {};
+    std::string html = fmt::format(
+        "<h2>Uncertainty of the lamps' measurement</h2>\n<p>{}.</p>\n<div class=\"wide\">{}</div>\n",
+        html_text(uncertainty_heading(lamps)), table(uncertainty_rows(report, lamps), 2));
+    for (const std::string& line : uncertainty_of_points(lamps))
+        html += fmt::format("<p>{}.</p>\n", html_text(line));
+    return html;
+}
+
 std::string lamps(const IlluminanceReport& report) {
     if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
     std::vector<std::vector<std::string>> rows{
@@ -119,6 +129,7 @@ std::string lux_page(const IlluminanceReport& report, const LuxPage& page) {
          {"picture", page.picture ? fmt::format("<figure><img src=\"{}\" alt=\"The scene\"></figure>",
                                                 data_url(*page.picture))
                                   : std::string()},
+         {"uncertainty", uncertainty(report, page.uncertainty)},
          {"plans", plans},
          {"lamps", lamps(report)},
          {"settings", settings(report, page)},

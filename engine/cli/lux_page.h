@@ -7,6 +7,7 @@
 
 #include "engine/figures/figure.h"
 #include "engine/photometry/illuminance.h"
+#include "engine/photometry/measurement_uncertainty.h"
 #include "engine/render/picture_facts.h"
 
 namespace lucerna {
@@ -20,6 +21,7 @@ struct LuxPage {
     std::optional<Image> picture;  // display-referred
     std::uint64_t seed = 0;
     std::vector<PlanFigure> more_plans = {};
+    MeasurementUncertainty uncertainty = {};
 };
 // One HTML file that needs nothing beside it, and runs no script.
 std::string lux_page(const IlluminanceReport& report, const LuxPage& page);

@@ -85,6 +85,7 @@ struct LightMaker {
     Monitor& monitor;
     std::optional<FluxUnit> stated;  // none: W, and measured lamps in their own
     const FarFieldOf& far_field;     // none: lamps as they are
+    const LampFileOf& lamp_file;     // none: the lamps' own files
     float factor = 1;
 
     FluxUnit unit() const { return stated.value_or(FluxUnit::watt); }
@@ -118,9 +119,14 @@ struct LightMaker {
         return make_photometric_light(s.kind, s.web, to_scene(s.position, parts.origin), s.axes,
                                       s.scale * factor, stated.value_or(FluxUnit::lumen));
     }
-    std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
-        MeasuredSettings settings = s.settings;
+    MeasuredSettings settings_of(const MeasuredSettings& lamp) const {
+        MeasuredSettings settings = lamp;
         settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
+        if (lamp_file) settings.file = lamp_file(settings.file);
+        return settings;
+    }
+    std::unique_ptr<Light> operator()(const MeasuredSpec& s) const {
+        const MeasuredSettings settings = settings_of(s.settings);
         return at_a_point(settings, make_measured_light(settings, workers, monitor));
     }
     std::unique_ptr<Light> operator()(const RayFileSpec& s) const {
@@ -147,8 +153,7 @@ struct LightMaker {
         return s.unseen ? make_unseen_light(std::move(light)) : std::move(light);
     }
     std::unique_ptr<Light> lamp_on_shape(const AreaSpec& s) const {
-        MeasuredSettings settings = *s.lamp;
-        settings.world_from_light = relative_to(settings.world_from_light, parts.origin);
+        const MeasuredSettings settings = settings_of(*s.lamp);
         Shapes shape;
         if (s.surface == AreaSpec::Surface::quadric)
             shape.quadrics.push_back(parts.quadrics[s.index]);
@@ -302,8 +307,8 @@ Assembled assemble(Draft draft, const Workers& workers, Monitor& monitor) {
     sphere.radius = std::max(sphere.radius,
                              std::min(static_cast<float>(kLargestScene), reach_of(bounds_of(parts.media))));
     for (const DraftLight& light : draft.lights) {
-        parts.lights.push_back(build_light(
-            light, LightMaker{parts, mesh_of, sphere, workers, monitor, draft.unit, draft.far_field}));
+        parts.lights.push_back(build_light(light, LightMaker{parts, mesh_of, sphere, workers, monitor,
+                                                             draft.unit, draft.far_field, draft.lamp_file}));
     }
     warn_of_mixed_units(draft.lights, parts.lights, monitor);
     const bool glows = std::any_of(parts.media.all.begin(), parts.media.all.end(),

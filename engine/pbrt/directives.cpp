@@ -93,6 +93,7 @@ DirectiveReader::DirectiveReader(std::string text, const std::filesystem::path& 
     draft_.film.colours = overrides.colours.value_or(WorkingSpace());
     draft_.unit = overrides.unit;
     draft_.far_field = overrides.far_field;
+    draft_.lamp_file = overrides.lamp_file;
     draft_.sources.push_back(std::make_shared<const Source>(file.string(), std::move(text)));
     files_.push_back({draft_.sources.front().get(), Tokens(*draft_.sources.front())});
     begin_frame();

@@ -191,6 +191,7 @@ struct Draft : DraftShapes {
     IntegratorSettings integrator;
     std::vector<CalculationSurface> surfaces;  // in world space
     FarFieldOf far_field;                      // SceneOverrides'
+    LampFileOf lamp_file;                      // SceneOverrides'
     // Ambient occlusion: every surface white, and no light but an even sky of radiance 1.
     bool occlusion = false;
     std::optional<FluxUnit> unit;  // of all light, as the scene or the command line states it

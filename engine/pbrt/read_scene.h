@@ -18,6 +18,7 @@
 #include "engine/base/vec.h"
 #include "engine/pbrt/object_mesh.h"
 #include "engine/render/job.h"
+#include "lights/measured.h"
 #include "lights/photometric.h"
 
 namespace lucerna {
@@ -37,6 +38,9 @@ struct SceneOverrides {
     // Measured lamps (light fields and ray files) become points with the intensities that this makes of their
     // files: the same light at a point, as a photometric file has it. None: they are as they are.
     FarFieldOf far_field = {};
+    // The file that is read in the place of a light field's, as the scene names it: a replicate of the lamp,
+    // for example. None: its own.
+    LampFileOf lamp_file = {};
     // Changes the parts of every frame before its Scene is made of them: scales or replaces lights, whose
     // order is that of the text, or materials. Positions are relative to `origin`. A light on a surface
     // (Mesh::light and its like) is replaced only by one of the same surface. Where there are light groups,

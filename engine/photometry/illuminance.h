@@ -42,10 +42,11 @@ struct SurfaceIlluminance {
     std::vector<double> groups;  // of the mean
     Reading95 least, greatest;   // of the points' estimates, with those points' intervals
     Reading95 uniformity;        // U_0 = least over mean
-    const PointParts& at(int x, int y) const {
-        return points[static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
-                      static_cast<std::size_t>(x)];
+    std::size_t index(int x, int y) const {
+        return static_cast<std::size_t>(y) * static_cast<std::size_t>(surface.points.x) +
+               static_cast<std::size_t>(x);
     }
+    const PointParts& at(int x, int y) const { return points[index(x, y)]; }
 };
 
 struct IlluminanceOptions {

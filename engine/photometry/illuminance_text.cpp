@@ -32,6 +32,23 @@ nlohmann::json by_group(const IlluminanceReport& report, const std::vector<doubl
     return groups;
 }
 
+nlohmann::json json_of(const LampUncertainty& lamps, const Reading95& reading) {
+    return {{"U", lamps.expanded},
+            {"upper_bound", lamps.upper_bound},
+            {"relative_uncertainty_of_U", lamps.relative},
+            {"half_width_of_both", combined(reading, lamps)}};
+}
+
+// To a surface's numbers and its points.
+void add_lamps(nlohmann::json& of, const SurfaceIlluminance& surface, const SurfaceUncertainty& lamps) {
+    of["lamps"] = {{"mean", json_of(lamps.mean, surface.mean)},
+                   {"least", json_of(lamps.least, surface.least)},
+                   {"uniformity", json_of(lamps.uniformity, surface.uniformity)},
+                   {"rms_over_points", lamps.rms}};
+    for (std::size_t i = 0; i < surface.points.size(); ++i)
+        of["values"][i]["lamps"] = json_of(lamps.points[i], surface.points[i].all);
+}
+
 }  // namespace
 
 // The first two of the interval's own.
@@ -41,24 +58,12 @@ std::string reading_text(const Reading95& reading) {
     return fmt::format("{:.{}f} ± {:.{}f}", reading.value, places, reading.half_width, places);
 }
 
-std::string illuminance_text(const IlluminanceReport& report) {
-    std::vector<std::array<std::string, 8>> rows{
-        {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
-    for (const SurfaceIlluminance& surface : report.surfaces) {
-        const CalculationSurface& grid = surface.surface;
-        rows.push_back(
-            {plain_text(grid.name), std::string(receiver_kind_name(grid.kind)),
-             fmt::format("{} x {}", grid.points.x, grid.points.y), reading_text(surface.mean),
-             reading_text(surface.least), reading_text(surface.greatest), reading_text(surface.uniformity),
-             surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
-                                    : "-"});
-    }
-    std::array<std::size_t, 8> widths{};
+std::string table_text(const std::vector<std::vector<std::string>>& rows) {
+    std::vector<std::size_t> widths(rows.front().size());
     for (const auto& row : rows) {
         for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], columns_of(row[c]));
     }
-    std::string text =
-        fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n", report.unit);
+    std::string text;
     for (const auto& row : rows) {
         std::string line;
         for (std::size_t c = 0; c < row.size(); ++c) {
@@ -70,13 +75,33 @@ std::string illuminance_text(const IlluminanceReport& report) {
     return text;
 }
 
-std::string illuminance_csv(const IlluminanceReport& report) {
+std::string illuminance_text(const IlluminanceReport& report) {
+    std::vector<std::vector<std::string>> rows{
+        {"surface", "kind", "points", "mean", "least", "greatest", "U_0", "direct"}};
+    for (const SurfaceIlluminance& surface : report.surfaces) {
+        const CalculationSurface& grid = surface.surface;
+        rows.push_back(
+            {plain_text(grid.name), std::string(receiver_kind_name(grid.kind)),
+             fmt::format("{} x {}", grid.points.x, grid.points.y), reading_text(surface.mean),
+             reading_text(surface.least), reading_text(surface.greatest), reading_text(surface.uniformity),
+             surface.mean.value > 0 ? fmt::format("{:.1f} %", 100 * surface.direct / surface.mean.value)
+                                    : "-"});
+    }
+    return fmt::format("illuminance in {}; ± is the half-width of the 95 % confidence interval\n",
+                       report.unit) +
+           table_text(rows);
+}
+
+std::string illuminance_csv(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
     std::string text = fmt::format(
         "surface,i,j,x,y,z,E [{0}],half-width of 95 % [{0}],direct [{0}],indirect [{0}]", report.unit);
     for (const std::string& group : report.groups)
         text += ',' + csv_field(fmt::format("{} [{}]", plain_text(group), report.unit));
+    if (lamps.replicates > 0)
+        text += fmt::format(",U of lamps [{0}],upper bound,half-width of both [{0}]", report.unit);
     text += '\n';
-    for (const SurfaceIlluminance& surface : report.surfaces) {
+    for (std::size_t s = 0; s < report.surfaces.size(); ++s) {
+        const SurfaceIlluminance& surface = report.surfaces[s];
         const std::string name = csv_field(plain_text(surface.surface.name));
         for (int y = 0; y < surface.surface.points.y; ++y) {
             for (int x = 0; x < surface.surface.points.x; ++x) {
@@ -86,6 +111,11 @@ std::string illuminance_csv(const IlluminanceReport& report) {
                                     p.x, p.y, p.z, point.all.value, point.all.half_width, point.direct,
                                     point.indirect.value);
                 for (const double group : point.groups) text += fmt::format(",{:.7g}", group);
+                if (lamps.replicates > 0) {
+                    const LampUncertainty& by_lamps = lamps.surfaces[s].points[surface.index(x, y)];
+                    text += fmt::format(",{:.3g},{},{:.3g}", by_lamps.expanded, int{by_lamps.upper_bound},
+                                        combined(point.all, by_lamps));
+                }
                 text += '\n';
             }
         }
@@ -93,7 +123,7 @@ std::string illuminance_csv(const IlluminanceReport& report) {
     return text;
 }
 
-std::string illuminance_json(const IlluminanceReport& report) {
+std::string illuminance_json(const IlluminanceReport& report, const MeasurementUncertainty& lamps) {
     nlohmann::json json{{"unit", report.unit},
                         {"confidence", 0.95},
                         {"precision", report.precision},
@@ -103,7 +133,9 @@ std::string illuminance_json(const IlluminanceReport& report) {
                         {"rays", report.rays},
                         {"seconds", report.seconds},
                         {"surfaces", nlohmann::json::array()}};
-    for (const SurfaceIlluminance& surface : report.surfaces) {
+    if (lamps.replicates > 0) json["replicates"] = lamps.replicates;
+    for (std::size_t s = 0; s < report.surfaces.size(); ++s) {
+        const SurfaceIlluminance& surface = report.surfaces[s];
         const CalculationSurface& grid = surface.surface;
         nlohmann::json of{{"name", plain_text(grid.name)},
                           {"kind", receiver_kind_name(grid.kind)},
@@ -126,6 +158,7 @@ std::string illuminance_json(const IlluminanceReport& report) {
                                     {"indirect", json_of(point.indirect)},
                                     {"groups", by_group(report, point.groups)}});
         }
+        if (lamps.replicates > 0) add_lamps(of, surface, lamps.surfaces[s]);
         json["surfaces"].push_back(std::move(of));
     }
     return json.dump(1) + '\n';

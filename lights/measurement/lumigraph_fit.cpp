@@ -179,16 +179,32 @@ LumigraphFit::OfSlab& book(LumigraphFit::OfSlab& of, FluxAccount& all) {
 
 LumigraphFit fit_one(const RaySet& set, const FitOptions& options, const Workers& workers, Monitor& monitor) {
     Projection made = fit_light_field(set, options, workers, monitor);
-    return {Lumigraph(std::move(made.field)), made.account, {{made.account, std::move(made.errors)}}};
+    return {Lumigraph(std::move(made.field)),
+            made.account,
+            {{made.account, std::move(made.errors), made.weights}}};
+}
+
+// Of the whole set, before its slabs are booked.
+FluxAccount account_of(const RaySet& set, const std::vector<SlabAxes>& axes) {
+    FluxAccount all;
+    all.total = set.flux;
+    all.skipped = set.skipped_flux;
+    all.backward = light_by_slab(set, axes).back();
+    return all;
+}
+
+// The first slab has what no slab does: the lamp's missed flux is that of its slabs.
+Lumigraph lamp_of(std::vector<Slab> slabs, const Box3d& box, const FluxAccount& all) {
+    LightFieldInfo info = slabs[0].field.info();
+    info.missed += all.backward + all.skipped;
+    slabs[0].field = std::move(slabs[0].field).with(std::move(info));
+    return Lumigraph(std::move(slabs), box);
 }
 
 LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, const FitOptions& options,
                          const Workers& workers, Monitor& monitor) {
     const Box3d box = box_of(set);
-    FluxAccount all;
-    all.total = set.flux;
-    all.skipped = set.skipped_flux;
-    all.backward = light_by_slab(set, axes).back();
+    FluxAccount all = account_of(set, axes);
     std::vector<Slab> slabs;
     std::vector<LumigraphFit::OfSlab> books;
     for (std::size_t k = 0; k < axes.size(); ++k) {
@@ -204,16 +220,12 @@ LumigraphFit fit_several(const RaySet& set, const std::vector<SlabAxes>& axes, c
             of_slab.begin->extendBy(axes[k].to_slab(box_corner(box, corner)));
         monitor.info(fmt::format("slab {}:", axes[k].name()));
         Projection made = fit_light_field(part, of_slab, workers, monitor);
-        books.push_back({made.account, std::move(made.errors)});
+        books.push_back({made.account, std::move(made.errors), made.weights});
         book(books.back(), all);
         slabs.push_back({axes[k], std::move(made.field)});
     }
     if (slabs.empty()) throw InputError("ray set: no ray carries flux");
-    // The first has what no slab does: the lamp's missed flux is that of its slabs.
-    LightFieldInfo info = slabs[0].field.info();
-    info.missed += all.backward + all.skipped;
-    slabs[0].field = std::move(slabs[0].field).with(std::move(info));
-    return {Lumigraph(std::move(slabs), box), all, std::move(books)};
+    return {lamp_of(std::move(slabs), box, all), all, std::move(books)};
 }
 
 }  // namespace
@@ -290,6 +302,21 @@ LumigraphFit fit_lumigraph(const RaySet& set, const LumigraphOptions& options, c
     }
     if (!(usable > 0)) return fit_one(set, options.fit, workers, monitor);  // which says so
     return several(sides_with_light(set, usable));
+}
+
+Lumigraph refit_lumigraph(const RaySet& set, const LumigraphFit& made, const Workers& workers,
+                          Monitor& monitor) {
+    const std::span<const Slab> like = made.lamp.slabs();
+    const auto field_of = [&](const RaySet& part, std::size_t k) {
+        return project_rays(part, like[k].field.rig(), workers, monitor, made.slabs[k].weights).field;
+    };
+    if (made.lamp.simple()) return field_of(set, 0);
+    std::vector<SlabAxes> axes;
+    for (const Slab& slab : like) axes.push_back(slab.axes);
+    std::vector<Slab> slabs;
+    for (std::size_t k = 0; k < axes.size(); ++k)
+        slabs.push_back({axes[k], field_of(rays_of_slab(set, axes, k), k)});
+    return lamp_of(std::move(slabs), made.lamp.box(), account_of(set, axes));
 }
 
 }  // namespace lucerna

@@ -24,6 +24,7 @@ struct LumigraphFit {
     struct OfSlab {
         FluxAccount account;
         std::vector<PlaneError> errors;
+        RayWeights weights;
     };
     std::vector<OfSlab> slabs;
 };
@@ -39,6 +40,11 @@ inline constexpr double kHeld = 0.99;
 // in: rays may start on a surface far around the lamp. Throws InputError as fit_light_field().
 LumigraphFit fit_lumigraph(const RaySet& rays, const LumigraphOptions& options, const Workers& workers,
                            Monitor& monitor);
+
+// The lamp of other rays by what was chosen for `made`: its slabs, its box, the planes and the weights of
+// each slab. Where such rays come from: ray_bootstrap.h.
+Lumigraph refit_lumigraph(const RaySet& rays, const LumigraphFit& made, const Workers& workers,
+                          Monitor& monitor);
 
 // The box that the light of a ray set begins in, in the frame of the rays.
 Box3d box_of(const RaySet& rays);

@@ -59,6 +59,7 @@ struct Projection {
     FluxAccount account;
     double noise = 0;  // rms of a coefficient's noise over the rms of the coefficients without it
     std::vector<PlaneError> errors;  // on planes, where they were chosen by them
+    RayWeights weights;              // that the rays had
 };
 
 // The field of `rays` on given planes (rig.centre in the frame of the rays). Throws InputError for a rig that
