@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "engine/base/plain_text.h"
 #include "engine/base/units.h"
 #include "engine/base/version.h"
@@ -52,17 +54,25 @@ std::string uncertainty(const IlluminanceReport& report, const MeasurementUncert
     return html;
 }
 
+// Of a unit vector, to the hundredth.
+std::string direction_text(const V3d& axis) {
+    if (axis == V3d(0)) return "all around";
+    const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // no -0
+    return fmt::format("({:g}, {:g}, {:g})", rounded(axis.x), rounded(axis.y), rounded(axis.z));
+}
+
 std::string lamps(const IlluminanceReport& report) {
     if (report.lamps.empty()) return "<p>None with a position in the scene.</p>";
     std::vector<std::vector<std::string>> rows{
-        {"kind", "x [m]", "y [m]", "z [m]", fmt::format("flux [{}]", report.flux_unit)}};
+        {"kind", "file", "x [m]", "y [m]", "z [m]", "direction", fmt::format("flux [{}]", report.flux_unit)}};
     constexpr std::size_t kMost = 200;
     for (const LuminairePlace& lamp : report.lamps) {
         if (rows.size() > kMost) break;
-        rows.push_back({lamp.kind, fmt::format("{:.3f}", lamp.place.x), fmt::format("{:.3f}", lamp.place.y),
-                        fmt::format("{:.3f}", lamp.place.z), fmt::format("{:.4g}", lamp.flux)});
+        rows.push_back({lamp.kind, plain_line(lamp.file), fmt::format("{:.3f}", lamp.place.x),
+                        fmt::format("{:.3f}", lamp.place.y), fmt::format("{:.3f}", lamp.place.z),
+                        direction_text(lamp.axis), fmt::format("{:.4g}", lamp.flux)});
     }
-    std::string html = table(rows, 1);
+    std::string html = table(rows, 2);
     if (report.lamps.size() > kMost) html += fmt::format("<p>And {} more.</p>", report.lamps.size() - kMost);
     return html;
 }

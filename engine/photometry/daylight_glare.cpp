@@ -15,7 +15,6 @@ constexpr double kPeak = 50000, kSearchRadius = 0.2;
 // A threshold above this is a luminance, below it a multiple of the mean.
 constexpr double kLargestFactor = 100;
 constexpr double kSunRadius = 0.26656 * kPiD / 180;  // radians, as seen at the mean distance
-constexpr double kCoverage = 1.959963984540054;      // standard errors of a 95 % interval
 
 // Of a picture's samples: at first, and the most.
 constexpr int kFirstViewSamples = 8, kMostViewSamples = 4096;
@@ -74,7 +73,7 @@ std::vector<DaylightSource> sources_of(const LuminanceView& view, const Observer
         source.towards = V3f(w.x * x + w.y * y + w.z * z);
         source.solid_angle = cluster.solid_angle;  // > 0, as each cluster has a pixel
         source.luminance = {cluster.flux / cluster.solid_angle,
-                            kCoverage * std::sqrt(cluster.variance) / cluster.solid_angle};
+                            kStandardErrors95 * std::sqrt(cluster.variance) / cluster.solid_angle};
         source.position = position_index(observer, source.towards);
     }
     return sources;

@@ -38,8 +38,7 @@ std::vector<FarFieldError> far_field_errors(const IlluminanceReport& near, const
             const bool first = lit == 0;
             if (first || of.value < error.least.value) error.least = of;
             if (first || of.value > error.greatest.value) error.greatest = of;
-            constexpr double kCoverage = 1.96;  // half-widths are so many standard errors
-            squares += of.value * of.value - std::pow(of.half_width / kCoverage, 2);
+            squares += of.value * of.value - std::pow(of.half_width / kStandardErrors95, 2);
             ++lit;
         }
         error.rms = lit > 0 ? std::sqrt(std::max(0.0, squares / lit)) : 0;

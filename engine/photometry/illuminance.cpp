@@ -150,15 +150,19 @@ std::vector<LuminairePlace> luminaires_of(const Scene& scene) {
     for (const auto& light : scene.lights()) {
         const auto bounds = light->bounds();
         if (!bounds || !(light->power() > 0)) continue;
-        all.push_back(
-            {std::string(light->kind()), V3d(bounds->box.center()) + scene.origin(), light->power()});
+        const bool one_sided = !bounds->two_sided && bounds->theta_o + bounds->theta_e < 0.75F * kPi;
+        all.push_back({.kind = std::string(light->kind()),
+                       .file = light->file().filename().string(),
+                       .place = V3d(bounds->box.center()) + scene.origin(),
+                       .axis = one_sided ? V3d(bounds->axis) : V3d(0),
+                       .flux = light->power()});
     }
     return all;
 }
 
 // Cornish and Fisher's expansion around the normal quantile: to 1e-4 from 16 values on.
 double student_95(std::uint64_t n) {
-    constexpr double z = 1.959963984540054;
+    constexpr double z = kStandardErrors95;
     if (n < 2) return std::numeric_limits<double>::infinity();
     if (n == 2) return 12.706204736432095;
     const double v = static_cast<double>(n - 1), z2 = z * z;

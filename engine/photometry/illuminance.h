@@ -20,6 +20,9 @@
 
 namespace lucerna {
 
+// Standard errors in half of a normal value's 95 % confidence interval.
+inline constexpr double kStandardErrors95 = 1.959963984540054;
+
 // An estimate and the half-width of its 95 % confidence interval (coverage factor k = 2 for many heads); lx,
 // or W/m² if lights count in W.
 struct Reading95 {
@@ -62,8 +65,10 @@ struct IlluminanceOptions {
 // A light that has a place.
 struct LuminairePlace {
     std::string kind;
-    V3d place;        // world, scene units: the middle of its bounds
-    double flux = 0;  // in the scene's unit
+    std::string file;  // name of the light field, ray file or photometric file; empty: none
+    V3d place;         // world, scene units: the middle of its bounds
+    V3d axis;          // unit: which way it shines; 0 where it shines all around, or to two sides
+    double flux = 0;   // in the scene's unit
 };
 std::vector<LuminairePlace> luminaires_of(const Scene& scene);
 

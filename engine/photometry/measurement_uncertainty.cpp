@@ -14,7 +14,7 @@
 namespace lucerna {
 namespace {
 
-constexpr double kCoverage = 2;             // k
+constexpr double kCoverageFactor = 2;       // k
 constexpr double kNormal95 = 1.6448536269;  // the 95 % quantile of the standard normal distribution
 
 // What a number's values by the replicates say.
@@ -40,7 +40,8 @@ Scatter scatter_of(std::span<const Reading95> by_replicate, int heads) {
 LampUncertainty bound_of(const Scatter& scatter, int freedom) {
     const double most =
         std::max(scatter.variance, scatter.monte_carlo) * freedom / chi_square_quantile(-kNormal95, freedom);
-    return {kCoverage * std::sqrt(std::max(0.0, most - scatter.monte_carlo)), scatter.monte_carlo > 0, 0};
+    return {kCoverageFactor * std::sqrt(std::max(0.0, most - scatter.monte_carlo)), scatter.monte_carlo > 0,
+            0};
 }
 
 std::string half_width_text(double half_width, bool upper_bound) {
@@ -78,7 +79,7 @@ SurfaceUncertainty surface_uncertainty(const IlluminanceReport& whole,
         squares += (scatter.variance - scatter.monte_carlo) / sqr(e);
         ++lit;
     }
-    made.rms = lit > 0 ? kCoverage * std::sqrt(std::max(0.0, squares / lit)) : 0;
+    made.rms = lit > 0 ? kCoverageFactor * std::sqrt(std::max(0.0, squares / lit)) : 0;
     return made;
 }
 
@@ -96,7 +97,7 @@ LampUncertainty lamp_uncertainty(std::span<const Reading95> by_replicate, int he
     if (!(scatter.variance * freedom > scatter.monte_carlo * chi_square_quantile(kNormal95, freedom)))
         return bound_of(scatter, freedom);
     const double lamps = scatter.variance - scatter.monte_carlo;  // > 0: the quantile is above `freedom`
-    return {kCoverage * std::sqrt(lamps), false, scatter.variance / (lamps * std::sqrt(2.0 * freedom))};
+    return {kCoverageFactor * std::sqrt(lamps), false, scatter.variance / (lamps * std::sqrt(2.0 * freedom))};
 }
 
 MeasurementUncertainty measurement_uncertainty(const IlluminanceReport& whole,
