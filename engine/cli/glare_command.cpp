@@ -113,28 +113,47 @@ std::vector<Observer> observers_of(const GlareCommand& command, const Job& job) 
     return observers;
 }
 
-// At each point of a grid the greatest rating of all its views; NaN where no luminaire is seen.
-std::vector<double> worst_ratings(std::span<const GlareReport> of_grid, std::size_t views) {
+// What a plan shows of a report.
+struct RatingMap {
+    const char* unit;
+    ScaleRange range;
+    double (*rating)(const GlareReport& report);  // NaN: none
+};
+// From no glare that is noticed to glare that is not to be borne [CIE 117:1995, EN 17037:2018].
+const RatingMap kUgrMap{"UGR", {10, 31}, [](const GlareReport& report) { return report.ugr.value; }};
+const RatingMap kDgpMap{"DGP", {0.2, 0.6}, [](const GlareReport& report) {
+                            return report.daylight ? report.daylight->dgp.value : NAN;
+                        }};
+constexpr std::string_view kDgp = "dgp";  // in the name of its plan
+
+// At each point of a grid the greatest rating of all its views; NaN where there is none.
+std::vector<double> worst_ratings(std::span<const GlareReport> of_grid, std::size_t views,
+                                  const RatingMap& map) {
     std::vector<double> worst;
     for (std::size_t i = 0; i + views <= of_grid.size(); i += views) {
         double most = -INFINITY;
-        for (const GlareReport& report : of_grid.subspan(i, views)) most = std::max(most, report.ugr.value);
+        for (const GlareReport& report : of_grid.subspan(i, views))
+            most = std::fmax(most, map.rating(report));
         worst.push_back(std::isfinite(most) ? most : NAN);
     }
     return worst;
 }
 
 void write_plans(const GlareCommand& command, std::span<const CalculationSurface> grids,
-                 std::span<const GlareReport> reports, std::span<const LuminairePlace> lamps) {
+                 std::span<const GlareReport> reports, std::span<const LuminairePlace> lamps, bool daylight) {
     const std::size_t views = command.views.empty() ? kDefaultViews : command.views.size();
     std::size_t first = command.eyes.size();
     for (std::size_t i = 0; i < grids.size(); ++i) {
         const std::size_t of_grid = static_cast<std::size_t>(grids[i].points.x * grids[i].points.y) * views;
-        PlanFigure plan =
-            plan_of(grids[i], worst_ratings(reports.subspan(first, of_grid), views), "UGR", lamps);
-        // From no glare that is noticed to glare that is not to be borne (CIE 117).
-        plan.scale.range = ScaleRange{10, 31};
-        write_plan(of_surface(command.plan, i), plan);
+        const auto write = [&](const std::filesystem::path& file, const RatingMap& map) {
+            PlanFigure plan = plan_of(grids[i], worst_ratings(reports.subspan(first, of_grid), views, map),
+                                      map.unit, lamps);
+            plan.scale.range = map.range;
+            write_plan(file, plan);
+        };
+        const std::filesystem::path file = of_surface(command.plan, i);
+        write(file, kUgrMap);
+        if (daylight) write(of_map(file, kDgp), kDgpMap);
         first += of_grid;
     }
 }
@@ -151,8 +170,11 @@ void act(const GlareCommand& command, const CommandContext& context) {
     const std::vector<CalculationSurface> grids = command.grid.all(job);
     if (!command.plan.empty() && grids.empty())
         throw InputError({"--plan"}, "needs a grid of observers: --height or --floors");
-    for (std::size_t i = 0; !command.plan.empty() && i < grids.size(); ++i)
+    const bool daylight = has_daylight(job.scene);
+    for (std::size_t i = 0; !command.plan.empty() && i < grids.size(); ++i) {
         declare_plan(of_surface(command.plan, i), files);
+        if (daylight) declare_plan(of_map(of_surface(command.plan, i), kDgp), files);
+    }
     for (std::size_t i = 0; !command.image.empty() && i < observers.size(); ++i)
         files.writes(of_surface(command.image, i), ".exr", "--image");
     const std::vector<LuminairePlace> lamps = luminaires_of(job.scene);
@@ -166,7 +188,7 @@ void act(const GlareCommand& command, const CommandContext& context) {
     const Listening listening(context.around);
     const std::vector<GlareReport> reports = glare_at(observers, std::move(job), options, monitor);
     if (!command.common.csv.empty()) write_text(command.common.csv, glare_csv(reports));
-    if (!command.plan.empty()) write_plans(command, grids, reports, lamps);
+    if (!command.plan.empty()) write_plans(command, grids, reports, lamps, daylight);
     if (command.common.prints_json()) {
         context.out << glare_json(reports);
         return;
@@ -210,8 +232,8 @@ void add_glare_command(CLI::App& program, const CommandContext& context) {
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     app.add_option(
            "--plan", command->plan,
-           "draw a plan of the greatest UGR of all views at each point of the grid; FILE-2.svg and so on "
-           "for further grids")
+           "draw a plan of the greatest UGR of all views at each point of the grid, and where there is a "
+           "sky or a sun also one of DGP, FILE-dgp.svg; FILE-2.svg and so on for further grids")
         ->type_name("FILE.svg|.png");
     app.add_option("--image", command->image,
                    "write what the observer sees as an OpenEXR image in cd/m^2, an angular fisheye of 180 "

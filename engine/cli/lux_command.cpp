@@ -103,10 +103,6 @@ std::vector<CalculationSurface> surfaces_of(const LuxCommand& command, const Job
     return surfaces;
 }
 
-// "lux.svg" -> "lux-error.svg"
-std::filesystem::path of_map(const std::filesystem::path& file, std::string_view of) {
-    return file.parent_path() / fmt::format("{}-{}{}", file.stem().string(), of, file.extension().string());
-}
 constexpr std::string_view kErrorMap = "error", kUncertaintyMap = "uncertainty";
 
 std::string end_text(const IlluminanceReport& report) {

@@ -46,6 +46,10 @@ std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t 
            fmt::format("{}-{}{}", file.stem().string(), surface + 1, file.extension().string());
 }
 
+std::filesystem::path of_map(const std::filesystem::path& file, std::string_view map) {
+    return file.parent_path() / fmt::format("{}-{}{}", file.stem().string(), map, file.extension().string());
+}
+
 void declare_plan(const std::filesystem::path& file, CommandFiles& files) {
     if (!is_png(file) && suffix_of(file) != ".svg")
         input_error({file.string()}, "a plan's name must end in .svg or .png");

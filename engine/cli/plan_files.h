@@ -18,6 +18,8 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
 
 // "lux.exr" of the first surface, "lux-2.exr" of the second.
 std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface);
+// Another map of the same surface: "lux.svg" -> "lux-error.svg".
+std::filesystem::path of_map(const std::filesystem::path& file, std::string_view map);
 
 // As an output of the command, by --plan. Throws InputError: neither .svg nor .png.
 void declare_plan(const std::filesystem::path& file, CommandFiles& files);

@@ -59,6 +59,18 @@ TEST_F(RunPhotometry, Glare_UnderASky_HasDgpAndAView) {
     EXPECT_EQ(lucerna_run({"falsecolour", "view.exr", "-o", "view.svg", "--layer", "denoised"}).code, 0);
 }
 
+TEST_F(RunPhotometry, Glare_OnAGridUnderASky_HasAPlanOfDgp) {
+    write_house();
+    const Outcome glare =
+        lucerna_run({"glare", "house.pbrt", "--floors", "1.2", "--margin", "1", "--spacing", "9", "--view",
+                     "0,1,0", "--plan", "ugr.svg", "--precision", "20%", "--quiet"});
+    EXPECT_EQ(glare.code, 0) << glare.err;
+    for (const char* file : {"ugr.svg", "ugr-dgp.svg", "ugr-2.svg", "ugr-2-dgp.svg"})
+        EXPECT_TRUE(std::filesystem::exists(file)) << file;
+    EXPECT_THAT(text_of("ugr-dgp.svg"), HasSubstr(">DGP</text>"));
+    EXPECT_THAT(text_of("ugr-dgp.svg"), HasSubstr("class=\"value\""));
+}
+
 TEST_F(RunPhotometry, Glare_WithoutASky_HasNoDgp) {
     std::ofstream("room.pbrt") << "Option \"string unit\" \"photometric\"\nLookAt 2 1 1.6 2 5 1.6 0 0 "
                                   "1\nCamera \"perspective\" Film "
