@@ -167,6 +167,10 @@ def shortened(words):
             words[i] = f"{setting[1]}={min(int(setting[2]), SETTINGS[setting[1]])}"
     if command[0] == "render" and "--resolution" not in words:
         words += ["--resolution", SHORT["--resolution"]]
+    if command == ["light", "project"] and "--pixels" not in words:
+        words += ["--pixels", "32x32"]
+    if command == ["light", "import"] and "--drive" in words and "--views" not in words:  # rays of several colours take long
+        words += ["--views", "5x5", "--pixels", "8x8"]
     if command == ["light", "acquire"] and not any(word.endswith(".toml") or word == "--pixels" for word in words):
         words += ["--pixels", "12x12"]
     if command[0] in ("lux", "glare") and "--height" in words and "--spacing" not in words:
