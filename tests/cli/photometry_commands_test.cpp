@@ -1,4 +1,6 @@
 // lucerna lux and lucerna glare: what they write, say and refuse.
+#include <fmt/format.h>
+
 #include "engine/base/image.h"
 #include "tests/cli/run_support.h"
 
