@@ -37,8 +37,8 @@ imperceptible, above 0.45 intolerable. What glares is all that is brighter than 
 observer sees, or than --threshold. --image writes that view, an angular fisheye of 180 degrees, for lucerna falsecolour.
 
 An observer is the position of an eye and the point it looks at: --eye "desk=1,1.2,3:1,1.2,0". --height 1.2 places observers
-on a horizontal grid across the whole model, --floors 1.2 above each of its floors; they look in each direction of --view. Without either, the observer is the
-scene's camera.
+on a horizontal grid across the whole model, --floors 1.2 above each of its floors; they look in each direction of --view.
+Without any of these, the observer is the scene's camera.
 
 Examples:
   lucerna glare room.pbrt

@@ -42,8 +42,7 @@ PlanFigure plan_of(const CalculationSurface& surface, std::span<const double> va
 
 std::filesystem::path of_surface(const std::filesystem::path& file, std::size_t surface) {
     if (surface == 0) return file;
-    return file.parent_path() /
-           fmt::format("{}-{}{}", file.stem().string(), surface + 1, file.extension().string());
+    return of_map(file, std::to_string(surface + 1));
 }
 
 std::filesystem::path of_map(const std::filesystem::path& file, std::string_view map) {

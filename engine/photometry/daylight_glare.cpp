@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/render/render.h"
+#include "engine/photometry/path_rounds.h"
 
 namespace lucerna {
 namespace {
@@ -18,7 +18,6 @@ constexpr double kSunRadius = 0.26656 * kPiD / 180;  // radians, as seen at the 
 
 // Of a picture's samples: at first, and the most.
 constexpr int kFirstViewSamples = 8, kMostViewSamples = 4096;
-constexpr double kLeastViewGrowth = 1.25, kMostViewGrowth = 4;
 
 struct Cluster {
     V3d middle{0};  // Σ ω w: without luminances, so that their noise does not choose a pixel's source
@@ -194,19 +193,10 @@ LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightO
     job.film = FilmSettings();
     job.film.width = job.film.height = options.pixels;
     job.film.two_halves = true;
-    const auto* asked = std::get_if<PathSettings>(&job.integrator);
-    PathSettings path = asked ? *asked : PathSettings();
-    path.quantity = Quantity::radiance;
-    job.integrator = path;
-    job.spp = kFirstViewSamples;
-    RenderOptions round;
-    round.seed = options.seed;
-    round.workers = options.workers;
-    round.limits.seconds = options.seconds;
-    Checkpoint kept;
-    round.keep = [&kept](Checkpoint now) { kept = std::move(now); };
+    PathRounds rounds(job, Quantity::radiance, kFirstViewSamples, options.seed, options.workers,
+                      options.seconds);
     for (;;) {
-        const RenderResult result = render(job, round, monitor);
+        const RenderResult result = rounds.render(monitor);
         if (result.report.samples_done == 0) throw Stopped("ended before every observer's view had a sample");
         const LuminanceView view = view_of(result, options.pixels);
         if (!result.report.complete || result.report.samples_done < job.spp || job.spp >= kMostViewSamples)
@@ -216,9 +206,7 @@ LuminanceView luminance_view(const Observer& observer, Job& job, const DaylightO
             sources_of(view, observer, threshold_of(options.threshold, sums.mean));
         const double reached = dgp_reading({sums.vertical, 0}, sum_of(sources)).half_width;
         if (reached <= options.precision) return view;
-        const double growth = std::clamp(sqr(reached / options.precision), kLeastViewGrowth, kMostViewGrowth);
-        job.spp = std::min(kMostViewSamples, static_cast<int>(std::ceil(job.spp * growth)));
-        round.resume = &kept;
+        rounds.grow(reached / options.precision, kMostViewSamples);
     }
 }
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
-#include "engine/render/render.h"
+#include "engine/photometry/path_rounds.h"
 #include "engine/scene/quantity.h"
 
 namespace lucerna {
@@ -21,9 +21,8 @@ constexpr int kLeastHeads = 16;
 constexpr std::int64_t kLeastPixels = 16384;
 constexpr int kWidth = 256;
 // Samples of all of a point's heads after the first round, so that its interval tells something, of a head at
-// least, and the least and most that a round makes of those before it.
+// least.
 constexpr int kFirstOfPoint = 256, kFirstOfHead = 4;
-constexpr double kLeastGrowth = 1.25, kMostGrowth = 4;
 // An interval is as wide as its heads happen to scatter: aiming a little lower spares a round.
 constexpr double kAim = 0.95;
 
@@ -184,10 +183,6 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
             "Option \"string unit\" \"photometric\" in the scene, or use --unit photometric");
     }
     const Stopwatch clock;
-    const auto* asked = std::get_if<PathSettings>(&job.integrator);
-    PathSettings path = asked ? *asked : PathSettings();
-    path.quantity = Quantity::illuminance;
-    job.integrator = path;
     const PointImage points(surfaces, job);
 
     IlluminanceReport report;
@@ -196,16 +191,12 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
     report.flux_unit = flux_unit_text(unit);
     report.heads = points.heads();
     report.lamps = luminaires_of(job.scene);
-    RenderOptions round;
-    round.seed = options.seed;
-    round.workers = options.workers;
-    round.limits.seconds = options.seconds;
-    Checkpoint kept;
-    round.keep = [&kept](Checkpoint now) { kept = std::move(now); };
     const bool counts = options.most_samples > 0;
-    job.spp = counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads);
+    PathRounds rounds(job, Quantity::illuminance,
+                      counts ? options.most_samples : std::max(kFirstOfHead, kFirstOfPoint / report.heads),
+                      options.seed, options.workers, options.seconds);
     for (;;) {
-        const RenderResult result = render(job, round, monitor);
+        const RenderResult result = rounds.render(monitor);
         if (result.report.samples_done == 0) throw Stopped("ended before every point had a sample");
         report.surfaces = points.read(result, report.groups);
         report.precision = worst_of(report.surfaces);
@@ -217,10 +208,7 @@ IlluminanceReport illuminance_on(std::span<const CalculationSurface> surfaces, J
                           : report.precision <= options.precision ? "precision"
                                                                   : "";
         if (!report.ended_by.empty()) break;
-        const double growth = sqr(report.precision / (kAim * options.precision));
-        job.spp = static_cast<int>(std::min<double>(
-            kNoEndOfSamples, std::ceil(job.spp * std::clamp(growth, kLeastGrowth, kMostGrowth))));
-        round.resume = &kept;
+        rounds.grow(report.precision / (kAim * options.precision), kNoEndOfSamples);
     }
     report.seconds = clock.seconds();
     return report;

@@ -135,8 +135,7 @@ std::vector<std::vector<std::string>> uncertainty_rows(const IlluminanceReport& 
 std::string uncertainty_heading(const MeasurementUncertainty& lamps) {
     return fmt::format(
         "U (k = 2) from {} bootstrap replicates, known to ± {:.0f} %; < is an upper bound (95 %), where it "
-        "is "
-        "not distinguishable from Monte Carlo noise",
+        "is not distinguishable from Monte Carlo noise",
         lamps.replicates, 100 / std::sqrt(2.0 * (lamps.replicates - 1)));
 }
 
